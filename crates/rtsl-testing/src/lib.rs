@@ -1,7 +1,7 @@
 //! Inputs and hosts shared by the tests of several crates.
 //!
 //! [`functions`] generates single-ray functions from random bytes, with storage and a host for them; [`checked`] parses
-//! and checks shader sources against the project's prelude; [`random`] is a seeded generator of random numbers.
+//! and checks shader sources against the project's prelude; [`random`] hashes numbers to random bits.
 //!
 //! This crate is not published, and only tests depend on it.
 
