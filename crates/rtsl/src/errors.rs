@@ -6,7 +6,7 @@ use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
 use rtsl_spec::Method;
 
-use crate::parameters::{Mismatch, type_name};
+use crate::instance::parameters::{Mismatch, type_name};
 
 /// How many names a message lists.
 const LISTED: usize = 12;

@@ -15,64 +15,40 @@
 //! Parameters are data: instances that differ only in their parameters share a program, and
 //! changing one compiles nothing. A [`Variant`] says more of a kernel's callers, for faster code.
 //!
-//! [`pipeline`] names every stage of the compiler in order.
-//!
 //! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
 //! the project: what they use of those below is exported here.
 
 pub mod aot;
-mod background;
-mod callback;
-mod compiler;
-mod defaults;
-mod elements;
-mod emit;
+mod codegen;
+mod compile;
 mod engine;
-mod environment;
 mod errors;
 mod instance;
-mod interpreted;
-mod kernel;
-mod kernel_cache;
-mod lane_storage;
-pub mod library;
 mod link;
-mod loader;
-mod loops;
 mod nesting;
-mod options;
-mod packet_kernel;
-mod parameters;
-pub mod pipeline;
-mod prelude;
 mod program;
-mod specialised;
 mod state;
-mod touched;
-mod tree;
-mod unit;
-mod value;
-mod variant;
 
-pub use callback::Callback;
-pub use compiler::{Compiler, CompilerOptions};
-pub use defaults::default_value;
-pub use emit::{Emit, EmitRequest};
-pub use engine::{Engine, KernelRequest};
+pub use codegen::callback::Callback;
+pub use codegen::emit::{Emit, EmitRequest};
+pub use codegen::kernel::{Kernel, LeafKernel};
+pub use codegen::options::{Backend, EngineOptions, Math};
+pub use codegen::packet_kernel::{PacketKernel, PacketRun};
+pub use codegen::variant::{KnownMembers, Outputs, Variant};
+pub use compile::compiler::{Compiler, CompilerOptions};
+pub use compile::library;
+pub use compile::loader::FileLoader;
+pub use compile::unit::{Compilation, Unit};
+pub use engine::engine::{Engine, KernelRequest};
+pub use engine::specialised::SpecialisedKernel;
 pub use errors::unknown_class;
-pub use instance::Instance;
-pub use kernel::{Kernel, LeafKernel};
-pub use loader::FileLoader;
-pub use loops::LoopOwners;
-pub use options::{Backend, EngineOptions, Math};
-pub use packet_kernel::{PacketKernel, PacketRun};
-pub use parameters::{place_words, scalar_name, type_name};
-pub use program::{LinkedMethod, Placement, Program};
-pub use specialised::SpecialisedKernel;
+pub use instance::defaults::default_value;
+pub use instance::instance::Instance;
+pub use instance::parameters::{place_words, scalar_name, type_name};
+pub use instance::value::{Numbers, Value};
+pub use program::loop_owners::LoopOwners;
+pub use program::program::{LinkedMethod, Placement, Program};
 pub use state::{new_state, set_defaults};
-pub use unit::{Compilation, Unit};
-pub use value::{Numbers, Value};
-pub use variant::{KnownMembers, Outputs, Variant};
 
 pub use rtsl_abi::description;
 pub use rtsl_abi::offsets::{

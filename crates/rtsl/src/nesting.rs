@@ -7,7 +7,7 @@ use rtsl_ir::Function;
 use rtsl_source::deep_stack;
 use rtsl_spec::Method;
 
-use crate::tree::ClassTree;
+use crate::link::class_tree::ClassTree;
 
 /// Regions in regions that the stack of any thread bears: nearly all functions have fewer, and need no thread.
 const SHALLOW: usize = 24;

@@ -9,12 +9,12 @@ use rtsl_ir::{Scalar, Variable, VariableKind};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable};
 
-use crate::elements::parameter_name;
-use crate::environment::Environment;
-use crate::parameters::{bound, flat, type_name};
-use crate::program::{LinkedMethod, Program};
-use crate::tree::ClassTree;
-use crate::variant::Variant;
+use crate::codegen::variant::Variant;
+use crate::instance::environment::Environment;
+use crate::instance::parameters::{bound, flat, type_name};
+use crate::link::class_tree::ClassTree;
+use crate::program::elements::parameter_name;
+use crate::program::program::{LinkedMethod, Program};
 
 /// The layout of the block while an instance is made: the constructors' parameters stand behind the members, under
 /// the [names](parameter_name) that they have among members.

@@ -6,11 +6,11 @@ use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
 use rtsl_source::Diagnostic;
 
 use super::class::Construction;
-use crate::elements::{constructor_passes, parameter_name};
-use crate::engine::Shared;
-use crate::link::link_function;
-use crate::pipeline::{self, Job};
-use crate::program::Program;
+use crate::codegen::kernel_compiler::{self as pipeline, Job};
+use crate::engine::engine::Shared;
+use crate::link::linker::link_function;
+use crate::program::elements::{constructor_passes, parameter_name};
+use crate::program::program::Program;
 
 /// The constructor of a program's class, after those of the classes behind it; `None` where none has one.
 pub(super) fn constructor(

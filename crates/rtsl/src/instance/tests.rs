@@ -1,12 +1,16 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use expect_test::{Expect, expect};
 use rtsl_ir::class::{
-    Annotation, AnnotationValue, Parameter, ParameterTarget, ParameterType, Reference,
+    Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
 };
-use rtsl_ir::{Constant, Scalar, Variable};
+use rtsl_ir::{Constant, Function, Scalar, Variable, VariableKind};
 use rtsl_spec::Role;
 
-use super::*;
-use crate::Numbers;
+use super::instance::Instance;
+use super::value::{Numbers, Value};
+use crate::link::class_tree::ClassTree;
 
 fn variable(kind: VariableKind, name: &str, scalar: Scalar, len: u32) -> Variable {
     Variable { kind, name: name.to_owned(), scalar, len }

@@ -35,22 +35,23 @@ use rtsl_spec::{Method, lookup_state};
 use rtsl_syntax::IncludeLoader;
 use rtsl_syntax::ast::TranslationUnit;
 
-use crate::Engine;
-use crate::callback::Callback;
-use crate::compiler::CompilerOptions;
-use crate::engine::{self, Shared};
+use crate::codegen::callback::Callback;
+use crate::codegen::interpreted::InterpretedKernel;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::options::{EngineOptions, Math};
+use crate::codegen::packet_kernel::PacketKernel;
+use crate::codegen::touched::state_components;
+use crate::codegen::variant::{Outputs, Variant};
+use crate::compile::compiler::CompilerOptions;
+use crate::compile::prelude::{Prelude, prelude};
+use crate::compile::unit::{Compilation, Unit};
+use crate::engine::engine::Engine;
+use crate::engine::engine::{self, Shared};
 use crate::errors;
-use crate::interpreted::InterpretedKernel;
-use crate::kernel::Kernel;
-use crate::link::{self, Linked};
+use crate::link::class_tree::ClassTree;
+use crate::link::hit::link_hit;
+use crate::link::linker::{self as link, Linked};
 use crate::nesting;
-use crate::options::{EngineOptions, Math};
-use crate::packet_kernel::PacketKernel;
-use crate::prelude::{Prelude, prelude};
-use crate::touched::state_components;
-use crate::tree::ClassTree;
-use crate::unit::{Compilation, Unit};
-use crate::variant::{Outputs, Variant};
 
 /// Text to classes.
 pub(crate) fn compile(
@@ -283,7 +284,7 @@ pub(crate) fn callback_packet(
     layout: &Layout,
     shared: &Shared,
 ) -> Result<rtsl_packet::Kernel, Diagnostic> {
-    let mut linked = link::link_hit(tree, &callback.record, callback.outputs)?;
+    let mut linked = link_hit(tree, &callback.record, callback.outputs)?;
     let passes = rtsl_opt::Options { select: callback.width > 1, ..passes(&shared.options) };
     rtsl_opt::optimize(&mut linked.function, &passes);
     let job =

@@ -5,8 +5,6 @@
 //! as the caller sees it at that moment. Which instance an index into an array of references
 //! chooses is decided by comparisons. A reference that is not set gives the role's defaults.
 
-mod hit;
-
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::Reference;
@@ -19,9 +17,7 @@ use rtsl_opt::unchanged::VariableScalar;
 use rtsl_source::{Diagnostic, deep_stack, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
-use crate::tree::{ClassTree, element_path};
-
-pub(crate) use hit::link_hit;
+use crate::link::class_tree::{ClassTree, element_path};
 
 /// Operations of a linked function.
 const OPERATION_LIMIT: usize = 1 << 17;
@@ -49,8 +45,8 @@ pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Lin
     Ok(linker.finish())
 }
 
-struct Linker {
-    out: Function,
+pub(super) struct Linker {
+    pub out: Function,
     /// The places of `out`.
     variables: BTreeMap<(VariableKind, String), VariableId>,
     operations: usize,
@@ -60,18 +56,18 @@ struct Linker {
     warnings: BTreeSet<(String, String)>,
     /// Scalars of scratch that methods have set, the last one of each counting, where scratch is no memory but
     /// values; zero where none has.
-    scratch: Option<Vec<((VariableId, u32), Value)>>,
+    pub scratch: Option<Vec<((VariableId, u32), Value)>>,
 }
 
 /// One body that is being copied.
-struct Site<'a> {
+pub(super) struct Site<'a> {
     tree: &'a ClassTree,
     function: &'a Function,
     /// `""`, or `kd.`.
     prefix: String,
-    is_root: bool,
+    pub is_root: bool,
     /// State that differs from what the host's places hold.
-    overrides: Vec<(StateComponent, Value)>,
+    pub overrides: Vec<(StateComponent, Value)>,
     values: Vec<Option<Value>>,
     variables: Vec<Option<VariableId>>,
     in_loop: bool,
@@ -80,7 +76,7 @@ struct Site<'a> {
 }
 
 impl<'a> Site<'a> {
-    fn new(
+    pub fn new(
         tree: &'a ClassTree,
         function: &'a Function,
         prefix: String,
@@ -99,7 +95,7 @@ impl<'a> Site<'a> {
         }
     }
 
-    fn value(&self, value: Value) -> Value {
+    pub fn value(&self, value: Value) -> Value {
         self.values[value.0 as usize].expect("the verifier saw values defined before their use")
     }
 
@@ -116,23 +112,26 @@ fn index_of_site(site: &Site<'_>, index: Index) -> Index {
     }
 }
 
-fn find_override(overrides: &[(StateComponent, Value)], wanted: StateComponent) -> Option<Value> {
+pub(super) fn find_override(
+    overrides: &[(StateComponent, Value)],
+    wanted: StateComponent,
+) -> Option<Value> {
     overrides.iter().rev().find(|(component, _)| *component == wanted).map(|(_, value)| *value)
 }
 
-type Linking<T> = Result<T, Diagnostic>;
+pub(super) type Linking<T> = Result<T, Diagnostic>;
 
 /// Adds the operations for one element of an array of references and gives their results.
 type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
 
 impl Linker {
-    fn new(out: Function) -> Linker {
+    pub fn new(out: Function) -> Linker {
         let warnings = BTreeSet::new();
         let variables = BTreeMap::new();
         Linker { out, variables, operations: 0, depth: 0, locals: 0, warnings, scratch: None }
     }
 
-    fn finish(self) -> Linked {
+    pub fn finish(self) -> Linked {
         let warnings = self.warnings.into_iter().map(unset_warning).collect();
         Linked { function: self.out, unchanged: Vec::new(), warnings }
     }
@@ -162,7 +161,7 @@ impl Linker {
         })
     }
 
-    fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
+    pub fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
         // All later stages recurse as deep.
         if self.depth >= MAX_NESTING.min(deep_stack::depth()) {
             return Err(limit_error(&self.out.name, "is nested too deeply"));
@@ -173,7 +172,7 @@ impl Linker {
         result
     }
 
-    fn copy_ops(&mut self, site: &mut Site<'_>, from: &[Op], to: &mut Vec<Op>) -> Linking<()> {
+    pub fn copy_ops(&mut self, site: &mut Site<'_>, from: &[Op], to: &mut Vec<Op>) -> Linking<()> {
         from.iter().try_for_each(|op| self.copy_op(site, op, to))
     }
 
@@ -249,7 +248,7 @@ impl Linker {
     }
 
     /// The place in the linked function that stands for one of the site's.
-    fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
+    pub fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
         if let Some(known) = site.variables[id.0 as usize] {
             return known;
         }
@@ -273,7 +272,7 @@ impl Linker {
     }
 
     /// As [`Function::intern_variable`], which looks at all places one after another.
-    fn intern_variable(&mut self, variable: Variable) -> VariableId {
+    pub fn intern_variable(&mut self, variable: Variable) -> VariableId {
         let next = VariableId(self.out.variables.len() as u32);
         let id = *self.variables.entry((variable.kind, variable.name.clone())).or_insert(next);
         if id == next {
@@ -282,7 +281,7 @@ impl Linker {
         id
     }
 
-    fn emit(
+    pub fn emit(
         &mut self,
         to: &mut Vec<Op>,
         kind: OpKind,
@@ -298,7 +297,7 @@ impl Linker {
         Ok(results)
     }
 
-    fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
+    pub fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
         Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
     }
 
@@ -570,7 +569,7 @@ fn find_reference<'a>(
 
 /// The value of an `out` that its method leaves unset. Those whose default is another
 /// variable's value are zero, as that other one is.
-fn default_of(role: Role, wanted: StateComponent) -> Constant {
+pub(super) fn default_of(role: Role, wanted: StateComponent) -> Constant {
     let variable = state_variables().get(wanted.variable as usize);
     let default = variable.and_then(|variable| role.row(variable.name)).map(|row| row.default);
     Constant::F32(match default {
@@ -604,6 +603,3 @@ pub(crate) fn unset_warning((class, path): (String, String)) -> Diagnostic {
     .note("a call through it gives the defaults of its role: black, zero")
     .help(format!("set `{path}`, or test it with `isSet({path})`"))
 }
-
-#[cfg(test)]
-mod tests;

@@ -9,7 +9,7 @@ use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::{StateVariable, lookup_state, state_variables};
 
-use crate::program::LinkedMethod;
+use crate::program::program::LinkedMethod;
 
 /// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
 /// the bit unless results may differ between machines anyway. The plain one of a [`CallMode`] serves every caller; what else is said makes it faster.

@@ -6,7 +6,7 @@ use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Interpreter, Storage, Variable, VariableId, VariableKind};
 use rtsl_source::Diagnostic;
 
-use crate::parameters::Words;
+use crate::instance::parameters::Words;
 use crate::{errors, nesting};
 
 /// The scalars of members, constructor parameters and buffers, by name.

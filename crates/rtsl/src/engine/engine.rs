@@ -9,14 +9,14 @@ use rtsl_jit::{Llvm, OptLevel};
 use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
 use rtsl_spec::Method;
 
-use crate::Instance;
-use crate::background::Background;
-use crate::kernel::Kernel;
-use crate::options::{Backend, EngineOptions};
-use crate::program::Program;
-use crate::specialised::SpecialisedKernel;
-use crate::tree::ClassTree;
-use crate::variant::Variant;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::options::{Backend, EngineOptions};
+use crate::codegen::variant::Variant;
+use crate::engine::background::Background;
+use crate::engine::specialised::SpecialisedKernel;
+use crate::instance::instance::Instance;
+use crate::link::class_tree::ClassTree;
+use crate::program::program::Program;
 
 /// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
 /// threads.

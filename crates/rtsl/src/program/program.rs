@@ -14,18 +14,20 @@ use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
-use crate::callback::Callback;
-use crate::elements::ElementMaker;
-use crate::engine::{KernelRequest, Shared};
-use crate::kernel::Kernel;
-use crate::kernel_cache::KernelCache;
-use crate::link::Linked;
-use crate::options::Math;
-use crate::packet_kernel::PacketKernel;
-use crate::pipeline::{self, Job};
-use crate::tree::{ClassTree, TreeVariables};
-use crate::variant::{KnownMembers, Variant};
-use crate::{Instance, aot, errors, nesting};
+use crate::aot::class::describe_kernel;
+use crate::codegen::callback::Callback;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::kernel_compiler::{self as pipeline, Job};
+use crate::codegen::options::Math;
+use crate::codegen::packet_kernel::PacketKernel;
+use crate::codegen::variant::{KnownMembers, Variant};
+use crate::engine::engine::{KernelRequest, Shared};
+use crate::instance::instance::Instance;
+use crate::link::class_tree::{ClassTree, TreeVariables};
+use crate::link::linker::Linked;
+use crate::program::elements::ElementMaker;
+use crate::program::kernel_cache::KernelCache;
+use crate::{errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
@@ -295,7 +297,7 @@ impl Program {
         Ok(nesting::bear(linked.nesting, || {
             let variant = self.canonical(&linked, variant.clone());
             let width = variant.width_in(self.width());
-            aot::describe_kernel(method, &linked, &variant, width, String::new())
+            describe_kernel(method, &linked, &variant, width, String::new())
         }))
     }
 

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, diagnostic_codes as codes};
 use rtsl_syntax::IncludeLoader;
 
-use crate::loader::{FileLoader, read_text};
-use crate::pipeline;
-use crate::unit::Compilation;
+use crate::codegen::kernel_compiler as pipeline;
+use crate::compile::loader::{FileLoader, read_text};
+use crate::compile::unit::Compilation;
 
 /// How text is compiled.
 ///

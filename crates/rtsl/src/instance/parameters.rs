@@ -7,8 +7,9 @@ use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_spec::COLOR_COMPONENTS;
 
-use crate::value::Value;
-use crate::{Instance, Numbers};
+use crate::instance::instance::Instance;
+use crate::instance::value::Numbers;
+use crate::instance::value::Value;
 
 /// Nesting of types and values; no class comes near it.
 const DEPTH_LIMIT: usize = 64;

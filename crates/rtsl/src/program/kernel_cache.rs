@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
-use crate::kernel::Kernel;
-use crate::variant::Variant;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::variant::Variant;
 
 /// A kernel, once it is made.
 pub(crate) type KernelCell = OnceLock<Result<Arc<Kernel>, Diagnostic>>;

@@ -9,13 +9,13 @@ use rtsl_ir::class::{Class, Parameter, ParameterTarget, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
 use rtsl_source::{Diagnostic, Diagnostics};
 
-use crate::elements::parameter_name;
-use crate::environment::Environment;
 use crate::errors;
-use crate::link::{link_function, unset_warning};
-use crate::parameters::{self, Argument, Leaves, Words};
-use crate::tree::{ClassTree, element_path};
-use crate::value::Value;
+use crate::instance::environment::Environment;
+use crate::instance::parameters::{self, Argument, Leaves, Words};
+use crate::instance::value::Value;
+use crate::link::class_tree::{ClassTree, element_path};
+use crate::link::linker::{link_function, unset_warning};
+use crate::program::elements::parameter_name;
 
 /// Instances that an instance refers to, and those that these refer to, each counted as often as
 /// it is reached: what a linked kernel may hold.
@@ -399,6 +399,3 @@ impl<'a> Builder<'a> {
         (size, depth)
     }
 }
-
-#[cfg(test)]
-mod tests;

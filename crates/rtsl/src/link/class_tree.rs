@@ -6,7 +6,7 @@ use rtsl_abi::Layout;
 use rtsl_ir::Variable;
 use rtsl_ir::class::Class;
 
-use crate::Instance;
+use crate::instance::instance::Instance;
 
 /// A class with those of the instances that it refers to. Instances with equal trees share
 /// their kernels; what sets them apart is data.

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rtsl_source::{Diagnostics, SourceMap};
 use rtsl_syntax::NoIncludes;
 
-use crate::library;
+use crate::compile::library;
 
 /// The checked prelude, and the map that holds its files. Every compilation's map starts with
 /// them, so that spans may point into the prelude.

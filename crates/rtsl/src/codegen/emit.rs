@@ -4,10 +4,12 @@ use rtsl_jit::{Llvm, Target};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
-use crate::pipeline::Job;
-use crate::program::{LinkedMethod, Program};
-use crate::variant::Variant;
-use crate::{engine, errors, nesting, pipeline};
+use crate::codegen::kernel_compiler as pipeline;
+use crate::codegen::kernel_compiler::Job;
+use crate::codegen::variant::Variant;
+use crate::engine::engine;
+use crate::program::program::{LinkedMethod, Program};
+use crate::{errors, nesting};
 
 /// A form of a method on its way to machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -3,7 +3,7 @@
 use rtsl_ir::VariableKind;
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
 
-use crate::environment::Environment;
+use crate::instance::environment::Environment;
 
 /// The scalars that a parameter of `class` has by default, as bits, for hosts that show them; `None`
 /// where they lie in several places (structs) or nowhere (references, buffers).
@@ -22,7 +22,7 @@ pub fn default_value(class: &Class, parameter: &Parameter) -> Option<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Compiler;
+    use crate::compile::compiler::Compiler;
 
     #[test]
     fn members_and_constructor_parameters_have_defaults() {

@@ -2,7 +2,9 @@
 
 use rtsl_source::Diagnostic;
 
-use crate::{Compiler, Unit, unknown_class};
+use crate::compile::compiler::Compiler;
+use crate::compile::unit::Unit;
+use crate::errors::unknown_class;
 
 /// A file of the library.
 #[derive(Clone, Copy, Debug)]

@@ -20,13 +20,13 @@ use rtsl_packet::kernel::KernelVariable;
 use rtsl_packet::uniformity::Uniformity;
 use rtsl_source::Diagnostic;
 
-use crate::Instance;
-use crate::engine::Shared;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::kernel_compiler::{self as pipeline, Job};
+use crate::engine::engine::Shared;
 use crate::errors;
-use crate::kernel::Kernel;
-use crate::link::link_function;
-use crate::pipeline::{self, Job};
-use crate::tree::ClassTree;
+use crate::instance::instance::Instance;
+use crate::link::class_tree::ClassTree;
+use crate::link::linker::link_function;
 
 /// Elements that one call makes: their arrays fit into the first cache, and a call costs next to
 /// nothing beside them.
