@@ -1,10 +1,4 @@
-//! Classes compiled ahead of time: an object file, a C header and a description, for hosts that want no compiler when
-//! they run.
-//!
-//! An [`AotLibrary`] is made of classes by [`Engine::aot_library`]. Its object file exports one symbol for the library, one
-//! for each class, kernel and constructor; the data behind the first two says of itself what a host must know, so that
-//! a host that loads it finds classes and parameters by name. Changing a parameter is a matter of some words and a call
-//! of the constructor. References can't be set in such a host: [`Bindings`] say what they refer to.
+//! Libraries of classes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -21,11 +15,12 @@ use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::Method;
 
 use super::bindings::Bindings;
-use super::class::describe_kernel;
 use super::{class, constructor};
-use crate::codegen::kernel_compiler as pipeline;
-use crate::codegen::variant::{Outputs, Variant};
-use crate::engine::engine::{self, Engine, Shared};
+use crate::codegen::kernel_compiler::{KernelCompiler, target_features};
+use crate::codegen::variant::Variant;
+use crate::link::class_tree::ClassTree;
+use crate::link::outputs::Outputs;
+use crate::program::kernel_description::describe_kernel;
 use crate::program::program::Program;
 use crate::{errors, nesting};
 
@@ -86,7 +81,7 @@ pub struct AotLibrary {
     constructors: Vec<Constructor>,
     functions: Vec<ClassFunctions>,
     warnings: Vec<Diagnostic>,
-    shared: Arc<Shared>,
+    compiler: Arc<KernelCompiler>,
 }
 
 /// The code of a class before it is lowered.
@@ -96,45 +91,37 @@ struct ClassFunctions {
     methods: Vec<(Method, Arc<Function>)>,
 }
 
-impl Engine {
-    /// A library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
+impl AotLibrary {
+    /// Makes a library of classes, each by its program. No LLVM is needed until its [object](AotLibrary::object) is.
     ///
     /// # Errors
     /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
     /// for, or a method can't be linked or lowered.
-    pub fn aot_library(
-        &self,
+    pub(crate) fn new(
         classes: &[Arc<Class>],
         options: &AotOptions,
+        compiler: Arc<KernelCompiler>,
+        program: impl Fn(ClassTree) -> Arc<Program> + Send + Sync,
     ) -> Result<AotLibrary, Diagnostic> {
         check_prefix(&options.prefix)?;
         check_methods(classes, options)?;
-        nesting::bear_any(|| self.ahead_on_deep_stack(classes, options))
-    }
-
-    fn ahead_on_deep_stack(
-        &self,
-        classes: &[Arc<Class>],
-        options: &AotOptions,
-    ) -> Result<AotLibrary, Diagnostic> {
         let mut library = AotLibrary {
             description: LibraryDescription { prefix: options.prefix.clone(), classes: Vec::new() },
             kernels: Vec::new(),
             constructors: Vec::new(),
             functions: Vec::new(),
             warnings: Vec::new(),
-            shared: self.shared().clone(),
+            compiler,
         };
-        for class in classes {
-            let program = self.program_of(options.bindings.tree(class)?);
-            library.add_class(&program, options)?;
-        }
-        library.check_symbols()?;
-        Ok(library)
+        nesting::with_deep_stack(|| {
+            for class in classes {
+                library.add_class(&program(options.bindings.tree(class)?), options)?;
+            }
+            library.check_symbols()?;
+            Ok(library)
+        })
     }
-}
 
-impl AotLibrary {
     /// What hosts are told.
     pub fn description(&self) -> &LibraryDescription {
         &self.description
@@ -154,7 +141,7 @@ impl AotLibrary {
     /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It
     /// computes the same bits.
     pub fn cpp(&self) -> String {
-        nesting::bear_any(|| rtsl_cpp::emit(&self.description, &self.code()))
+        nesting::with_deep_stack(|| rtsl_cpp::emit(&self.description, &self.code()))
     }
 
     /// The code of each class, linked and optimised.
@@ -172,10 +159,10 @@ impl AotLibrary {
     /// # Errors
     /// Without LLVM, or if LLVM fails.
     pub fn object(&self, target: Option<&Target>) -> Result<Vec<u8>, Diagnostic> {
-        let llvm = Llvm::load().map_err(|error| engine::no_llvm(&error))?;
+        let llvm = Llvm::load().map_err(|error| errors::no_llvm(&error))?;
         let target = target.unwrap_or(llvm.host());
-        let level = self.shared.options.optimization;
-        let text = nesting::bear_any(|| self.llvm_text(target));
+        let level = self.compiler.options().optimization;
+        let text = nesting::with_deep_stack(|| self.llvm_text(target));
         let object = level.compile_for_work(self.work(), |level| llvm.object(&text, target, level));
         object.map_err(|error| self.object_error(&error))
     }
@@ -205,14 +192,15 @@ impl AotLibrary {
             target: target.cpu(),
             version: env!("CARGO_PKG_VERSION"),
         };
-        rtsl_llvm::emit_library(&library, &pipeline::target_features(target))
+        rtsl_llvm::emit_library(&library, &target_features(target))
     }
 
     fn add_class(&mut self, program: &Program, options: &AotOptions) -> Result<(), Diagnostic> {
         let class = program.class().clone();
         let prefix = format!("{}_{}", options.prefix, class.name);
         let (mut description, construction) = class::describe(program)?;
-        let constructor = constructor::constructor(program, &construction, &prefix, &self.shared)?;
+        let constructor =
+            constructor::constructor(program, &construction, &prefix, &self.compiler)?;
         description.constructor = constructor.as_ref().map(|it| it.symbol.clone());
         self.constructors.extend(constructor);
         let constructors = constructor::constructor_functions(program)?;

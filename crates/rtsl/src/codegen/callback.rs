@@ -2,7 +2,7 @@
 
 use rtsl_abi::RayRecord;
 
-use crate::codegen::variant::Outputs;
+use crate::link::outputs::Outputs;
 
 /// A function that tests a packet of a host's own rays with an object, as callbacks of acceleration structures do: in one call it does
 /// `intersect`, and for rays with a hit what [`outputs`](Callback::outputs) ask for of `computeNormal`,

@@ -4,12 +4,10 @@ use rtsl_jit::{Llvm, Target};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
-use crate::codegen::kernel_compiler as pipeline;
-use crate::codegen::kernel_compiler::Job;
-use crate::codegen::variant::Variant;
-use crate::engine::engine;
-use crate::program::program::{LinkedMethod, Program};
-use crate::{errors, nesting};
+use super::kernel_compiler::{KernelCompiler, llvm_text};
+use super::kernel_source::KernelSource;
+use super::variant::Variant;
+use crate::errors;
 
 /// A form of a method on its way to machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,51 +54,41 @@ pub struct EmitRequest {
     pub target: Option<Target>,
 }
 
-impl Program {
-    /// A method in one of its forms; as text.
-    ///
-    /// # Errors
-    /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
-    pub fn emit(&self, request: &EmitRequest) -> Result<Vec<u8>, Diagnostic> {
-        let method = self.method(request.method)?;
-        nesting::bear(method.nesting, || self.emit_linked(&method, request))
-    }
-
-    fn emit_linked(
+impl EmitRequest {
+    /// Returns the form of a function, the one of the request's method and variant. The caller's stack must bear the
+    /// nesting of the function.
+    pub(crate) fn emit(
         &self,
-        method: &LinkedMethod,
-        request: &EmitRequest,
+        source: KernelSource<'_>,
+        compiler: &KernelCompiler,
     ) -> Result<Vec<u8>, Diagnostic> {
-        let variant = self.canonical(method, request.variant.clone());
-        let function = &*self.specialise(method, &variant);
-        if request.emit == Emit::Ir {
-            return Ok(function.to_string().into_bytes());
+        if self.emit == Emit::Ir {
+            return Ok(source.function.to_string().into_bytes());
         }
-        let layout = variant.layout(self.layout());
-        let job = Job::new(function, &variant, &layout, self.shared());
-        let packet = pipeline::packet(job, self.shared())?;
-        if request.emit == Emit::Packet {
+        let packet = compiler.packet(source)?;
+        if self.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
         }
         // The host's features are known by LLVM alone; text for a named target needs none.
         let llvm = Llvm::load();
-        let target = match (&request.target, &llvm) {
+        let target = match (&self.target, &llvm) {
             (Some(target), _) => target,
             (None, Ok(llvm)) => llvm.host(),
-            (None, Err(error)) => return Err(engine::no_llvm(error)),
+            (None, Err(error)) => return Err(errors::no_llvm(error)),
         };
-        let text = pipeline::llvm_text(&packet, target);
-        if request.emit == Emit::Llvm {
+        let text = llvm_text(&packet, target);
+        if self.emit == Emit::Llvm {
             return Ok(text.into_bytes());
         }
-        let llvm = llvm.as_ref().map_err(engine::no_llvm)?;
-        let level = self.shared().options.optimization;
-        let result = level.compile_for_work(packet.work(), |level| match request.emit {
+        let llvm = llvm.as_ref().map_err(errors::no_llvm)?;
+        let level = compiler.options().optimization;
+        let result = level.compile_for_work(packet.work(), |level| match self.emit {
             Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
         });
-        result.map_err(|error| errors::machine_code(&function.name, packet.width, &error))
+        let name = &source.function.name;
+        result.map_err(|error| errors::machine_code(name, packet.width, &error))
     }
 }

@@ -8,7 +8,7 @@ use rtsl_ir::{Function, Interpreter, PrepareError, Storage, VariableId, Variable
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::state_component_count;
 
-use crate::codegen::lane_storage::{CallStorage, LaneStorage, LaneVariables};
+use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
 
 /// A method, run ray by ray.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use rtsl_abi::{
 };
 use rtsl_jit::CompiledKernel;
 
-use crate::codegen::interpreted::InterpretedKernel;
+use super::interpreted::InterpretedKernel;
 
 /// A method, ready to be called. Machine code and the interpreter are called alike and give
 /// the same bits.

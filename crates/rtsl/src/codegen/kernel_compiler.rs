@@ -1,360 +1,339 @@
-//! The whole compiler, stage by stage. A reader starts here.
+//! The pipeline from the methods of a class to kernels, in the order of its steps:
 //!
-//! 1. `compile`: text, over the built-in prelude, to the classes of a file: `rtsl_syntax::parse`
-//!    (preprocessor, lexer, parser), `check_unit` (names, types, roles), `lower_class` (to the
-//!    single-ray representation).
-//! 2. `link`: a method and those it calls through references to one function, when instances are
-//!    known: `link::link`, then `rtsl_opt::optimize`, which lists its passes.
-//! 3. `specialise`: to a function for callers of whom more is known, if there is more:
-//!    `rtsl_opt::specialise`.
-//! 4. `kernels`: functions to machine code, when they are first called: `rtsl_packet::lower` (masks,
-//!    one shape and width), `rtsl_llvm::emit` (text), `Llvm::compile` (LLVM's passes, object,
-//!    loading). Without LLVM step 4 is the interpreter.
+//! 1. [`link`](KernelCompiler::link): a method and the methods that it calls through references become one function,
+//!    which the passes of `rtsl_opt::optimize` simplify.
+//! 2. [`specialise`](KernelCompiler::specialise): `rtsl_opt::specialise` simplifies the function for callers with known
+//!    values.
+//! 3. [`packet`](KernelCompiler::packet): `rtsl_packet::lower` makes packet code with masks, for one call mode and
+//!    width.
+//! 4. [`kernels`](KernelCompiler::kernels): `rtsl_llvm` writes packet code as text, LLVM compiles the text to an object
+//!    file, which `rtsl_jit` loads. Without LLVM the interpreter runs the function of step 2.
 //!
-//! `callback` goes through steps 2 and 4 for a host's own packets.
-//!
-//! What step 2 or 3 gives is also what [libraries](crate::aot) are made of: object files by step 4 but for loading,
-//! C++ by `rtsl_cpp::emit`.
+//! [`callback`](KernelCompiler::callback) takes the same steps to a function for a host's own packets. Libraries
+//! ([`crate::aot`]) are made of the results of steps 2 and 3.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_abi::{BufferEntry, CallMode, DataLocation, Layout, Signature};
-use rtsl_ir::class::Class;
+use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
-use rtsl_jit::{
-    CompiledCallback, CompiledKernel, JitError, Llvm, MAX_FRAME_BYTES, OptLevel, Target,
-};
+use rtsl_jit::{CompiledCallback, CompiledKernel, JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
-use rtsl_lower::lower_class;
 use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_packet::interleave;
-use rtsl_sema::check::check_unit;
-use rtsl_sema::hir::ClassId;
-use rtsl_source::{Diagnostic, Diagnostics, deep_stack};
+use rtsl_source::{Diagnostic, Diagnostics};
 use rtsl_spec::{Method, lookup_state};
-use rtsl_syntax::IncludeLoader;
-use rtsl_syntax::ast::TranslationUnit;
 
-use crate::codegen::callback::Callback;
-use crate::codegen::interpreted::InterpretedKernel;
-use crate::codegen::kernel::Kernel;
-use crate::codegen::options::{EngineOptions, Math};
-use crate::codegen::packet_kernel::PacketKernel;
-use crate::codegen::touched::state_components;
-use crate::codegen::variant::{Outputs, Variant};
-use crate::compile::compiler::CompilerOptions;
-use crate::compile::prelude::{Prelude, prelude};
-use crate::compile::unit::{Compilation, Unit};
-use crate::engine::engine::Engine;
-use crate::engine::engine::{self, Shared};
-use crate::errors;
+use super::callback::Callback;
+use super::interpreted::InterpretedKernel;
+use super::kernel::Kernel;
+use super::kernel_source::KernelSource;
+use super::options::{Backend, EngineOptions, Math};
+use super::packet_kernel::PacketKernel;
+use super::variant::Variant;
 use crate::link::class_tree::ClassTree;
 use crate::link::hit::link_hit;
-use crate::link::linker::{self as link, Linked};
-use crate::nesting;
+use crate::link::linked_method::LinkedMethod;
+use crate::link::linker;
+use crate::link::outputs::Outputs;
+use crate::{errors, nesting};
 
-/// Text to classes.
-pub(crate) fn compile(
-    name: &str,
-    text: &str,
-    options: &CompilerOptions,
-    loader: &mut dyn IncludeLoader,
-) -> Compilation {
-    let prelude = prelude();
-    let mut sources = prelude.sources.clone();
-    let mut diagnostics = prelude.diagnostics.clone();
-    let file = sources.add(name, text);
-
-    let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
-    // What a broken text seems to mean is not worth complaining about.
-    if diagnostics.has_errors() {
-        return Compilation { unit: None, diagnostics, sources };
-    }
-    // The trees end there too, since what nests deeply is dropped deeply.
-    let classes = deep_stack::run(|| classes_of(tree, prelude, options, &mut diagnostics));
-    let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
-    Compilation { unit, diagnostics, sources }
+/// Compiles methods of linked classes to kernels.
+#[derive(Debug)]
+pub(crate) struct KernelCompiler {
+    options: EngineOptions,
+    width: u32,
+    /// `None`: the interpreter runs all kernels.
+    llvm: Option<Arc<Llvm>>,
 }
 
-/// The classes of a syntax tree; where there are errors, those that have none.
-fn classes_of(
-    tree: TranslationUnit,
-    prelude: &Prelude,
-    options: &CompilerOptions,
-    diagnostics: &mut Diagnostics,
-) -> Vec<Arc<Class>> {
-    let module = check_unit(&tree, Some(&prelude.checked), diagnostics);
-    let mut classes = Vec::new();
-    if diagnostics.has_errors() {
-        return classes;
+impl KernelCompiler {
+    /// Creates a compiler, and a warning if it falls back on the interpreter.
+    ///
+    /// # Errors
+    /// If the options ask for machine code and there is no LLVM, if `RTSL_LLVM` names a library that can't be used, or
+    /// if the options have an unknown width or number of vectors.
+    pub fn new(options: EngineOptions) -> Result<(KernelCompiler, Diagnostics), Diagnostic> {
+        let mut warnings = Diagnostics::new();
+        let llvm = match options.backend {
+            Backend::Interpreter => None,
+            Backend::Jit => Some(Llvm::load().map_err(|error| errors::no_llvm(&error))?),
+            Backend::Auto => match Llvm::load() {
+                Ok(llvm) => Some(llvm),
+                // A user who names a library wants that one, and nothing slower.
+                Err(error) if error.chosen_by_user => return Err(errors::no_llvm(&error)),
+                Err(error) => {
+                    warnings.push(errors::interpreter_instead(&error));
+                    None
+                }
+            },
+        };
+        let width = options.width.unwrap_or_else(|| llvm.as_deref().map_or(1, natural_width));
+        if !KernelSource::WIDTHS.contains(&width) {
+            return Err(errors::unknown_width(width));
+        }
+        if let Some(factor) = options.interleave.filter(|it| !interleave::FACTORS.contains(it)) {
+            return Err(errors::unknown_interleave(factor));
+        }
+        Ok((KernelCompiler { options, width, llvm }, warnings))
     }
-    for index in prelude.checked.module().classes.len()..module.classes.len() {
-        match lower_class(&module, ClassId(index as u32)) {
-            Ok(class) => classes.push(Arc::new(with_budget(class, options))),
-            Err(problems) => diagnostics.extend(problems),
+
+    /// The options.
+    pub fn options(&self) -> &EngineOptions {
+        &self.options
+    }
+
+    /// Rays at a time in kernels of variants without a width.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// LLVM; `None` if the interpreter runs kernels.
+    pub fn llvm(&self) -> Option<&Llvm> {
+        self.llvm.as_deref()
+    }
+
+    /// Links a method of the tree's root with the methods that it calls through references, and optimises the whole.
+    ///
+    /// # Errors
+    /// If the class has no such method, or linking passes a limit.
+    pub fn link(&self, tree: &ClassTree, method: Method) -> Result<LinkedMethod, Diagnostic> {
+        let class = &tree.class;
+        let Some(function) = class.methods.get(&method) else {
+            return Err(errors::missing_method(class, method));
+        };
+        let link = || self.link_on_this_stack(tree, function);
+        // Methods that it calls through references become regions of the function.
+        if class.references.is_empty() {
+            nesting::with_stack_for(function.nesting(), link)
+        } else {
+            nesting::with_deep_stack(link)
         }
     }
-    classes
-}
 
-/// The loop iterations of the initial values of a class where the host sets no budget. They are computed for everyone
-/// who asks for a default or makes a library, as constants are, so they always come to an end.
-const INITIAL_VALUES_BUDGET: u32 = 1 << 24;
-
-/// Bounds what runs when an instance is made; methods are bounded when they are linked.
-fn with_budget(mut class: Class, options: &CompilerOptions) -> Class {
-    let budget = options.loop_budget.unwrap_or(INITIAL_VALUES_BUDGET);
-    rtsl_opt::budget::run(&mut class.initializer, budget);
-    if let (Some(budget), Some(constructor)) = (options.loop_budget, &mut class.constructor) {
-        rtsl_opt::budget::run(constructor, budget);
+    fn link_on_this_stack(
+        &self,
+        tree: &ClassTree,
+        function: &Function,
+    ) -> Result<LinkedMethod, Diagnostic> {
+        let mut linked = linker::link_function(tree, function)?;
+        let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
+        rtsl_opt::optimize(&mut linked.function, &self.passes());
+        let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
+        linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
+        Ok(LinkedMethod::new(linked))
     }
-    class
-}
 
-/// Links a method with those that it calls through references, and optimises the whole.
-pub(crate) fn link(
-    tree: &ClassTree,
-    method: Method,
-    options: &EngineOptions,
-) -> Result<Linked, Diagnostic> {
-    let linked = link::link(tree, method);
-    let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
-    let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
-    rtsl_opt::optimize(&mut linked.function, &passes(options));
-    let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
-    linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
-    Ok(linked)
-}
+    /// Links the constructor of the tree's root and optimises it, without contraction: instances are made without it,
+    /// and elements have the same bits.
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn link_constructor(
+        tree: &ClassTree,
+        constructor: &Function,
+    ) -> Result<Function, Diagnostic> {
+        let mut function = linker::link_function(tree, constructor)?.function;
+        let passes = rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() };
+        rtsl_opt::optimize(&mut function, &passes);
+        Ok(function)
+    }
 
-fn passes(options: &EngineOptions) -> rtsl_opt::Options {
-    rtsl_opt::Options {
-        contract: options.math != Math::Strict,
-        approximate: options.math == Math::Fast,
-        budget: options.loop_budget,
-        optimize: options.optimization != OptLevel::O0,
-        select: true,
+    fn passes(&self) -> rtsl_opt::Options {
+        rtsl_opt::Options {
+            contract: self.options.math != Math::Strict,
+            approximate: self.options.math == Math::Fast,
+            budget: self.options.loop_budget,
+            optimize: self.options.optimization != OptLevel::O0,
+            select: true,
+        }
+    }
+
+    /// Simplifies a linked method for the callers of a variant. `layout` is that of the program.
+    pub fn specialise(
+        &self,
+        function: &Arc<Function>,
+        variant: &Variant,
+        layout: &Layout,
+    ) -> Arc<Function> {
+        let Variant { shape: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
+            variant;
+        if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
+            return function.clone();
+        }
+        let directions = unit_directions.then(|| ray_direction(function)).flatten();
+        let caller = rtsl_opt::Caller {
+            known: known_scalars(function, variant, layout),
+            read: Some(function.outputs.iter().map(|it| is_read(function, *outputs, it)).collect()),
+            unit: directions.into_iter().collect(),
+            placed: placed.then_some(rtsl_opt::Contract(self.options.math != Math::Strict)),
+        };
+        let mut function = Function::clone(function);
+        rtsl_opt::specialise(&mut function, &caller, self.options.optimization != OptLevel::O0);
+        Arc::new(function)
+    }
+
+    /// Lowers a function to packet code. The caller's stack must bear the nesting of the function.
+    ///
+    /// # Errors
+    /// If there are no kernels of the width, or the packet code passes a limit.
+    pub fn packet(&self, source: KernelSource<'_>) -> Result<rtsl_packet::Kernel, Diagnostic> {
+        source.check_width()?;
+        let KernelSource { function, mode, width, layout } = source;
+        let packet = rtsl_packet::lower(function, layout, mode, width);
+        let mut packet = packet.map_err(|error| errors::lowering(&function.name, &error))?;
+        packet.interleave = interleave::choose(&packet, self.options.interleave);
+        Ok(packet)
+    }
+
+    /// Makes kernels, all in one module, which costs less than one each.
+    ///
+    /// # Errors
+    /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by one.
+    pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
+        let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
+        nesting::with_stack_for(nesting, || match &self.llvm {
+            Some(llvm) => self.compiled(sources, llvm),
+            None => sources.iter().map(|source| self.interpreted(*source)).collect(),
+        })
+    }
+
+    fn compiled(
+        &self,
+        sources: &[KernelSource<'_>],
+        llvm: &Arc<Llvm>,
+    ) -> Result<Vec<Kernel>, Diagnostic> {
+        let packets = sources.iter().map(|source| self.packet(*source));
+        let packets = packets.collect::<Result<Vec<_>, _>>()?;
+        let features = target_features(llvm.host());
+        let kernels = CompiledKernel::compile(llvm, &packets, &features, self.options.optimization);
+        if let (&[source], Err(JitError::Frame { bytes, .. })) = (sources, &kernels)
+            && let Some(width) = source.narrower_width(*bytes)
+        {
+            return self.compiled(&[KernelSource { width, ..source }], llvm);
+        }
+        let first = sources.first();
+        let (name, width) = first.map_or(("", 1), |it| (it.function.name.as_str(), it.width));
+        let kernels = kernels.map_err(|error| errors::machine_code(name, width, &error))?;
+        Ok(kernels.into_iter().map(Kernel::compiled).collect())
+    }
+
+    /// Makes a kernel that runs on the interpreter.
+    ///
+    /// # Errors
+    /// If there are no kernels of the width, or the interpreter can't run the function.
+    pub fn interpreted(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
+        source.check_width()?;
+        let KernelSource { function, layout, .. } = source;
+        let kernel = nesting::with_stack_for(function.nesting(), || {
+            InterpretedKernel::new(function, layout, source.signature())
+        });
+        let failed = |error| errors::code_generation(&function.name, &error);
+        kernel.map(Kernel::interpreted).map_err(failed)
+    }
+
+    /// Makes a kernel that runs on the interpreter of packet code, which counts the work.
+    ///
+    /// # Errors
+    /// As for [`packet`](KernelCompiler::packet).
+    pub fn packet_kernel(&self, source: KernelSource<'_>) -> Result<PacketKernel, Diagnostic> {
+        let nesting = source.function.nesting();
+        let packet = nesting::with_stack_for(nesting, || self.packet(source))?;
+        Ok(PacketKernel::new(packet, source.layout, source.signature()))
+    }
+
+    /// Makes a function for a host's own packets: `intersect`, and the methods that follow a hit.
+    ///
+    /// # Errors
+    /// Without LLVM; if the class's methods do not set an output, or if linking or code generation fails.
+    pub fn callback(
+        &self,
+        tree: &ClassTree,
+        callback: &Callback,
+        layout: &Layout,
+    ) -> Result<CompiledCallback, Diagnostic> {
+        let llvm = self.llvm.as_ref().ok_or_else(|| errors::no_machine_code(&tree.class))?;
+        nesting::with_deep_stack(|| {
+            let packet = self.callback_packet(tree, callback, layout)?;
+            let (record, block_bytes) = (&callback.record, layout.block_words * 4);
+            let (features, level) = (target_features(llvm.host()), self.options.optimization);
+            let compiled =
+                CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
+            compiled.map_err(|error| errors::machine_code(&packet.name, packet.width, &error))
+        })
+    }
+
+    fn callback_packet(
+        &self,
+        tree: &ClassTree,
+        callback: &Callback,
+        layout: &Layout,
+    ) -> Result<rtsl_packet::Kernel, Diagnostic> {
+        let mut linked = link_hit(tree, &callback.record, callback.outputs)?;
+        let passes = rtsl_opt::Options { select: callback.width > 1, ..self.passes() };
+        rtsl_opt::optimize(&mut linked.function, &passes);
+        let (function, width) = (&linked.function, callback.width);
+        KernelSource { function, mode: CallMode::Packet, width, layout }.check_width()?;
+        let packet = rtsl_packet::lower_packet(function, layout, width);
+        packet.map_err(|error| errors::lowering(&function.name, &error))
     }
 }
 
-/// A linked method for callers of whom more is known.
-pub(crate) fn specialise(
-    function: &Arc<Function>,
+/// Returns the text of packet code that LLVM compiles.
+pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
+    rtsl_jit::module_text(std::slice::from_ref(packet), &target_features(target))
+}
+
+/// Returns the features of a target that decide between LLVM's instructions.
+pub(crate) fn target_features(target: &Target) -> TargetFeatures {
+    TargetFeatures::new(target.triple(), target.cpu(), target.features())
+}
+
+/// Finds the variable of the ray's direction.
+pub(crate) fn ray_direction(function: &Function) -> Option<VariableId> {
+    function.find_variable(VariableKind::State, "rt_RayDirection")
+}
+
+/// True if callers that read `outputs` read this one.
+fn is_read(function: &Function, outputs: Outputs, output: &Output) -> bool {
+    let variable = function.variable(output.variable);
+    match variable.kind {
+        VariableKind::State => lookup_state(&variable.name).is_none_or(|it| outputs.has_state(it)),
+        VariableKind::Scratch => outputs.has_scratch(),
+        VariableKind::Accepted
+        | VariableKind::Member
+        | VariableKind::Parameter
+        | VariableKind::Buffer
+        | VariableKind::Local => true,
+    }
+}
+
+/// The known members of a variant as scalars of the function's variables.
+fn known_scalars(
+    function: &Function,
     variant: &Variant,
     layout: &Layout,
-    options: &EngineOptions,
-) -> Arc<Function> {
-    let Variant { shape: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
-        variant;
-    if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
-        return function.clone();
-    }
-    let is_read = |output: &Output| {
-        let variable = function.variable(output.variable);
-        match variable.kind {
-            VariableKind::State => {
-                lookup_state(&variable.name).is_none_or(|it| outputs.has_state(it))
-            }
-            VariableKind::Scratch => outputs.has_scratch(),
-            VariableKind::Accepted
-            | VariableKind::Member
-            | VariableKind::Parameter
-            | VariableKind::Buffer
-            | VariableKind::Local => true,
-        }
-    };
+) -> BTreeMap<(VariableId, u32), Constant> {
     let members = (0..).map(VariableId).zip(&function.variables);
     let members = members.filter(|(_, variable)| variable.kind == VariableKind::Member);
     let known = members.flat_map(|(id, variable)| {
         let first = layout.members[&variable.name];
         (0..variable.len).filter_map(move |index| {
-            let bits = known.get(first + index)?;
+            let bits = variant.known.get(first + index)?;
             Some(((id, index), Constant::from_bits(variable.scalar, bits)))
         })
     });
-    let caller = rtsl_opt::Caller {
-        known: known.collect(),
-        read: Some(function.outputs.iter().map(is_read).collect()),
-        unit: unit_directions.then(|| ray_direction(function)).flatten().into_iter().collect(),
-        placed: placed.then_some(rtsl_opt::Contract(options.math != Math::Strict)),
-    };
-    let mut function = Function::clone(function);
-    rtsl_opt::specialise(&mut function, &caller, options.optimization != OptLevel::O0);
-    Arc::new(function)
+    known.collect()
 }
 
-/// The place of the ray's direction, if the function has it.
-pub(crate) fn ray_direction(function: &Function) -> Option<VariableId> {
-    function.find_variable(VariableKind::State, "rt_RayDirection")
-}
-
-/// A kernel to make.
-#[derive(Clone, Copy)]
-pub(crate) struct Job<'a> {
-    pub function: &'a Function,
-    pub shape: CallMode,
-    /// Rays at a time.
-    pub width: u32,
-    pub layout: &'a Layout,
-}
-
-impl<'a> Job<'a> {
-    /// For a variant.
-    pub fn new(
-        function: &'a Function,
-        variant: &Variant,
-        layout: &'a Layout,
-        shared: &Shared,
-    ) -> Job<'a> {
-        let width = variant.width_in(shared.width);
-        Job { function, shape: variant.shape, width, layout }
-    }
-
-    /// Fewer rays at a time, for a kernel that needs so much stack, which is too much: a value that waits on it has a
-    /// lane for each ray. Nobody can tell the widths apart but by time, and a kernel for fewer rays takes seconds less to
-    /// compile where an optimised one takes minutes more.
-    fn narrower_width(self, frame_bytes: usize) -> Option<u32> {
-        let narrower = Engine::WIDTHS.into_iter().filter(|width| *width < self.width);
-        let bytes = |width: u32| frame_bytes * width as usize / self.width as usize;
-        narrower.clone().filter(|it| bytes(*it) <= MAX_FRAME_BYTES).max().or(narrower.min())
-    }
-
-    fn check_width(self) -> Result<(), Diagnostic> {
-        if Engine::WIDTHS.contains(&self.width) {
-            return Ok(());
-        }
-        Err(engine::unknown_width(self.width))
-    }
-}
-
-/// Makes the kernels of linked methods: all in one module, which costs less than one each.
-pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, Diagnostic> {
-    let nesting = jobs.iter().map(|job| job.function.nesting()).max().unwrap_or(0);
-    nesting::bear(nesting, || kernels_of_shallow(jobs, shared))
-}
-
-fn kernels_of_shallow(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, Diagnostic> {
-    let Some(llvm) = &shared.llvm else {
-        return jobs.iter().map(|job| interpreted(*job)).collect();
-    };
-    let packets = jobs.iter().map(|job| packet(*job, shared));
-    let packets = packets.collect::<Result<Vec<_>, _>>()?;
-    // One job stands for all: a caller with several goes on to make them one by one.
-    let (name, width) = jobs.first().map_or(("", 1), |job| (job.function.name.as_str(), job.width));
-    let features = target_features(llvm.host());
-    let kernels = CompiledKernel::compile(llvm, &packets, &features, shared.options.optimization);
-    if let (&[job], Err(JitError::Frame { bytes, .. })) = (jobs, &kernels)
-        && let Some(width) = job.narrower_width(*bytes)
-    {
-        return kernels_of_shallow(&[Job { width, ..job }], shared);
-    }
-    let kernels = kernels.map_err(|error| errors::machine_code(name, width, &error))?;
-    Ok(kernels.into_iter().map(Kernel::compiled).collect())
-}
-
-/// A linked method on the interpreter.
-pub(crate) fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
-    job.check_width()?;
-    let kernel = nesting::bear_function(job.function, || {
-        InterpretedKernel::new(job.function, job.layout, signature(job))
-    });
-    let failed = |error| errors::code_generation(&job.function.name, &error);
-    kernel.map(Kernel::interpreted).map_err(failed)
-}
-
-/// The packet code of a kernel, with what a call of it takes.
-pub(crate) fn packet_kernel(job: Job<'_>, shared: &Shared) -> Result<PacketKernel, Diagnostic> {
-    let packet = nesting::bear_function(job.function, || packet(job, shared))?;
-    Ok(PacketKernel::new(packet, job.layout, signature(job)))
-}
-
-/// The packet code of a linked method.
-pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kernel, Diagnostic> {
-    job.check_width()?;
-    let Job { function, shape, width, layout } = job;
-    let packet = rtsl_packet::lower(function, layout, shape, width);
-    let mut packet = packet.map_err(|error| errors::lowering(&function.name, &error))?;
-    packet.interleave = interleave::choose(&packet, shared.options.interleave);
-    Ok(packet)
-}
-
-/// The packet code of a function for a host's own packets: `intersect` and what follows a hit, linked as one.
-pub(crate) fn callback_packet(
-    tree: &ClassTree,
-    callback: &Callback,
-    layout: &Layout,
-    shared: &Shared,
-) -> Result<rtsl_packet::Kernel, Diagnostic> {
-    let mut linked = link_hit(tree, &callback.record, callback.outputs)?;
-    let passes = rtsl_opt::Options { select: callback.width > 1, ..passes(&shared.options) };
-    rtsl_opt::optimize(&mut linked.function, &passes);
-    let job =
-        Job { function: &linked.function, shape: CallMode::Packet, width: callback.width, layout };
-    job.check_width()?;
-    let packet = rtsl_packet::lower_packet(job.function, layout, job.width);
-    packet.map_err(|error| errors::lowering(&linked.function.name, &error))
-}
-
-/// A function for a host's own packets.
-pub(crate) fn callback(
-    tree: &ClassTree,
-    callback: &Callback,
-    layout: &Layout,
-    shared: &Shared,
-) -> Result<CompiledCallback, Diagnostic> {
-    let llvm = shared.llvm.as_ref().ok_or_else(|| errors::no_machine_code(&tree.class))?;
-    nesting::bear_any(|| callback_on_deep_stack(tree, callback, layout, (llvm, shared)))
-}
-
-fn callback_on_deep_stack(
-    tree: &ClassTree,
-    callback: &Callback,
-    layout: &Layout,
-    (llvm, shared): (&Arc<Llvm>, &Shared),
-) -> Result<CompiledCallback, Diagnostic> {
-    let packet = callback_packet(tree, callback, layout, shared)?;
-    let (record, block_bytes) = (&callback.record, layout.block_words * 4);
-    let (features, level) = (target_features(llvm.host()), shared.options.optimization);
-    let compiled = CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
-    compiled.map_err(|error| errors::machine_code(&packet.name, packet.width, &error))
-}
-
-/// The text that LLVM gets.
-pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
-    rtsl_jit::module_text(std::slice::from_ref(packet), &target_features(target))
-}
-
-pub(crate) fn target_features(target: &Target) -> TargetFeatures {
-    TargetFeatures::new(target.triple(), target.cpu(), target.features())
-}
-
-fn signature(job: Job<'_>) -> Signature {
-    let kind = |output: &Output| job.function.variable(output.variable).kind;
-    let form = job.layout.object_form(job.shape);
-    let variables =
-        job.function.variables.iter().filter(|variable| variable.kind == VariableKind::Buffer);
-    let (mut buffers, mut object_buffers) = (Vec::new(), Vec::new());
-    for variable in variables {
-        let element_words = variable.len;
-        match job.layout.locate(variable, form.as_ref()) {
-            Some(DataLocation::Instance(offset)) => {
-                buffers.push(BufferEntry { offset, element_words });
-            }
-            Some(DataLocation::Objects(offset)) => {
-                object_buffers.push(BufferEntry { offset, element_words });
-            }
-            None => {}
-        }
-    }
-    Signature {
-        state: state_components(job.function),
-        scratch_arrays: job.layout.scratch_arrays,
-        block_words: job.layout.block_words,
-        buffers: buffers.into(),
-        object_words: form.map(|form| form.words().len() as u32),
-        object_buffers: object_buffers.into(),
-        mode: job.shape,
-        accepts: job.function.outputs.iter().any(|output| kind(output) == VariableKind::Accepted),
-        // Only machine code has chunks.
-        separate_chunks: None,
+/// The width of the host's vectors.
+fn natural_width(llvm: &Llvm) -> u32 {
+    let has = |feature: &str| llvm.host().features().split(',').any(|it| it == feature);
+    if has("+avx512f") && has("+avx512vl") {
+        16
+    } else if has("+avx2") {
+        8
+    } else {
+        4
     }
 }

@@ -4,7 +4,7 @@ use rtsl_abi::{CallArguments, CallStatus, Layout, Signature};
 use rtsl_packet::Profile;
 use rtsl_packet::interpreter::{self, Rays};
 
-use crate::codegen::lane_storage::{CallStorage, LaneVariables};
+use super::lane_storage::{CallStorage, LaneVariables};
 
 /// A method's packet code. It is called as machine code is, gives the same bits, takes far
 /// longer, and says what it did.

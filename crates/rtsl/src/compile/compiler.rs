@@ -1,13 +1,23 @@
 //! From text to classes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rtsl_source::{Diagnostic, Diagnostics, SourceMap, diagnostic_codes as codes};
+use rtsl_ir::class::Class;
+use rtsl_lower::lower_class;
+use rtsl_sema::check::check_unit;
+use rtsl_sema::hir::ClassId;
+use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_codes as codes};
 use rtsl_syntax::IncludeLoader;
+use rtsl_syntax::ast::TranslationUnit;
 
-use crate::codegen::kernel_compiler as pipeline;
-use crate::compile::loader::{FileLoader, read_text};
-use crate::compile::unit::Compilation;
+use super::loader::{FileLoader, read_text};
+use super::prelude::{Prelude, prelude};
+use super::unit::{Compilation, Unit};
+
+/// The budget of loop iterations of a class's initial values if the host sets none. Every host that shows a default or
+/// makes a library computes them, so they must come to an end.
+const INITIAL_VALUES_BUDGET: u32 = 1 << 24;
 
 /// How text is compiled.
 ///
@@ -74,7 +84,50 @@ impl Compiler {
         text: &str,
         loader: &mut dyn IncludeLoader,
     ) -> Compilation {
-        pipeline::compile(name, text, &self.options, loader)
+        let prelude = prelude();
+        let mut sources = prelude.sources.clone();
+        let mut diagnostics = prelude.diagnostics.clone();
+        let file = sources.add(name, text);
+        let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
+        // Checks of a broken syntax tree would report errors that follow from the first ones.
+        if diagnostics.has_errors() {
+            return Compilation { unit: None, diagnostics, sources };
+        }
+        // The trees are dropped on the deep stack, too: dropping recurses.
+        let classes = deep_stack::run(|| self.classes(tree, prelude, &mut diagnostics));
+        let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
+        Compilation { unit, diagnostics, sources }
+    }
+
+    /// Checks a syntax tree and lowers its classes. Of classes with errors there is only a diagnostic.
+    fn classes(
+        &self,
+        tree: TranslationUnit,
+        prelude: &Prelude,
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<Arc<Class>> {
+        let module = check_unit(&tree, Some(&prelude.checked), diagnostics);
+        let mut classes = Vec::new();
+        if diagnostics.has_errors() {
+            return classes;
+        }
+        for index in prelude.checked.module().classes.len()..module.classes.len() {
+            match lower_class(&module, ClassId(index as u32)) {
+                Ok(class) => classes.push(Arc::new(self.with_budget(class))),
+                Err(problems) => diagnostics.extend(problems),
+            }
+        }
+        classes
+    }
+
+    /// Bounds the loops of a class's initial values and constructor. Linking bounds those of methods.
+    fn with_budget(&self, mut class: Class) -> Class {
+        let budget = self.options.loop_budget;
+        rtsl_opt::budget::run(&mut class.initializer, budget.unwrap_or(INITIAL_VALUES_BUDGET));
+        if let (Some(budget), Some(constructor)) = (budget, &mut class.constructor) {
+            rtsl_opt::budget::run(constructor, budget);
+        }
+        class
     }
 
     /// Compiles a file. Where it can't be read, that is the one diagnostic.

@@ -2,22 +2,16 @@
 
 use rtsl_source::Diagnostic;
 
-use crate::compile::compiler::Compiler;
-use crate::compile::unit::Unit;
+use super::compiler::Compiler;
+use super::unit::Unit;
 use crate::errors::unknown_class;
 
-/// A file of the library.
-#[derive(Clone, Copy, Debug)]
-pub struct LibraryFile {
-    /// Its name, as diagnostics show it: `shaders/primitives/sphere.rtsl`.
-    pub path: &'static str,
-    /// Its text.
-    pub text: &'static str,
-}
+pub use super::library_file::LibraryFile;
+use super::library_file::SHADERS;
 
 /// The standard library's files, sorted by name.
 pub fn files() -> &'static [LibraryFile] {
-    FILES
+    SHADERS
 }
 
 /// The unit of the standard library that has a class.
@@ -46,11 +40,3 @@ pub fn unit_of_class(compiler: &Compiler, name: &str) -> Result<Unit, Diagnostic
     names.sort();
     Err(unknown_class(name, names.iter().map(String::as_str)))
 }
-
-/// The prelude: what every shader may call, sorted by name.
-pub(crate) fn prelude_files() -> &'static [LibraryFile] {
-    PRELUDE_FILES
-}
-
-const FILES: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/shaders_files.rs"));
-const PRELUDE_FILES: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/prelude_files.rs"));

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rtsl_source::{Diagnostics, SourceMap};
 use rtsl_syntax::NoIncludes;
 
-use crate::compile::library;
+use super::library_file::PRELUDE;
 
 /// The checked prelude, and the map that holds its files. Every compilation's map starts with
 /// them, so that spans may point into the prelude.
@@ -18,16 +18,16 @@ pub(crate) struct Prelude {
 
 /// The prelude; the first call makes it.
 pub(crate) fn prelude() -> &'static Prelude {
-    static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
+    static CHECKED: LazyLock<Prelude> = LazyLock::new(|| {
         let mut sources = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
         let mut units = Vec::new();
-        for file in library::prelude_files() {
+        for file in PRELUDE {
             let id = sources.add(file.path, file.text);
             units.push(rtsl_syntax::parse(&mut sources, id, &mut NoIncludes, &mut diagnostics));
         }
         let checked = rtsl_sema::check::check_prelude(&units, &mut diagnostics);
         Prelude { sources, checked, diagnostics }
     });
-    &PRELUDE
+    &CHECKED
 }

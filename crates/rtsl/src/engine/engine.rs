@@ -6,16 +6,18 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
 use rtsl_jit::{Llvm, OptLevel};
-use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
-use rtsl_spec::Method;
+use rtsl_source::{Diagnostic, Diagnostics};
 
+use super::background::Background;
+use super::specialised::SpecialisedKernel;
+use crate::aot::library::{AotLibrary, AotOptions};
 use crate::codegen::kernel::Kernel;
-use crate::codegen::options::{Backend, EngineOptions};
-use crate::codegen::variant::Variant;
-use crate::engine::background::Background;
-use crate::engine::specialised::SpecialisedKernel;
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::kernel_source::KernelSource;
+use crate::codegen::options::EngineOptions;
 use crate::instance::instance::Instance;
 use crate::link::class_tree::ClassTree;
+use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
 
 /// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
@@ -45,47 +47,14 @@ use crate::program::program::Program;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Engine {
-    shared: Arc<Shared>,
+    compiler: Arc<KernelCompiler>,
     programs: Arc<Mutex<BTreeMap<Vec<usize>, Weak<Program>>>>,
     background: Arc<Background>,
 }
 
-/// What programs need of their engine.
-#[derive(Debug)]
-pub(crate) struct Shared {
-    pub options: EngineOptions,
-    pub width: u32,
-    /// `None`: the interpreter runs everything.
-    pub llvm: Option<Arc<Llvm>>,
-}
-
-/// A kernel to make.
-#[derive(Clone, Debug)]
-pub struct KernelRequest {
-    /// The program.
-    pub program: Arc<Program>,
-    /// One of its methods.
-    pub method: Method,
-    /// Which of the method's kernels.
-    pub variant: Variant,
-}
-
-impl KernelRequest {
-    /// A kernel of a method; a [`CallMode`](rtsl_abi::CallMode) asks for the plain one of the shape.
-    pub fn new(program: &Arc<Program>, method: Method, variant: impl Into<Variant>) -> Self {
-        KernelRequest { program: program.clone(), method, variant: variant.into() }
-    }
-
-    fn is(&self, other: &KernelRequest) -> bool {
-        Arc::ptr_eq(&self.program, &other.program)
-            && self.method == other.method
-            && self.variant == other.variant
-    }
-}
-
 impl Engine {
     /// The widths that there are kernels for.
-    pub const WIDTHS: [u32; 4] = [1, 4, 8, 16];
+    pub const WIDTHS: [u32; 4] = KernelSource::WIDTHS;
 
     /// How many full chunks kernels can do at a time.
     pub const INTERLEAVES: [u32; 3] = rtsl_packet::interleave::FACTORS;
@@ -97,30 +66,10 @@ impl Engine {
     /// used, or the width is none of [`Engine::WIDTHS`], or the chunks at a time none of
     /// [`Engine::INTERLEAVES`].
     pub fn new(options: EngineOptions) -> Result<(Engine, Diagnostics), Diagnostic> {
-        let mut warnings = Diagnostics::new();
-        let llvm = match options.backend {
-            Backend::Interpreter => None,
-            Backend::Jit => Some(Llvm::load().map_err(|error| no_llvm(&error))?),
-            Backend::Auto => match Llvm::load() {
-                Ok(llvm) => Some(llvm),
-                // Who names a library wants that one, not something slower.
-                Err(error) if error.chosen_by_user => return Err(no_llvm(&error)),
-                Err(error) => {
-                    warnings.push(interpreter_instead(&error));
-                    None
-                }
-            },
-        };
-        let width = options.width.unwrap_or_else(|| llvm.as_deref().map_or(1, natural_width));
-        if !Engine::WIDTHS.contains(&width) {
-            return Err(unknown_width(width));
-        }
-        if let Some(factor) = options.interleave.filter(|it| !Engine::INTERLEAVES.contains(it)) {
-            return Err(unknown_interleave(factor));
-        }
-        let shared = Arc::new(Shared { options, width, llvm });
+        let (compiler, warnings) = KernelCompiler::new(options)?;
+        let compiler = Arc::new(compiler);
         let (programs, background) = (Arc::default(), Arc::default());
-        Ok((Engine { shared, programs, background }, warnings))
+        Ok((Engine { compiler, programs, background }, warnings))
     }
 
     /// Loads LLVM, if there is one, and has it compile something: the first compilation of a process
@@ -139,29 +88,25 @@ impl Engine {
         Llvm::release_memory();
     }
 
-    pub(crate) fn shared(&self) -> &Arc<Shared> {
-        &self.shared
-    }
-
     /// How it makes kernels.
     pub fn options(&self) -> &EngineOptions {
-        &self.shared.options
+        self.compiler.options()
     }
 
     /// Rays at a time.
     pub fn width(&self) -> u32 {
-        self.shared.width
+        self.compiler.width()
     }
 
     /// The LLVM that compiles; `None` where the interpreter runs kernels.
     pub fn llvm(&self) -> Option<&Llvm> {
-        self.shared.llvm.as_deref()
+        self.compiler.llvm()
     }
 
     /// The program of an instance: its class, linked with those of the instances that it refers
     /// to. Instances of the same classes share it.
     pub fn program(&self, instance: &Instance) -> Arc<Program> {
-        self.program_of(ClassTree::of(instance))
+        self.program_of(instance.tree())
     }
 
     /// The program of a class with no reference set: to look at its code.
@@ -171,7 +116,7 @@ impl Engine {
         self.program_of(ClassTree { class: class.clone(), references: references.collect() })
     }
 
-    pub(crate) fn program_of(&self, tree: ClassTree) -> Arc<Program> {
+    fn program_of(&self, tree: ClassTree) -> Arc<Program> {
         let key = tree.key();
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(program) = programs.get(&key).and_then(Weak::upgrade) {
@@ -182,14 +127,28 @@ impl Engine {
         if programs.len().is_power_of_two() {
             programs.retain(|_, program| program.strong_count() > 0);
         }
-        let program = Arc::new(Program::new(self.shared.clone(), tree));
+        let program = Arc::new(Program::new(self.compiler.clone(), tree));
         programs.insert(key, Arc::downgrade(&program));
         program
     }
 
+    /// A library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
+    ///
+    /// # Errors
+    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
+    /// for, or a method can't be linked or lowered.
+    pub fn aot_library(
+        &self,
+        classes: &[Arc<Class>],
+        options: &AotOptions,
+    ) -> Result<AotLibrary, Diagnostic> {
+        let program = |tree| self.program_of(tree);
+        AotLibrary::new(classes, options, self.compiler.clone(), program)
+    }
+
     /// Makes kernels on all processors; the results are in the order of the requests.
     pub fn compile_all(&self, requests: &[KernelRequest]) -> Vec<Result<Arc<Kernel>, Diagnostic>> {
-        if self.shared.llvm.is_some() {
+        if self.compiler.llvm().is_some() {
             self.compile_together(requests);
         }
         let kernels = requests.iter();
@@ -232,7 +191,7 @@ impl Engine {
             let request = KernelRequest { variant, ..request.clone() };
             let KernelRequest { program, method, variant } = &request;
             if program.made(*method, variant).is_none()
-                && !missing.iter().any(|(_, other)| other.is(&request))
+                && !missing.iter().any(|(_, other)| other.is_same(&request))
             {
                 missing.push((size, request));
             }
@@ -241,7 +200,7 @@ impl Engine {
         let modules = into_modules(&sizes, threads);
         on_threads(threads, modules.len(), |index| {
             let module: Vec<_> = modules[index].iter().map(|index| &missing[*index].1).collect();
-            Program::make_together(&module, &self.shared);
+            KernelRequest::make_together(&module, &self.compiler);
         });
     }
 }
@@ -283,42 +242,4 @@ fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
         }
         take();
     });
-}
-
-/// The width of the host's vectors.
-fn natural_width(llvm: &Llvm) -> u32 {
-    let has = |feature: &str| llvm.host().features().split(',').any(|it| it == feature);
-    if has("+avx512f") && has("+avx512vl") {
-        16
-    } else if has("+avx2") {
-        8
-    } else {
-        4
-    }
-}
-
-pub(crate) fn no_llvm(error: &rtsl_jit::LlvmError) -> Diagnostic {
-    let diagnostic = Diagnostic::new(codes::NO_LLVM, error.to_string());
-    diagnostic.help("the interpreter needs no LLVM: `--backend interp`")
-}
-
-fn interpreter_instead(error: &rtsl_jit::LlvmError) -> Diagnostic {
-    Diagnostic::new(codes::INTERPRETER_INSTEAD, error.to_string())
-        .note("everything runs on the interpreter, which is slower by far")
-}
-
-fn unknown_interleave(factor: u32) -> Diagnostic {
-    Diagnostic::new(
-        codes::UNKNOWN_WIDTH,
-        format!("there are no kernels for {factor} vectors of rays at a time"),
-    )
-    .help("they do 1, 2 or 4")
-}
-
-pub(crate) fn unknown_width(width: u32) -> Diagnostic {
-    Diagnostic::new(
-        codes::UNKNOWN_WIDTH,
-        format!("there are no kernels for {width} rays at a time"),
-    )
-    .help("the widths are 1, 4, 8 and 16")
 }

@@ -1,4 +1,4 @@
-//! Engines: they make programs of instances, and kernels on all processors or in the background.
+//! The engine: programs of instances, and kernels made on several threads or in the background.
 
 pub(crate) mod background;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]

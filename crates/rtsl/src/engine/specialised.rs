@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rtsl_abi::InstanceBlock;
 use rtsl_source::Diagnostic;
 
+use super::background::{Answer, Background};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::variant::{KnownMembers, Variant};
-use crate::engine::background::{Answer, Background};
-use crate::engine::engine::KernelRequest;
 use crate::instance::instance::Instance;
+use crate::program::kernel_request::KernelRequest;
 
 /// The kernel of a method for one instance: the general one at first, and as soon as a thread in the
 /// background has made it, one that takes the instance's members for constants. Both give the same

@@ -3,7 +3,7 @@
 use rtsl_ir::VariableKind;
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
 
-use crate::instance::environment::Environment;
+use super::environment::Environment;
 
 /// The scalars that a parameter of `class` has by default, as bits, for hosts that show them; `None`
 /// where they lie in several places (structs) or nowhere (references, buffers).

@@ -6,7 +6,7 @@ use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Interpreter, Storage, Variable, VariableId, VariableKind};
 use rtsl_source::Diagnostic;
 
-use crate::instance::parameters::Words;
+use super::words::Words;
 use crate::{errors, nesting};
 
 /// The scalars of members, constructor parameters and buffers, by name.
@@ -41,7 +41,8 @@ impl Environment {
     /// # Errors
     /// Where it is not linked, or ran past its budget.
     pub fn run(&mut self, function: &Function) -> Result<(), Diagnostic> {
-        let interpreter = nesting::bear_function(function, || Interpreter::prepare(function));
+        let interpreter =
+            nesting::with_stack_for(function.nesting(), || Interpreter::prepare(function));
         let mut interpreter =
             interpreter.map_err(|error| errors::code_generation(&function.name, &error))?;
         let mut storage = FunctionStorage {

@@ -1,27 +1,16 @@
 //! Instances: a class with its parameters set.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
-use rtsl_ir::class::{Class, Parameter, ParameterTarget, Reference};
+use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
-use rtsl_source::{Diagnostic, Diagnostics};
+use rtsl_source::Diagnostic;
 
+use super::environment::Environment;
+use super::words::Words;
 use crate::errors;
-use crate::instance::environment::Environment;
-use crate::instance::parameters::{self, Argument, Leaves, Words};
-use crate::instance::value::Value;
 use crate::link::class_tree::{ClassTree, element_path};
-use crate::link::linker::{link_function, unset_warning};
-use crate::program::elements::parameter_name;
-
-/// Instances that an instance refers to, and those that these refer to, each counted as often as
-/// it is reached: what a linked kernel may hold.
-const TREE_LIMIT: u64 = 4096;
-/// References behind references.
-const DEPTH_LIMIT: u32 = 64;
 
 /// An object of a scene: a class, values for its parameters, the instances that it refers to.
 /// It does not change; a changed parameter is a new instance, made in microseconds, and kernels
@@ -45,22 +34,22 @@ const DEPTH_LIMIT: u32 = 64;
 /// ```
 #[derive(Debug)]
 pub struct Instance {
-    class: Arc<Class>,
+    pub(super) class: Arc<Class>,
     /// In the order of the class's members.
-    members: Vec<Vec<u32>>,
+    pub(super) members: Vec<Vec<u32>>,
     /// In the order of the class's buffers.
-    buffers: Vec<Arc<[u32]>>,
+    pub(super) buffers: Vec<Arc<[u32]>>,
     /// In the order of the class's references: one element, or those of the array.
-    references: Vec<Vec<Option<Arc<Instance>>>>,
-    tree_size: u64,
-    depth: u32,
+    pub(super) references: Vec<Vec<Option<Arc<Instance>>>>,
+    pub(super) tree_size: u64,
+    pub(super) depth: u32,
     /// What the constructor started from, where hosts make [elements](Instance::element_count).
-    unmade: Option<Box<Unmade>>,
+    pub(super) unmade: Option<Box<Unmade>>,
 }
 
 /// An instance before its constructor ran.
 #[derive(Debug)]
-struct Unmade {
+pub(super) struct Unmade {
     /// In the order of the class's members.
     members: Vec<Vec<u32>>,
     /// The constructor's parameters.
@@ -68,27 +57,14 @@ struct Unmade {
 }
 
 impl Instance {
-    /// Makes an instance: runs the member initialisers, sets the public members, runs the
-    /// constructor.
-    ///
-    /// # Errors
-    /// Every problem of the arguments: unknown names, wrong types, numbers out of range, missing
-    /// parameters.
-    pub fn new<'a>(
-        class: &Arc<Class>,
-        arguments: impl IntoIterator<Item = (&'a str, Value)>,
-    ) -> Result<Arc<Instance>, Diagnostics> {
-        let mut builder = Builder::new(class);
-        for (name, value) in arguments {
-            builder.argument(name, &value);
-        }
-        builder.check_required();
-        builder.finish().map(Arc::new)
-    }
-
     /// Its class.
     pub fn class(&self) -> &Arc<Class> {
         &self.class
+    }
+
+    /// Its class, with those of the instances that it refers to.
+    pub(crate) fn tree(&self) -> ClassTree {
+        class_tree(&self.class, &self.references)
     }
 
     /// What it refers to: for each of the class's references one element, or those of the array.
@@ -113,7 +89,7 @@ impl Instance {
             if !reference.tested && elements.iter().any(Option::is_none) && self.calls(reference) {
                 let paths = elements.iter().enumerate().filter(|(_, element)| element.is_none());
                 let warning = |(index, _)| {
-                    unset_warning((self.class.name.clone(), element_path(reference, index)))
+                    errors::unset_reference(&self.class.name, &element_path(reference, index))
                 };
                 unset.extend(paths.map(warning));
             }
@@ -212,7 +188,7 @@ impl Instance {
     }
 
     /// Lets a constructor that refers to this instance as `path` see its data.
-    fn show(&self, path: &str, values: &mut Environment) {
+    pub(super) fn show(&self, path: &str, values: &mut Environment) {
         for (variable, words) in self.class.members.iter().zip(&self.members) {
             values.set(VariableKind::Member, &format!("{path}.{}", variable.name), words);
         }
@@ -226,7 +202,7 @@ impl Instance {
 }
 
 impl Unmade {
-    fn new(class: &Class, constructor: &Function, values: &Environment) -> Unmade {
+    pub fn new(class: &Class, constructor: &Function, values: &Environment) -> Unmade {
         let parameters =
             constructor.variables.iter().filter(|it| it.kind == VariableKind::Parameter);
         Unmade {
@@ -236,8 +212,24 @@ impl Unmade {
     }
 }
 
+/// Returns a class whose references are set to these instances, with the classes of the instances.
+pub(super) fn class_tree(
+    class: &Arc<Class>,
+    references: &[Vec<Option<Arc<Instance>>>],
+) -> ClassTree {
+    let each = |elements: &Vec<Option<Arc<Instance>>>| {
+        elements.iter().map(|element| element.as_deref().map(Instance::tree)).collect()
+    };
+    ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
+}
+
+/// The name of a constructor's parameter among the members, none of which has such a name.
+pub(crate) fn parameter_name(name: &str) -> String {
+    format!("rt_Parameter.{name}")
+}
+
 /// Calls `visit` with the path and the instance of each reference that is set.
-fn for_each_element(
+pub(super) fn for_each_element(
     class: &Class,
     references: &[Vec<Option<Arc<Instance>>>],
     mut visit: impl FnMut(&str, &Instance),
@@ -248,154 +240,5 @@ fn for_each_element(
                 visit(&element_path(reference, index), instance);
             }
         }
-    }
-}
-
-/// Gathers arguments and what is wrong with them.
-struct Builder<'a> {
-    class: &'a Arc<Class>,
-    given: Vec<&'a str>,
-    constructor_arguments: Leaves,
-    members: Leaves,
-    references: BTreeMap<&'a str, Vec<Arc<Instance>>>,
-    problems: Diagnostics,
-}
-
-impl<'a> Builder<'a> {
-    fn new(class: &'a Arc<Class>) -> Self {
-        Builder {
-            class,
-            given: Vec::new(),
-            constructor_arguments: Leaves::new(),
-            members: Leaves::new(),
-            references: BTreeMap::new(),
-            problems: Diagnostics::new(),
-        }
-    }
-
-    fn argument(&mut self, name: &str, value: &Value) {
-        let class = self.class;
-        let Some(parameter) = class.parameters.iter().find(|it| it.name == name) else {
-            self.problems.push(errors::unknown_parameter(class, name));
-            return;
-        };
-        self.given.push(&parameter.name);
-        match parameters::argument(parameter, value) {
-            Err(mismatch) => self.problems.push(errors::mismatch(class, parameter, mismatch)),
-            Ok(Argument::References(instances)) => {
-                self.references.insert(&parameter.name, instances);
-            }
-            Ok(Argument::Data(leaves)) => match parameter.target {
-                ParameterTarget::Constructor => self.constructor_arguments.extend(leaves),
-                ParameterTarget::Member => self.members.extend(leaves),
-            },
-        }
-    }
-
-    fn check_required(&mut self) {
-        let missing: Vec<&Parameter> = self
-            .class
-            .parameters
-            .iter()
-            .filter(|it| it.required && !self.given.contains(&it.name.as_str()))
-            .collect();
-        if !missing.is_empty() {
-            self.problems.push(errors::missing_parameters(self.class, &missing));
-        }
-    }
-
-    fn finish(mut self) -> Result<Instance, Diagnostics> {
-        let (tree_size, depth) = self.measure_tree();
-        let references = self.take_references();
-        let constructor = match self.link_constructor(&references) {
-            Ok(constructor) => constructor,
-            Err(problem) => {
-                self.problems.push(problem);
-                None
-            }
-        };
-        if self.problems.has_errors() {
-            return Err(self.problems);
-        }
-        let (mut values, unmade) = match self.run(constructor.as_deref(), &references) {
-            Ok(made) => made,
-            Err(problem) => {
-                self.problems.push(problem);
-                return Err(self.problems);
-            }
-        };
-        let class = self.class;
-        let members = class.members.iter().map(|variable| values.take(variable)).collect();
-        let buffers = class.buffers.iter().map(|variable| {
-            self.members.remove(&variable.name).map_or_else(|| Arc::from([]), Words::into_shared)
-        });
-        let buffers = buffers.collect();
-        let class = class.clone();
-        Ok(Instance { class, members, buffers, references, tree_size, depth, unmade })
-    }
-
-    /// Initialisers, then the host's values, then the constructor.
-    fn run(
-        &self,
-        constructor: Option<&Function>,
-        references: &[Vec<Option<Arc<Instance>>>],
-    ) -> Result<(Environment, Option<Box<Unmade>>), Diagnostic> {
-        let mut values = Environment::default();
-        values.run(&self.class.initializer)?;
-        for (name, words) in &self.members {
-            if self.class.buffers.iter().any(|variable| variable.name == *name) {
-                values.set_buffer(name, words.clone());
-            } else {
-                values.set(VariableKind::Member, name, words.as_slice());
-            }
-        }
-        for (name, words) in &self.constructor_arguments {
-            values.set(VariableKind::Parameter, name, words.as_slice());
-        }
-        let unmade = self
-            .class
-            .element()
-            .and(constructor)
-            .map(|constructor| Box::new(Unmade::new(self.class, constructor, &values)));
-        if let Some(constructor) = constructor {
-            let show = |path: &str, instance: &Instance| instance.show(path, &mut values);
-            for_each_element(self.class, references, show);
-            values.run(constructor)?;
-        }
-        Ok((values, unmade))
-    }
-
-    fn take_references(&mut self) -> Vec<Vec<Option<Arc<Instance>>>> {
-        let references = self.class.references.iter().map(|reference| {
-            let count = reference.count.map_or(1, |count| count as usize);
-            match self.references.get(reference.name.as_str()) {
-                Some(instances) => instances.iter().cloned().map(Some).collect(),
-                None => vec![None; count],
-            }
-        });
-        references.collect()
-    }
-
-    /// The constructor without references, if there is one and all is well so far.
-    fn link_constructor(
-        &self,
-        references: &[Vec<Option<Arc<Instance>>>],
-    ) -> Result<Option<Cow<'a, Function>>, Diagnostic> {
-        let Some(constructor) = &self.class.constructor else { return Ok(None) };
-        if references.is_empty() || self.problems.has_errors() {
-            return Ok(Some(Cow::Borrowed(constructor)));
-        }
-        let tree = ClassTree::new(self.class, references);
-        link_function(&tree, constructor).map(|linked| Some(Cow::Owned(linked.function)))
-    }
-
-    fn measure_tree(&mut self) -> (u64, u32) {
-        let referenced = || self.references.values().flatten();
-        let size = referenced().fold(1_u64, |sum, it| sum.saturating_add(it.tree_size));
-        let depth = 1 + referenced().map(|it| it.depth).max().unwrap_or(0);
-        if size > TREE_LIMIT || depth > DEPTH_LIMIT {
-            self.problems.push(errors::too_many_references(self.class));
-        }
-        (size, depth)
     }
 }

@@ -1,5 +1,6 @@
 //! Instances: classes with values for their parameters.
 
+mod builder;
 pub(crate) mod defaults;
 pub(crate) mod environment;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
@@ -8,3 +9,4 @@ pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
 pub(crate) mod value;
+pub(crate) mod words;

@@ -1,46 +1,19 @@
 //! Turns the values of hosts into the words of places.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_spec::COLOR_COMPONENTS;
 
-use crate::instance::instance::Instance;
-use crate::instance::value::Numbers;
-use crate::instance::value::Value;
+use super::instance::Instance;
+use super::value::{Numbers, Value};
+use super::words::{Leaves, Words};
+use crate::errors::Mismatch;
+use crate::type_name::type_name;
 
 /// Nesting of types and values; no class comes near it.
 const DEPTH_LIMIT: usize = 64;
-
-/// Words by the name of their place: `center`, `s.a`.
-pub(crate) type Leaves = BTreeMap<String, Words>;
-
-/// The scalars of one place, as they lie in memory.
-#[derive(Clone, Debug)]
-pub(crate) enum Words {
-    /// Made here.
-    Owned(Vec<u32>),
-    /// The host's, which other instances may share.
-    Shared(Arc<[u32]>),
-}
-
-impl Words {
-    pub(crate) fn as_slice(&self) -> &[u32] {
-        match self {
-            Words::Owned(words) => words,
-            Words::Shared(words) => words,
-        }
-    }
-
-    pub(crate) fn into_shared(self) -> Arc<[u32]> {
-        match self {
-            Words::Owned(words) => words.into(),
-            Words::Shared(words) => words,
-        }
-    }
-}
 
 /// What a value of a parameter says.
 pub(crate) enum Argument {
@@ -48,17 +21,6 @@ pub(crate) enum Argument {
     Data(Leaves),
     /// The instances that a reference, or an array of references, names.
     References(Vec<Arc<Instance>>),
-}
-
-/// Why a value does not serve.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Mismatch {
-    /// It has another type: what was expected, what was found.
-    Type { expected: String, found: String },
-    /// A number lies outside the annotated range.
-    Range(String),
-    /// An instance lacks the role that a reference asks for.
-    Role { class: String, role: &'static str },
 }
 
 /// The words that `value` gives for `parameter`.
@@ -98,39 +60,6 @@ pub fn place_words(
         Mismatch::Role { class, role } => format!("`{class}` is no {role}"),
     })?;
     Ok(leaves.into_iter().map(|(name, words)| (name, words.as_slice().to_vec())).collect())
-}
-
-/// The type as RTSL writes it.
-pub fn type_name(ty: &ParameterType) -> String {
-    match ty {
-        ParameterType::Scalar(scalar) => scalar_name(*scalar).to_owned(),
-        ParameterType::Vector(scalar, count) => {
-            let prefix = match scalar {
-                Scalar::F32 => "",
-                Scalar::I32 => "i",
-                Scalar::U32 => "u",
-                Scalar::Bool => "b",
-            };
-            format!("{prefix}vec{count}")
-        }
-        ParameterType::Matrix(columns, rows) if columns == rows => format!("mat{columns}"),
-        ParameterType::Matrix(columns, rows) => format!("mat{columns}x{rows}"),
-        ParameterType::Color => "color".to_owned(),
-        ParameterType::Struct(name, _) => name.clone(),
-        ParameterType::Array(element, count) => format!("{}[{count}]", type_name(element)),
-        ParameterType::Buffer(element) => format!("{}[]", type_name(element)),
-        ParameterType::Reference(role) => role.class().to_owned(),
-    }
-}
-
-/// The type of a number as RTSL writes it.
-pub fn scalar_name(scalar: Scalar) -> &'static str {
-    match scalar {
-        Scalar::F32 => "float",
-        Scalar::I32 => "int",
-        Scalar::U32 => "uint",
-        Scalar::Bool => "bool",
-    }
 }
 
 fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, Mismatch> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl_ir::Scalar;
 
-use crate::instance::instance::Instance;
+use super::instance::Instance;
 
 /// A value, loosely typed: the class says what type it must have, and numbers convert as the
 /// language converts them (int to uint to float).

@@ -6,8 +6,6 @@ use rtsl_abi::Layout;
 use rtsl_ir::Variable;
 use rtsl_ir::class::Class;
 
-use crate::instance::instance::Instance;
-
 /// A class with those of the instances that it refers to. Instances with equal trees share
 /// their kernels; what sets them apart is data.
 #[derive(Clone, Debug)]
@@ -18,19 +16,6 @@ pub(crate) struct ClassTree {
 }
 
 impl ClassTree {
-    /// The tree of an instance; its size is bounded when instances are made.
-    pub fn of(instance: &Instance) -> ClassTree {
-        ClassTree::new(instance.class(), instance.references())
-    }
-
-    /// The tree of a class whose references are these instances.
-    pub fn new(class: &Arc<Class>, references: &[Vec<Option<Arc<Instance>>>]) -> ClassTree {
-        let each = |elements: &Vec<Option<Arc<Instance>>>| {
-            elements.iter().map(|element| element.as_deref().map(ClassTree::of)).collect()
-        };
-        ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
-    }
-
     /// Equal for trees of the same classes, as long as those classes are kept alive.
     pub fn key(&self) -> Vec<usize> {
         let mut key = Vec::new();

@@ -14,10 +14,11 @@ use rtsl_ir::{
     VariableKind,
 };
 use rtsl_opt::unchanged::VariableScalar;
-use rtsl_source::{Diagnostic, deep_stack, diagnostic_codes as codes};
-use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
+use rtsl_source::{Diagnostic, deep_stack};
+use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
-use crate::link::class_tree::{ClassTree, element_path};
+use super::class_tree::{ClassTree, element_path};
+use crate::errors;
 
 /// Operations of a linked function.
 const OPERATION_LIMIT: usize = 1 << 17;
@@ -31,11 +32,6 @@ pub(crate) struct Linked {
     /// What the method sets and leaves as it was, which optimisation has found out.
     pub unchanged: Vec<VariableScalar>,
     pub warnings: Vec<Diagnostic>,
-}
-
-/// Links `method` of the tree's root; `None` if the class has no such method.
-pub(crate) fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
-    tree.class.methods.get(&method).map(|function| link_function(tree, function))
 }
 
 /// Links a function of the class at the tree's root.
@@ -132,7 +128,11 @@ impl Linker {
     }
 
     pub fn finish(self) -> Linked {
-        let warnings = self.warnings.into_iter().map(unset_warning).collect();
+        let warnings = self
+            .warnings
+            .into_iter()
+            .map(|(class, path)| errors::unset_reference(&class, &path))
+            .collect();
         Linked { function: self.out, unchanged: Vec::new(), warnings }
     }
 
@@ -164,7 +164,7 @@ impl Linker {
     pub fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
         // All later stages recurse as deep.
         if self.depth >= MAX_NESTING.min(deep_stack::depth()) {
-            return Err(limit_error(&self.out.name, "is nested too deeply"));
+            return Err(errors::link_limit(&self.out.name, "is nested too deeply"));
         }
         self.depth += 1;
         let result = work(self);
@@ -290,7 +290,7 @@ impl Linker {
     ) -> Linking<Values> {
         self.operations += 1;
         if self.operations > OPERATION_LIMIT {
-            return Err(limit_error(&self.out.name, "is too large"));
+            return Err(errors::link_limit(&self.out.name, "is too large"));
         }
         let results = self.out.new_values(results);
         to.push(Op { results, precise, kind });
@@ -585,21 +585,4 @@ pub(super) fn default_of(role: Role, wanted: StateComponent) -> Constant {
         )
         | None => 0.0,
     })
-}
-
-fn limit_error(name: &str, problem: &str) -> Diagnostic {
-    Diagnostic::new(
-        codes::LINK_LIMIT,
-        format!("`{name}`, linked with the methods it calls, {problem}"),
-    )
-    .help("refer to fewer or simpler instances")
-}
-
-pub(crate) fn unset_warning((class, path): (String, String)) -> Diagnostic {
-    Diagnostic::new(
-        codes::UNSET_REFERENCE,
-        format!("the reference `{path}` of `{class}` is used but not set"),
-    )
-    .note("a call through it gives the defaults of its role: black, zero")
-    .help(format!("set `{path}`, or test it with `isSet({path})`"))
 }

@@ -4,11 +4,15 @@ use expect_test::{Expect, expect};
 use rtsl_ir::Function;
 use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::verify::verify;
-use rtsl_source::diagnostic_codes as codes;
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Method, Role};
 
 use super::class_tree::ClassTree;
-use super::linker::link;
+use super::linker::{Linked, link_function};
+
+fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
+    tree.class.methods.get(&method).map(|function| link_function(tree, function))
+}
 
 /// A class with one method, and with the references that are named `name[count]`.
 fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str) -> Class {

@@ -21,12 +21,11 @@ use rtsl_packet::uniformity::Uniformity;
 use rtsl_source::Diagnostic;
 
 use crate::codegen::kernel::Kernel;
-use crate::codegen::kernel_compiler::{self as pipeline, Job};
-use crate::engine::engine::Shared;
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::kernel_source::KernelSource;
 use crate::errors;
-use crate::instance::instance::Instance;
+use crate::instance::instance::{Instance, parameter_name};
 use crate::link::class_tree::ClassTree;
-use crate::link::linker::link_function;
 
 /// Elements that one call makes: their arrays fit into the first cache, and a call costs next to
 /// nothing beside them.
@@ -87,8 +86,9 @@ impl ElementMaker {
             Some(ParameterTarget::Constructor) | None => (VariableKind::Parameter, None),
         };
         let constructor = class.constructor.as_ref();
-        let linked = constructor.map(|it| link_function(tree, it)).transpose()?;
-        let draft = linked.map(|linked| Draft::new(linked.function, (kind, name)));
+        let linked =
+            constructor.map(|it| KernelCompiler::link_constructor(tree, it)).transpose()?;
+        let draft = linked.map(|function| Draft::new(function, (kind, name)));
         let draft = draft.filter(|draft| !draft.function.outputs.is_empty());
         let made = draft.iter().flat_map(Draft::members).flat_map(|variable| {
             let first = layout.members[&variable.name];
@@ -111,7 +111,7 @@ impl ElementMaker {
         (instance, block): (&Instance, InstanceBlock),
         count: usize,
         number: impl Fn(usize) -> u32,
-        shared: &Shared,
+        compiler: &KernelCompiler,
     ) -> Result<Objects, Diagnostic> {
         let words: Vec<u32> =
             self.form.words().iter().map(|word| block.words()[*word as usize]).collect();
@@ -125,7 +125,7 @@ impl ElementMaker {
             }
         }
         if let Some(constructor) = &self.constructor {
-            let kernel = constructor.kernel(count, shared)?;
+            let kernel = constructor.kernel(count, compiler)?;
             constructor.run(kernel, instance, number, &mut objects)?;
         }
         Ok(objects)
@@ -134,13 +134,13 @@ impl ElementMaker {
 
 impl Constructor {
     /// The kernel for so many elements.
-    fn kernel(&self, count: usize, shared: &Shared) -> Result<&Kernel, Diagnostic> {
-        let (function, layout, width) = (&self.function, &self.layout, shared.width);
-        let job = Job { function, shape: CallMode::Packet, width, layout };
+    fn kernel(&self, count: usize, compiler: &KernelCompiler) -> Result<&Kernel, Diagnostic> {
+        let (function, layout, width) = (&self.function, &self.layout, compiler.width());
+        let source = KernelSource { function, mode: CallMode::Packet, width, layout };
         let kernel = if count <= MAX_INTERPRETED {
-            self.interpreted.get_or_init(|| pipeline::interpreted(job))
+            self.interpreted.get_or_init(|| compiler.interpreted(source))
         } else {
-            self.compiled.get_or_init(|| Ok(pipeline::kernels(&[job], shared)?.remove(0)))
+            self.compiled.get_or_init(|| Ok(compiler.kernels(&[source])?.remove(0)))
         };
         kernel.as_ref().map_err(Clone::clone)
     }
@@ -195,7 +195,6 @@ impl Draft {
     /// Reads the element from a lane array and stores members to others. What the constructor gives to all
     /// elements alike is left out.
     fn new(mut function: Function, (element, parameter): (VariableKind, &str)) -> Draft {
-        rtsl_opt::optimize(&mut function, &constructor_passes());
         for variable in &mut function.variables {
             if variable.kind == element && variable.name == parameter {
                 (variable.kind, variable.name) = (VariableKind::Scratch, NUMBER.to_owned());
@@ -272,14 +271,4 @@ fn leave_out_uniform(function: &mut Function) {
     let varies = function.body.yields.iter().map(|value| uniformity.varies(*value));
     let caller = rtsl_opt::Caller { read: Some(varies.collect()), ..Default::default() };
     rtsl_opt::specialise(function, &caller, true);
-}
-
-/// The passes over constructors: without contraction, since instances are made without it, too.
-pub(crate) fn constructor_passes() -> rtsl_opt::Options {
-    rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() }
-}
-
-/// The name of a constructor's parameter among the members, none of which is called so.
-pub(crate) fn parameter_name(name: &str) -> String {
-    format!("rt_Parameter.{name}")
 }

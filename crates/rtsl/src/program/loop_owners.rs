@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use rtsl_ir::{OpKind, ReferencePath, Region};
 use rtsl_spec::Method;
 
+use super::program::Program;
 use crate::link::class_tree::ClassTree;
-use crate::program::program::Program;
 
 /// The methods whose loops may have used up the budget of a call, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]

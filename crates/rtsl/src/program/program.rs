@@ -1,32 +1,31 @@
 //! A class linked with those it refers to, and its kernels.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_abi::description::KernelDescription;
-use rtsl_abi::{CallMode, InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
+use rtsl_abi::{InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Output, Region, Value, Variable, VariableId, VariableKind};
+use rtsl_ir::{Function, Variable};
 use rtsl_jit::CompiledCallback;
 use rtsl_opt::placed::PLACEMENT_SCALARS;
-use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
-use rtsl_spec::{Method, StateVariable, lookup_state};
+use rtsl_spec::Method;
 
-use crate::aot::class::describe_kernel;
+use super::elements::ElementMaker;
+use super::kernel_cache::KernelCache;
+use super::kernel_description::describe_kernel;
 use crate::codegen::callback::Callback;
+use crate::codegen::emit::EmitRequest;
 use crate::codegen::kernel::Kernel;
-use crate::codegen::kernel_compiler::{self as pipeline, Job};
+use crate::codegen::kernel_compiler::{KernelCompiler, ray_direction};
+use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::options::Math;
 use crate::codegen::packet_kernel::PacketKernel;
 use crate::codegen::variant::{KnownMembers, Variant};
-use crate::engine::engine::{KernelRequest, Shared};
 use crate::instance::instance::Instance;
 use crate::link::class_tree::{ClassTree, TreeVariables};
-use crate::link::linker::Linked;
-use crate::program::elements::ElementMaker;
-use crate::program::kernel_cache::KernelCache;
+use crate::link::linked_method::LinkedMethod;
 use crate::{errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
@@ -57,7 +56,7 @@ use crate::{errors, nesting};
 /// ```
 #[derive(Debug)]
 pub struct Program {
-    shared: Arc<Shared>,
+    compiler: Arc<KernelCompiler>,
     tree: ClassTree,
     variables: TreeVariables,
     layout: Layout,
@@ -71,35 +70,14 @@ pub struct Program {
 /// of the origin.
 pub type Placement = [f32; PLACEMENT_SCALARS as usize];
 
-/// A method without references, optimised.
-#[derive(Clone, Debug)]
-pub struct LinkedMethod {
-    /// What it does.
-    pub function: Arc<Function>,
-    /// What linking warned about.
-    pub warnings: Vec<Diagnostic>,
-    /// The state variables that it reads.
-    pub reads: Vec<&'static StateVariable>,
-    /// The state variables that it sets.
-    pub writes: Vec<&'static StateVariable>,
-    /// Whether it reads scratch.
-    pub reads_scratch: bool,
-    /// Whether it sets scratch.
-    pub sets_scratch: bool,
-    /// What it sets and leaves as it was.
-    unchanged: Vec<VariableScalar>,
-    /// How deep its regions nest.
-    pub(crate) nesting: usize,
-}
-
 impl Program {
-    pub(crate) fn new(shared: Arc<Shared>, tree: ClassTree) -> Program {
+    pub(crate) fn new(compiler: Arc<KernelCompiler>, tree: ClassTree) -> Program {
         let variables = tree.variables();
         let layout = variables.layout();
         let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
         let callbacks = Mutex::default();
-        Program { shared, tree, variables, layout, methods, kernels, callbacks, elements }
+        Program { compiler, tree, variables, layout, methods, kernels, callbacks, elements }
     }
 
     /// The class.
@@ -109,7 +87,7 @@ impl Program {
 
     /// Rays at a time.
     pub fn width(&self) -> u32 {
-        self.shared.width
+        self.compiler.width()
     }
 
     /// Whether the class has the method, itself or implied by others.
@@ -267,10 +245,10 @@ impl Program {
         number: impl Fn(usize) -> u32,
     ) -> Result<Objects, Diagnostic> {
         let maker = self.elements.get_or_init(|| {
-            nesting::bear_any(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new))
+            nesting::with_deep_stack(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new))
         });
         let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make((instance, block), count, number, &self.shared)
+        maker.make((instance, block), count, number, &self.compiler)
     }
 
     /// The form of objects that share nothing, with placements or without.
@@ -281,7 +259,7 @@ impl Program {
 
     /// Whether an instance is of this program: of its class, referring to instances of the same classes.
     pub fn serves(&self, instance: &Instance) -> bool {
-        ClassTree::of(instance).key() == self.tree.key()
+        instance.tree().key() == self.tree.key()
     }
 
     /// What hosts without a compiler are told of a kernel; its symbol is empty.
@@ -294,7 +272,7 @@ impl Program {
         variant: &Variant,
     ) -> Result<KernelDescription, Diagnostic> {
         let linked = self.method(method)?;
-        Ok(nesting::bear(linked.nesting, || {
+        Ok(nesting::with_stack_for(linked.nesting, || {
             let variant = self.canonical(&linked, variant.clone());
             let width = variant.width_in(self.width());
             describe_kernel(method, &linked, &variant, width, String::new())
@@ -309,13 +287,7 @@ impl Program {
         let Some(cell) = self.methods.get(&method) else {
             return Err(errors::missing_method(self.class(), method));
         };
-        cell.get_or_init(|| {
-            nesting::bear_linked(&self.tree, method, || {
-                let linked = pipeline::link(&self.tree, method, &self.shared.options)?;
-                Ok(Arc::new(LinkedMethod::new(linked)))
-            })
-        })
-        .clone()
+        cell.get_or_init(|| self.compiler.link(&self.tree, method).map(Arc::new)).clone()
     }
 
     /// The members of an instance as known values, for [`Variant::knowing`].
@@ -349,8 +321,8 @@ impl Program {
         cell.get_or_init(|| {
             let function = self.specialise(&linked, &variant);
             let layout = variant.layout(&self.layout);
-            let job = Job::new(&function, &variant, &layout, &self.shared);
-            let mut kernels = pipeline::kernels(&[job], &self.shared)?;
+            let source = KernelSource::new(&function, &variant, &layout, self.width());
+            let mut kernels = self.compiler.kernels(&[source])?;
             Ok(Arc::new(kernels.remove(0)))
         })
         .clone()
@@ -367,7 +339,7 @@ impl Program {
         if let Some(compiled) = callbacks.get(callback) {
             return Ok(compiled.clone());
         }
-        let compiled = pipeline::callback(&self.tree, callback, &self.layout, &self.shared)?;
+        let compiled = self.compiler.callback(&self.tree, callback, &self.layout)?;
         callbacks.insert(callback.clone(), compiled.clone());
         Ok(compiled)
     }
@@ -385,22 +357,37 @@ impl Program {
         let variant = self.canonical(&linked, variant.into());
         let function = self.specialise(&linked, &variant);
         let layout = variant.layout(&self.layout);
-        let job = Job::new(&function, &variant, &layout, &self.shared);
-        pipeline::packet_kernel(job, &self.shared)
+        let source = KernelSource::new(&function, &variant, &layout, self.width());
+        self.compiler.packet_kernel(source)
+    }
+
+    /// A method in one of the forms that it takes on its way to machine code, as text.
+    ///
+    /// # Errors
+    /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
+    pub fn emit(&self, request: &EmitRequest) -> Result<Vec<u8>, Diagnostic> {
+        let linked = self.method(request.method)?;
+        nesting::with_stack_for(linked.nesting, || {
+            let variant = self.canonical(&linked, request.variant.clone());
+            let function = self.specialise(&linked, &variant);
+            let layout = variant.layout(&self.layout);
+            let source = KernelSource::new(&function, &variant, &layout, self.width());
+            request.emit(source, &self.compiler)
+        })
     }
 
     /// The function of a variant.
     pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
-        nesting::bear(method.nesting, || {
+        nesting::with_stack_for(method.nesting, || {
             let method = method.in_shape(variant.shape);
-            pipeline::specialise(&method.function, variant, &self.layout, &self.shared.options)
+            self.compiler.specialise(&method.function, variant, &self.layout)
         })
     }
 
     /// The variant without what makes no difference to the method, so that equal kernels are
     /// made once.
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
-        nesting::bear(method.nesting, || self.canonical_of_shallow(method, variant))
+        nesting::with_stack_for(method.nesting, || self.canonical_of_shallow(method, variant))
     }
 
     fn canonical_of_shallow(&self, method: &LinkedMethod, variant: Variant) -> Variant {
@@ -408,8 +395,8 @@ impl Program {
         let outputs = variant.stored().of_method(&method);
         let known = variant.known.of_function(&method.function, &self.layout);
         let unit_directions = variant.unit_directions
-            && self.shared.options.math == Math::Fast
-            && pipeline::ray_direction(&method.function).is_some();
+            && self.compiler.options().math == Math::Fast
+            && ray_direction(&method.function).is_some();
         let Variant { shape, placed, .. } = variant;
         let width = Some(variant.width_in(self.width()));
         let form = || shape.has_many_objects().then(|| self.separate_objects(placed));
@@ -428,24 +415,9 @@ impl Program {
         self.kernels.cell(method, &variant).get().cloned()
     }
 
-    /// Makes kernels of canonical variants together. What fails is left to be made one by one, so
-    /// that each gets its own error.
-    pub(crate) fn make_together(requests: &[&KernelRequest], shared: &Shared) {
-        let functions = requests.iter().map(|KernelRequest { program, method, variant }| {
-            program.method(*method).map(|method| program.specialise(&method, variant))
-        });
-        let Ok(functions) = functions.collect::<Result<Vec<_>, _>>() else { return };
-        let layouts = requests.iter().map(|it| it.variant.layout(&it.program.layout));
-        let layouts: Vec<Layout> = layouts.collect();
-        let jobs = requests.iter().zip(&functions).zip(&layouts);
-        let jobs = jobs.map(|((request, function), layout)| {
-            Job::new(function, &request.variant, layout, shared)
-        });
-        let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
-        for (KernelRequest { program, method, variant }, kernel) in requests.iter().zip(kernels) {
-            // Somebody may have been faster; one kernel is as good as the other.
-            let _ = program.kernels.cell(*method, variant).set(Ok(Arc::new(kernel)));
-        }
+    /// Keeps a kernel of a canonical variant, unless another thread was faster; both give the same results.
+    pub(crate) fn keep(&self, method: Method, variant: &Variant, kernel: Kernel) {
+        let _ = self.kernels.cell(method, variant).set(Ok(Arc::new(kernel)));
     }
 
     /// The packet code of a canonical variant.
@@ -456,95 +428,11 @@ impl Program {
     ) -> Result<rtsl_packet::Kernel, Diagnostic> {
         let function = self.specialise(method, variant);
         let layout = variant.layout(&self.layout);
-        let job = Job::new(&function, variant, &layout, &self.shared);
-        nesting::bear(method.nesting, || pipeline::packet(job, &self.shared))
+        let source = KernelSource::new(&function, variant, &layout, self.width());
+        nesting::with_stack_for(method.nesting, || self.compiler.packet(source))
     }
 
     pub(crate) fn tree(&self) -> &ClassTree {
         &self.tree
     }
-
-    pub(crate) fn shared(&self) -> &Shared {
-        &self.shared
-    }
-}
-
-impl LinkedMethod {
-    /// Whether it leaves a state variable zero whatever it is called for: as far as constants tell.
-    pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
-        let Function { variables, body, outputs, .. } = &*self.function;
-        let is_zero = |value: Value| {
-            body.ops.iter().any(|op| match op.kind {
-                OpKind::Constant(constant) => {
-                    constant.bits() == 0 && op.results.iter().any(|result| result == value)
-                }
-                _ => false,
-            })
-        };
-        let is_of = |place: VariableId| {
-            let place = &variables[place.0 as usize];
-            place.kind == VariableKind::State && place.name == variable.name
-        };
-        let left = outputs.iter().zip(&body.yields).filter(|(output, _)| is_of(output.variable));
-        left.map(|(_, value)| *value).all(is_zero)
-    }
-
-    /// The method as kernels of a shape have it: where lanes store elsewhere than they read, what it leaves as it was is
-    /// stored, too.
-    pub(crate) fn in_shape(&self, shape: CallMode) -> Cow<'_, LinkedMethod> {
-        let kind = |output: &Output| self.function.variable(output.variable).kind;
-        let accepts = self.function.outputs.iter().any(|it| kind(it) == VariableKind::Accepted);
-        let moves = |(place, _): &&VariableScalar| !shape.stores_where_it_reads(place, accepts);
-        let mut moved = self.unchanged.iter().filter(moves).peekable();
-        if moved.peek().is_none() {
-            return Cow::Borrowed(self);
-        }
-        let mut function = Function::clone(&self.function);
-        unchanged::restore(&mut function, moved);
-        let (warnings, unchanged) = (self.warnings.clone(), Vec::new());
-        Cow::Owned(LinkedMethod::new(Linked { function, unchanged, warnings }))
-    }
-
-    fn new(Linked { function, unchanged, warnings }: Linked) -> LinkedMethod {
-        let reads = state_places(&function, |function, place| is_loaded(&function.body, place));
-        let writes = state_places(&function, |function, place| {
-            function.outputs.iter().any(|output| output.variable == place)
-        });
-        let is_scratch = |place: VariableId| function.variable(place).kind == VariableKind::Scratch;
-        let sets_scratch = function.outputs.iter().any(|output| is_scratch(output.variable));
-        let places = (0..function.variables.len() as u32).map(VariableId);
-        let reads_scratch =
-            places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
-        let (nesting, function) = (function.nesting(), Arc::new(function));
-        LinkedMethod {
-            function,
-            warnings,
-            reads,
-            writes,
-            reads_scratch,
-            sets_scratch,
-            unchanged,
-            nesting,
-        }
-    }
-}
-
-/// The variables of the state places for which `wanted` holds, in the order of the one table.
-fn state_places(
-    function: &Function,
-    wanted: impl Fn(&Function, VariableId) -> bool,
-) -> Vec<&'static StateVariable> {
-    let places = (0..).map(VariableId).zip(&function.variables);
-    let states =
-        places.filter(|(id, place)| place.kind == VariableKind::State && wanted(function, *id));
-    let mut variables: Vec<_> = states.filter_map(|(_, place)| lookup_state(&place.name)).collect();
-    variables.sort_by_key(|variable| variable.index);
-    variables
-}
-
-fn is_loaded(region: &Region, place: VariableId) -> bool {
-    region.ops.iter().any(|op| match &op.kind {
-        OpKind::Load(loaded, _) => *loaded == place,
-        kind => kind.regions().any(|region| is_loaded(region, place)),
-    })
 }
