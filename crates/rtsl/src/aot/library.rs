@@ -29,8 +29,8 @@ use crate::{errors, nesting};
 pub struct AotOptions {
     /// What the names of symbols begin with, a C identifier. Libraries that go into one program have different ones.
     pub prefix: String,
-    /// A kernel of each method for each of these shapes and widths; duplicates count once.
-    pub shapes: Vec<(CallMode, u32)>,
+    /// A kernel of each method for each of these call modes and widths; duplicates count once.
+    pub modes: Vec<(CallMode, u32)>,
     /// What hosts read of what methods leave.
     pub outputs: Outputs,
     /// Of the methods that a class has these; all where `None`.
@@ -43,7 +43,7 @@ impl Default for AotOptions {
     fn default() -> AotOptions {
         AotOptions {
             prefix: "rtsl".to_owned(),
-            shapes: vec![(CallMode::Single, 1)],
+            modes: vec![(CallMode::Single, 1)],
             outputs: Outputs::ALL,
             methods: None,
             bindings: Bindings::default(),
@@ -64,8 +64,8 @@ impl Default for AotOptions {
 /// use rtsl::aot::AotOptions;
 /// use rtsl::CallMode;
 ///
-/// let shapes = vec![(CallMode::Single, 1), (CallMode::Packet, 8)];
-/// let library = engine.aot_library(unit.classes(), &AotOptions { shapes, ..AotOptions::default() })?;
+/// let modes = vec![(CallMode::Single, 1), (CallMode::Packet, 8)];
+/// let library = engine.aot_library(unit.classes(), &AotOptions { modes, ..AotOptions::default() })?;
 /// assert!(library.header().contains("void rtsl_Ball_intersect_packet8(RtslCall *call);"));
 /// let radius = &library.description().classes[0].parameters[0];
 /// assert_eq!((radius.name.as_str(), radius.offset), ("radius", 0));
@@ -227,16 +227,16 @@ impl AotLibrary {
         if let Some(functions) = self.functions.last_mut() {
             functions.methods.push((method, function));
         }
-        let variants = options.shapes.iter().map(|(shape, width)| {
-            let variant = Variant::new(*shape).with_width(*width).reading(options.outputs);
+        let variants = options.modes.iter().map(|(mode, width)| {
+            let variant = Variant::new(*mode).with_width(*width).reading(options.outputs);
             program.canonical(&linked, variant)
         });
         let variants: BTreeSet<Variant> = variants.collect();
         let mut descriptions = Vec::new();
         for variant in variants {
             let kernel = program.packet(&linked, &variant)?;
-            let (shape, width) = (variant.shape, kernel.width);
-            let symbol = kernel_symbol(prefix, method, shape, width);
+            let (mode, width) = (variant.mode, kernel.width);
+            let symbol = kernel_symbol(prefix, method, mode, width);
             let description = describe_kernel(method, &linked, &variant, width, symbol);
             self.kernels.push((description.symbol.clone(), kernel));
             descriptions.push(description);
@@ -263,9 +263,9 @@ impl AotLibrary {
 }
 
 /// `rtsl_Sphere_intersect_single`, `rtsl_Sphere_intersect_packet8`.
-fn kernel_symbol(prefix: &str, method: Method, shape: CallMode, width: u32) -> String {
-    let (method, name) = (method.name(), shape.name().replace('-', "_"));
-    match shape {
+fn kernel_symbol(prefix: &str, method: Method, mode: CallMode, width: u32) -> String {
+    let (method, name) = (method.name(), mode.name().replace('-', "_"));
+    match mode {
         CallMode::Single => format!("{prefix}_{method}_{name}"),
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
             format!("{prefix}_{method}_{name}{width}")

@@ -108,7 +108,7 @@ impl InterpretedKernel {
         status
     }
 
-    /// Makes the tests of a call in the leaf shape, one after another.
+    /// Makes the tests of a call in the call mode `leaf`, one after another.
     pub fn make_tests(&self, call: LeafArguments<'_>, objects: &Objects) -> CallStatus {
         self.signature.check_leaf(&call, objects.len());
         let LeafArguments { state, scratch, count, tests, host } = call;
@@ -169,7 +169,7 @@ impl InterpretedKernel {
 /// Variable, component and bits.
 type Output = (VariableId, u32, u32);
 
-/// A hit in the leaf shape.
+/// A hit in the call mode `leaf`.
 struct Hit {
     lane: usize,
     distance: f32,

@@ -147,10 +147,10 @@ impl Kernel {
         }
     }
 
-    /// `intersect` in the leaf shape for calls with these objects, each of which has little to check.
+    /// Returns `intersect` in the call mode `leaf` for calls with these objects, which need few checks each.
     ///
     /// # Panics
-    /// If it is of another method or shape, or made for objects of another form.
+    /// If it is of another method or call mode, or made for objects of another form.
     pub fn for_leaves(&self, objects: Arc<Objects>) -> LeafKernel {
         let kind = match &self.kind {
             Kind::Compiled(kernel) => {
@@ -181,7 +181,7 @@ impl Kernel {
     }
 }
 
-/// `intersect` in the leaf shape and the objects that it is called for, found to fit each other once; see
+/// `intersect` in the call mode `leaf` and the objects that it is called for, checked once to fit each other; see
 /// [`Kernel::for_leaves`].
 ///
 /// ```

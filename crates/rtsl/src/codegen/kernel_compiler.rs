@@ -156,7 +156,7 @@ impl KernelCompiler {
         variant: &Variant,
         layout: &Layout,
     ) -> Arc<Function> {
-        let Variant { shape: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
+        let Variant { mode: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
             variant;
         if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
             return function.clone();

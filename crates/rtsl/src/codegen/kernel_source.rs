@@ -30,7 +30,7 @@ impl<'a> KernelSource<'a> {
         layout: &'a Layout,
         width: u32,
     ) -> KernelSource<'a> {
-        KernelSource { function, mode: variant.shape, width: variant.width_in(width), layout }
+        KernelSource { function, mode: variant.mode, width: variant.width_in(width), layout }
     }
 
     /// Checks that there are kernels of the width.

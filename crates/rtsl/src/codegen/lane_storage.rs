@@ -7,7 +7,7 @@ use rtsl_abi::{
 use rtsl_ir::{Scalar, Variable, VariableId, VariableKind};
 use rtsl_spec::lookup_state;
 
-/// Where a method's places lie in calls of one shape.
+/// The locations of a method's variables in calls of one mode.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneVariables {
     variables: Vec<LanePlace>,
@@ -48,14 +48,14 @@ enum Location {
 impl LaneVariables {
     /// The places of a function whose calls the signature describes.
     pub fn new(variables: &[Variable], layout: &Layout, signature: &Signature) -> LaneVariables {
-        let shape = signature.mode;
-        let form = layout.object_form(shape);
+        let mode = signature.mode;
+        let form = layout.object_form(mode);
         let variables = variables.iter().map(|variable| {
             let location =
                 Location::of(variable, layout, form.as_ref()).unwrap_or(Location::Nowhere);
             let of_objects =
                 matches!(location, Location::ObjectMember(_) | Location::ObjectBuffer(_));
-            LanePlace { location, len: variable.len, varies: shape.varies(variable, of_objects) }
+            LanePlace { location, len: variable.len, varies: mode.varies(variable, of_objects) }
         });
         LaneVariables { variables: variables.collect(), touched: signature.state }
     }

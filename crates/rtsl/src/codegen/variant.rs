@@ -34,7 +34,7 @@ use crate::link::outputs::Outputs;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
     /// What the rays of a call have in common.
-    pub shape: CallMode,
+    pub mode: CallMode,
     /// What the caller reads.
     pub outputs: Outputs,
     /// What is known of the instances of every call.
@@ -42,22 +42,22 @@ pub struct Variant {
     /// `rt_RayDirection` has unit length. Of use with [`Math::Fast`](crate::Math::Fast) only:
     /// otherwise results would depend on who asks.
     pub unit_directions: bool,
-    /// What differs from object to object of the objects of every call; the shapes stream and leaf take
-    /// all for different where `None`, and the others take one instance.
+    /// The words that differ between the objects of a call. If `None`, kernels of the call modes `stream` and `leaf`
+    /// take objects that share nothing, and those of the other modes take one instance.
     pub objects: Option<ObjectForm>,
     /// The method meets rays of another space than its object's: the object's data has a
     /// [`Placement`](crate::Placement).
     pub placed: bool,
-    /// Rays at a time, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS); those of the engine where `None`. The single
-    /// shape has 1 whatever this says.
+    /// Rays at a time, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS); those of the engine where `None`. Kernels of the
+    /// call mode `single` have 1.
     pub width: Option<u32>,
 }
 
 impl Variant {
     /// The kernel for every caller.
-    pub fn new(shape: CallMode) -> Variant {
+    pub fn new(mode: CallMode) -> Variant {
         Variant {
-            shape,
+            mode,
             outputs: Outputs::ALL,
             known: KnownMembers::default(),
             unit_directions: false,
@@ -85,7 +85,7 @@ impl Variant {
         Variant { unit_directions: true, ..self }
     }
 
-    /// The same for objects of this form: in the shapes with one object, too, for one of
+    /// The same for objects of this form, also in the call modes with one object, which is then one of
     /// [`Objects`](crate::Objects).
     #[must_use]
     pub fn of_objects(self, form: ObjectForm) -> Variant {
@@ -109,7 +109,7 @@ impl Variant {
 
     /// Rays at a time in an engine of this width.
     pub(crate) fn width_in(&self, engine: u32) -> u32 {
-        self.shape.width(self.width.unwrap_or(engine))
+        self.mode.width(self.width.unwrap_or(engine))
     }
 
     /// Where data lies in calls of the kernel.
@@ -118,10 +118,10 @@ impl Variant {
         Layout { objects: self.objects.clone(), ..layout }
     }
 
-    /// What the kernel stores of what its method sets: what the caller reads, and in the leaf
-    /// shape the distance, which decides whose outputs are kept.
+    /// What the kernel stores of what its method sets: what the caller reads, and in the
+    /// call mode `leaf` the distance, which decides whose outputs are kept.
     pub(crate) fn stored(&self) -> Outputs {
-        let distance = lookup_state(HIT_DISTANCE).filter(|_| self.shape == CallMode::Leaf);
+        let distance = lookup_state(HIT_DISTANCE).filter(|_| self.mode == CallMode::Leaf);
         let distance = Outputs::state(distance);
         self.outputs.union(distance)
     }
@@ -136,8 +136,8 @@ pub(crate) fn placed_layout(layout: &Layout) -> Layout {
 }
 
 impl From<CallMode> for Variant {
-    fn from(shape: CallMode) -> Variant {
-        Variant::new(shape)
+    fn from(mode: CallMode) -> Variant {
+        Variant::new(mode)
     }
 }
 

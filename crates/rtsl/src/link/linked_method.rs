@@ -52,12 +52,12 @@ impl LinkedMethod {
         left.map(|(_, value)| *value).all(is_zero)
     }
 
-    /// The method as kernels of a shape have it: where lanes store elsewhere than they read, what it leaves as it was is
-    /// stored, too.
-    pub(crate) fn in_shape(&self, shape: CallMode) -> Cow<'_, LinkedMethod> {
+    /// Returns the method for kernels of a call mode. If lanes store elsewhere than they read, kernels also store the
+    /// values that the method leaves as they were.
+    pub(crate) fn in_mode(&self, mode: CallMode) -> Cow<'_, LinkedMethod> {
         let kind = |output: &Output| self.function.variable(output.variable).kind;
         let accepts = self.function.outputs.iter().any(|it| kind(it) == VariableKind::Accepted);
-        let moves = |(place, _): &&VariableScalar| !shape.stores_where_it_reads(place, accepts);
+        let moves = |(place, _): &&VariableScalar| !mode.stores_where_it_reads(place, accepts);
         let mut moved = self.unchanged.iter().filter(moves).peekable();
         if moved.peek().is_none() {
             return Cow::Borrowed(self);

@@ -5,8 +5,8 @@ use rtsl_spec::{StateVariable, state_variables};
 use super::linked_method::LinkedMethod;
 
 /// What a caller reads of what a method leaves. The kernel does not store the rest: there the
-/// blocks stay as they are. Which rays accepted a hit is always told, and the leaf shape always stores the
-/// distance, by which it keeps the nearest.
+/// blocks stay as they are. The mask of accepted hits is always stored, and kernels of the call mode `leaf` always
+/// store the distance, by which they find the closest hit.
 ///
 /// ```
 /// use rtsl::{Outputs, lookup_state};

@@ -1,6 +1,6 @@
 //! Elements: the many objects that hosts make of one instance, such as the triangles of a mesh.
 //!
-//! Their constructor runs as a kernel of the packet shape whose lanes are elements: the element
+//! Their constructor runs as a packet kernel whose lanes are elements: the element
 //! parameter is read from a lane array and members are stored to others, which are then copied into blocks
 //! of objects. Everything else that the constructor reads is the same for all of them. The constructor
 //! is not contracted, as it is not where a single instance is made, so that the bits are the

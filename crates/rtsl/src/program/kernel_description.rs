@@ -14,7 +14,7 @@ pub(crate) fn describe_kernel(
     width: u32,
     symbol: String,
 ) -> KernelDescription {
-    let linked = linked.in_shape(variant.shape);
+    let linked = linked.in_mode(variant.mode);
     let components = |variable: &&StateVariable| {
         variable.first_component..variable.first_component + variable.ty.components()
     };
@@ -22,7 +22,7 @@ pub(crate) fn describe_kernel(
     let written = linked.writes.iter().filter(|variable| outputs.has_state(variable));
     KernelDescription {
         method,
-        mode: variant.shape,
+        mode: variant.mode,
         width,
         symbol,
         reads: linked.reads.iter().flat_map(components).collect(),

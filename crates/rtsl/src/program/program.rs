@@ -48,7 +48,7 @@ use crate::{errors, nesting};
 /// // What a method reads and sets, for hosts that compute no more than that.
 /// let intersect = program.method(Method::Intersect)?;
 /// assert!(intersect.writes.iter().any(|it| it.name == "rt_HitDistance"));
-/// // Kernels by shape and width.
+/// // Kernels by call mode and width.
 /// let kernel = program.kernel(Method::Intersect, Variant::new(CallMode::Packet).with_width(16))?;
 /// let origin = lookup_state("rt_RayOrigin").expect("the table has it").first_component;
 /// assert!(kernel.state_components().contains(origin + 2));
@@ -379,7 +379,7 @@ impl Program {
     /// The function of a variant.
     pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
         nesting::with_stack_for(method.nesting, || {
-            let method = method.in_shape(variant.shape);
+            let method = method.in_mode(variant.mode);
             self.compiler.specialise(&method.function, variant, &self.layout)
         })
     }
@@ -391,17 +391,17 @@ impl Program {
     }
 
     fn canonical_of_shallow(&self, method: &LinkedMethod, variant: Variant) -> Variant {
-        let method = method.in_shape(variant.shape);
+        let method = method.in_mode(variant.mode);
         let outputs = variant.stored().of_method(&method);
         let known = variant.known.of_function(&method.function, &self.layout);
         let unit_directions = variant.unit_directions
             && self.compiler.options().math == Math::Fast
             && ray_direction(&method.function).is_some();
-        let Variant { shape, placed, .. } = variant;
+        let Variant { mode, placed, .. } = variant;
         let width = Some(variant.width_in(self.width()));
-        let form = || shape.has_many_objects().then(|| self.separate_objects(placed));
+        let form = || mode.has_many_objects().then(|| self.separate_objects(placed));
         let objects = variant.objects.clone().or_else(form);
-        Variant { shape, outputs, known, unit_directions, objects, placed, width }
+        Variant { mode, outputs, known, unit_directions, objects, placed, width }
     }
 
     /// The kernel of a variant, or the error, if it has been made and kept.
