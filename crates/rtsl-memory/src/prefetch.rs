@@ -11,7 +11,7 @@ pub fn prefetch<T>(value: &T) {
 
 /// Prefetches consecutive values. The memory need not be valid.
 #[inline(always)]
-pub(crate) fn prefetch_values<T>(first: *const T, count: usize) {
+pub fn prefetch_values<T>(first: *const T, count: usize) {
     let start: *const i8 = first.cast();
     for line in 0..(count * size_of::<T>()).div_ceil(LINE) {
         fetch_line(start.wrapping_add(line * LINE));
