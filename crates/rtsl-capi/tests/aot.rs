@@ -1,5 +1,5 @@
-//! Libraries that are compiled ahead of time, called from C: every method of every class of the standard library gives the
-//! oracle's bits.
+//! Libraries that are compiled ahead of time, called from C: every method of every class of the standard library gives
+//! the oracle's bits.
 
 mod compiler;
 
@@ -18,7 +18,7 @@ use compiler::{CProgram, has_compiler, shared_library};
 
 const LANES: usize = 16;
 
-/// What a library is made of.
+/// The kind of files that a library is built from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     /// An object file.
@@ -153,7 +153,7 @@ impl Request {
     }
 }
 
-/// What the interpreter leaves, as the driver writes it.
+/// The results of the interpreter, as the driver writes them.
 fn expected(classes: &[Arc<Class>], request: &Request, description: &ClassDescription) -> Vec<u32> {
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).unwrap();

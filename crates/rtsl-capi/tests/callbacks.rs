@@ -1,5 +1,5 @@
-//! Callbacks for a host's own packets: rays with a hit get the bits that the interpreter's methods leave one after the other,
-//! all others stay as they are.
+//! Callbacks for a host's own packets: rays with a hit get the bits that the interpreter's methods leave one after the
+//! other, all others stay as they are.
 
 use std::array::from_fn;
 use std::mem::offset_of;
@@ -55,7 +55,7 @@ void intersect() { hit(rand()); }
 void computeBounds() { rt_BoundMin = vec3(-1.0); rt_BoundMax = vec3(1.0); }
 void computeNormal() { rt_GeometricNormal = vec3(1.0); }";
 
-/// What the host hands to callbacks.
+/// The argument of callbacks.
 #[repr(C)]
 struct Question {
     unused: u32,

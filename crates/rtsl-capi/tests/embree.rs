@@ -1,5 +1,5 @@
-//! The program in C that draws primitives through Embree draws the picture that the one in Rust draws, whose test pins it too,
-//! and finds the hits of a loop without Embree.
+//! The program in C that draws primitives through Embree draws the picture that the one in Rust draws, whose test pins
+//! it too, and finds the hits of a loop without Embree.
 
 mod compiler;
 
@@ -77,7 +77,7 @@ fn build(name: &str, others: &[&str]) -> PathBuf {
     program.with_library().build()
 }
 
-/// Whether there is an Embree, which the program looks for with these arguments.
+/// True if the program finds an Embree with these arguments.
 ///
 /// # Panics
 /// If there is none, and `RTSL_REQUIRE_EMBREE` is set.

@@ -1,4 +1,4 @@
-//! What the script installs serves C programs: by pkg-config, with versioned symbols and nothing else.
+//! C programs build with the files that the script installs: by pkg-config, with versioned symbols and nothing else.
 
 mod compiler;
 

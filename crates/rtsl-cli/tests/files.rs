@@ -1,4 +1,4 @@
-//! What `-o` and `--checkpoint` may write to, with real files, links, pipes and processes.
+//! Targets of `-o` and `--checkpoint`: real files, links, pipes and processes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};

@@ -19,7 +19,7 @@ fn classes(role: Role) -> Vec<Arc<Class>> {
     classes.filter(|class| class.roles.contains(&role)).collect()
 }
 
-/// What is broken, as text.
+/// The broken contracts of a class, as text.
 fn broken(engine: &Engine, name: &str, instance: &Arc<Instance>, options: &Options) -> String {
     let report = check(engine, instance, options);
     let report = report.unwrap_or_else(|problem| panic!("{name}: {}", problem.message));
@@ -229,7 +229,7 @@ fn materials() {
     check_role(Role::Material, &OPTIONS);
 }
 
-/// Where view and light are opposite, the half vector's cosine with them is tiny, and rounded.
+/// If view and light are nearly opposite, rounding decides the sign of the half vector's cosine with them.
 #[test]
 fn narrow_highlights_have_no_negative_density_on_tilted_surfaces() {
     let (engine, _) = Engine::new(engine_options()).expect("an engine");

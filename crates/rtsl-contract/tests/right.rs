@@ -170,7 +170,8 @@ fn a_ball_without_a_normal_that_is_sampled() {
     keeps_all(BALL);
 }
 
-/// One of its samples is seen so nearly edge-on that the last digit of the point decides about a hundredth of the density.
+/// One of its samples is seen so nearly edge-on that the last digit of the point decides about a hundredth of the
+/// density.
 #[test]
 fn a_ball_that_is_seen_edge_on() {
     let options = Options { seed: 3, compare_bits: false, ..Options::default() };

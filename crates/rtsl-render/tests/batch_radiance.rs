@@ -105,8 +105,8 @@ fn two_lights_add_up() {
     check(&above_floor(lights), 1.0 + 0.5 / std::f64::consts::PI * 2.5);
 }
 
-/// Lamps stand aside of the camera's view, so that it sees the floor: irradiance of a sphere of radiance L and radius r whose
-/// centre is at distance d and cosine c is pi L c (r / d)^2 while all of it is above the floor.
+/// Lamps stand aside of the camera's view, so that it sees the floor: irradiance of a sphere of radiance L and radius r
+/// whose centre is at distance d and cosine c is pi L c (r / d)^2 while all of it is above the floor.
 fn sphere_irradiance(radiance: f64, radius: f64, [x, y]: [f64; 2]) -> f64 {
     let square = x * x + y * y;
     std::f64::consts::PI * radiance * (y / square.sqrt()) * radius * radius / square
@@ -205,8 +205,8 @@ const WIDTH: &str = "class Width : rt_Texture;
     public float scale = 1.0;
     void lookup() { rt_TextureColor = color(scale * rt_du); }";
 
-/// Pixels of a degree's sixteenth, four units away, of whose sides each of 64 samples has a part: one over the root of its
-/// number.
+/// Pixels of a degree's sixteenth, four units away, of whose sides each of 64 samples has a part: one over the root of
+/// its number.
 #[test]
 fn textures_know_how_wide_rays_are() {
     let tangent = 0.008_726_867_790_758_8; // Of half a degree.
@@ -286,7 +286,7 @@ fn many_lights_add_up() {
     check(&above_floor(&format!("{black}{lamps}")), 0.5 / std::f64::consts::PI * irradiance);
 }
 
-/// What neither absorbs nor emits is invisible in an even sky.
+/// Materials that neither absorb nor emit light are invisible in a uniform sky.
 #[test]
 fn lossless_materials_vanish_in_a_furnace() {
     for material in [

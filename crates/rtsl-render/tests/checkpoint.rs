@@ -140,7 +140,7 @@ fn memory_is_taken_for_no_more_than_the_file_holds() {
 /// Names the checkpoint that a process of [`writer_process`] writes.
 const WRITTEN: &str = "RTSL_TEST_WRITES_CHECKPOINT";
 
-/// Where it is named, writes a checkpoint again and again; a test that starts such processes is below.
+/// Writes checkpoints until it is killed, if the environment names a file; the test below starts such processes.
 #[test]
 fn writer_process() {
     let Some(path) = std::env::var_os(WRITTEN) else { return };

@@ -210,7 +210,8 @@ fn scene_of_row(place: [f64; 3], scale: f64, material: &str, integrator: &str) -
     text
 }
 
-/// Checks rows of shapes of many scales, in many places. Pixels are 0 where nothing is seen, and above 100 where a ray meets what it left.
+/// Checks rows of shapes of many scales, in many places. Pixels are 0 where nothing is seen, and above 100 where a ray
+/// meets what it left.
 fn check_everywhere(renderer: Renderer, material: &str, integrator: &str) {
     let mut wrong = String::new();
     for (scale, away) in [

@@ -1,5 +1,5 @@
-//! The scenes of the pbrt-v4 adapter, with RTSL's names for the classes that pbrt finds in a library, load and have the light
-//! that pbrt found in them.
+//! The scenes of the pbrt-v4 adapter, with RTSL's names for the classes that pbrt finds in a library, load and have the
+//! light that pbrt found in them.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../integrations/pbrt-v4/scenes")
 }
 
-/// How scenes for pbrt begin the name of a class.
+/// The parameters before the name of a class in scenes for pbrt.
 const LIBRARY: &str = "\"rtsl\" \"string library\" \"shaders.so\" \"string class\" ";
 
 /// Compares the mean of a small picture's pixels with pbrt's.

@@ -271,7 +271,7 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
     }
 }
 
-/// What the oracle leaves if it stores no more than is read: the rest is as the call found it.
+/// The oracle's results if it stores only the outputs that are read; all others keep their values from before the call.
 fn only(outputs: rtsl::Outputs, expected: Outputs, inputs: &Inputs, class: &Class) -> Outputs {
     let floats: Vec<Scalar> = vec![Scalar::F32; inputs.state.components()];
     let scratch = class.scratch.iter().flat_map(|it| vec![it.scalar; it.len as usize]);
@@ -363,7 +363,7 @@ fn without_hits(mut function: Function) -> Function {
     function
 }
 
-/// How much is optimised never shows, in lanes that store what another lane has neither.
+/// The optimisation level changes no result, also in lanes that store the value of another lane.
 #[test]
 fn results_do_not_depend_on_the_level() {
     let engines = engines_of_all_levels(None);
@@ -379,7 +379,7 @@ fn results_do_not_depend_on_the_level() {
     }
 }
 
-/// Where loops are cut short, and whether that is told, is the same for all engines and variants.
+/// All engines and variants end loops at the same iteration, and report it alike.
 #[test]
 fn budgets_run_out_for_all_alike() {
     let mut told = [0, 0];

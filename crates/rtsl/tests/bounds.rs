@@ -28,7 +28,7 @@ struct Subject {
     role: &'static str,
     source: &'static str,
     output: &'static str,
-    /// How it sets `r`.
+    /// The statement that uses the result `r`.
     result: &'static str,
 }
 
@@ -178,7 +178,7 @@ struct Answers<'a> {
 }
 
 impl Answers<'_> {
-    /// What the call gives for its first ray.
+    /// The result of the call for its first ray.
     fn call(&mut self) -> f32 {
         let mut state = new_state(COUNT);
         state.floats_mut(component("rt_HitDistance")).fill(f32::INFINITY);
@@ -412,7 +412,7 @@ fn callback(width: u32) -> Callback {
     Callback { width, outputs: Outputs::state([distance]), record }
 }
 
-/// What hosts rely on has as many rays at a time as they say; kernels may have fewer.
+/// Callbacks and libraries have exactly the width that a host asks for; kernels may compute fewer rays at a time.
 #[test]
 fn too_much_stack_is_an_error_that_says_what_is_needed() {
     let instance = instance(&text(Method::Intersect, 4_500));
@@ -436,8 +436,8 @@ fn too_much_stack_is_an_error_that_says_what_is_needed() {
     }
 }
 
-/// Where straight code would need half a MiB for 16 rays at a time, kernels are made for fewer, and what can't be is
-/// optimised.
+/// If straight code would need half a MiB for 16 rays at a time, kernels compute fewer rays at a time, and code of a
+/// fixed width is optimised.
 #[test]
 fn long_methods_with_many_blocks_need_little_stack() {
     let loops: String = (0..700)

@@ -1,4 +1,4 @@
-//! What a call promises its host, on both backends.
+//! Guarantees of calls to their hosts, on both backends.
 
 mod common;
 
@@ -282,7 +282,7 @@ fn depth() -> Arc<Instance> {
     Instance::new(unit.class("Depth").unwrap(), []).unwrap()
 }
 
-/// How a call of no rays ends, whose arrays have so many lanes.
+/// The result of a call of no rays whose arrays have so many lanes.
 fn call_of_no_rays(
     program: &Program,
     lanes: usize,
@@ -336,7 +336,7 @@ fn a_call_of_no_rays_does_nothing_in_any_shape() {
     }
 }
 
-/// What a method does not touch a call need not bring, of what its rays have in common neither.
+/// A call may omit the arrays of variables that its method does not use, also those that its rays share.
 #[test]
 fn arrays_that_a_method_does_not_touch_may_be_missing() {
     let instance = depth();

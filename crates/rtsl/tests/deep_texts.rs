@@ -1,5 +1,6 @@
 //! Texts whose trees, regions, blocks and chains of values are as deep and as long as they may be, through all that is
-//! made of a text and of the calls, on the stack that a host's thread must have: each gives a result or an error with a code.
+//! made of a text and of the calls, on the stack that a host's thread must have: each gives a result or an error with a
+//! code.
 
 use std::time::{Duration, Instant};
 
@@ -162,7 +163,7 @@ fn call(program: &Program, instance: &Instance, run: impl FnOnce(CallArguments<'
     });
 }
 
-/// What is made of a text, and the errors.
+/// Makes everything that can be made of a text, and collects the errors.
 struct Maker<'a> {
     unit: &'a Unit,
     instance: &'a Instance,
@@ -297,7 +298,7 @@ fn long_texts_need_no_stack_of_the_host() {
     });
 }
 
-/// What is too much is an error; what is not takes as long as it may.
+/// Texts beyond the limits are errors; all others compile, however long that takes.
 #[test]
 #[ignore = "takes an hour"]
 fn the_longest_texts_end() {

@@ -17,7 +17,7 @@ fn compile(text: &str) -> Compilation {
     Compiler::default().compile_with("page.rtsl", text, &mut loader)
 }
 
-/// Whether the text of a shader causes it: all up to lowering.
+/// True if the text of a shader causes the diagnostic: all stages up to lowering.
 fn is_of_texts(code: Code) -> bool {
     matches!(&code.as_str()[1..3], "00" | "01" | "02" | "03" | "04")
 }

@@ -64,7 +64,7 @@ impl Arrays {
     }
 }
 
-/// What a call with blocks leaves in state, scratch and mask.
+/// State, scratch and mask after a call with blocks.
 fn expected(
     program: &Program,
     instance: &Instance,

@@ -139,10 +139,10 @@ fn instance(class: &Arc<Class>) -> Arc<Instance> {
     })
 }
 
-/// What runs a method.
+/// The code that runs a method.
 #[derive(Clone, Copy, Debug)]
 enum Code {
-    /// What the engine makes.
+    /// The engine's kernel.
     Kernel,
     /// The same, with the instance's members known.
     Specialised,

@@ -1,4 +1,4 @@
-//! What is assigned is found once, before the value: every form of lvalue, on every backend and width.
+//! The target of an assignment is found once, before the value: every form of lvalue, on every backend and width.
 
 use rtsl::{
     Backend, CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, Instances, Method,

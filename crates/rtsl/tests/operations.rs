@@ -11,7 +11,7 @@ use rtsl::OptLevel;
 use rtsl_spec::Direction;
 use rtsl_spec::builtins::{self, Chapter, Overload, Scalar, SpecType, Usable};
 
-/// How an operand comes in.
+/// The source of an operand.
 #[derive(Clone, Copy, PartialEq)]
 enum Operand {
     Varying,
@@ -98,7 +98,7 @@ fn constant(ty: SpecType, salt: usize) -> String {
     }
 }
 
-/// How many kinds of operands are worth their time: the sizes of vectors are alike, and noise is long.
+/// The number of combinations of operands to test: sizes of vectors behave alike, and noise takes long.
 fn most_choices(overload: &Overload) -> usize {
     let long = matches!(overload.builtin.chapter, Chapter::Noise | Chapter::Sampling);
     let alike = overload

@@ -80,7 +80,7 @@ impl Shader {
 struct Scene<'a> {
     shader: &'a Shader,
     depth: u32,
-    /// How often it was asked, and for how many requests.
+    /// The number of calls; the number of requests in all of them.
     asked: usize,
     requests: usize,
     /// It panics when it is asked so often.

@@ -73,7 +73,7 @@ fn bits(kernel: &Kernel, block: &InstanceBlock) -> Vec<u32> {
     state.words(component("rt_FloatTextureValue")).to_vec()
 }
 
-/// What the interpreter makes of an instance, with no specialisation.
+/// The interpreter's result for an instance, without specialisation.
 fn oracle(instance: &Instance) -> Vec<u32> {
     let engine = engine(Backend::Interpreter, 1).expect("the interpreter is always there");
     let program = engine.program(instance);

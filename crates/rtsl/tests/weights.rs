@@ -1,4 +1,4 @@
-//! What hosts learn of how much a traced ray counts.
+//! Weights of traced rays, as hosts receive them.
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl::{

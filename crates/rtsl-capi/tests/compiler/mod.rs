@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Whether programs can be compiled.
+/// True if programs can be compiled.
 ///
 /// # Panics
 /// If they can't, and `RTSL_REQUIRE_CXX` is set.

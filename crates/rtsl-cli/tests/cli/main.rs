@@ -343,7 +343,7 @@ fn render_writes_a_picture() {
     folder.run(&["render", "scene.pbrt", "-o", "x.png", "--size", "0x9"]).exits(WRONG_USAGE);
 }
 
-/// What is beside a file that is named without a folder is in the current one.
+/// The folder of a file that is named without one is the current folder.
 #[test]
 fn scenes_named_without_a_folder_find_what_their_shaders_include() {
     let folder = Folder::new("include");

@@ -175,6 +175,6 @@ fn element(field: &Field, index: u32) -> String {
     if field.len == 1 { name } else { format!("{name}[{index}]") }
 }
 
-/// What calls need.
+/// Declarations that calls need.
 const START: &str = include_str!("calls.h");
 const END: &str = include_str!("main.h");

@@ -1,4 +1,4 @@
-//! What a call reads and leaves, in words.
+//! The inputs and results of a call, in words.
 
 use std::collections::BTreeMap;
 

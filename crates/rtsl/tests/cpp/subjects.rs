@@ -1,4 +1,4 @@
-//! What is called: methods and constructors, as functions and as C++.
+//! The subjects of the comparison: methods and constructors, as functions and as C++.
 
 use std::sync::Arc;
 
@@ -210,7 +210,7 @@ fn subjects(
 }
 
 impl Subject {
-    /// Whether the function asks its host for anything.
+    /// True if the function calls its host.
     pub fn asks_host(&self) -> bool {
         let mut asks = false;
         let function = self.functions.last().unwrap();
@@ -228,7 +228,7 @@ impl Subject {
         asks
     }
 
-    /// Whether it says if it accepted a hit.
+    /// True if the function reports accepted hits.
     pub fn accepts(&self) -> bool {
         let function = self.functions.last().unwrap();
         function.variables.iter().any(|variable| variable.kind == VariableKind::Accepted)
@@ -239,7 +239,7 @@ impl Subject {
         self.class.fields.iter().filter(|field| field.kind == FieldKind::Buffer)
     }
 
-    /// What the class's constructors take.
+    /// The parameters of the class's constructors.
     pub fn parameters(&self) -> impl Iterator<Item = &Field> {
         self.class.fields.iter().filter(|field| field.kind == FieldKind::Parameter)
     }
@@ -333,7 +333,7 @@ impl Subject {
         words.iter().zip(self.outputs()).map(canonical).collect()
     }
 
-    /// What a word is that the driver writes.
+    /// The name of a word that the driver writes.
     pub fn output_name(&self, at: usize) -> String {
         self.outputs().nth(at).map_or_else(String::new, |(name, _)| name)
     }

@@ -1,7 +1,7 @@
 //! Tables of measurements are generated from the files in `docs/data`.
 //!
-//! A page contains `<!-- table: FILE -->`, the table, and `<!-- end table -->`. `COLUMN=VALUE` after the name of the file
-//! selects rows, and leaves out the column. A data file is CSV with a header of lines `# key: value`.
+//! A page contains `<!-- table: FILE -->`, the table, and `<!-- end table -->`. `COLUMN=VALUE` after the name of the
+//! file selects rows, and leaves out the column. A data file is CSV with a header of lines `# key: value`.
 //!
 //! `UPDATE_EXPECT=1 cargo test -p rtsl --test docs tables` writes the tables; without it the test fails where a table
 //! is stale.

@@ -1,4 +1,4 @@
-//! What `--math=fast` keeps.
+//! Guarantees of `--math=fast`.
 
 use rtsl::Math;
 

@@ -17,7 +17,7 @@ pub struct Promise {
     pub flushed: bool,
 }
 
-/// What a function makes of -x, by what it makes of x.
+/// The relation between a function's values for x and for -x.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Symmetry {
     None,
@@ -61,7 +61,7 @@ impl Symmetry {
 }
 
 impl Promise {
-    /// What the manual says.
+    /// The manual's bounds.
     pub fn accuracy(&self) -> &'static Accuracy {
         builtins::accuracy(self.name, 1).expect("the function has a bound")
     }

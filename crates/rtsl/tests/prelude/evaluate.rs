@@ -109,7 +109,7 @@ pub fn value(expression: &str) -> f32 {
     evaluate(expression, &[[0.0; 2]])[0]
 }
 
-/// How many times fewer samples serve where the interpreter does the work.
+/// The factor by which there are fewer samples if the interpreter evaluates them.
 pub fn thinning() -> usize {
     if engine(Math::Contract).llvm().is_some() { 1 } else { 64 }
 }

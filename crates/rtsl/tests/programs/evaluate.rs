@@ -11,7 +11,7 @@ pub struct TooLong;
 
 type Run<T> = Result<T, TooLong>;
 
-/// How many expressions a run may evaluate.
+/// The number of expressions that a run may evaluate.
 const FUEL: u32 = 200_000;
 
 /// Runs `lookup` on the members' bits, which it changes, with this `rt_TextureUVW`.
@@ -42,7 +42,7 @@ struct Machine<'p> {
     fuel: u32,
 }
 
-/// How a statement ends.
+/// The control flow after a statement.
 #[derive(Debug, PartialEq)]
 enum Flow {
     Next,

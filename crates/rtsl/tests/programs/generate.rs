@@ -7,7 +7,7 @@ use rtsl_testing::functions::Entropy;
 
 use crate::tree::*;
 
-/// Which built-in functions a program uses.
+/// The built-in functions that a program uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Builtins {
     /// Those that the evaluator knows.
@@ -77,7 +77,7 @@ struct Generator<'a> {
     variables: Vec<Variable>,
     /// Those declared here.
     visible: Vec<usize>,
-    /// What the function returns.
+    /// The type of the function's result.
     result: Option<Type>,
     loops: u32,
     /// Loops and switches around.

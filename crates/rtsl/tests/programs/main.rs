@@ -25,7 +25,7 @@ use tree::Program;
 /// Rays of a call.
 const COUNT: usize = 19;
 
-/// What every ray begins with: members in order, and `rt_TextureUVW`.
+/// The inputs of the rays: members in order, and `rt_TextureUVW`.
 struct Rays {
     members: Vec<Vec<Vec<u32>>>,
     inputs: Vec<[f32; 3]>,

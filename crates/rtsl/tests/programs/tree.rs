@@ -168,7 +168,7 @@ pub enum Statement {
     Return(Option<Expression>),
 }
 
-/// How a parameter is passed.
+/// The direction of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passing {
     In,

@@ -115,7 +115,7 @@ impl Rays {
     }
 }
 
-/// How many times fewer samples serve where the interpreter does the work.
+/// The factor by which there are fewer samples if the interpreter evaluates them.
 pub fn thinning() -> usize {
     if engine().llvm().is_some() { 1 } else { 16 }
 }

@@ -17,11 +17,11 @@ const CRITICAL_DEVIATION: f64 = 3.719;
 /// Cells that expect fewer samples are counted together.
 const MIN_EXPECTED: f64 = 5.0;
 
-/// Whether the samples have this density, whose integral over the grid must be the part of samples
-/// that have one, to this relative error.
+/// Compares the samples with a density, whose integral over the grid must equal the part of samples that have one,
+/// to this relative error.
 ///
 /// # Errors
-/// What is wrong.
+/// The first difference beyond chance.
 pub fn compare(
     grid: &Grid,
     samples: &[Sample],
@@ -89,8 +89,8 @@ fn check_shape(expected: &[f64], observed: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-/// What chi-square with this many degrees of freedom passes with a probability of 1e-4 (Wilson and
-/// Hilferty: its cube root is nearly normal).
+/// The value that chi-square with this many degrees of freedom exceeds with a probability of 1e-4 (Wilson and Hilferty:
+/// its cube root is nearly normal).
 fn critical_value(freedom: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     freedom * (1.0 - variance + CRITICAL_DEVIATION * variance.sqrt()).powi(3)

@@ -1,6 +1,6 @@
-//! What the prelude samples, it samples with the density that it says: chi-square tests of directions over a grid,
-//! with fixed random numbers. And what the library's materials and lights give that `rtsl-contract`, which tests all
-//! its classes so, cannot know of a class.
+//! Chi-square tests of the directions that the prelude samples against their densities, over a grid, with fixed random
+//! numbers; and those properties of the library's materials and lights that `rtsl-contract`, which tests samples of all
+//! classes, cannot know.
 
 mod call;
 mod distribution;

@@ -1,5 +1,5 @@
-//! What part of white light materials send on. That samples have the density which is said of them, that values agree,
-//! that no more light leaves than arrives and that ways can be reversed is checked for the whole library by `rtsl-contract`.
+//! The albedo of materials. `rtsl-contract` tests for the whole library that samples have their densities, that values
+//! agree, that no more light leaves than arrives, and that BSDFs are reciprocal.
 
 use std::f32::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use crate::host::random;
 
 const SAMPLES: usize = 60_000;
 
-/// How a ray meets a surface.
+/// The directions of a ray and of the surface that it meets.
 struct Meeting {
     normal: Vec3,
     tangent: Vec3,
@@ -112,7 +112,7 @@ fn lambertian_loses_no_light() {
     check("Lambertian", &lambertian(), 0.999..1.001);
 }
 
-/// What is missing from 1 is light that facets hide from one another.
+/// The difference of the albedo from 1 is the light that facets hide from one another.
 #[test]
 fn conductors_lose_what_facets_hide() {
     check("Conductor, brushed", &conductor(1.0, 0.1, 0.3), 0.8..1.001);
