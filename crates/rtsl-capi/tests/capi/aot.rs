@@ -1,8 +1,6 @@
 //! Libraries that are compiled ahead of time, called from C: every method of every class of the standard library gives the
 //! oracle's bits.
 
-mod compiler;
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -14,7 +12,7 @@ use rtsl::{
     LaneMask, Numbers, Role, Scalar, Value, library, new_state, state_component_count,
 };
 
-use compiler::{CProgram, has_compiler, shared_library};
+use crate::compiler::{CProgram, has_compiler, shared_library};
 
 const LANES: usize = 16;
 

@@ -2,9 +2,7 @@
 //!
 //! Where there is no C compiler they are left out, unless `RTSL_REQUIRE_CXX` is set.
 
-mod compiler;
-
-use compiler::{CProgram, check_header, has_compiler};
+use crate::compiler::{CProgram, check_header, has_compiler};
 
 /// Compiles and runs a program of `tests/c` that links against the static library.
 fn run(name: &str) {

@@ -1,12 +1,10 @@
 //! The program in C that draws primitives through Embree draws the picture that the one in Rust draws, whose test pins it too,
 //! and finds the hits of a loop without Embree.
 
-mod compiler;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use compiler::{CProgram, has_compiler, repository};
+use crate::compiler::{CProgram, has_compiler, repository};
 use expect_test::expect_file;
 
 /// As in the test of the program in Rust.
@@ -37,7 +35,7 @@ fn packets_draw_the_picture() {
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
         let file = std::fs::read(&picture).expect("it was written");
         let pixels = file.strip_prefix(b"P6\n96 96\n255\n").expect("a PPM file");
-        expect_file!["../../../integrations/embree/picture.txt"]
+        expect_file!["../../../../integrations/embree/picture.txt"]
             .assert_eq(&format!("{:08x}\n", sum(pixels)));
     }
 }

@@ -1,8 +1,6 @@
 //! The example host in C draws the same picture as that in Rust, whose test pins it too.
 
-mod compiler;
-
-use compiler::{CProgram, has_compiler, repository};
+use crate::compiler::{CProgram, has_compiler, repository};
 use expect_test::expect_file;
 
 #[test]
@@ -27,7 +25,7 @@ fn the_host_in_c_draws_two_pictures() {
     let [thin, thick] = [thin, thick].map(|path| std::fs::read(path).expect("it was written"));
     assert_ne!(thin, thick);
     let sums = format!("{:08x} {:08x}\n", sum(&thin), sum(&thick));
-    expect_file!["../../../integrations/hosts/pictures.txt"].assert_eq(&sums);
+    expect_file!["../../../../integrations/hosts/pictures.txt"].assert_eq(&sums);
 }
 
 /// Fowler, Noll and Vo's hash (FNV-1a, 32 bits).

@@ -1,11 +1,9 @@
 //! What the script installs serves C programs: by pkg-config, with versioned symbols and nothing else.
 
-mod compiler;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use compiler::{has_compiler, repository};
+use crate::compiler::{has_compiler, repository};
 
 #[test]
 fn an_installed_library_serves_programs() {

@@ -6,10 +6,7 @@ use std::process::{Command, Stdio};
 use expect_test::expect;
 use rtsl_image::Aov;
 
-use command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE};
-
-mod bench;
-mod command;
+use crate::command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE};
 
 #[test]
 fn check_accepts_and_refuses() {

@@ -1,15 +1,12 @@
 //! Every class of the standard library keeps its contracts: with its defaults, over the ranges of its
 //! parameters, and as the table says.
 
-#[path = "common/seeds.rs"]
-mod seeds;
-
 use std::sync::Arc;
 
 use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
 use rtsl_contract::{Options, check, engine_options, settings};
 
-use seeds::seeds;
+use crate::common::seeds::seeds;
 
 /// The classes of a role.
 fn classes(role: Role) -> Vec<Arc<Class>> {

@@ -1,10 +1,8 @@
 //! Classes that are right, and hard to be sure of: narrow lobes, edges, methods left out. None breaks a contract.
 
-mod common;
-
 use expect_test::expect;
 
-use common::{finds, report};
+use crate::common::{finds, report};
 use rtsl_contract::Options;
 
 #[track_caller]

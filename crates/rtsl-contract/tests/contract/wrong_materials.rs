@@ -1,12 +1,10 @@
 //! Materials with one mistake each: the contract that it breaks finds it, and the report says so.
 
-mod common;
-
 use expect_test::expect;
 use rtsl::{Compiler, Engine, Instance};
 use rtsl_contract::{Contract, Options, Outcome, check, engine_options};
 
-use common::finds;
+use crate::common::finds;
 
 /// A matte surface with parts to be replaced.
 fn matte(value: &str, sample: &str, density: &str) -> String {

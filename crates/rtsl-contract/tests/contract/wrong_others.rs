@@ -1,10 +1,8 @@
 //! Lights, cameras and textures with one mistake each: the contract that it breaks finds it.
 
-mod common;
-
 use expect_test::expect;
 
-use common::finds;
+use crate::common::finds;
 
 /// A sky with parts to be replaced.
 fn sky(direction: &str, density: &str, radiance: &str) -> String {

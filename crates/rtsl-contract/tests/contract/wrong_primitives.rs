@@ -1,10 +1,8 @@
 //! Primitives with one mistake each: the contract that it breaks finds it.
 
-mod common;
-
 use expect_test::expect;
 
-use common::finds;
+use crate::common::finds;
 
 /// A ball with parts to be replaced.
 fn ball(first: &str, bounds: &str, normal: &str, area: &str) -> String {

@@ -24,7 +24,7 @@ fn with_llvm(test: &str, library: &std::path::Path) -> (bool, String) {
 #[test]
 fn every_llvm_of_this_machine() {
     for library in Llvm::installed() {
-        let (passed, text) = with_llvm("one_llvm", &library);
+        let (passed, text) = with_llvm("compile::one_llvm", &library);
         let refused = text.contains("is too old");
         assert!(passed || refused, "{}:\n{text}", library.display());
         println!("{}: {}", library.display(), if refused { "refused" } else { "serves" });
@@ -36,7 +36,7 @@ fn an_unusable_choice_is_an_error_that_says_why() {
     for (path, reason) in
         [("/nonexistent/libLLVM.so", "no such file"), ("/proc", "contains no LLVM library")]
     {
-        let (passed, text) = with_llvm("one_llvm", std::path::Path::new(path));
+        let (passed, text) = with_llvm("compile::one_llvm", std::path::Path::new(path));
         assert!(!passed && text.contains(reason) && text.contains("RTSL_LLVM"), "{text}");
     }
 }

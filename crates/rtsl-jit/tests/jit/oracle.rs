@@ -1,14 +1,12 @@
 //! Compiled kernels against the interpreter: the same bits for every width and call mode, with and without masks.
 
-mod oracle_support;
-
 use rtsl_ir::{
     BinaryOp, Builder, CompareOp, Function, Index, OpKind, Scalar, UnaryOp, Value, Variable,
     VariableKind, evaluate,
 };
 use rtsl_testing::functions::{Entropy, seeded_function};
 
-use oracle_support::Case;
+use crate::oracle_support::Case;
 
 /// Functions of about `size / 3` operations each, from these seeds.
 fn check_generated(seeds: std::ops::Range<u64>, size: usize) {

@@ -75,7 +75,7 @@ fn limit_memory(is_limited: bool) {
 #[test]
 fn calls_without_stacks_are_errors() {
     let program = std::env::current_exe().unwrap();
-    let arguments = ["--exact", "stacks_run_out", "--ignored", "--nocapture"];
+    let arguments = ["--exact", "stacks::stacks_run_out", "--ignored", "--nocapture"];
     let output = Command::new(program).args(arguments).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let (said, complained) = (text(&output.stdout), text(&output.stderr));

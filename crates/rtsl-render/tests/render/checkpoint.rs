@@ -159,7 +159,7 @@ fn processes_that_write_one_checkpoint_leave_it_whole() {
     let place = Place::new("processes");
     let writer = || {
         let mut command = std::process::Command::new(std::env::current_exe().unwrap());
-        command.args(["writer_process", "--exact"]).env(WRITTEN, &place.0);
+        command.args(["checkpoint::writer_process", "--exact"]).env(WRITTEN, &place.0);
         command.stdout(std::process::Stdio::null()).spawn().unwrap()
     };
     let mut writers = [writer(), writer(), writer()];

@@ -1,15 +1,15 @@
 //! Short runs of the fuzz targets for scenes and meshes, with mutations of the repository's files that are the same in
 //! every run.
 
-#[path = "../../../fuzz/entries/checkpoint.rs"]
+#[path = "../../../../fuzz/entries/checkpoint.rs"]
 mod checkpoint;
-#[path = "../../../fuzz/entries/gltf.rs"]
+#[path = "../../../../fuzz/entries/gltf.rs"]
 mod gltf;
-#[path = "../../../fuzz/entries/mutation.rs"]
+#[path = "../../../../fuzz/entries/mutation.rs"]
 mod mutation;
-#[path = "../../../fuzz/entries/ply.rs"]
+#[path = "../../../../fuzz/entries/ply.rs"]
 mod ply;
-#[path = "../../../fuzz/entries/scene.rs"]
+#[path = "../../../../fuzz/entries/scene.rs"]
 mod scene;
 
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! The files of scenes stay within their memory budget, whatever their contents claim.
 
 #[allow(dead_code, reason = "only its numbers are used here")]
-#[path = "../../../fuzz/entries/mutation.rs"]
+#[path = "../../../../fuzz/entries/mutation.rs"]
 mod mutation;
-#[path = "../../../fuzz/entries/picture.rs"]
+#[path = "../../../../fuzz/entries/picture.rs"]
 mod picture;
 
 use std::io::{self, Cursor};
@@ -188,7 +188,8 @@ fn mutated_pictures_process() {
 #[test]
 fn mutated_pictures_take_no_more_than_their_budget() {
     let mut command = std::process::Command::new("sh");
-    command.args(["-c", "ulimit -v 512000 && exec \"$0\" mutated_pictures_process --exact"]);
+    command
+        .args(["-c", "ulimit -v 512000 && exec \"$0\" inputs::mutated_pictures_process --exact"]);
     command.arg(std::env::current_exe().unwrap()).env(LIMITED, "1");
     let output = command.env("MALLOC_ARENA_MAX", "1").output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);

@@ -268,7 +268,8 @@ impl Case<'_> {
 /// Runs an ignored test of this file in a process of its own, whose crash is this process's failed assertion.
 fn in_own_process(test: &str) {
     let program = std::env::current_exe().unwrap();
-    let arguments = ["--exact", test, "--ignored", "--nocapture"];
+    let test = format!("bounds::{test}");
+    let arguments = ["--exact", &test, "--ignored", "--nocapture"];
     let output = Command::new(program).args(arguments).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let (said, complained) = (text(&output.stdout), text(&output.stderr));

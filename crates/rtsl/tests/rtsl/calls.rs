@@ -1,7 +1,5 @@
 //! What a call promises its host, on both backends.
 
-mod common;
-
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 

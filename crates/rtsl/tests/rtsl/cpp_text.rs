@@ -12,7 +12,7 @@ fn sphere() -> String {
 
 #[test]
 fn the_manual_shows_the_spheres_intersect() {
-    let page = include_str!("../../../docs/src/how-to/embed-cpp.md");
+    let page = include_str!("../../../../docs/src/how-to/embed-cpp.md");
     let shown = page.split("```").find(|block| block.contains("bool intersect(State &state)"));
     let shown = shown.expect("the page has it").trim_start_matches("cpp\n");
     let text = sphere();

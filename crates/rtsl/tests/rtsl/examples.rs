@@ -19,7 +19,7 @@ fn the_host_in_rust_draws_two_pictures() {
     let [thin, thick] = [thin, thick].map(|path| std::fs::read(path).expect("it was written"));
     assert_ne!(thin, thick);
     let sums = format!("{:08x} {:08x}\n", sum(&thin), sum(&thick));
-    expect_file!["../../../integrations/hosts/pictures.txt"].assert_eq(&sums);
+    expect_file!["../../../../integrations/hosts/pictures.txt"].assert_eq(&sums);
 }
 
 /// Fowler, Noll and Vo's hash (FNV-1a, 32 bits).

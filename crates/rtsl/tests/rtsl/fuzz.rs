@@ -1,9 +1,9 @@
 //! A short run of the fuzz targets for texts: mutations of the repository's own shaders, the same
 //! in every run. `RTSL_FUZZ=N` runs N times as many.
 
-#[path = "../../../fuzz/entries/mutation.rs"]
+#[path = "../../../../fuzz/entries/mutation.rs"]
 mod mutation;
-#[path = "../../../fuzz/entries/text.rs"]
+#[path = "../../../../fuzz/entries/text.rs"]
 mod text;
 
 use std::path::Path;

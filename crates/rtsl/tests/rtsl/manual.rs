@@ -1,6 +1,6 @@
 //! Some reference pages of the book are printed from the tables that drive the compiler.
 //!
-//! `UPDATE_EXPECT=1 cargo test -p rtsl --test manual` renews them; without it the test fails where a page
+//! `UPDATE_EXPECT=1 cargo test -p rtsl --test rtsl manual::` renews them; without it the test fails where a page
 //! on disk differs.
 
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use rtsl_spec::builtins::{self, AccuracyDomain, Chapter};
 use rtsl_spec::{Default, Method, Origin, Role, Row};
 
 const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_EXPECT=1 cargo test -p rtsl \
-                      --test manual`. Do not edit. -->\n";
+                      --test rtsl manual::`. Do not edit. -->\n";
 
 #[test]
 fn roles_are_current() {

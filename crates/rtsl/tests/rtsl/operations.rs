@@ -1,12 +1,10 @@
 //! Every built-in function and every operator, with operands that vary from ray to ray, that are the
 //! same for all rays, and that are constant, at every width against the oracle.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use common::Agreement;
+use crate::common::Agreement;
 use rtsl::OptLevel;
 use rtsl_spec::Direction;
 use rtsl_spec::builtins::{self, Chapter, Overload, Scalar, SpecType, Usable};

@@ -1,8 +1,6 @@
 //! Requests for rays and light: what one chunk of a call asks for comes to the host together with what
 //! others ask for, and nobody's answer depends on that.
 
-mod common;
-
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 

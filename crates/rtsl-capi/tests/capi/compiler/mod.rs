@@ -33,7 +33,6 @@ pub struct CProgram {
     arguments: Vec<OsString>,
 }
 
-#[allow(dead_code, reason = "each test uses a part")]
 impl CProgram {
     /// A program of `tests/c`.
     pub fn new(name: &str) -> CProgram {
@@ -136,7 +135,6 @@ fn folder(program: &str) -> PathBuf {
 }
 
 /// Compiles the C++ text of a library, whose header is in the folder, to a shared library.
-#[allow(dead_code, reason = "each test uses a part")]
 pub fn shared_library(folder: &Path, text: &str) -> PathBuf {
     let (source, library) = (folder.join("library.cpp"), folder.join("library.so"));
     std::fs::write(&source, text).expect("the text is written");
@@ -157,7 +155,6 @@ pub fn shared_library(folder: &Path, text: &str) -> PathBuf {
 }
 
 /// Compiles `rtsl.h` by itself.
-#[allow(dead_code, reason = "each test uses a part")]
 pub fn check_header(language: &str, standard: &str) {
     let header = tests().join("../include/rtsl.h");
     let mut compile = Command::new(compiler());
@@ -169,7 +166,6 @@ pub fn check_header(language: &str, standard: &str) {
 }
 
 /// The root of the repository.
-#[allow(dead_code, reason = "each test uses a part")]
 pub fn repository() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
 }

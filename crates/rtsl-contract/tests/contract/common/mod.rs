@@ -9,7 +9,6 @@ use rtsl_contract::{Contract, Options, Report, check, engine_options};
 use self::seeds::seeds;
 
 /// The report on the text's last class.
-#[allow(dead_code, reason = "one of the tests calls it")]
 pub fn report(text: &str, options: &Options) -> Report {
     let compilation = Compiler::default().compile("class.rtsl", text);
     let Some(unit) = &compilation.unit else { panic!("{}", compilation.report(false)) };

@@ -3,8 +3,6 @@
 //! A text's class is a texture whose `lookup` computes scratch members from scratch members (which vary from
 //! ray to ray) and public members (which do not).
 
-#![allow(dead_code, reason = "each test binary uses its part")]
-
 use std::sync::Arc;
 
 use rtsl::{

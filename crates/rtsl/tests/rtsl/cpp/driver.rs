@@ -6,7 +6,7 @@ use std::fmt::Write;
 use rtsl_abi::description::Field;
 use rtsl_ir::Scalar;
 
-use crate::subjects::Subject;
+use crate::cpp::subjects::Subject;
 
 /// The program's text.
 pub struct Driver {

@@ -12,8 +12,8 @@ use rtsl_ir::{Function, OpKind, Scalar, VariableKind};
 use rtsl_spec::{Method, StateVariable, lookup_state, state_component_count};
 use rtsl_testing::functions::seeded_function;
 
-use crate::memory::Memory;
-use crate::noise::Noise;
+use crate::cpp::memory::Memory;
+use crate::cpp::noise::Noise;
 
 /// So that no loop takes long, whatever the members are.
 const LOOP_BUDGET: u32 = 300;

@@ -3,8 +3,8 @@
 //! A page contains `<!-- table: FILE -->`, the table, and `<!-- end table -->`. `COLUMN=VALUE` after the name of the file
 //! selects rows, and leaves out the column. A data file is CSV with a header of lines `# key: value`.
 //!
-//! `UPDATE_EXPECT=1 cargo test -p rtsl --test docs tables` writes the tables; without it the test fails where a table
-//! is stale.
+//! `UPDATE_EXPECT=1 cargo test -p rtsl --test rtsl docs::tables` writes the tables; without it the test fails where a
+//! table is stale.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use rtsl::Math;
 
-use crate::evaluate::evaluate_in;
+use crate::prelude::evaluate::evaluate_in;
 
 fn fast(expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
     evaluate_in(Math::Fast, expression, inputs)
@@ -65,7 +65,7 @@ fn whole_quotients_stay_whole() {
 #[test]
 fn precise_variables_are_exact() {
     let inputs = ordinary();
-    let found = crate::evaluate::evaluate_in_with(
+    let found = crate::prelude::evaluate::evaluate_in_with(
         Math::Fast,
         "float exact(float x, float y) { precise float quotient = sqrt(x) / y; return quotient; }",
         "exact(x, y)",

@@ -5,8 +5,8 @@
 use rtsl::Math;
 use rtsl_spec::builtins::{self, Accuracy};
 
-use crate::evaluate::{evaluate_in, thinning};
-use crate::references;
+use crate::prelude::evaluate::{evaluate_in, thinning};
+use crate::prelude::references;
 
 /// A function of one argument and what is promised of it.
 pub struct Promise {

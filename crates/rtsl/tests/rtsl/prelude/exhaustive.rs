@@ -1,14 +1,14 @@
 //! Every float, for every function of one argument: half a minute each.
 //!
-//! `cargo test --release -p rtsl --test prelude -- --ignored --nocapture exhaustive`
+//! `cargo test --release -p rtsl --test rtsl -- --ignored --nocapture prelude::exhaustive`
 //!
 //! A name after `exhaustive::` chooses one function.
 
 use rtsl::Math;
 use rtsl_spec::builtins::GreatestError;
 
-use crate::errors::{PROMISES, Promise};
-use crate::evaluate::{Probe, Run};
+use crate::prelude::errors::{PROMISES, Promise};
+use crate::prelude::evaluate::{Probe, Run};
 
 /// Magnitudes that are tried by one call; they and what is found for them stay in the first cache.
 const CHUNK: u32 = 1 << 11;

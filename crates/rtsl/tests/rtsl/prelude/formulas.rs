@@ -1,6 +1,6 @@
 //! Values at the edges, by GLSL's formulas.
 
-use crate::evaluate::{evaluate_with, value};
+use crate::prelude::evaluate::{evaluate_with, value};
 
 #[test]
 fn edges_follow_the_formulas() {

@@ -1,6 +1,6 @@
 //! Noise and patterns.
 
-use crate::evaluate::{evaluate, thinning, unit_pairs};
+use crate::prelude::evaluate::{evaluate, thinning, unit_pairs};
 
 /// Points of one to four dimensions on a plane through them.
 const POINTS: [&str; 4] = [

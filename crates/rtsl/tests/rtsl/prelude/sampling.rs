@@ -1,6 +1,6 @@
 //! Sampling: directions of unit length, moments of their densities, frames.
 
-use crate::evaluate::{evaluate, thinning, unit_pairs};
+use crate::prelude::evaluate::{evaluate, thinning, unit_pairs};
 
 #[test]
 fn directions_have_unit_length() {

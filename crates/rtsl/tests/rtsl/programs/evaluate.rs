@@ -3,7 +3,7 @@
 
 use rtsl_ir::{BinaryOp, CompareOp, Scalar, UnaryOp, evaluate};
 
-use crate::tree::*;
+use crate::programs::tree::*;
 
 /// A run takes too long to be a test.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
 use rtsl_testing::functions::Entropy;
 
-use crate::tree::*;
+use crate::programs::tree::*;
 
 /// Which built-in functions a program uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::fmt::{self, Display, Formatter, Write};
 
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
 
-use crate::tree::*;
+use crate::programs::tree::*;
 
 impl Display for Type {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {

@@ -9,7 +9,7 @@ use rtsl::{
     LaneBlock, LaneMask, Method, Program, Value, library, lookup_state, new_state,
 };
 
-use crate::host::RandomHost;
+use crate::sampling::host::RandomHost;
 
 /// An instance, ready for calls.
 pub struct Shader {

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::grid::Grid;
+use crate::sampling::grid::Grid;
 
 /// A direction and the density with which it was chosen; 0 where none was.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +101,7 @@ mod tests {
     use std::f32::consts::PI;
 
     use super::*;
-    use crate::host::random;
+    use crate::sampling::host::random;
 
     /// Directions uniform in height and angle.
     fn uniform() -> Vec<Sample> {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
-use crate::call::thinning;
+use crate::sampling::call::thinning;
 
 const ROWS: usize = 20;
 const COLUMNS: usize = 40;

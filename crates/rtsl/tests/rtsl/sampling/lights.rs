@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rtsl::Method;
 
-use crate::call::Shader;
+use crate::sampling::call::Shader;
 
 #[test]
 fn lights_without_extent_are_deltas() {

@@ -7,8 +7,8 @@ use std::ops::Range;
 use glam::Vec3;
 use rtsl::{Method, Value};
 
-use crate::call::{Rays, Shader, batches, constant, thinning};
-use crate::host::random;
+use crate::sampling::call::{Rays, Shader, batches, constant, thinning};
+use crate::sampling::host::random;
 
 const SAMPLES: usize = 60_000;
 

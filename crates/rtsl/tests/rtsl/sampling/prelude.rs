@@ -4,10 +4,10 @@
 use glam::Vec3;
 use rtsl::Method;
 
-use crate::call::{Shader, batches, thinning};
-use crate::distribution::{Sample, compare};
-use crate::grid::Grid;
-use crate::host::random;
+use crate::sampling::call::{Shader, batches, thinning};
+use crate::sampling::distribution::{Sample, compare};
+use crate::sampling::grid::Grid;
+use crate::sampling::host::random;
 
 const SAMPLES: usize = 100_000;
 

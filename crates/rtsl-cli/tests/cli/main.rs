@@ -1,0 +1,8 @@
+//! The integration tests of `rtsl-cli`, as one program: linking is most of the work of building tests.
+
+mod bench;
+mod command;
+mod commands;
+mod files;
+mod memory_limits;
+mod resume;
