@@ -2,6 +2,8 @@
 //! the window's pixels are read back from the X server.
 //!
 //! Where there is no Xvfb the tests say so and pass, unless `RTSL_REQUIRE_DISPLAY=1` asks for it.
+//!
+//! A separate test program, since the tests wait for windows for limited times.
 
 mod display;
 
