@@ -11,8 +11,8 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use rtsl_abi::in_huge_pages;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::in_huge_pages;
 
 use super::bounds::Bounds;
 use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, Node8};

@@ -6,8 +6,8 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
-use rtsl_abi::prefetch;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::prefetch;
 
 use super::bvh8::{Bvh8, Child, Node8};
 use super::traversal::TraversalStack;

@@ -6,8 +6,8 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use rtsl_abi::prefetch;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::prefetch;
 use smallvec::SmallVec;
 
 use super::bounds::Bounds;

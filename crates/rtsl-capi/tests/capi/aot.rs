@@ -47,7 +47,7 @@ fn check(form: Form, shapes: Vec<(CallMode, u32)>) {
         eprintln!("left out: there is no LLVM");
         return;
     }
-    let options = AotOptions { shapes, bindings, ..AotOptions::default() };
+    let options = AotOptions { modes: shapes, bindings, ..AotOptions::default() };
     let library = engine.aot_library(&classes, &options).unwrap();
     let mut requests = Vec::new();
     let mut random = Random(1);

@@ -38,7 +38,7 @@ pub struct BuildArguments {
     /// The call mode: the rays of a `packet` call have one object, those of `common-origin` also a common origin, those
     /// of `stream` one object each; `leaf` is for one ray and several objects, `single` for one ray and one object. For
     /// a library several, separated by commas. `packet` if not given, for a library `single`.
-    #[arg(long, value_name = "SHAPES", value_delimiter = ',', value_parser = parse_shape)]
+    #[arg(long = "call-mode", alias = "shape", value_name = "MODES", value_delimiter = ',', value_parser = parse_shape)]
     pub(super) shape: Vec<CallMode>,
     /// The SIMD width in rays, for a library several, separated by commas; selected for the machine if not given. Never
     /// changes results.
@@ -183,7 +183,7 @@ fn emit_methods(
 ) -> Result<Option<Vec<u8>>, Failure> {
     let source = arguments.source()?;
     only("class", &arguments.class)?;
-    only("shape", &arguments.shape)?;
+    only("call mode", &arguments.shape)?;
     only("width", &arguments.width)?;
     if arguments.library.is_given() {
         let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`, `cpp`";

@@ -158,18 +158,18 @@ impl ObjectClass {
         let program = &shader.program;
         let form = objects.form().clone();
         let variant = placed(Variant::new(CallMode::Packet), is_placed).of_objects(form);
-        let intersect = |outputs: Outputs, shape: CallMode| {
-            let variant = Variant { shape, ..variant.clone() }.reading(outputs);
+        let intersect = |outputs: Outputs, mode: CallMode| {
+            let variant = Variant { mode, ..variant.clone() }.reading(outputs);
             program.kernel(Method::Intersect, variant)
         };
         let packet = intersect(traversal_outputs(), CallMode::Packet)?;
         let has_elements = matches!(which, ObjectNumbering::Elements(_));
-        let shape = if has_elements { CallMode::Stream } else { CallMode::Packet };
-        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), shape));
+        let mode = if has_elements { CallMode::Stream } else { CallMode::Packet };
+        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), mode));
         let mut surface = BTreeMap::new();
         if has_elements {
             for (method, outputs) in shader.hit_methods() {
-                let variant = Variant { shape, placed: false, ..variant.clone() };
+                let variant = Variant { mode, placed: false, ..variant.clone() };
                 surface.insert(*method, program.kernel(*method, variant.reading(*outputs))?);
             }
         }
@@ -268,8 +268,8 @@ impl ObjectClass {
     }
 
     /// Compiles a kernel at its first use: few scenes need all.
-    fn make(&self, shape: CallMode) -> Option<Arc<Kernel>> {
-        let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
+    fn make(&self, mode: CallMode) -> Option<Arc<Kernel>> {
+        let variant = Variant { mode, ..self.variant.clone() }.reading(traversal_outputs());
         self.program.kernel(Method::Intersect, variant).ok()
     }
 }

@@ -156,7 +156,7 @@ fn call_with(
     let objects = program.objects(inputs.instances.iter().map(|it| &**it));
     let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
     let mut accepted = LaneMask::new(COUNT);
-    let shape = variant.shape;
+    let shape = variant.mode;
     let status = call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,

@@ -436,9 +436,9 @@ fn callback(width: u32) -> Callback {
 fn too_much_stack_is_an_error_that_says_what_is_needed() {
     let instance = instance(&text(Method::Intersect, 4_500));
     // Straight code of so many values is made at once.
-    let (engine, shapes) = (engine_at(16, OptLevel::O0), vec![(CallMode::Packet, 16)]);
+    let (engine, modes) = (engine_at(16, OptLevel::O0), vec![(CallMode::Packet, 16)]);
     let program = engine.program(&instance);
-    let options = AotOptions { shapes, ..AotOptions::default() };
+    let options = AotOptions { modes, ..AotOptions::default() };
     let library = engine.aot_library(&[program.class().clone()], &options).unwrap();
     let errors = [
         ("`T.hit`", program.callback(&callback(16)).unwrap_err()),
@@ -489,8 +489,8 @@ fn macros_that_expand_to_too_much_work_are_an_error() {
         error.message,
         "`T.lookup` has 81979 operations with all the functions that it calls, where 65536 are allowed"
     );
-    let shapes = vec![(CallMode::Packet, 8)];
-    let options = AotOptions { shapes, ..AotOptions::default() };
+    let modes = vec![(CallMode::Packet, 8)];
+    let options = AotOptions { modes, ..AotOptions::default() };
     let library = engine(8).aot_library(&[program.class().clone()], &options);
     assert_eq!(library.map(drop).unwrap_err().code.as_str(), "E0511");
 }

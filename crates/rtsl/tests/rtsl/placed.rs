@@ -184,7 +184,7 @@ impl Scene {
     }
 
     fn check_call(&self, variant: Variant, instances: Instances<'_>, contract: bool) {
-        let shape = variant.shape;
+        let shape = variant.mode;
         let mut rays = self.rays.clone();
         let origin = rays[0][0];
         if shape == CallMode::CommonOrigin {
