@@ -10,13 +10,13 @@ use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
-use crate::batch::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
-use crate::interactive::{self, RenderOptions};
+use crate::path::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::progress::{Progress, TilesDone};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
+use crate::whitted::{self, RenderOptions};
 
 /// The scene and the options of a render.
 #[derive(Clone, Default)]
@@ -236,7 +236,7 @@ fn render_interactively(
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let tiles_done =
         |done, of| request.tell(Progress::Rendering(TilesDone { done, of, skipped: 0 }));
-    let rendered = interactive::render(
+    let rendered = whitted::render(
         &scene,
         RenderOptions {
             threads: request.threads,
@@ -273,7 +273,7 @@ fn render_paths(
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |tiles| request.tell(Progress::Rendering(tiles));
-    let rendered = batch::render(
+    let rendered = path::render(
         &scene,
         BatchOptions {
             threads: request.threads,
@@ -375,7 +375,7 @@ impl LoadedScene {
     fn choose_renderer(&mut self) -> Renderer {
         let LoadedScene { scene, engine, .. } = self;
         let renderer = scene.settings.renderer.unwrap_or_else(|| {
-            if batch::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
+            if path::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
         });
         scene.settings.renderer = Some(renderer);
         renderer

@@ -9,9 +9,9 @@ use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::{Effort, Spread};
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{Workspace, rays_of, sample_tile};
 use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, Tile, camera_rays};
+use crate::whitted::{Workspace, rays_of, sample_tile};
 
 /// The subject and the effort of a measurement.
 pub struct Clock<'a> {

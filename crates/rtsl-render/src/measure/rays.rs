@@ -6,8 +6,8 @@ use rtsl_math::dot;
 use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
+use crate::whitted::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 
 /// A packet with its active lanes.
 pub struct Packet {

@@ -25,9 +25,9 @@ use crate::compiled::CompiledScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
+use crate::whitted::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);

@@ -9,10 +9,10 @@ use super::tracer::{BatchMemory, PathTracer};
 use super::wavefront::{NO_INSTANCE, Path, PathHit};
 use crate::compiled::CompiledScene;
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};
 use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
+use crate::whitted::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};
 
 /// Selects the random numbers of `shade` and of its rays' paths.
 const NUMBERS_OF_SHADE: u32 = 0x107;
