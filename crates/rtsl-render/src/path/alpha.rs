@@ -5,11 +5,12 @@ use rtsl::Method;
 
 use super::numbers::lone_number;
 use super::scatter::NUMBERS_OF_SHAPES;
-use super::shading_batch::{BATCH_LANES, Callee, ShadingBatch};
+use super::shading_batch::{BATCH_LANES, ShadingBatch};
 use super::surface::BatchSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wavefront::{PathHit, Wavefront};
+use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
 
 /// Selects the random numbers that decide if a ray passes. Each hit along a path has a different one.
@@ -62,7 +63,7 @@ impl PathTracer<'_> {
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let ShadingBatch { count, state, scratch, alpha, numbers, .. } = batch;
         let instances = of.instances(&textures.objects, alpha);
-        callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
         let values = batch.state.floats(variables().float_texture_value);
         for ((group, hit), value) in hits.iter().zip(values) {
             let path = &mut wavefront.paths[hit.path as usize];

@@ -9,10 +9,11 @@ use rtsl::{Kernel, Method};
 
 use super::lights::Sky;
 use super::material::MaterialSource;
-use super::shading_batch::{BATCH_LANES, Callee, Row, Rows, ShadingBatch, are_finite, get, set};
+use super::shading_batch::{BATCH_LANES, Row, Rows, ShadingBatch, are_finite, get, set};
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wavefront::{Path, Wavefront};
+use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, eights_of};
 
@@ -44,7 +45,7 @@ impl PathTracer<'_> {
         let weights = self.weights_of_hits(group, batch);
         let ShadingBatch { count, state, scratch, emitters: of_lanes, numbers, .. } = batch;
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
         let lost = add(batch, paths, &weights);
         self.report_lost(name, Method::Emission, lost);
     }
@@ -83,7 +84,14 @@ impl PathTracer<'_> {
             MaterialSource::Own => {
                 let class = &self.scene.compiled.classes[group.key.class as usize];
                 let instances = of.instances(&class.objects, objects);
-                callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
+                callee.call_for_first(
+                    kernel,
+                    *count,
+                    instances,
+                    (state, kept_scratch),
+                    None,
+                    numbers,
+                );
             }
             MaterialSource::Class(class) => {
                 let class = &self.scene.materials.classes[class as usize];
@@ -91,7 +99,7 @@ impl PathTracer<'_> {
                     scratch.words_mut(array).fill(0);
                 }
                 let instances = of.instances(&class.objects, materials);
-                callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+                callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
             }
         }
     }
@@ -138,7 +146,7 @@ impl PathTracer<'_> {
         let (objects, number) = &sky.objects;
         let ShadingBatch { count, state, scratch, numbers, .. } = batch;
         let instances = rtsl::Instances::Object(objects, *number);
-        callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
     }
 
     #[inline(always)]

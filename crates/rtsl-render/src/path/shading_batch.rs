@@ -3,18 +3,13 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::host::Host;
-use rtsl::{
-    CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
-    new_state,
-};
+use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_bvh::lanes_of;
 use rtsl_math::sampling::Sampler;
 
 use super::instance_transforms::SurfacePoints;
 use super::numbers::Numbers;
 use super::wavefront::{Path, PathHit};
-use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
@@ -351,41 +346,4 @@ pub fn get(rows: &Rows, lane: usize) -> [f32; 3] {
 #[inline(always)]
 pub fn are_finite(vector: &[f32; 3]) -> bool {
     vector.iter().all(|component| component.is_finite())
-}
-
-/// The kernel that is called, for messages.
-#[derive(Clone, Copy)]
-pub struct Callee<'a> {
-    /// The class.
-    pub class: &'a str,
-    /// Its method.
-    pub method: Method,
-    /// The record of runtime errors.
-    pub errors: &'a RuntimeErrors,
-}
-
-impl Callee<'_> {
-    /// Calls a kernel for the first `count` lanes.
-    pub fn call(
-        &self,
-        kernel: &Kernel,
-        count: usize,
-        instances: Instances<'_>,
-        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
-        accepted: Option<&mut MaskBlock>,
-        host: &mut dyn Host,
-    ) {
-        let status = kernel.call(CallArguments {
-            state,
-            scratch,
-            count,
-            mask: None,
-            accepted,
-            instances,
-            host,
-        });
-        if status.budget_exhausted {
-            self.errors.report(self.class, self.method);
-        }
-    }
 }

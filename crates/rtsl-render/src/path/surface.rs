@@ -8,10 +8,11 @@ use rtsl::{Kernel, Method};
 use super::instance_transforms::InstanceTransforms;
 use super::kernels::Batching;
 use super::scene::BatchScene;
-use super::shading_batch::{BatchCall, BatchRays, Callee, ShadingBatch, set_numbers};
+use super::shading_batch::{BatchCall, BatchRays, ShadingBatch, set_numbers};
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wavefront::PathHit;
+use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, dots, eights_of, points_on_rays};
 use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
@@ -80,7 +81,7 @@ impl<'a> BatchSurfaces<'a> {
         let callee = Callee { class: &class.name, method, errors: self.tracer.errors };
         let ShadingBatch { count, state, kept_scratch, objects, numbers, .. } = batch;
         let instances = self.group.key.shape.instances(&class.objects, objects);
-        callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, kept_scratch), None, numbers);
     }
 
     /// Recomputes the scratch of the shapes' `intersect` for the hits.
@@ -99,7 +100,14 @@ impl<'a> BatchSurfaces<'a> {
             arrays,
             |eight| self.rays_in_group(eight, &rays),
             |state, scratch, host| {
-                callee.call(kernel, count, instances, (state, scratch), Some(accepted), host);
+                callee.call_for_first(
+                    kernel,
+                    count,
+                    instances,
+                    (state, scratch),
+                    Some(accepted),
+                    host,
+                );
             },
         );
     }

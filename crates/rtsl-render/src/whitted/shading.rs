@@ -237,7 +237,8 @@ fn shade(
         counts.add_call(shading.lanes);
     }
     let v = variables();
-    let result = if call.method == Method::Shade { v.sample_color } else { v.emission_color };
+    let result =
+        if call.callee.method == Method::Shade { v.sample_color } else { v.emission_color };
     match shading.what {
         // The shape's own methods read the scratch of its `intersect`.
         Surface::Own(_) => blocks.call(&call, shading.lanes, Some(kept_scratch), host),

@@ -9,12 +9,13 @@ use super::super::instance_transforms::InstanceTransforms;
 use super::super::kernels::Batching;
 use super::super::numbers::Numbers;
 use super::super::shading_batch::{
-    BATCH_LANES, Callee, LightRows, Row, Rows, ShadingBatch, get, set, set_numbers,
+    BATCH_LANES, LightRows, Row, Rows, ShadingBatch, get, set, set_numbers,
 };
 use super::super::tracer::PathTracer;
 use super::super::wavefront::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
+use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
@@ -243,7 +244,14 @@ impl PathTracer<'_> {
         let name = &class.program.class().name;
         let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
-        callee.call(&class.illumination, count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(
+            &class.illumination,
+            count,
+            instances,
+            (state, scratch),
+            None,
+            numbers,
+        );
         dispatch!(Level::new(), simd => self.read_samples(simd, class, memory));
     }
 
@@ -334,7 +342,7 @@ impl PathTracer<'_> {
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
-        callee.call(&class.generate, count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(&class.generate, count, instances, (state, scratch), None, numbers);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials.classes[emitter as usize];
@@ -347,7 +355,7 @@ impl PathTracer<'_> {
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call(&class.emission, count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(&class.emission, count, instances, (state, scratch), None, numbers);
         let v = variables();
         dispatch!(Level::new(), simd => {
             for eight in eights_of(simd, count) {
