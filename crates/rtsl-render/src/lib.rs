@@ -14,6 +14,7 @@ pub mod progress;
 pub mod request;
 pub mod session;
 pub mod statistics;
+pub(crate) mod surfaces;
 pub(crate) mod tiles;
 pub mod whitted;
 

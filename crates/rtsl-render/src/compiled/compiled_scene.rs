@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use fearless_simd::Simd;
 use rayon::prelude::*;
 use rtsl::{
     Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Messages, Method, SourceMap,
@@ -21,7 +20,6 @@ use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::Placement;
 use super::shaders::{Purpose, Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
-use crate::lanes::eight::{Eight, Vectors, scaled};
 
 /// An instance prepared for the kernels of its shader.
 pub struct ShaderInstance {
@@ -52,15 +50,6 @@ pub struct Object {
     pub emitter: Option<u32>,
     /// True if its normals are flipped.
     pub reverse_orientation: bool,
-}
-
-impl Object {
-    /// Transforms normals from its own space to its group's, of any length, with its orientation.
-    #[inline(always)]
-    pub fn normals_to_group<S: Simd>(&self, eight: Eight<S>, normals: &Vectors<S>) -> Vectors<S> {
-        let side = if self.reverse_orientation { -1.0 } else { 1.0 };
-        scaled(&eight.transposed_vector(&self.inverse, normals), eight.splat(side))
-    }
 }
 
 /// A light.

@@ -6,7 +6,6 @@ use rtsl::Method;
 use super::numbers::lone_number;
 use super::scatter::NUMBERS_OF_SHAPES;
 use super::shading_batch::{BATCH_LANES, ShadingBatch};
-use super::surface::BatchSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wavefront::{PathHit, Wavefront};
@@ -49,7 +48,7 @@ impl PathTracer<'_> {
     ) {
         let only: Vec<PathHit> = hits.iter().map(|(_, hit)| *hit).collect();
         batch.load(&wavefront.paths, &only, NUMBERS_OF_SHAPES);
-        BatchSurfaces::new(self, group, batch).prepare(batch);
+        self.prepare_surfaces(group, batch);
         // Each hit along the path has a different sequence, as below.
         for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
             *key ^= distance.to_bits();

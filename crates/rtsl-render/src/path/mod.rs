@@ -25,7 +25,6 @@ mod emission;
 mod features;
 mod film;
 mod instance_classes;
-mod instance_transforms;
 mod kernels;
 mod lights;
 mod material;

@@ -15,7 +15,6 @@ use super::shading_batch::{
     BATCH_LANES, BatchLanes, LightRows, ShadingBatch, are_finite, get, set,
 };
 use super::shadow_rays::ShadowRay;
-use super::surface::BatchSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::{BatchMemory, PathTracer};
 use super::wavefront::{Path, PathHit, Wavefront};
@@ -42,7 +41,7 @@ impl PathTracer<'_> {
         for start in hits.clone().step_by(BATCH_LANES) {
             let hits = &wavefront.sorted[start..hits.end.min(start + BATCH_LANES)];
             batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
-            BatchSurfaces::new(self, group, batch).prepare(batch);
+            self.prepare_surfaces(group, batch);
             batch.start_numbers(NUMBERS_OF_MATERIALS);
             self.add_emission(group, batch, &mut wavefront.paths);
             if depth == 0 && self.with_features {

@@ -7,7 +7,6 @@ use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_bvh::lanes_of;
 use rtsl_math::sampling::Sampler;
 
-use super::instance_transforms::SurfacePoints;
 use super::numbers::Numbers;
 use super::wavefront::{Path, PathHit};
 use crate::lanes::eight::eights_of;
@@ -39,7 +38,7 @@ pub struct ShadingBatch {
     /// The parameters of the hits.
     pub distance: Row,
     /// The greatest parameters of hits.
-    limit: Row,
+    pub limit: Row,
     /// The times within the shutter.
     pub time: Row,
     /// The widths of the rays at the hits.
@@ -92,34 +91,6 @@ pub struct ShadingBatch {
     pub alpha: LaneIndices,
     /// The random numbers.
     pub numbers: Numbers,
-}
-
-/// The rays of a batch and their hits.
-pub struct BatchRays<'a> {
-    /// The origins in world space.
-    pub origin: &'a Rows,
-    /// The directions.
-    pub direction: &'a Rows,
-    /// The least parameters of hits.
-    pub epsilon: &'a Row,
-    /// The parameters of the hits.
-    pub distance: &'a Row,
-    /// The greatest parameters of hits.
-    pub limit: &'a Row,
-    /// The times within the shutter.
-    pub time: &'a Row,
-    /// The hits and their times.
-    pub surface_points: SurfacePoints<'a>,
-}
-
-/// The arguments of calls for the shapes of a batch.
-pub struct BatchCall<'a> {
-    /// State and scratch.
-    pub blocks: (&'a mut LaneBlock, &'a mut LaneBlock),
-    /// The lanes for which `intersect` accepted a hit.
-    pub accepted: &'a mut MaskBlock,
-    /// The indices of the objects that were hit.
-    pub objects: &'a LaneIndices,
 }
 
 /// Light samples for the points of a batch.
@@ -299,20 +270,6 @@ impl ShadingBatch {
     /// Returns the hits of the lanes in use.
     pub fn hits(&self) -> &[PathHit] {
         &self.hits[..self.count]
-    }
-
-    /// Returns the rays, and the arguments of calls for their hits.
-    pub fn rays_and_call(&mut self) -> (BatchRays<'_>, BatchCall<'_>) {
-        let ShadingBatch { hits, origin, direction, epsilon, distance, limit, time, .. } = self;
-        let surface_points = (&*hits, &*time);
-        let rays = BatchRays { origin, direction, epsilon, distance, limit, time, surface_points };
-        let ShadingBatch { state, kept_scratch, accepted, objects, .. } = self;
-        (rays, BatchCall { blocks: (state, kept_scratch), accepted, objects })
-    }
-
-    /// Returns the hits of the lanes and their times.
-    pub fn surface_points(&self) -> SurfacePoints<'_> {
-        (&self.hits, &self.time)
     }
 }
 

@@ -25,6 +25,7 @@ use crate::compiled::calls::CallBlocks;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit, not_finite};
+use crate::surfaces::{HitLanes, ObjectHit, SurfaceTransforms};
 use crate::tiles::LaneContext;
 
 /// The tolerance of the hit's distance from the sample, relative to its distance: rounding at silhouettes.
@@ -40,6 +41,24 @@ pub fn sample(
 ) -> LaneMask {
     let lamp = AreaLightSampler { tracer, light };
     dispatch!(SimdLevel::new(), simd => lamp.sample(simd, workspace, context, samples))
+}
+
+/// The object that is sampled, at the times of the lanes.
+struct SampledObject {
+    hit: ObjectHit,
+    time: Lanes,
+}
+
+impl HitLanes for SampledObject {
+    #[inline(always)]
+    fn hit(&self, _: usize) -> ObjectHit {
+        self.hit
+    }
+
+    #[inline(always)]
+    fn time(&self, lane: usize) -> f32 {
+        self.time[lane]
+    }
 }
 
 /// An area light with the inputs for tracing its rays.
@@ -92,16 +111,15 @@ impl AreaLightSampler<'_> {
         samples: &mut LightSamples,
     ) -> Option<(LaneMask, LaneVectors)> {
         let AreaLightSampler { tracer, light } = *self;
-        let object = &tracer.scene.objects[light.object as usize];
         let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.errors)?;
         let placement = light.instance.and_then(|it| tracer.scene.placement(it));
+        let hit = ObjectHit { object: light.object, element: 0, instance: light.instance };
+        let transforms = SurfaceTransforms::of_object(tracer.scene, hit, false);
+        let lanes = SampledObject { hit, time: context.time };
         let v = variables();
         for eight in eights_alone(simd, samples.lanes) {
-            let mut origin = eight.vectors(&samples.rays.origin);
-            if let Some(placement) = &placement {
-                origin = placement.points_to_group(eight, &origin, &context.time);
-            }
-            let origin = eight.point(&object.inverse, &origin);
+            let origin = eight.vectors(&samples.rays.origin);
+            let origin = transforms.local_points(eight, &lanes, &origin);
             eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
             eight.store(&mut blocks.state, v.epsilon, eight.splat(tracer.scene.epsilon));
             eight.store(&mut blocks.state, v.time_seed, eight.numbers(&context.time));
@@ -114,13 +132,9 @@ impl AreaLightSampler<'_> {
         for eight in eights_alone(simd, samples.lanes) {
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
-            let mut point = eight.point(&object.forward, &local);
+            let point = transforms.points(eight, &lanes, &local);
             let normal = eight.load_vectors(state, v.geometric_normal);
-            let mut normal = object.normals_to_group(eight, &normal);
-            if let Some(placement) = &placement {
-                point = placement.points_to_world(eight, &point, &context.time);
-                normal = placement.normals_to_world(eight, &normal, &context.time);
-            }
+            let [normal] = transforms.normals(eight, &lanes, [normal]);
             eight.blend_vectors(&normal, &mut normals);
             let way = difference(&point, &eight.vectors(&samples.rays.origin));
             let distance = dots(&way, &way).sqrt();

@@ -1,8 +1,8 @@
-//! The surface properties that materials read for the hits of a packet: the shapes' methods run in object space, then
-//! everything is transformed to world space.
+//! Surface properties of the hits of a packet, and their grouping by object.
 
-use fearless_simd::{Level as SimdLevel, Simd, dispatch};
-use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
+use fearless_simd::{Level as SimdLevel, Simd, dispatch, f32x8};
+use rtsl::host::NoHost;
+use rtsl::{Instances, LaneBlock, LaneIndices, Method};
 use rtsl_bvh::{HitId, Hits, LaneMask, RayPacket, lanes_of};
 
 use super::workspace::Level;
@@ -10,14 +10,10 @@ use crate::compiled::calls::KernelCall;
 use crate::compiled::compiled_scene::{CompiledScene, Object};
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::placed_objects::HitObject;
-use crate::compiled::placement::Placement;
-use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::tracer::Tracer;
-use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
-use crate::lanes::surface_offset::{sizes_on_rays, sums, surface_offsets};
-use crate::lanes::surface_state::{
-    EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
+use crate::lanes::eight::{Eight, Eights, eights};
+use crate::surfaces::{
+    EightRays, EightSurfaces, HitLanes, ObjectHit, SurfaceLanes, SurfaceTransforms, Surfaces,
 };
 use crate::tiles::LaneContext;
 
@@ -31,8 +27,6 @@ pub struct HitGroup<'a> {
     pub class: &'a ObjectClass,
     /// The object, and the instance that places it.
     hit: HitObject,
-    /// The placement of the instance; `None` for the world.
-    placement: Option<Placement<'a>>,
     /// The lanes.
     pub lanes: LaneMask,
 }
@@ -59,14 +53,10 @@ pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<H
 
 fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<HitGroup<'a>> {
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
-    let placement = match hit.instance {
-        None => None,
-        Some(instance) => Some(scene.placement(instance)?),
-    };
     let index = hit.member.object;
     let object = &scene.objects[index as usize];
     let class = &scene.classes[hit.member.class as usize];
-    Some(HitGroup { object, index, class, hit, placement, lanes })
+    Some(HitGroup { object, index, class, hit, lanes })
 }
 
 impl HitGroup<'_> {
@@ -93,20 +83,6 @@ impl HitGroup<'_> {
         }
     }
 
-    /// Returns the extents of the bounding boxes hit by eight lanes. Lanes outside the group are undefined.
-    // In registers: copying an array for all lanes took 600 instructions for each group.
-    #[inline(always)]
-    fn extents<S: Simd>(&self, eight: Eight<S>, scene: &CompiledScene, hits: &Hits) -> Vectors<S> {
-        let own = eight.splat_vector(scene.extents.lengths(self.index, self.hit.element));
-        if !self.class.has_elements() {
-            return own;
-        }
-        eight.each(&own, |lane, _| {
-            let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
-            scene.extents.lengths(self.index, hit.map_or(0, |hit| hit.element))
-        })
-    }
-
     /// Returns the objects for kernels that take those of hits.
     fn objects<'a>(&'a self, numbers: &'a LaneIndices) -> Instances<'a> {
         if self.class.has_elements() {
@@ -131,6 +107,25 @@ impl HitGroup<'_> {
         let kernel = self.class.surface_kernel(method)?;
         Some(KernelCall::new(program, kernel, method, self.objects(numbers), errors))
     }
+
+    /// Returns the call of `intersect` for its hits, if other methods read its scratch.
+    fn intersect<'a>(
+        &'a self,
+        tracer: &Tracer<'a>,
+        numbers: &'a LaneIndices,
+    ) -> Option<KernelCall<'a>> {
+        let Tracer { scene, errors } = *tracer;
+        let program = &scene.shader(&self.object.primitive).program;
+        let (kernel, instances) = (self.class.hit.as_deref()?, self.objects(numbers));
+        Some(KernelCall::new(program, kernel, Method::Intersect, instances, errors))
+    }
+
+    /// Returns the object, and the element that the first lane hit.
+    #[inline(always)]
+    fn object_hit(&self) -> ObjectHit {
+        let HitObject { element, instance, .. } = self.hit;
+        ObjectHit { object: self.index, element, instance }
+    }
 }
 
 /// Runs the methods of one object for its hits. Stores the inputs of materials in the state, and the inputs of lights
@@ -143,218 +138,107 @@ pub fn prepare(
     level: &mut Level,
     context: &mut LaneContext,
 ) {
-    let surface = SurfaceOfRun { tracer, run, rays, hits };
-    dispatch!(SimdLevel::new(), simd => surface.prepare(simd, level, context));
+    let scene = tracer.scene;
+    run.number(scene, hits, &mut level.numbers);
+    let needs = scene.needs(run.object);
+    let surfaces = Surfaces {
+        transforms: SurfaceTransforms::of_object(scene, run.object_hit(), run.class.has_elements()),
+        needs,
+        shapes_read_normals: needs.coordinates || needs.derivatives,
+    };
+    let mut lanes = PacketSurfaces { tracer, run, rays, hits, level, context };
+    dispatch!(SimdLevel::new(), simd => surfaces.prepare(simd, &mut lanes));
 }
 
-/// The hits of a group.
-struct SurfaceOfRun<'a> {
+/// The lanes of a packet that hit one object.
+struct PacketSurfaces<'a> {
     tracer: &'a Tracer<'a>,
     run: &'a HitGroup<'a>,
     rays: &'a RayPacket,
     hits: &'a Hits,
+    level: &'a mut Level,
+    context: &'a mut LaneContext,
 }
 
-impl SurfaceOfRun<'_> {
+impl HitLanes for PacketSurfaces<'_> {
     #[inline(always)]
-    fn prepare<S: Simd>(&self, simd: S, level: &mut Level, context: &mut LaneContext) {
-        let SurfaceOfRun { tracer, run, .. } = *self;
-        run.number(tracer.scene, self.hits, &mut level.numbers);
-        let in_group = self.rays_in_group();
-        let group_rays = in_group.as_ref().unwrap_or(self.rays);
-        if let Some(kernel) = run.class.hit.as_deref() {
-            self.find_scratch(simd, kernel, group_rays, level);
-        }
-        let needs = tracer.scene.needs(run.object);
-        self.set_local_hits(simd, group_rays, needs, &mut level.blocks.state);
-        let has_derivatives = self.run_methods(simd, needs, level, context);
-        let has_tangents = needs.derivatives && has_derivatives;
-        self.to_world(simd, needs, has_tangents, &mut level.blocks.state, context);
-        if needs.derivatives && !has_derivatives {
-            for eight in eights(simd, run.lanes) {
-                let normal = context.geometric_normals(eight);
-                set_tangents(eight, &mut level.blocks.state, &normal);
-            }
+    fn hit(&self, lane: usize) -> ObjectHit {
+        let scene = self.tracer.scene;
+        let hit = HitObject::of(&scene.geometry, &scene.items, self.hits.id[lane]);
+        ObjectHit { element: hit.map_or(0, |hit| hit.element), ..self.run.object_hit() }
+    }
+
+    #[inline(always)]
+    fn time(&self, lane: usize) -> f32 {
+        self.rays.time[lane]
+    }
+}
+
+impl SurfaceLanes for PacketSurfaces<'_> {
+    type Eights<S: Simd> = Eights<S>;
+
+    #[inline(always)]
+    fn eights<S: Simd>(&self, simd: S) -> Eights<S> {
+        eights(simd, self.run.lanes)
+    }
+
+    #[inline(always)]
+    fn rays<S: Simd>(&self, eight: Eight<S>) -> EightRays<S> {
+        EightRays {
+            origin: eight.vectors(&self.rays.origin),
+            direction: eight.vectors(&self.rays.direction),
+            epsilon: eight.numbers(&self.rays.epsilon),
+            time: eight.numbers(&self.rays.time),
         }
     }
 
-    /// The rays in the space of the object's group, if that is not the world.
     #[inline(always)]
-    fn rays_in_group(&self) -> Option<RayPacket> {
-        let placement = self.run.placement.as_ref()?;
-        Some(placement.rays_in_group(self.rays, self.run.lanes))
+    fn limits<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
+        eight.numbers(&self.rays.limit)
     }
 
-    /// Recomputes the scratch of `intersect` for the hits, with rays in the space of the object's group.
     #[inline(always)]
-    fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, rays: &RayPacket, level: &mut Level) {
-        let Level { blocks, kept_scratch, numbers } = level;
-        let lanes = self.run.lanes;
+    fn distances<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
+        eight.numbers(&self.hits.distance)
+    }
+
+    #[inline(always)]
+    fn state(&mut self) -> &mut LaneBlock {
+        &mut self.level.blocks.state
+    }
+
+    fn scratch(&mut self) -> (&mut LaneBlock, usize) {
         let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
-        let (instances, errors) = (self.run.objects(numbers), self.tracer.errors);
-        let call = KernelCall::new(program, kernel, Method::Intersect, instances, errors);
-        find_scratch(
-            eights(simd, lanes),
-            (blocks, kept_scratch),
-            call.scratch_arrays,
-            |eight| (eight_rays(eight, rays), eight.numbers(&rays.limit)),
-            |blocks, scratch, host| {
-                blocks.call(&call, lanes, Some(scratch), host);
-            },
-        );
+        (&mut self.level.kept_scratch, program.layout().scratch_arrays as usize)
     }
 
-    /// Sets the inputs of the shapes' methods, and default results for methods that the class lacks.
-    #[inline(always)]
-    fn set_local_hits<S: Simd>(
-        &self,
-        simd: S,
-        rays: &RayPacket,
-        needs: SurfaceNeeds,
-        state: &mut LaneBlock,
-    ) {
-        let inverse = &self.run.object.inverse;
-        // As in the traversal, an object without a transform gets its group's rays unchanged.
-        let has_own_space = !inverse.is_identity();
-        for eight in eights(simd, self.run.lanes) {
-            let mut local = eight_rays(eight, rays);
-            if has_own_space {
-                local.origin = eight.point(inverse, &local.origin);
-                local.direction = eight.vector(inverse, &local.direction);
-            }
-            set_hits(eight, state, &local, eight.numbers(&self.hits.distance), needs);
+    fn needs(&self, method: Method) -> bool {
+        match method {
+            Method::Intersect => self.run.class.hit.is_some(),
+            // Area lights are sampled point by point, and light that rays find is not weighted.
+            Method::SamplePdf => false,
+            _ => self.run.call(self.tracer, method, &self.level.numbers).is_some(),
         }
     }
 
-    /// Runs the methods of the shape whose results are needed; returns true if it computed derivatives.
-    #[inline(always)]
-    fn run_methods<S: Simd>(
-        &self,
-        simd: S,
-        needs: SurfaceNeeds,
-        level: &mut Level,
-        context: &mut LaneContext,
-    ) -> bool {
-        let Level { blocks, kept_scratch, numbers } = level;
-        let methods = [
-            (Method::ComputeNormal, true),
-            (Method::ComputeTextureCoordinates, needs.coordinates || needs.derivatives),
-            (Method::ComputeDerivatives, needs.derivatives),
-        ];
-        let mut has_derivatives = false;
-        for (method, _) in methods.into_iter().filter(|(_, is_needed)| *is_needed) {
-            if let Some(call) = self.run.call(self.tracer, method, numbers) {
-                blocks.call(&call, self.run.lanes, Some(&mut *kept_scratch), context);
-                has_derivatives |= method == Method::ComputeDerivatives;
+    fn call(&mut self, method: Method) {
+        let PacketSurfaces { tracer, run, .. } = *self;
+        let Level { blocks, kept_scratch, numbers } = &mut *self.level;
+        if method == Method::Intersect {
+            if let Some(call) = run.intersect(tracer, numbers) {
+                blocks.call(&call, run.lanes, Some(kept_scratch), &mut NoHost);
             }
-            // The last normal written is normalised when it is transformed to the world.
-            if method == Method::ComputeNormal && (needs.coordinates || needs.derivatives) {
-                normalize_normals(eights(simd, self.run.lanes), &mut blocks.state);
-            }
-        }
-        has_derivatives
-    }
-
-    /// Transforms rays and surfaces from the object's space to the world's.
-    #[inline(always)]
-    fn to_world<S: Simd>(
-        &self,
-        simd: S,
-        needs: SurfaceNeeds,
-        has_tangents: bool,
-        state: &mut LaneBlock,
-        context: &mut LaneContext,
-    ) {
-        let SurfaceOfRun { run, rays, hits, .. } = *self;
-        let v = variables();
-        let is_elsewhere = run.placement.is_some() || !run.object.inverse.is_identity();
-        for eight in eights(simd, run.lanes) {
-            let world = eight_rays(eight, rays);
-            let EightRays { origin, direction, .. } = world;
-            if is_elsewhere {
-                world.store(eight, state);
-                if needs.inverse_directions {
-                    set_inverse_directions(eight, state, &direction);
-                }
-            }
-            let distance = eight.numbers(&hits.distance);
-            let point = points_on_rays(&origin, &direction, distance);
-            eight.store_vectors(state, v.hit_point, &point);
-            let up = eight.splat_vector([0.0, 0.0, 1.0]);
-            let geometric = eight.load_vectors(state, v.geometric_normal);
-            let shading = eight.load_vectors(state, v.shading_normal);
-            let geometric = self.normals_to_world(eight, &geometric, &up);
-            let shading = self.normals_to_world(eight, &shading, &geometric);
-            eight.store_vectors(state, v.geometric_normal, &geometric);
-            eight.store_vectors(state, v.shading_normal, &shading);
-            context.set_normals(eight, &geometric, &shading, &direction);
-            let sizes = sizes_on_rays(&origin, &direction, distance);
-            let extents = run.extents(eight, self.tracer.scene, hits);
-            let sizes = self.sizes_of_points(eight, &sizes, &extents);
-            context.set_points(eight, &point, surface_offsets(eight, &geometric, &sizes));
-            if has_tangents {
-                self.tangents_to_world(eight, state);
-            }
+        } else if let Some(call) = run.call(tracer, method, numbers) {
+            blocks.call(&call, run.lanes, Some(kept_scratch), self.context);
         }
     }
 
-    /// Returns the magnitudes that bound the rounding errors of hit points in the world, given those of the rays and
-    /// the extents of the boxes: on the way to the object's space, and back.
-    #[inline(always)]
-    fn sizes_of_points<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        of_rays: &Vectors<S>,
-        extents: &Vectors<S>,
-    ) -> Vectors<S> {
-        let SurfaceOfRun { run, rays, .. } = *self;
-        let placement = run.placement.as_ref();
-        let in_group = placement.map(|it| it.sizes_to_group(eight, of_rays, &rays.time));
-        let mut sizes = sums(in_group.as_ref().unwrap_or(of_rays), extents);
-        if !run.object.inverse.is_identity() {
-            sizes = sums(&sizes, &eight.point(&run.object.sizes, &sizes));
-        }
-        match placement {
-            None => sizes,
-            Some(placement) => sums(of_rays, &placement.sizes_to_world(eight, &sizes, &rays.time)),
-        }
-    }
+    fn keep_light_densities<S: Simd>(&mut self, _: Eight<S>, _: f32x8<S>) {}
 
     #[inline(always)]
-    fn normals_to_world<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        normals: &Vectors<S>,
-        otherwise: &Vectors<S>,
-    ) -> Vectors<S> {
-        let mut normals = self.run.object.normals_to_group(eight, normals);
-        if let Some(placement) = &self.run.placement {
-            normals = placement.normals_to_world(eight, &normals, &self.rays.time);
-        }
-        eight.normalized_or(&normals, otherwise)
-    }
-
-    #[inline(always)]
-    fn tangents_to_world<S: Simd>(&self, eight: Eight<S>, state: &mut LaneBlock) {
-        let v = variables();
-        for variable in [v.dpdu, v.dpdv] {
-            let local = eight.load_vectors(state, variable);
-            let mut tangents = eight.vector(&self.run.object.forward, &local);
-            if let Some(placement) = &self.run.placement {
-                tangents = placement.vectors_to_world(eight, &tangents, &self.rays.time);
-            }
-            eight.store_vectors(state, variable, &tangents);
-        }
-    }
-}
-
-/// Eight rays of a packet.
-#[inline(always)]
-fn eight_rays<S: Simd>(eight: Eight<S>, rays: &RayPacket) -> EightRays<S> {
-    EightRays {
-        origin: eight.vectors(&rays.origin),
-        direction: eight.vectors(&rays.direction),
-        epsilon: eight.numbers(&rays.epsilon),
-        time: eight.numbers(&rays.time),
+    fn keep<S: Simd>(&mut self, eight: Eight<S>, surfaces: &EightSurfaces<S>) {
+        let EightSurfaces { direction, point, offset, geometric_normal, shading_normal } = surfaces;
+        self.context.set_normals(eight, geometric_normal, shading_normal, direction);
+        self.context.set_points(eight, point, *offset);
     }
 }

@@ -5,7 +5,6 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 use rtsl_math::sampling::Sampler;
 
-use super::super::instance_transforms::InstanceTransforms;
 use super::super::kernels::Batching;
 use super::super::numbers::Numbers;
 use super::super::shading_batch::{
@@ -20,6 +19,7 @@ use crate::compiled::variables::variables;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
+use crate::surfaces::{HitLanes, ObjectHit, SurfaceTransforms};
 
 /// The greatest distance, relative to its distance, before a sample of a shape at which shadow rays end: rounding at
 /// silhouettes.
@@ -330,10 +330,10 @@ impl PathTracer<'_> {
         let count = memory.lanes.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
         let sampled = SampledShapes {
-            places: InstanceTransforms::new(
+            transforms: SurfaceTransforms::new(
                 &self.scene.compiled,
                 class.class,
-                &memory.hits[..count],
+                memory.hits[..count].iter().map(PathHit::object_hit),
             ),
             epsilon: self.scene.compiled.epsilon,
         };
@@ -368,9 +368,27 @@ impl PathTracer<'_> {
     }
 }
 
+/// The objects that are sampled, and the times.
+struct SampledHits<'a> {
+    hits: &'a [PathHit; BATCH_LANES],
+    time: &'a Row,
+}
+
+impl HitLanes for SampledHits<'_> {
+    #[inline(always)]
+    fn hit(&self, lane: usize) -> ObjectHit {
+        self.hits[lane].object_hit()
+    }
+
+    #[inline(always)]
+    fn time(&self, lane: usize) -> f32 {
+        self.time[lane]
+    }
+}
+
 /// The shapes that are sampled, with their transforms.
 struct SampledShapes<'a> {
-    places: InstanceTransforms<'a>,
+    transforms: SurfaceTransforms<'a>,
     epsilon: f32,
 }
 
@@ -380,9 +398,9 @@ impl SampledShapes<'_> {
     fn set_origins<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
         for eight in eights_of(simd, memory.lanes.count()) {
-            let lanes = (&memory.hits, &memory.time);
+            let lanes = SampledHits { hits: &memory.hits, time: &memory.time };
             let point = eight.vectors(&memory.point);
-            let origin = self.places.local_points(eight, lanes, &point);
+            let origin = self.transforms.local_points(eight, &lanes, &point);
             let state = &mut memory.state;
             eight.store_vectors(state, v.ray_origin, &origin);
             eight.store(state, v.epsilon, eight.splat(self.epsilon));
@@ -396,12 +414,13 @@ impl SampledShapes<'_> {
     fn read_points<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
         for eight in eights_of(simd, memory.lanes.count()) {
-            let (state, lanes) = (&memory.state, (&memory.hits, &memory.time));
+            let (state, lanes) =
+                (&memory.state, SampledHits { hits: &memory.hits, time: &memory.time });
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
-            let point = self.places.points(eight, lanes, &local);
+            let point = self.transforms.points(eight, &lanes, &local);
             let normal = eight.load_vectors(state, v.geometric_normal);
-            let [normal] = self.places.normals(eight, lanes, [normal]);
+            let [normal] = self.transforms.normals(eight, &lanes, [normal]);
             let normal = eight.normalized_or(&normal, &eight.splat_vector([0.0, 0.0, 1.0]));
             let origin = eight.vectors(&memory.point);
             let way = difference(&point, &origin);
@@ -411,7 +430,7 @@ impl SampledShapes<'_> {
             let direction = eight.normalized_or(&way, &nowhere);
             // The Jacobian of directions under a linear map: its stretch along them, cubed, over its determinant.
             let stretch = square / local_square;
-            let scale = stretch * stretch.sqrt() / self.places.volume_scales(eight, lanes);
+            let scale = stretch * stretch.sqrt() / self.transforms.volume_scales(eight, &lanes);
             let density = eight.load(state, v.pdf) * scale;
             let is_usable = density.simd_gt(0.0)
                 & density.simd_lt(f32::INFINITY)
@@ -421,7 +440,7 @@ impl SampledShapes<'_> {
             eight.blend(density, &mut memory.density);
             eight.blend_vectors(&direction, &mut memory.direction);
             let sizes = sums(&sizes(&origin), &sizes(&way));
-            let sizes = self.places.sizes_of_points(eight, lanes, &sizes);
+            let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes);
             let height = surface_offsets(eight, &normal, &sizes) + eight.numbers(&memory.offset);
             // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
             // grazing angles this is a longer distance along the ray.

@@ -3,13 +3,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl::LaneBlock;
-use rtsl::host::{Host, NoHost};
 
-use crate::compiled::calls::CallBlocks;
 use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::variables::variables;
-
-use super::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
+use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
+use crate::lanes::lane_maps::LaneMaps;
 
 /// Eight rays in some space.
 #[derive(Clone, Copy)]
@@ -25,6 +23,13 @@ pub struct EightRays<S: Simd> {
 }
 
 impl<S: Simd> EightRays<S> {
+    /// Transforms the rays to another space.
+    #[inline(always)]
+    pub fn transform(&mut self, maps: &LaneMaps<S>) {
+        self.origin = maps.points(&self.origin);
+        self.direction = maps.vectors(&self.direction);
+    }
+
     /// Sets the state variables of rays.
     #[inline(always)]
     pub fn store(&self, eight: Eight<S>, state: &mut LaneBlock) {
@@ -33,49 +38,6 @@ impl<S: Simd> EightRays<S> {
         eight.store_vectors(state, v.ray_direction, &self.direction);
         eight.store(state, v.epsilon, self.epsilon);
         eight.store(state, v.time_seed, self.time);
-    }
-}
-
-/// Calls `intersect` again for rays that hit, to obtain its scratch. Both renderers use this function. The call
-/// reproduces the one that accepted the hit only if its inputs are the same: the ray's own limit rather than the hit's
-/// distance, unset scratch, and no random numbers. `rays` returns the rays and limits of the traversal for eight lanes,
-/// in the space of the objects' group. `call` calls the class's `intersect`, which has so many scratch arrays.
-#[inline(always)]
-pub fn find_scratch<S: Simd, B: HasState>(
-    eights: impl Iterator<Item = Eight<S>>,
-    (blocks, scratch): (&mut B, &mut LaneBlock),
-    scratch_arrays: usize,
-    rays: impl Fn(Eight<S>) -> (EightRays<S>, f32x8<S>),
-    call: impl FnOnce(&mut B, &mut LaneBlock, &mut dyn Host),
-) {
-    for eight in eights {
-        let (rays, limit) = rays(eight);
-        let state = blocks.state_mut();
-        rays.store(eight, state);
-        set_inverse_directions(eight, state, &rays.direction);
-        eight.store(state, variables().hit_distance, limit);
-        for array in 0..scratch_arrays {
-            eight.store(scratch, array, eight.splat(0.0));
-        }
-    }
-    call(blocks, scratch, &mut NoHost);
-}
-
-/// The blocks of a call, including the state.
-pub trait HasState {
-    /// The state.
-    fn state_mut(&mut self) -> &mut LaneBlock;
-}
-
-impl HasState for LaneBlock {
-    fn state_mut(&mut self) -> &mut LaneBlock {
-        self
-    }
-}
-
-impl HasState for CallBlocks {
-    fn state_mut(&mut self) -> &mut LaneBlock {
-        &mut self.state
     }
 }
 
