@@ -11,7 +11,7 @@ use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
-use crate::compiled::{BuildStep, CompiledScene};
+use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
 use crate::path::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::progress::{Progress, TilesDone};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
@@ -399,7 +399,7 @@ impl Prepared<CompiledScene> {
         loaded: LoadedScene,
     ) -> Result<Self, Messages> {
         Prepared::new(request, loaded, |scene, engine, warnings, told| {
-            let scene = CompiledScene::with_progress(scene, engine, warnings, told)?;
+            let scene = SceneBuilder::new(engine).listener(told).build(scene, warnings)?;
             let times = [scene.compile_time, scene.build_time];
             Ok((scene, times))
         })

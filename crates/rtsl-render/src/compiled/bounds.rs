@@ -9,8 +9,8 @@ use rtsl::{
 use rtsl_bvh::Bounds;
 
 use super::calls::Callee;
-use super::compiled_scene::ShaderInstance;
 use super::runtime_errors::RuntimeErrors;
+use super::shader_instance::ShaderInstance;
 use super::shaders::Shader;
 use super::variables::{variables, vector};
 

@@ -8,8 +8,9 @@ use rtsl::{
 };
 use rtsl_bvh::{LANES, LaneMask};
 
-use super::compiled_scene::{CompiledScene, ShaderInstance};
+use super::compiled_scene::CompiledScene;
 use super::runtime_errors::RuntimeErrors;
+use super::shader_instance::ShaderInstance;
 use crate::lanes::mask_bits::{bits, set_bits};
 
 /// The method that a kernel implements, by whose name errors of its calls are reported.

@@ -6,13 +6,13 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement,
-    Program, Variant, lookup_state,
+    Program, Variant,
 };
 use rtsl_bvh::{Bvh8, Leaf};
-use rtsl_math::Affine;
-use rtsl_math::SIMD_LANES;
+use rtsl_math::{Affine, SIMD_LANES};
 use rtsl_scene::SceneObject;
 
+use super::intersect_variants::{placed, traversal_outputs};
 use super::shaders::Shader;
 
 /// Objects of one shader, either all with or all without a transform.
@@ -41,27 +41,6 @@ enum ObjectNumbering {
     Separate(Vec<(u32, u32)>),
     /// The elements of one object: the index of each.
     Elements(Vec<u32>),
-}
-
-/// The outputs of `intersect` that the traversal reads: only the distance of the hit. Other properties are computed for
-/// the closest hit alone.
-fn traversal_outputs() -> Outputs {
-    Outputs::state(lookup_state("rt_HitDistance"))
-}
-
-/// The kernel of `intersect` that every scene with objects of this kind needs.
-pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
-    let form = program.separate_objects(is_placed);
-    placed(Variant::new(CallMode::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
-}
-
-/// The kernel of `intersect` for closest hits whose scratch is read.
-pub fn hit_variant(program: &Program, is_placed: bool) -> Variant {
-    packet_variant(program, is_placed).reading(Outputs::NONE.with_scratch())
-}
-
-fn placed(variant: Variant, is_placed: bool) -> Variant {
-    if is_placed { variant.placed() } else { variant }
 }
 
 /// The items of a class in the order of its leaves; leaves that are not full contain repetitions.

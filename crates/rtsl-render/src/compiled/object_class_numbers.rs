@@ -1,6 +1,7 @@
 //! Indices of object classes, for AOVs.
 
-use super::compiled_scene::{CompiledScene, Object};
+use super::compiled_scene::CompiledScene;
+use super::object::Object;
 
 /// The classes of a scene's objects, in the order of their first objects.
 pub struct ObjectClasses {

@@ -8,8 +8,9 @@ use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
 use rtsl_math::MovingTransform;
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};
 
-use super::compiled_scene::{Object, inverse};
+use super::object::Object;
 use super::object_class::{ObjectClass, objects_in_order};
+use super::placement::inverse;
 use super::shaders::Shader;
 
 /// The objects of a scene as items of groups. Scenes with the same shapes share them.

@@ -2,7 +2,7 @@
 //! moves.
 
 use rtsl_bvh::Instance;
-use rtsl_math::Affine;
+use rtsl_math::{Affine, Transform};
 
 /// An instance with its transforms in both directions.
 pub struct Placement<'a> {
@@ -45,4 +45,10 @@ impl<'a> Placement<'a> {
             Some(motion) => motion.map_at(time).volume_scale(),
         }
     }
+}
+
+/// Returns the inverse of a placement.
+pub fn inverse(transform: Transform) -> Affine {
+    // The reader rejects transforms without an inverse.
+    transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
 }

@@ -21,7 +21,7 @@ use super::tracer::PathTracer;
 use crate::compiled::placed_objects::GroupMember;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
-use crate::compiled::{BuildStep, CompiledScene};
+use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
 
 /// In classes with at most so many objects, each is called separately: its members are then read once.
 const MAX_OBJECTS_ALONE: usize = 8;
@@ -75,11 +75,9 @@ impl BatchScene {
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
-        let compiled = if has_shade(engine, scene) {
-            CompiledScene::with_progress(scene.clone(), engine, messages, listener)?
-        } else {
-            CompiledScene::for_searches(scene.clone(), engine, messages, listener)?
-        };
+        let builder = SceneBuilder::new(engine).listener(listener);
+        let builder = if has_shade(engine, scene) { builder } else { builder.for_searches() };
+        let compiled = builder.build(scene.clone(), messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();

@@ -21,10 +21,10 @@ use super::options::SessionOptions;
 use super::picked::Picked;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
-use crate::compiled::CompiledScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
+use crate::compiled::{CompiledScene, SceneBuilder};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 use crate::whitted::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
@@ -361,11 +361,11 @@ impl Session {
                 let options = self.options.engine_for(&scene.settings);
                 (self.engine, _) = Engine::new(options).map_err(Messages::one)?;
             }
-            let (engine, messages) = (&self.engine, &mut warnings);
+            let (builder, messages) = (SceneBuilder::new(&self.engine), &mut warnings);
             self.compiled = if same_shapes {
-                self.compiled.with_other_shaders(scene.clone(), engine, messages)?
+                builder.same_shapes(&self.compiled).build(scene.clone(), messages)?
             } else {
-                self.compiled.with_moved_shapes(scene.clone(), engine, messages)?
+                builder.moved_shapes(&self.compiled).build(scene.clone(), messages)?
             };
         }
         self.adopt(scene, origins)?;

@@ -6,7 +6,7 @@ use rtsl_math::Affine;
 
 use super::hit_lanes::{HitLanes, ObjectHit};
 use crate::compiled::CompiledScene;
-use crate::compiled::compiled_scene::Object;
+use crate::compiled::object::Object;
 use crate::compiled::placement::Placement;
 use crate::lanes::eight::{Eight, Vectors, scaled};
 use crate::lanes::fours::fours;

@@ -16,7 +16,7 @@ use super::area_light::sample;
 use super::light_samples::LightSamples;
 use super::shading::SpawnedRays;
 use super::workspace::{SpawnedPacket, Workspace};
-use crate::compiled::compiled_scene::Light;
+use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{dots, eights_alone, is_finite, is_lit, not_finite, scaled, select};

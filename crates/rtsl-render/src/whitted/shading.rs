@@ -9,7 +9,7 @@ use super::host::ShadingHost;
 use super::surface::{HitGroup, prepare, runs};
 use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
-use crate::compiled::compiled_scene::Light;
+use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, eights, eights_alone, is_finite};

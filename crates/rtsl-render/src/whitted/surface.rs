@@ -7,7 +7,8 @@ use rtsl_bvh::{HitId, Hits, LaneMask, RayPacket, lanes_of};
 
 use super::workspace::Level;
 use crate::compiled::calls::KernelCall;
-use crate::compiled::compiled_scene::{CompiledScene, Object};
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::object::Object;
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::Tracer;
