@@ -4,10 +4,11 @@
 use rtsl::Method;
 
 use super::numbers::lone_number;
+use super::path_tracer::PathTracer;
+use super::rows::BATCH_LANES;
 use super::scatter::NUMBERS_OF_SHAPES;
-use super::shading_batch::{BATCH_LANES, ShadingBatch};
+use super::shading_batch::ShadingBatch;
 use super::surface_group::SurfaceGroup;
-use super::tracer::PathTracer;
 use super::wavefront::{PathHit, Wavefront};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;

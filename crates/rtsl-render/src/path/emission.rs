@@ -9,9 +9,10 @@ use rtsl::{Kernel, Method};
 
 use super::lights::Sky;
 use super::material::MaterialSource;
-use super::shading_batch::{BATCH_LANES, Row, Rows, ShadingBatch, are_finite, get, set};
+use super::path_tracer::PathTracer;
+use super::rows::{BATCH_LANES, Row, Rows, are_finite, get, set};
+use super::shading_batch::ShadingBatch;
 use super::surface_group::SurfaceGroup;
-use super::tracer::PathTracer;
 use super::wavefront::{Path, Wavefront};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
@@ -48,23 +49,6 @@ impl PathTracer<'_> {
         callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
         let lost = add(batch, paths, &weights);
         self.report_lost(name, Method::Emission, lost);
-    }
-
-    /// Returns the name of the class whose methods are a group's material.
-    pub fn material_name(&self, group: &SurfaceGroup) -> &str {
-        match group.key.material.0 {
-            MaterialSource::Own => &self.scene.compiled.classes[group.key.class as usize].name,
-            MaterialSource::Class(class) => {
-                &self.scene.materials.classes[class as usize].program.class().name
-            }
-        }
-    }
-
-    /// Reports the number of paths for which a method of a class returned values that are not finite.
-    pub fn report_lost(&self, class: &str, method: Method, lost: u64) {
-        if lost > 0 {
-            self.errors.report_not_finite(class, method, lost);
-        }
     }
 
     /// Calls a method of the batch's materials.

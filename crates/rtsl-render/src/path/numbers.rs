@@ -5,7 +5,7 @@ use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
-use super::shading_batch::BATCH_LANES;
+use super::rows::BATCH_LANES;
 use crate::lanes::sequences::{Samples, Sequences, end_of};
 
 /// Sequences of random numbers, one for each lane of a batch. It is the host of methods that call no host function but

@@ -10,13 +10,13 @@ use super::emission::weight;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::material::{EvaluationKernels, ScatteringKernels};
+use super::memory::BatchMemory;
 use super::numbers::{derive_keys, lone_number};
-use super::shading_batch::{
-    BATCH_LANES, BatchLanes, LightRows, ShadingBatch, are_finite, get, set,
-};
+use super::path_tracer::PathTracer;
+use super::rows::{BATCH_LANES, BatchLanes, are_finite, get, set};
+use super::shading_batch::{LightRows, ShadingBatch};
 use super::shadow_rays::ShadowRay;
 use super::surface_group::SurfaceGroup;
-use super::tracer::{BatchMemory, PathTracer};
 use super::wavefront::{Path, PathHit, Wavefront};
 use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};

@@ -2,9 +2,9 @@
 
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
 
+use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::shading_batch::ShadingBatch;
-use super::tracer::PathTracer;
 use super::wavefront::{NO_INSTANCE, PathHit, Wavefront};
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::{SearchMemory, Tracer};

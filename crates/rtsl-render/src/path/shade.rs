@@ -5,9 +5,9 @@ use std::cell::RefCell;
 use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_math::sampling::hash;
 
-use super::tracer::{BatchMemory, PathTracer};
+use super::memory::{BatchMemory, ShadeMemory};
+use super::path_tracer::PathTracer;
 use super::wavefront::{NO_INSTANCE, Path, PathHit};
-use crate::compiled::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
@@ -16,20 +16,6 @@ use crate::whitted::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace
 
 /// Selects the random numbers of `shade` and of its rays' paths.
 const NUMBERS_OF_SHADE: u32 = 0x107;
-
-/// The memory of a thread for `shade`.
-pub struct ShadeMemory {
-    workspace: Workspace,
-    /// For the paths of `shade`'s rays: one is in use for each level of recursion.
-    free: RefCell<Vec<BatchMemory>>,
-}
-
-impl ShadeMemory {
-    /// Allocates the memory for a scene.
-    pub fn new(scene: &CompiledScene) -> Self {
-        ShadeMemory { workspace: Workspace::new(scene), free: RefCell::default() }
-    }
-}
 
 impl PathTracer<'_> {
     /// Adds the radiance of hits whose materials have only `shade`, after `depth` other surfaces. Returns the number of

@@ -3,7 +3,6 @@
 use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::searcher::Searcher;
-use super::tracer::BatchMemory;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
 
@@ -52,13 +51,17 @@ impl ShadowRay {
     }
 }
 
-/// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
-pub fn trace_shadow_rays(tracer: &Tracer<'_>, memory: &mut BatchMemory) {
-    let BatchMemory { shadow_rays, searcher, wavefront, .. } = memory;
+/// Traces the shadow rays of a wavefront's paths and adds the contributions of unoccluded ones.
+pub fn trace_shadow_rays(
+    tracer: &Tracer<'_>,
+    shadow_rays: &[ShadowRay],
+    searcher: &mut Searcher,
+    paths: &mut [Path],
+) {
     if tracer.scene.geometry.suits_stream(shadow_rays.len()) {
-        trace_with_streams(tracer, shadow_rays, searcher, &mut wavefront.paths);
+        trace_with_streams(tracer, shadow_rays, searcher, paths);
     } else {
-        trace_with_packets(tracer, shadow_rays, searcher, &mut wavefront.paths);
+        trace_with_packets(tracer, shadow_rays, searcher, paths);
     }
 }
 

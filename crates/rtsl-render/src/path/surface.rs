@@ -6,10 +6,10 @@ use rtsl::host::NoHost;
 use rtsl::{Kernel, LaneBlock, Method};
 
 use super::kernels::Batching;
+use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::shading_batch::{ShadingBatch, set_numbers};
 use super::surface_group::SurfaceGroup;
-use super::tracer::PathTracer;
 use super::wavefront::PathHit;
 use crate::compiled::calls::Callee;
 use crate::compiled::object_class::ObjectClass;

@@ -1,72 +1,16 @@
 //! Tracing a wavefront of paths through the scene.
 
 use rtsl::Method;
-use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
 use super::features::PathFeatures;
-use super::lights::LightMemory;
-use super::scene::BatchScene;
-use super::searcher::Searcher;
-use super::shade::ShadeMemory;
-use super::shading_batch::{ShadingBatch, are_finite};
-use super::shadow_rays::{ShadowRay, trace_shadow_rays};
-use super::wavefront::{Path, Wavefront};
-use crate::compiled::runtime_errors::RuntimeErrors;
+use super::memory::BatchMemory;
+use super::path_tracer::PathTracer;
+use super::rows::are_finite;
+use super::shadow_rays::trace_shadow_rays;
+use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
-use crate::statistics::RayCounts;
-use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
-
-/// The inputs of path tracing.
-#[derive(Clone, Copy)]
-pub struct PathTracer<'a> {
-    /// The scene.
-    pub scene: &'a BatchScene,
-    /// The record of runtime errors.
-    pub errors: &'a RuntimeErrors,
-    /// True if the features of first surfaces are needed.
-    pub with_features: bool,
-}
-
-/// The memory of one thread.
-pub struct BatchMemory {
-    /// The paths.
-    pub wavefront: Wavefront,
-    /// The batch that is being shaded.
-    pub batch: Box<ShadingBatch>,
-    /// Light samples.
-    pub light: Box<LightMemory>,
-    /// Shadow rays as paths, used if alpha textures may let them pass surfaces.
-    shadows: Wavefront,
-    /// Shadow rays that are not traced yet.
-    pub shadow_rays: Vec<ShadowRay>,
-    /// The memory of searches.
-    pub searcher: Searcher,
-    /// The memory of camera rays.
-    pub camera: CameraMemory,
-    /// The memory of materials that have only `shade`, if there are any.
-    pub shade: Option<Box<ShadeMemory>>,
-    /// The number of rays traced so far.
-    pub rays: RayCounts,
-}
-
-impl BatchMemory {
-    /// Allocates the memory for a scene.
-    pub fn new(scene: &BatchScene) -> Self {
-        let sampler = scene.compiled.settings.sampler;
-        let scratch = scene.scratch_arrays();
-        BatchMemory {
-            wavefront: Wavefront::default(),
-            shadows: Wavefront::default(),
-            batch: ShadingBatch::new(scratch, sampler),
-            light: LightMemory::new(scratch, sampler),
-            shadow_rays: Vec::new(),
-            searcher: Searcher::new(scene),
-            camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
-            shade: scene.has_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
-            rays: RayCounts::default(),
-        }
-    }
-}
+use crate::tiles::{CameraRays, Tile, camera_rays};
 
 impl PathTracer<'_> {
     /// Traces a path for each of the samples `first..end` of a tile's pixels, sample by sample, and leaves the radiance
@@ -147,7 +91,8 @@ impl PathTracer<'_> {
             self.trace_shadows_through_alpha(memory);
         } else {
             let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
-            trace_shadow_rays(&tracer, memory);
+            let BatchMemory { shadow_rays, searcher, wavefront, .. } = memory;
+            trace_shadow_rays(&tracer, shadow_rays, searcher, &mut wavefront.paths);
         }
         memory.shadow_rays.clear();
     }
@@ -164,23 +109,6 @@ impl PathTracer<'_> {
         self.find_hits(shadows, searcher, batch);
         for index in &shadows.left {
             shadow_rays[*index as usize].add_to(&mut wavefront.paths);
-        }
-    }
-}
-
-impl Path {
-    /// Creates a path that begins with a lane's ray.
-    pub fn from_ray(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
-        Path {
-            origin: rays.origin_of(lane),
-            epsilon: rays.epsilon[lane],
-            direction: rays.direction_of(lane),
-            distance: rays.limit[lane],
-            limit: rays.limit[lane],
-            time: rays.time[lane],
-            key,
-            sample,
-            ..Path::NOWHERE
         }
     }
 }

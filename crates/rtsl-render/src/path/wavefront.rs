@@ -1,5 +1,7 @@
 //! Wavefronts of paths.
 
+use rtsl_bvh::RayPacket;
+
 use super::features::PathFeatures;
 use crate::surfaces::ObjectHit;
 
@@ -66,6 +68,23 @@ impl Path {
         sample: 0,
         is_blamed: false,
     };
+}
+
+impl Path {
+    /// Creates a path that begins with a lane's ray.
+    pub fn from_ray(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
+        Path {
+            origin: rays.origin_of(lane),
+            epsilon: rays.epsilon[lane],
+            direction: rays.direction_of(lane),
+            distance: rays.limit[lane],
+            limit: rays.limit[lane],
+            time: rays.time[lane],
+            key,
+            sample,
+            ..Path::NOWHERE
+        }
+    }
 }
 
 /// A hit in terms of the scene.

@@ -14,7 +14,7 @@ use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 
 use super::area_light::sample;
 use super::light_samples::LightSamples;
-use super::shading::SpawnedRays;
+use super::spawned_rays::SpawnedRays;
 use super::workspace::{SpawnedPacket, Workspace};
 use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;

@@ -11,6 +11,7 @@ mod host;
 mod light_samples;
 mod render;
 mod shading;
+mod spawned_rays;
 mod surface;
 mod tile_aovs;
 mod tile_sample;
@@ -18,7 +19,8 @@ mod workspace;
 
 pub(crate) use host::ShadingHost;
 pub use render::{AOVS, RenderOptions, Rendered, render};
-pub(crate) use shading::{Emitters, PacketColors, ShadedRays, SpawnedRays, shade_hits};
+pub(crate) use shading::{Emitters, ShadedRays, shade_hits};
+pub(crate) use spawned_rays::{PacketColors, SpawnedRays};
 pub(crate) use surface::{prepare, runs};
 pub(crate) use tile_aovs::visits_of_sample;
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};

@@ -6,32 +6,16 @@ use rtsl::{LaneBlock, Method};
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
 use super::host::ShadingHost;
+use super::spawned_rays::{PacketColors, SpawnedRays};
 use super::surface::{HitGroup, prepare, runs};
 use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{LaneVectors, eights, eights_alone, is_finite};
+use crate::lanes::eight::{eights, eights_alone, is_finite};
 use crate::lanes::surface_offset::sums;
 use crate::tiles::LaneContext;
-
-/// A colour for each lane, channel by channel.
-pub type PacketColors = LaneVectors;
-
-/// Computes the radiance of secondary rays requested by `trace`.
-pub trait SpawnedRays {
-    /// Returns the radiance along the rays of `lanes`, whose depth is `depth`.
-    fn radiance(
-        &self,
-        tracer: &Tracer<'_>,
-        workspace: &mut Workspace,
-        rays: &RayPacket,
-        lanes: LaneMask,
-        context: &mut LaneContext,
-        depth: u32,
-    ) -> PacketColors;
-}
 
 /// Shades the hits of secondary rays recursively.
 pub struct ShadedRays;

@@ -3,7 +3,8 @@
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
-use super::shading::{PacketColors, ShadedRays, SpawnedRays};
+use super::shading::ShadedRays;
+use super::spawned_rays::{PacketColors, SpawnedRays};
 use super::workspace::Workspace;
 use crate::compiled::tracer::Tracer;
 use crate::lanes::eight::not_finite;

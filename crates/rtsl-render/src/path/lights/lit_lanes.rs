@@ -1,6 +1,6 @@
 //! The lanes of a batch for which lights of one class are sampled.
 
-use super::super::shading_batch::BATCH_LANES;
+use super::super::rows::BATCH_LANES;
 
 /// Some lanes of a batch, in ascending order.
 #[derive(Default)]

@@ -13,7 +13,7 @@ use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
 use super::kernels::{Batching, KernelMaker};
-use super::scene::ObjectEntry;
+use super::object_entry::ObjectEntry;
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 

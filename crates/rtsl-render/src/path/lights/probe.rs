@@ -7,9 +7,10 @@ use rtsl_bvh::Bounds;
 use rtsl_math::sampling::{hash, unit_float};
 use smallvec::SmallVec;
 
+use super::super::path_tracer::PathTracer;
+use super::super::rows::{BATCH_LANES, get, set};
 use super::super::scene::BatchScene;
-use super::super::shading_batch::{BATCH_LANES, ShadingBatch, get, set};
-use super::super::tracer::PathTracer;
+use super::super::shading_batch::ShadingBatch;
 use super::sample::LightMemory;
 use super::selection::LightProbe;
 

@@ -7,10 +7,9 @@ use rtsl_math::sampling::Sampler;
 
 use super::super::kernels::Batching;
 use super::super::numbers::Numbers;
-use super::super::shading_batch::{
-    BATCH_LANES, LightRows, Row, Rows, ShadingBatch, get, set, set_numbers,
-};
-use super::super::tracer::PathTracer;
+use super::super::path_tracer::PathTracer;
+use super::super::rows::{BATCH_LANES, Row, Rows, get, set};
+use super::super::shading_batch::{LightRows, ShadingBatch, set_numbers};
 use super::super::wavefront::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
