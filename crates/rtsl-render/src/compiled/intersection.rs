@@ -4,8 +4,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::NoHost;
 use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method};
 use rtsl_bvh::{
-    LaneMask, Lanes, Leaf, LeafHead, MAX_INTERLEAVED, Objects, PacketSpace, Pair, PairHit,
-    RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
+    LaneMask, Lanes, Leaf, LeafHead, LoadedRay, MAX_INTERLEAVED, Objects, PacketSpace, Pair,
+    PairHit, RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
 };
 use rtsl_math::{SIMD_LANES, reciprocal};
 use smallvec::SmallVec;
@@ -183,7 +183,7 @@ impl Objects for Intersector<'_> {
     }
 
     #[cold]
-    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         let class = self.class(leaf.class);
         let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
         let call = (class.packet_kernel(false), self.intersect_of(class));
