@@ -7,6 +7,7 @@
 
 pub mod checkpoint;
 pub mod compiled;
+pub mod execution;
 pub(crate) mod lanes;
 pub mod measure;
 pub mod path;
@@ -19,6 +20,7 @@ pub(crate) mod tiles;
 pub mod whitted;
 
 // Users know the renderers by the names that select them.
+pub use execution::{Execution, Rendered};
 pub use path as batch;
 pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
+use rtsl_render::Execution;
 use rtsl_render::compiled::{CompiledScene, SceneBuilder};
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
@@ -40,7 +41,7 @@ fn scene(shift: impl Fn(u32) -> [f32; 3], radius: f32) -> Scene {
 }
 
 fn picture(scene: &CompiledScene) -> Image {
-    let options = RenderOptions { threads: Some(2), ..RenderOptions::default() };
+    let options = RenderOptions { execution: Execution::on_threads(2), ..RenderOptions::default() };
     render(scene, options).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
 }
 

@@ -45,7 +45,7 @@ pub fn measure_scene(
         Prepared::for_shading(request, loaded)?;
     let memory_bytes = resident_memory_bytes().saturating_sub(before);
     let peak_memory_bytes = peak_memory_bytes();
-    if !request.general_kernels_only {
+    if !request.execution.general_kernels_only {
         scene.specialise();
         scene.wait_for_specialised();
     }
@@ -53,7 +53,7 @@ pub fn measure_scene(
     let size = [scene.settings.width, scene.settings.height];
     let clock = Clock {
         tracer: Tracer { scene: &scene, errors: &errors },
-        threads: RenderThreads::new(request.threads)?,
+        threads: RenderThreads::new(request.execution.threads)?,
         tiles: tiles_of(size[0], size[1]),
         effort,
     };

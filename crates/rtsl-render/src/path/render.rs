@@ -1,10 +1,10 @@
 //! Rendering an image: wavefronts of all tiles, pass by pass, on all threads.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use rtsl::Messages;
-use rtsl_image::{Aov, AovImage, Image};
+use rtsl_image::Aov;
 use rtsl_memory::OutOfMemory;
 use rtsl_scene::Renderer;
 
@@ -19,8 +19,9 @@ use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
+use crate::execution::{Execution, Rendered};
 use crate::progress::TilesDone;
-use crate::statistics::{NotFinite, RayCounts};
+use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, TILE};
 
 /// The AOVs that this renderer supports.
@@ -38,14 +39,10 @@ const AOVS: [Aov; 8] = [
 /// Options of a render.
 #[derive(Clone, Copy, Default)]
 pub struct BatchOptions<'a> {
-    /// The number of threads; that of all processors if `None`.
-    pub threads: Option<usize>,
+    /// The course of the render.
+    pub execution: Execution<'a>,
     /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(TilesDone) + Sync)>,
-    /// Ends the render early when it becomes true.
-    pub cancel: Option<&'a AtomicBool>,
-    /// Ends the render early after this time.
-    pub time_limit: Option<Duration>,
     /// The AOVs to render.
     pub aovs: &'a [Aov],
     /// The noise at which tiles take no more samples: standard errors relative to the tile's luminance.
@@ -57,26 +54,10 @@ pub struct BatchOptions<'a> {
 /// An image with statistics of its render.
 #[derive(Clone, Debug)]
 pub struct BatchRendered {
-    /// The image; if the render ended early, of the samples taken so far.
-    pub image: Image,
-    /// The AOVs, in the order of the options.
-    pub aovs: Vec<AovImage>,
-    /// The names of object classes, by their indices in the AOV.
-    pub object_classes: Vec<String>,
+    /// The image, and what every renderer counts.
+    pub rendered: Rendered,
     /// The average number of samples per pixel.
     pub mean_samples: f64,
-    /// The number of rays traced.
-    pub rays: RayCounts,
-    /// The number of samples that were not finite.
-    pub dropped_samples: u64,
-    /// The methods whose values were not finite.
-    pub not_finite: Vec<NotFinite>,
-    /// The duration.
-    pub time: Duration,
-    /// The number of threads.
-    pub threads: usize,
-    /// True if the render ended early.
-    pub cancelled: bool,
     /// The error if there is no checkpoint of all that was rendered.
     pub checkpoint_error: Option<CheckpointError>,
 }
@@ -88,7 +69,7 @@ pub struct BatchRendered {
 /// checkpoint cannot be resumed.
 pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
     Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
-    let threads = RenderThreads::new(options.threads)?;
+    let threads = RenderThreads::new(options.execution.threads)?;
     let job = Job::new(scene, options)?;
     let start = Instant::now();
     let (cancelled, rays) = job.run(&threads, start);
@@ -190,9 +171,7 @@ impl<'a> Job<'a> {
     }
 
     fn must_stop(&self, start: Instant) -> bool {
-        let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
-        let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
-        cancelled || late || self.errors.any()
+        self.options.execution.must_stop(start) || self.errors.any()
     }
 
     fn finish(
@@ -214,18 +193,17 @@ impl<'a> Job<'a> {
         let numbers: Vec<f32> = scene.objects.iter().map(|it| classes.number(it)).collect();
         let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &numbers));
         let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
-        Ok(BatchRendered {
+        let rendered = Rendered {
             image: film.image().map_err(no_memory)?,
             aovs: aovs.collect::<Result<_, _>>().map_err(no_memory)?,
             object_classes: classes.names,
-            mean_samples: film.mean_samples(),
             rays,
             dropped_samples: film.dropped(),
             not_finite: errors.not_finite(),
             time,
             threads,
             cancelled,
-            checkpoint_error,
-        })
+        };
+        Ok(BatchRendered { rendered, mean_samples: film.mean_samples(), checkpoint_error })
     }
 }

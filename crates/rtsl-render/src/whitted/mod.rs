@@ -17,8 +17,9 @@ mod tile_aovs;
 mod tile_sample;
 mod workspace;
 
+pub use crate::execution::Rendered;
 pub(crate) use host::ShadingHost;
-pub use render::{AOVS, RenderOptions, Rendered, render};
+pub use render::{AOVS, RenderOptions, render};
 pub(crate) use shading::{Emitters, ShadedRays, shade_hits};
 pub(crate) use spawned_rays::{PacketColors, SpawnedRays};
 pub(crate) use surface::{prepare, runs};

@@ -18,7 +18,8 @@ use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::statistics::{LaneUse, NotFinite, RayCounts};
+use crate::execution::{Execution, Rendered};
+use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
 
@@ -37,41 +38,12 @@ pub const AOVS: [Aov; 8] = [
 /// Options of a render.
 #[derive(Clone, Copy, Default)]
 pub struct RenderOptions<'a> {
-    /// The number of threads; that of all processors if `None`.
-    pub threads: Option<usize>,
+    /// The course of the render.
+    pub execution: Execution<'a>,
     /// Called with the number of tiles done and of all tiles, from any thread.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
-    /// Ends the render early when it becomes true.
-    pub cancel: Option<&'a AtomicBool>,
-    /// Ends the render early after this time.
-    pub time_limit: Option<Duration>,
     /// The AOVs to render.
     pub aovs: &'a [Aov],
-    /// Disables specialisation, which long renders use otherwise. Does not affect the image.
-    pub general_kernels_only: bool,
-}
-
-/// An image with statistics of its render.
-#[derive(Clone, Debug)]
-pub struct Rendered {
-    /// The image; if the render ended early, tiles that were not started are black.
-    pub image: Image,
-    /// The AOVs, in the order of the options.
-    pub aovs: Vec<AovImage>,
-    /// The names of object classes, by their indices in the AOV.
-    pub object_classes: Vec<String>,
-    /// The number of rays traced.
-    pub rays: RayCounts,
-    /// The number of samples that were not finite.
-    pub dropped_samples: u64,
-    /// The methods whose values were not finite.
-    pub not_finite: Vec<NotFinite>,
-    /// The duration.
-    pub time: Duration,
-    /// The number of threads.
-    pub threads: usize,
-    /// True if the render ended early.
-    pub cancelled: bool,
 }
 
 /// Renders a scene.
@@ -80,7 +52,7 @@ pub struct Rendered {
 /// If a shader exceeds its budget of loop iterations, threads cannot be started, or an AOV is not supported.
 pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
     Aov::refuse_others(options.aovs, &AOVS, "interactive").map_err(Messages::one)?;
-    let threads = RenderThreads::new(options.threads)?;
+    let threads = RenderThreads::new(options.execution.threads)?;
     let job = Job::new(scene, options).map_err(|error| Messages::one(error.diagnostic()))?;
     let start = Instant::now();
     let rays = job.run(&threads, start);
@@ -130,7 +102,9 @@ impl<'a> Job<'a> {
             let stop = self.must_stop(start);
             if stop {
                 self.stopped.store(true, Ordering::Relaxed);
-            } else if !self.options.general_kernels_only && start.elapsed() > SPECIALISE_AFTER {
+            } else if !self.options.execution.general_kernels_only
+                && start.elapsed() > SPECIALISE_AFTER
+            {
                 self.scene.specialise();
             }
             !stop
@@ -145,9 +119,7 @@ impl<'a> Job<'a> {
     }
 
     fn must_stop(&self, start: Instant) -> bool {
-        let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
-        let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
-        cancelled || late || self.errors.any()
+        self.options.execution.must_stop(start) || self.errors.any()
     }
 
     fn render_tile(&self, workspace: &mut Workspace, tile: Tile, start: Instant) {
