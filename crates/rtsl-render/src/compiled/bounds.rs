@@ -64,8 +64,8 @@ pub fn element_bounds(
         || (new_state(CALL), program.new_scratch(CALL)),
         |(state, scratch), (chunk, bounds)| {
             let first = (chunk * MADE) as u32;
-            let numbers: Vec<u32> = (first..first + bounds.len() as u32).collect();
-            let elements = program.elements_in_order(instance, None, &numbers)?;
+            let indices: Vec<u32> = (first..first + bounds.len() as u32).collect();
+            let elements = program.elements_in_order(instance, None, &indices)?;
             for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
                 let instances = Instances::Range(&elements, (chunk * CALL) as u32);
                 if call(class, &kernel, (state, scratch), bounds.len(), instances) {

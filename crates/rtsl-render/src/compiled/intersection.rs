@@ -84,7 +84,7 @@ impl<'a> Intersector<'a> {
             return;
         };
         let lane = |test: &RayLeafTest<'_>| test.ray.lane as u32;
-        let first = |test: &RayLeafTest<'_>| ObjectClass::first_number(test.head.index_in_class);
+        let first = |test: &RayLeafTest<'_>| ObjectClass::first_index(test.head.index_in_class);
         let mut calls: SmallVec<[LeafTest; MAX_INTERLEAVED]> = SmallVec::new();
         tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
         let intersect = self.intersect_of(class);
@@ -99,8 +99,8 @@ impl<'a> Intersector<'a> {
         };
         intersect.call_for_leaves(kernel, arguments);
         for (test, call) in tests.iter_mut().zip(&calls) {
-            if let Some(number) = call.nearest() {
-                let index = (number - call.first) as usize;
+            if let Some(nearest) = call.nearest() {
+                let index = (nearest - call.first) as usize;
                 test.nearest = Some((index, blocks.take_distance(test.ray)));
             }
         }
@@ -129,7 +129,7 @@ impl Objects for Intersector<'_> {
         let class = self.class(leaf.class);
         self.load_packet(simd, space);
         let kernel = class.packet_kernel(space.common_origin.is_some());
-        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
+        let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
         let callee = self.intersect_of(class);
         let accepted = self.blocks.packet.intersect(simd, (kernel, callee), lanes, instances);
         self.has_limits = accepted == 0;
@@ -178,14 +178,14 @@ impl Objects for Intersector<'_> {
     fn prefetch(&self, head: &LeafHead) {
         // Instances have no class.
         if let Some(class) = self.scene.classes.get(head.class as usize) {
-            class.objects.prefetch(ObjectClass::first_number(head.index_in_class));
+            class.objects.prefetch(ObjectClass::first_index(head.index_in_class));
         }
     }
 
     #[cold]
     fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         let class = self.class(leaf.class);
-        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
+        let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
         let call = (class.packet_kernel(false), self.intersect_of(class));
         let blocks = self.blocks.of(ray.frame);
         let hit =

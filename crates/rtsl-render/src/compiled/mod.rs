@@ -12,7 +12,7 @@ mod intersection;
 pub(crate) mod light;
 pub(crate) mod object;
 pub(crate) mod object_class;
-pub(crate) mod object_class_numbers;
+pub(crate) mod object_classes;
 mod pair_blocks;
 pub(crate) mod placed_objects;
 pub(crate) mod placement;

@@ -121,14 +121,14 @@ impl<S: Simd> Eight<S> {
 
     /// Loads the lanes' numbers.
     #[inline(always)]
-    pub fn numbers(self, lanes: &[f32]) -> f32x8<S> {
+    pub fn floats(self, lanes: &[f32]) -> f32x8<S> {
         f32x8::from_slice(self.simd, &lanes[self.start..self.start + SIMD_LANES])
     }
 
     /// Loads the lanes' vectors.
     #[inline(always)]
     pub fn vectors<const N: usize>(self, [x, y, z]: &[[f32; N]; 3]) -> Vectors<S> {
-        [self.numbers(x), self.numbers(y), self.numbers(z)]
+        [self.floats(x), self.floats(y), self.floats(z)]
     }
 
     /// Loads the numbers of a component of a block.
@@ -141,7 +141,7 @@ impl<S: Simd> Eight<S> {
     #[inline(always)]
     pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
         let [x, y, z] = block.vectors_at::<3, SIMD_LANES>(first, self.start);
-        let load = |numbers| f32x8::load_array_ref(self.simd, numbers);
+        let load = |floats| f32x8::load_array_ref(self.simd, floats);
         [load(x), load(y), load(z)]
     }
 
@@ -173,7 +173,7 @@ impl<S: Simd> Eight<S> {
     /// Stores the numbers of active lanes.
     #[inline(always)]
     pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
-        let old = self.numbers(to);
+        let old = self.floats(to);
         let new = if self.stores_all { value } else { self.on.select(value, old) };
         new.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
     }

@@ -3,8 +3,8 @@
 
 use rtsl::Method;
 
-use super::numbers::lone_number;
 use super::path_tracer::PathTracer;
+use super::random_numbers::lone_random_number;
 use super::rows::BATCH_LANES;
 use super::scatter::NUMBERS_OF_SHAPES;
 use super::shading_batch::ShadingBatch;
@@ -54,22 +54,22 @@ impl PathTracer<'_> {
         for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
             *key ^= distance.to_bits();
         }
-        batch.start_numbers(NUMBERS_OF_TEXTURES);
+        batch.start_random_numbers(NUMBERS_OF_TEXTURES);
         let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
             return;
         };
         let textures = &self.scene.alpha.classes[class as usize];
         let name = &textures.program.class().name;
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
-        let ShadingBatch { count, state, scratch, alpha, numbers, .. } = batch;
+        let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;
         let instances = of.instances(&textures.objects, alpha);
-        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
         let values = batch.state.floats(variables().float_texture_value);
         for ((group, hit), value) in hits.iter().zip(values) {
             let path = &mut wavefront.paths[hit.path as usize];
             let key = path.key ^ path.distance.to_bits();
             // NaN is opaque.
-            if *value <= lone_number(key, NUMBERS_OF_ALPHA, path.sample) {
+            if *value <= lone_random_number(key, NUMBERS_OF_ALPHA, path.sample) {
                 path.epsilon = path.distance;
                 path.distance = path.limit;
                 wavefront.active.push(hit.path);

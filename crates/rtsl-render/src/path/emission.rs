@@ -44,9 +44,9 @@ impl PathTracer<'_> {
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let weights = self.weights_of_hits(group, batch);
-        let ShadingBatch { count, state, scratch, emitters: of_lanes, numbers, .. } = batch;
+        let ShadingBatch { count, state, scratch, emitters: of_lanes, random, .. } = batch;
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
         let lost = add(batch, paths, &weights);
         self.report_lost(name, Method::Emission, lost);
     }
@@ -60,7 +60,7 @@ impl PathTracer<'_> {
         batch: &mut ShadingBatch,
     ) {
         let ShadingBatch {
-            count, state, kept_scratch, scratch, objects, materials, numbers, ..
+            count, state, kept_scratch, scratch, objects, materials, random, ..
         } = batch;
         let (source, of) = group.key.material;
         let callee = Callee { class: self.material_name(group), method, errors: self.errors };
@@ -74,7 +74,7 @@ impl PathTracer<'_> {
                     instances,
                     (state, kept_scratch),
                     None,
-                    numbers,
+                    random,
                 );
             }
             MaterialSource::Class(class) => {
@@ -83,7 +83,7 @@ impl PathTracer<'_> {
                     scratch.words_mut(array).fill(0);
                 }
                 let instances = of.instances(&class.objects, materials);
-                callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
+                callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
             }
         }
     }
@@ -127,10 +127,10 @@ impl PathTracer<'_> {
     fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, batch: &mut ShadingBatch) {
         let name = &sky.program.class().name;
         let callee = Callee { class: name, method, errors: self.errors };
-        let (objects, number) = &sky.objects;
-        let ShadingBatch { count, state, scratch, numbers, .. } = batch;
-        let instances = rtsl::Instances::Object(objects, *number);
-        callee.call_for_first(kernel, *count, instances, (state, scratch), None, numbers);
+        let (objects, index) = &sky.objects;
+        let ShadingBatch { count, state, scratch, random, .. } = batch;
+        let instances = rtsl::Instances::Object(objects, *index);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
     }
 
     #[inline(always)]
@@ -144,7 +144,7 @@ impl PathTracer<'_> {
             let state = &mut batch.state;
             eight.store_vectors(state, v.ray_direction, &direction);
             eight.store_vectors(state, v.light_direction, &direction);
-            eight.store(state, v.time_seed, eight.numbers(&batch.time));
+            eight.store(state, v.time_seed, eight.floats(&batch.time));
         }
     }
 
@@ -197,7 +197,7 @@ impl PathTracer<'_> {
 
 #[inline(always)]
 fn set_weights<S: Simd>(eight: Eight<S>, density: &Row, light_density: &Row, weights: &mut Row) {
-    let (density, light_density) = (eight.numbers(density), eight.numbers(light_density));
+    let (density, light_density) = (eight.floats(density), eight.floats(light_density));
     let is_weighed = density.simd_gt(0.0) & light_density.simd_gt(0.0);
     let one = eight.splat(1.0);
     eight.blend(is_weighed.select(weight(density, light_density), one), weights);
@@ -245,6 +245,6 @@ impl ShadingBatch {
             self.keys[lane] = path.key;
             self.samples[lane] = path.sample;
         }
-        self.start_numbers(purpose);
+        self.start_random_numbers(purpose);
     }
 }

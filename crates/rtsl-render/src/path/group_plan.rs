@@ -41,7 +41,7 @@ impl<'a> Classes<'a> {
             };
         let material = match key.material.0 {
             MaterialSource::Own => (class.program(), &*class.objects),
-            MaterialSource::Class(number) => class_sizes(self.materials, number),
+            MaterialSource::Class(index) => class_sizes(self.materials, index),
         };
         GroupParts {
             class,
@@ -80,9 +80,9 @@ impl GroupPlan {
             })
             .collect();
         // The instances of materials, emitters and alpha textures in each group.
-        let mut numbers: BTreeMap<GroupSeed, [BTreeSet<u32>; 3]> = BTreeMap::new();
+        let mut instances: BTreeMap<GroupSeed, [BTreeSet<u32>; 3]> = BTreeMap::new();
         for (_, planned) in &planned {
-            let [of_material, of_emitter, of_alpha] = numbers.entry(planned.seed).or_default();
+            let [of_material, of_emitter, of_alpha] = instances.entry(planned.seed).or_default();
             of_material.insert(planned.entry.material);
             of_emitter.insert(planned.entry.emitter);
             of_alpha.insert(planned.entry.alpha);
@@ -90,7 +90,7 @@ impl GroupPlan {
         let mut by_key: BTreeMap<GroupKey, u32> = BTreeMap::new();
         let mut objects = vec![ObjectEntry::default(); scene.objects.len()];
         for (member, planned) in &planned {
-            let key = planned.seed.key(numbers[&planned.seed].each_ref().map(of));
+            let key = planned.seed.key(instances[&planned.seed].each_ref().map(of));
             let next = by_key.len() as u32;
             let group = *by_key.entry(key).or_insert(next);
             objects[member.object as usize] = ObjectEntry { group, ..planned.entry };
@@ -103,8 +103,8 @@ impl GroupPlan {
 }
 
 /// Selects one instance if it is the only one.
-fn of(numbers: &BTreeSet<u32>) -> Batching {
-    match (numbers.first(), numbers.len()) {
+fn of(instances: &BTreeSet<u32>) -> Batching {
+    match (instances.first(), instances.len()) {
         (Some(only), 1) => Batching::One(*only),
         _ => Batching::Each,
     }
@@ -156,21 +156,21 @@ impl Planned {
         let Classes { compiled, materials, alpha } = classes;
         let object = &scene.objects[member.object as usize];
         let class = &compiled.classes[member.class as usize];
-        let number = class.number_of(member.object, 0).unwrap_or(0);
+        let index = class.index_of(member.object, 0).unwrap_or(0);
         let is_one = is_alone && !class.has_elements();
-        let (material, material_number) = match is_own_material(object) {
+        let (material, material_index) = match is_own_material(object) {
             true => (MaterialSource::Own, 0),
             false => {
-                let (class, number) = materials.numbers[object.material as usize];
-                (MaterialSource::Class(class), number)
+                let (class, index) = materials.indices[object.material as usize];
+                (MaterialSource::Class(class), index)
             }
         };
-        let emitter = object.emitter.map(|emitter| materials.numbers[emitter as usize]);
-        let alpha = alpha_index.map(|texture| alpha.numbers[texture]);
+        let emitter = object.emitter.map(|emitter| materials.indices[emitter as usize]);
+        let alpha = alpha_index.map(|texture| alpha.indices[texture]);
         Planned {
             seed: GroupSeed {
                 class: member.class,
-                shape: if is_one { Batching::One(number) } else { Batching::Each },
+                shape: if is_one { Batching::One(index) } else { Batching::Each },
                 material,
                 emitter: emitter.map(|(class, _)| class),
                 alpha: alpha.map(|(class, _)| class),
@@ -180,11 +180,11 @@ impl Planned {
             },
             entry: ObjectEntry {
                 group: 0,
-                material: material_number,
-                emitter: emitter.map_or(0, |(_, number)| number),
-                alpha: alpha.map_or(0, |(_, number)| number),
+                material: material_index,
+                emitter: emitter.map_or(0, |(_, index)| index),
+                alpha: alpha.map_or(0, |(_, index)| index),
                 class: member.class,
-                number,
+                index,
                 first_item: member.first,
             },
         }

@@ -19,7 +19,7 @@ pub struct InstanceClasses {
     /// The classes.
     pub classes: Vec<InstanceClass>,
     /// For each instance its class, and its index there.
-    pub numbers: Vec<(u32, u32)>,
+    pub indices: Vec<(u32, u32)>,
 }
 
 impl InstanceClasses {
@@ -27,7 +27,7 @@ impl InstanceClasses {
     pub fn new(engine: &Engine, instances: &[Arc<Instance>]) -> Self {
         let mut by_program: BTreeMap<usize, u32> = BTreeMap::new();
         let mut members: Vec<(Arc<Program>, Vec<&Instance>)> = Vec::new();
-        let mut numbers = Vec::with_capacity(instances.len());
+        let mut indices = Vec::with_capacity(instances.len());
         for instance in instances {
             let program = engine.program(instance);
             let next = members.len() as u32;
@@ -36,13 +36,13 @@ impl InstanceClasses {
                 members.push((program, Vec::new()));
             }
             let (_, index_in_class) = &mut members[class as usize];
-            numbers.push((class, index_in_class.len() as u32));
+            indices.push((class, index_in_class.len() as u32));
             index_in_class.push(instance);
         }
         let classes = members.into_iter().map(|(program, instances)| {
             let objects = Arc::new(program.differing_objects(instances));
             InstanceClass { program, objects }
         });
-        InstanceClasses { classes: classes.collect(), numbers }
+        InstanceClasses { classes: classes.collect(), indices }
     }
 }

@@ -26,10 +26,10 @@ impl Batching {
     }
 
     /// Returns the instances of a call.
-    pub fn instances<'a>(self, objects: &'a Objects, numbers: &'a LaneIndices) -> Instances<'a> {
+    pub fn instances<'a>(self, objects: &'a Objects, indices: &'a LaneIndices) -> Instances<'a> {
         match self {
-            Batching::One(number) => Instances::Object(objects, number),
-            Batching::Each => Instances::Many(objects, numbers),
+            Batching::One(index) => Instances::Object(objects, index),
+            Batching::Each => Instances::Many(objects, indices),
         }
     }
 }

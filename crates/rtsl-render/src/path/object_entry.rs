@@ -14,7 +14,7 @@ pub struct ObjectEntry {
     /// The traversal class of the object or its elements.
     pub class: u32,
     /// Its index there; elements have separate ones.
-    pub number: u32,
+    pub index: u32,
     /// The index of its first item in its group.
     pub first_item: u32,
 }

@@ -17,7 +17,7 @@ use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::checkpoint::CheckpointError;
-use crate::compiled::object_class_numbers::ObjectClasses;
+use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::execution::{Execution, Rendered};
 use crate::progress::TilesDone;
@@ -190,8 +190,8 @@ impl<'a> Job<'a> {
         let checkpoint_error =
             writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
         let classes = ObjectClasses::of(scene);
-        let numbers: Vec<f32> = scene.objects.iter().map(|it| classes.number(it)).collect();
-        let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &numbers));
+        let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
+        let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &class_indices));
         let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
         let rendered = Rendered {
             image: film.image().map_err(no_memory)?,

@@ -11,8 +11,8 @@ use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::material::{EvaluationKernels, ScatteringKernels};
 use super::memory::BatchMemory;
-use super::numbers::{derive_keys, lone_number};
 use super::path_tracer::PathTracer;
+use super::random_numbers::{derive_keys, lone_random_number};
 use super::rows::{BATCH_LANES, BatchLanes, are_finite, get, set};
 use super::shading_batch::{LightRows, ShadingBatch};
 use super::shadow_rays::ShadowRay;
@@ -42,7 +42,7 @@ impl PathTracer<'_> {
             let hits = &wavefront.sorted[start..hits.end.min(start + BATCH_LANES)];
             batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
             self.prepare_surfaces(group, batch);
-            batch.start_numbers(NUMBERS_OF_MATERIALS);
+            batch.start_random_numbers(NUMBERS_OF_MATERIALS);
             self.add_emission(group, batch, &mut wavefront.paths);
             if depth == 0 && self.with_features {
                 note_surfaces(batch, wavefront);
@@ -57,8 +57,8 @@ impl PathTracer<'_> {
             if depth >= self.scene.compiled.settings.max_depth {
                 continue;
             }
-            let ShadingBatch { numbers, keys, count, lobe_seeds, light_seeds, .. } = &mut **batch;
-            numbers.pairs(keys, 1, *count, [lobe_seeds, light_seeds]);
+            let ShadingBatch { random, keys, count, lobe_seeds, light_seeds, .. } = &mut **batch;
+            random.pairs(keys, 1, *count, [lobe_seeds, light_seeds]);
             if let Some(evaluate) = &scattering.evaluate
                 && !self.scene.lights.is_empty()
             {
@@ -155,9 +155,9 @@ impl PathTracer<'_> {
         batch: &mut ShadingBatch,
         paths: &mut [Path],
     ) {
-        let ShadingBatch { numbers, keys, count, state, lobe_seeds, .. } = batch;
+        let ShadingBatch { random, keys, count, state, lobe_seeds, .. } = batch;
         let [first, second, third] = state.vectors_mut(variables().bsdf_seed);
-        numbers.pairs(keys, 0, *count, [first, second]);
+        random.pairs(keys, 0, *count, [first, second]);
         third.copy_from_slice(lobe_seeds);
         self.call_material(group, Method::SampleBsdf, &scattering.sample, batch);
         dispatch!(Level::new(), simd => for eight in eights_of(simd, batch.count) {
@@ -186,7 +186,7 @@ impl PathTracer<'_> {
             // Filters may have negative weights.
             let survival = throughput.into_iter().fold(0.0, |most: f32, it| most.max(it.abs()));
             if survival < threshold {
-                if lone_number(path.key, NUMBERS_OF_ROULETTE, path.sample) >= survival {
+                if lone_random_number(path.key, NUMBERS_OF_ROULETTE, path.sample) >= survival {
                     continue;
                 }
                 throughput = throughput.map(|channel| channel / survival);
@@ -278,7 +278,7 @@ fn scattered_light<S: Simd>(eight: Eight<S>, batch: &ShadingBatch) -> Scattered<
     let direction = eight.vectors(&batch.light.direction);
     let (cosine, is_consistent) = cosines(eight, batch, &direction);
     let value = eight.load_vectors(&batch.state, v.bsdf_value);
-    let light_density = eight.numbers(&batch.light.density);
+    let light_density = eight.floats(&batch.light.density);
     let is_weighed = light_density.simd_gt(0.0);
     let part = weight(light_density, eight.load(&batch.state, v.pdf));
     let factor = is_weighed.select(part, eight.splat(1.0)) * cosine;
@@ -318,7 +318,7 @@ fn take_directions<S: Simd>(
     let throughput: Vectors<S> =
         std::array::from_fn(|channel| throughput[channel] * weight[channel]);
     let density = has_density.select(density, eight.splat(0.0));
-    let spread = spreads(eight, eight.numbers(&batch.spread), density);
+    let spread = spreads(eight, eight.floats(&batch.spread), density);
     let origin = origins(eight, batch, &direction);
     let onward = &mut batch.onward;
     eight.blend_vectors(&direction, &mut onward.direction);
@@ -337,7 +337,7 @@ fn take_directions<S: Simd>(
 #[inline(always)]
 fn origins<S: Simd>(eight: Eight<S>, batch: &ShadingBatch, direction: &Vectors<S>) -> Vectors<S> {
     let (point, normal) = (eight.vectors(&batch.point), eight.vectors(&batch.geometric_normal));
-    off_surfaces(&point, &normal, direction, eight.numbers(&batch.offset))
+    off_surfaces(&point, &normal, direction, eight.floats(&batch.offset))
 }
 
 /// Returns the absolute cosines between directions and shading normals, and a mask of lanes for which both normals

@@ -6,7 +6,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_math::sampling::Sampler;
 
-use super::numbers::Numbers;
+use super::random_numbers::RandomNumbers;
 use super::rows::{BATCH_LANES, BatchLanes, Row, Rows};
 use super::wavefront::{Path, PathHit};
 use crate::lanes::eight::eights_of;
@@ -79,7 +79,7 @@ pub struct ShadingBatch {
     /// The indices of their alpha textures.
     pub alpha: LaneIndices,
     /// The random numbers.
-    pub numbers: Numbers,
+    pub random: RandomNumbers,
 }
 
 /// Light samples for the points of a batch.
@@ -172,7 +172,7 @@ impl ShadingBatch {
             materials: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
-            numbers: Numbers::new(sampler),
+            random: RandomNumbers::new(sampler),
         })
     }
 
@@ -185,12 +185,12 @@ impl ShadingBatch {
             self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
             dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
         }
-        self.start_numbers(purpose);
+        self.start_random_numbers(purpose);
     }
 
     /// Restarts the lanes' random numbers with those that `purpose` selects.
-    pub fn start_numbers(&mut self, purpose: u32) {
-        self.numbers.start((&self.keys, &self.samples), purpose, self.count);
+    pub fn start_random_numbers(&mut self, purpose: u32) {
+        self.random.start((&self.keys, &self.samples), purpose, self.count);
     }
 
     #[inline(always)]
@@ -235,10 +235,10 @@ impl ShadingBatch {
 
 /// Sets the objects of lanes by their indices. The last is repeated to complete its vector, because kernels need valid
 /// indices there.
-pub fn set_numbers(indices: &mut LaneIndices, numbers: impl Iterator<Item = u32>) {
+pub fn set_indices(indices: &mut LaneIndices, values: impl Iterator<Item = u32>) {
     const WIDEST_VECTOR: usize = 16;
     let mut indices = indices.as_mut_slice().iter_mut();
-    numbers.zip(&mut indices).for_each(|(number, index)| *index = number);
+    values.zip(&mut indices).for_each(|(value, index)| *index = value);
     indices.take(WIDEST_VECTOR).for_each(|index| *index = 0);
 }
 

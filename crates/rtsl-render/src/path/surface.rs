@@ -8,7 +8,7 @@ use rtsl::{Kernel, LaneBlock, Method};
 use super::kernels::Batching;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
-use super::shading_batch::{ShadingBatch, set_numbers};
+use super::shading_batch::{ShadingBatch, set_indices};
 use super::surface_group::SurfaceGroup;
 use super::wavefront::PathHit;
 use crate::compiled::calls::Callee;
@@ -23,7 +23,7 @@ impl PathTracer<'_> {
     /// Runs the shapes' methods for a batch of hits of a group, and stores the inputs of materials and lights in the
     /// batch and its state.
     pub fn prepare_surfaces(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-        number(self.scene, group, batch);
+        set_instance_indices(self.scene, group, batch);
         let shape = &group.shape;
         let hits = batch.hits().iter().map(PathHit::object_hit);
         let surfaces = Surfaces {
@@ -94,19 +94,19 @@ impl SurfaceLanes for BatchSurfaces<'_> {
         EightRays {
             origin: eight.vectors(&self.batch.origin),
             direction: eight.vectors(&self.batch.direction),
-            epsilon: eight.numbers(&self.batch.epsilon),
-            time: eight.numbers(&self.batch.time),
+            epsilon: eight.floats(&self.batch.epsilon),
+            time: eight.floats(&self.batch.time),
         }
     }
 
     #[inline(always)]
     fn limits<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
-        eight.numbers(&self.batch.limit)
+        eight.floats(&self.batch.limit)
     }
 
     #[inline(always)]
     fn distances<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
-        eight.numbers(&self.batch.distance)
+        eight.floats(&self.batch.distance)
     }
 
     #[inline(always)]
@@ -127,7 +127,7 @@ impl SurfaceLanes for BatchSurfaces<'_> {
         let Some(kernel) = self.kernel(method) else { return };
         let class = self.class();
         let callee = Callee { class: &class.name, method, errors: self.tracer.errors };
-        let ShadingBatch { count, state, kept_scratch, accepted, objects, numbers, .. } =
+        let ShadingBatch { count, state, kept_scratch, accepted, objects, random, .. } =
             &mut *self.batch;
         let instances = self.group.key.shape.instances(&class.objects, objects);
         let blocks = (state, kept_scratch);
@@ -135,7 +135,7 @@ impl SurfaceLanes for BatchSurfaces<'_> {
             let accepted = Some(accepted);
             callee.call_for_first(kernel, *count, instances, blocks, accepted, &mut NoHost);
         } else {
-            callee.call_for_first(kernel, *count, instances, blocks, None, numbers);
+            callee.call_for_first(kernel, *count, instances, blocks, None, random);
         }
     }
 
@@ -167,7 +167,7 @@ fn set_footprints<S: Simd>(simd: S, batch: &mut ShadingBatch) {
         let cosine = dots(&direction, &eight.vectors(&batch.geometric_normal)).abs();
         let length = dots(&direction, &direction).sqrt();
         let slant = (cosine / length).max(eight.splat(MIN_COSINE)).sqrt();
-        let width = eight.numbers(&batch.width) / slant;
+        let width = eight.floats(&batch.width) / slant;
         for (width_of, tangent) in [(v.du, v.dpdu), (v.dv, v.dpdv)] {
             let tangents = eight.load_vectors(&batch.state, tangent);
             let parameter = width / dots(&tangents, &tangents).sqrt();
@@ -182,25 +182,25 @@ fn set_footprints<S: Simd>(simd: S, batch: &mut ShadingBatch) {
 const MIN_COSINE: f32 = 0.01;
 
 /// Sets the indices of shapes, materials and emitters, if they vary between lanes.
-fn number(scene: &BatchScene, group: &SurfaceGroup, batch: &mut ShadingBatch) {
+fn set_instance_indices(scene: &BatchScene, group: &SurfaceGroup, batch: &mut ShadingBatch) {
     let count = batch.count.next_multiple_of(8);
     let entry = |hit: &PathHit| &scene.objects[hit.object as usize];
     let hits = &batch.hits[..count];
     if group.key.shape == Batching::Each {
         let class = &scene.compiled.classes[group.key.class as usize];
-        let number = |hit: &PathHit| match class.has_elements() {
-            true => class.number_of(hit.object, hit.element).unwrap_or(0),
-            false => entry(hit).number,
+        let index = |hit: &PathHit| match class.has_elements() {
+            true => class.index_of(hit.object, hit.element).unwrap_or(0),
+            false => entry(hit).index,
         };
-        set_numbers(&mut batch.objects, hits.iter().map(number));
+        set_indices(&mut batch.objects, hits.iter().map(index));
     }
     if group.key.material.1 == Batching::Each {
-        set_numbers(&mut batch.materials, hits.iter().map(|hit| entry(hit).material));
+        set_indices(&mut batch.materials, hits.iter().map(|hit| entry(hit).material));
     }
     if let Some((_, Batching::Each)) = group.key.alpha {
-        set_numbers(&mut batch.alpha, hits.iter().map(|hit| entry(hit).alpha));
+        set_indices(&mut batch.alpha, hits.iter().map(|hit| entry(hit).alpha));
     }
     if let Some((_, Batching::Each)) = group.key.emitter {
-        set_numbers(&mut batch.emitters, hits.iter().map(|hit| entry(hit).emitter));
+        set_indices(&mut batch.emitters, hits.iter().map(|hit| entry(hit).emitter));
     }
 }

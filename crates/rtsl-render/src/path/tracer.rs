@@ -30,8 +30,8 @@ impl PathTracer<'_> {
             self.add_skies(&mut memory.wavefront, &mut memory.batch);
             memory.wavefront.sort(self.scene.groups.len());
             let mut start = 0;
-            for (number, group) in self.scene.groups.iter().enumerate() {
-                let end = memory.wavefront.ends[number];
+            for (index, group) in self.scene.groups.iter().enumerate() {
+                let end = memory.wavefront.ends[index];
                 self.scatter(group, start..end, depth, memory);
                 start = end;
             }

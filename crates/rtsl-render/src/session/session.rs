@@ -27,7 +27,7 @@ use crate::compiled::work_counts::WorkCounts;
 use crate::compiled::{CompiledScene, SceneBuilder};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
-use crate::whitted::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
+use crate::whitted::{Workspace, hit_groups, rays_of, sample_tile, visits_of_sample};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
@@ -313,17 +313,17 @@ impl Session {
         let lane = Tile::lane(x, y);
         let rays = &camera_rays(&tracer, &mut workspace.camera, tile, 0).rays;
         let hits = tracer.nearest(&mut workspace.search, rays, 1 << lane);
-        let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
-        let index = run.index as usize;
+        let group = hit_groups(&self.compiled, &hits, 1 << lane).pop()?;
+        let index = group.index as usize;
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
         let t = f64::from(hits.distance[lane]);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shape = *self.origins.objects.get(index)?;
-        let material = run.object.material;
+        let material = group.object.material;
         let shader = match material {
             Some(material) => &self.compiled.materials[material as usize],
-            None => &run.object.primitive,
+            None => &group.object.primitive,
         };
         Some(Picked {
             shape,

@@ -318,7 +318,7 @@ impl<'a> SurfaceTransforms<'a> {
 
 /// Evaluates a function for each of eight lanes.
 #[inline(always)]
-fn by_lane<S: Simd>(eight: Eight<S>, number: impl Fn(usize) -> f32) -> f32x8<S> {
-    let numbers: [f32; 8] = std::array::from_fn(|lane| number(eight.start() + lane));
-    f32x8::from_slice(eight.simd(), &numbers)
+fn by_lane<S: Simd>(eight: Eight<S>, value: impl Fn(usize) -> f32) -> f32x8<S> {
+    let values: [f32; 8] = std::array::from_fn(|lane| value(eight.start() + lane));
+    f32x8::from_slice(eight.simd(), &values)
 }

@@ -18,7 +18,7 @@ use rtsl::Method;
 use rtsl_bvh::{Hits, LANES, LaneMask, Lanes, lanes_of};
 
 use super::light_samples::LightSamples;
-use super::surface::{prepare, runs};
+use super::surface::{hit_groups, prepare};
 use super::workspace::{Level, Workspace};
 use crate::compiled::area_light::AreaLight;
 use crate::compiled::calls::CallBlocks;
@@ -122,7 +122,7 @@ impl AreaLightSampler<'_> {
             let origin = transforms.local_points(eight, &lanes, &origin);
             eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
             eight.store(&mut blocks.state, v.epsilon, eight.splat(tracer.scene.epsilon));
-            eight.store(&mut blocks.state, v.time_seed, eight.numbers(&context.time));
+            eight.store(&mut blocks.state, v.time_seed, eight.floats(&context.time));
         }
         blocks.clear_scratch(call.scratch_arrays);
         blocks.call(&call, samples.lanes, None, context);
@@ -141,7 +141,7 @@ impl AreaLightSampler<'_> {
             let nowhere = eight.splat_vector([0.0; 3]);
             eight.blend_vectors(&eight.normalized_or(&way, &nowhere), &mut samples.rays.direction);
             eight.blend(distance, &mut samples.distance);
-            let offset = eight.numbers(context.offsets());
+            let offset = eight.floats(context.offsets());
             eight.blend(distance * (1.0 + TOLERANCE) + offset, &mut samples.rays.limit);
             eight.blend(dots(&local_way, &local_way), &mut local_squares);
         }
@@ -193,8 +193,8 @@ impl AreaLightSampler<'_> {
         let Some(call) = scene.call(emitter, Method::Emission, errors) else { return 0 };
         // The light's surface has separate normals; its random numbers are those of the rays.
         own.begin_beside(context);
-        for run in &runs(scene, hits, found) {
-            prepare(self.tracer, run, &samples.rays, hits, level, own);
+        for group in &hit_groups(scene, hits, found) {
+            prepare(self.tracer, group, &samples.rays, hits, level, own);
         }
         level.blocks.clear_scratch(call.scratch_arrays);
         level.blocks.call(&call, found, None, own);

@@ -226,7 +226,7 @@ impl ShadingHost<'_> {
         for eight in eights_alone(simd, samples.lanes) {
             let point = eight.point(&light.inverse, &eight.vectors(&samples.rays.origin));
             eight.store_vectors(state, v.hit_point, &point);
-            eight.store(state, v.time_seed, eight.numbers(&self.context.time));
+            eight.store(state, v.time_seed, eight.floats(&self.context.time));
             if reads_normals {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
                 let [geometric, shading] =
@@ -278,7 +278,7 @@ fn read_samples<S: Simd>(
         }
         lost |= eight.lanes(!(is_finite(&color) & is_finite(&direction)));
         eight.blend_vectors(&direction, &mut samples.rays.direction);
-        let limit = distance_to_light(eight, distance, eight.numbers(offsets));
+        let limit = distance_to_light(eight, distance, eight.floats(offsets));
         eight.blend(limit, &mut samples.rays.limit);
         eight.blend(distance, &mut samples.distance);
         eight.blend_vectors(&color, &mut samples.color);

@@ -62,7 +62,7 @@ impl LightSamples {
     pub fn within_cones<S: Simd>(&self, simd: S, lanes: LaneMask) -> LaneMask {
         let mut within = 0;
         for eight in eights_alone(simd, lanes) {
-            let least = eight.numbers(&self.cosine);
+            let least = eight.floats(&self.cosine);
             let mut inside = least.simd_eq(f32::NEG_INFINITY);
             if eight.lanes(!inside) != 0 {
                 let zero = eight.splat_vector([0.0; 3]);
@@ -83,7 +83,7 @@ impl LightSamples {
         eight: Eight<S>,
         [geometric, shading]: [Vectors<S>; 2],
     ) -> [Vectors<S>; 2] {
-        let has_cone = !eight.numbers(&self.cosine).simd_eq(f32::NEG_INFINITY);
+        let has_cone = !eight.floats(&self.cosine).simd_eq(f32::NEG_INFINITY);
         let is_behind = dots(&geometric, &eight.vectors(&self.normal)).simd_lt(0.0);
         let turned = has_cone & is_behind;
         [geometric, shading].map(|it| select(turned, &scaled(&it, eight.splat(-1.0)), &it))

@@ -22,7 +22,7 @@ pub(crate) use host::ShadingHost;
 pub use render::{AOVS, RenderOptions, render};
 pub(crate) use shading::{Emitters, ShadedRays, shade_hits};
 pub(crate) use spawned_rays::{PacketColors, SpawnedRays};
-pub(crate) use surface::{prepare, runs};
+pub(crate) use surface::{hit_groups, prepare};
 pub(crate) use tile_aovs::visits_of_sample;
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};
 pub(crate) use workspace::{Workspace, rays_of};

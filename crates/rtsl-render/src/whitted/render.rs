@@ -13,7 +13,7 @@ use super::tile_aovs::{TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;
 use super::workspace::{Workspace, rays_of};
 use crate::compiled::compiled_scene::CompiledScene;
-use crate::compiled::object_class_numbers::ObjectClasses;
+use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;

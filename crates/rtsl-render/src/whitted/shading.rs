@@ -7,7 +7,7 @@ use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
 use super::host::ShadingHost;
 use super::spawned_rays::{PacketColors, SpawnedRays};
-use super::surface::{HitGroup, prepare, runs};
+use super::surface::{HitGroup, hit_groups, prepare};
 use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::light::Light;
@@ -59,11 +59,11 @@ pub fn shade_hits(
 ) {
     let tracer = host.tracer;
     let mut level = host.workspace.take_level();
-    let runs = runs(tracer.scene, hits, lanes);
-    for run in &runs {
-        prepare(tracer, run, rays, hits, &mut level, host.context);
+    let groups = hit_groups(tracer.scene, hits, lanes);
+    for group in &groups {
+        prepare(tracer, group, rays, hits, &mut level, host.context);
     }
-    for shading in shadings(&runs, emitters) {
+    for shading in shadings(&groups, emitters) {
         shade(&shading, hits, &mut level, host, colors);
     }
     host.workspace.return_level(level);
@@ -110,7 +110,7 @@ fn set_directions<S: Simd>(
             v.ray_direction,
             &eight.normalized_or(&direction, &up),
         );
-        eight.store(&mut blocks.state, v.time_seed, eight.numbers(&rays.time));
+        eight.store(&mut blocks.state, v.time_seed, eight.floats(&rays.time));
     }
 }
 
@@ -170,7 +170,7 @@ impl Surface<'_> {
 }
 
 /// Groups lanes by shader: one call for each material.
-fn shadings<'a>(runs: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
+fn shadings<'a>(groups: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
         let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);
@@ -179,14 +179,14 @@ fn shadings<'a>(runs: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>
             None => shadings.push(Shading { what, method, lanes }),
         }
     };
-    for run in runs {
-        let surface = match run.object.material {
+    for group in groups {
+        let surface = match group.object.material {
             Some(material) => Surface::Material(material),
-            None => Surface::Own(run),
+            None => Surface::Own(group),
         };
-        add(surface, Method::Shade, run.lanes);
-        if let Some(emitter) = run.object.emitter.filter(|_| emitters == Emitters::Included) {
-            add(Surface::Material(emitter), Method::Emission, run.lanes);
+        add(surface, Method::Shade, group.lanes);
+        if let Some(emitter) = group.object.emitter.filter(|_| emitters == Emitters::Included) {
+            add(Surface::Material(emitter), Method::Emission, group.lanes);
         }
     }
     shadings
@@ -205,16 +205,16 @@ fn shade(
         Method::Shade => [Method::Shade, Method::Emission],
         other => [other, other],
     };
-    if let Surface::Own(run) = shading.what {
-        run.number(tracer.scene, hits, &mut level.numbers);
+    if let Surface::Own(group) = shading.what {
+        group.set_indices(tracer.scene, hits, &mut level.indices);
     }
-    let Level { blocks, kept_scratch, numbers } = level;
+    let Level { blocks, kept_scratch, indices } = level;
     let call = methods.into_iter().find_map(|method| match shading.what {
         Surface::Material(index) => {
             let material = &tracer.scene.materials[index as usize];
             tracer.scene.call(material, method, tracer.errors)
         }
-        Surface::Own(run) => run.call(tracer, method, numbers),
+        Surface::Own(group) => group.call(tracer, method, indices),
     });
     let Some(call) = call else { return };
     if let Some(counts) = &mut host.workspace.search.counts {

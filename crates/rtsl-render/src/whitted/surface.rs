@@ -33,26 +33,26 @@ pub struct HitGroup<'a> {
 }
 
 /// Groups the hits of a packet by object.
-pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<HitGroup<'a>> {
+pub fn hit_groups<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<HitGroup<'a>> {
     let mut rest = hits.lanes(lanes);
-    let mut runs = Vec::new();
+    let mut groups = Vec::new();
     while rest != 0 {
         let first = rest.trailing_zeros() as usize;
         rest &= rest - 1;
-        let Some(mut run) = run(scene, hits.id[first], 1 << first) else { continue };
+        let Some(mut group) = hit_group(scene, hits.id[first], 1 << first) else { continue };
         for lane in lanes_of(rest) {
             let id = hits.id[lane];
-            if id == hits.id[first] || run.class.has_elements() && run.has_element(scene, id) {
-                run.lanes |= 1 << lane;
+            if id == hits.id[first] || group.class.has_elements() && group.has_element(scene, id) {
+                group.lanes |= 1 << lane;
             }
         }
-        rest &= !run.lanes;
-        runs.push(run);
+        rest &= !group.lanes;
+        groups.push(group);
     }
-    runs
+    groups
 }
 
-fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<HitGroup<'a>> {
+fn hit_group<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<HitGroup<'a>> {
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
     let index = hit.member.object;
     let object = &scene.objects[index as usize];
@@ -70,26 +70,25 @@ impl HitGroup<'_> {
     }
 
     /// Sets the indices by which kernels know the objects that were hit.
-    pub fn number(&self, scene: &CompiledScene, hits: &Hits, numbers: &mut LaneIndices) {
-        let numbers = numbers.as_mut_slice();
+    pub fn set_indices(&self, scene: &CompiledScene, hits: &Hits, indices: &mut LaneIndices) {
+        let indices = indices.as_mut_slice();
         // All lanes need valid indices, including inactive ones.
-        numbers.fill(self.class.number_of(self.hit.member.object, self.hit.element).unwrap_or(0));
+        indices.fill(self.class.index_of(self.hit.member.object, self.hit.element).unwrap_or(0));
         if self.class.has_elements() {
             for lane in lanes_of(self.lanes) {
                 let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
-                let number =
-                    hit.and_then(|hit| self.class.number_of(hit.member.object, hit.element));
-                numbers[lane] = number.unwrap_or(numbers[lane]);
+                let index = hit.and_then(|hit| self.class.index_of(hit.member.object, hit.element));
+                indices[lane] = index.unwrap_or(indices[lane]);
             }
         }
     }
 
     /// Returns the objects for kernels that take those of hits.
-    fn objects<'a>(&'a self, numbers: &'a LaneIndices) -> Instances<'a> {
+    fn objects<'a>(&'a self, indices: &'a LaneIndices) -> Instances<'a> {
         if self.class.has_elements() {
-            Instances::Many(&self.class.objects, numbers)
+            Instances::Many(&self.class.objects, indices)
         } else {
-            Instances::Object(&self.class.objects, numbers.as_slice()[0])
+            Instances::Object(&self.class.objects, indices.as_slice()[0])
         }
     }
 
@@ -98,7 +97,7 @@ impl HitGroup<'_> {
         &'a self,
         tracer: &Tracer<'a>,
         method: Method,
-        numbers: &'a LaneIndices,
+        indices: &'a LaneIndices,
     ) -> Option<KernelCall<'a>> {
         let Tracer { scene, errors } = *tracer;
         if !self.class.has_elements() {
@@ -106,18 +105,18 @@ impl HitGroup<'_> {
         }
         let program = &scene.shader(&self.object.primitive).program;
         let kernel = self.class.surface_kernel(method)?;
-        Some(KernelCall::new(program, kernel, method, self.objects(numbers), errors))
+        Some(KernelCall::new(program, kernel, method, self.objects(indices), errors))
     }
 
     /// Returns the call of `intersect` for its hits, if other methods read its scratch.
     fn intersect<'a>(
         &'a self,
         tracer: &Tracer<'a>,
-        numbers: &'a LaneIndices,
+        indices: &'a LaneIndices,
     ) -> Option<KernelCall<'a>> {
         let Tracer { scene, errors } = *tracer;
         let program = &scene.shader(&self.object.primitive).program;
-        let (kernel, instances) = (self.class.hit.as_deref()?, self.objects(numbers));
+        let (kernel, instances) = (self.class.hit.as_deref()?, self.objects(indices));
         Some(KernelCall::new(program, kernel, Method::Intersect, instances, errors))
     }
 
@@ -133,28 +132,32 @@ impl HitGroup<'_> {
 /// in `context`.
 pub fn prepare(
     tracer: &Tracer<'_>,
-    run: &HitGroup<'_>,
+    group: &HitGroup<'_>,
     rays: &RayPacket,
     hits: &Hits,
     level: &mut Level,
     context: &mut LaneContext,
 ) {
     let scene = tracer.scene;
-    run.number(scene, hits, &mut level.numbers);
-    let needs = scene.needs(run.object);
+    group.set_indices(scene, hits, &mut level.indices);
+    let needs = scene.needs(group.object);
     let surfaces = Surfaces {
-        transforms: SurfaceTransforms::of_object(scene, run.object_hit(), run.class.has_elements()),
+        transforms: SurfaceTransforms::of_object(
+            scene,
+            group.object_hit(),
+            group.class.has_elements(),
+        ),
         needs,
         shapes_read_normals: needs.coordinates || needs.derivatives,
     };
-    let mut lanes = PacketSurfaces { tracer, run, rays, hits, level, context };
+    let mut lanes = PacketSurfaces { tracer, group, rays, hits, level, context };
     dispatch!(SimdLevel::new(), simd => surfaces.prepare(simd, &mut lanes));
 }
 
 /// The lanes of a packet that hit one object.
 struct PacketSurfaces<'a> {
     tracer: &'a Tracer<'a>,
-    run: &'a HitGroup<'a>,
+    group: &'a HitGroup<'a>,
     rays: &'a RayPacket,
     hits: &'a Hits,
     level: &'a mut Level,
@@ -166,7 +169,7 @@ impl HitLanes for PacketSurfaces<'_> {
     fn hit(&self, lane: usize) -> ObjectHit {
         let scene = self.tracer.scene;
         let hit = HitObject::of(&scene.geometry, &scene.items, self.hits.id[lane]);
-        ObjectHit { element: hit.map_or(0, |hit| hit.element), ..self.run.object_hit() }
+        ObjectHit { element: hit.map_or(0, |hit| hit.element), ..self.group.object_hit() }
     }
 
     #[inline(always)]
@@ -180,7 +183,7 @@ impl SurfaceLanes for PacketSurfaces<'_> {
 
     #[inline(always)]
     fn eights<S: Simd>(&self, simd: S) -> Eights<S> {
-        eights(simd, self.run.lanes)
+        eights(simd, self.group.lanes)
     }
 
     #[inline(always)]
@@ -188,19 +191,19 @@ impl SurfaceLanes for PacketSurfaces<'_> {
         EightRays {
             origin: eight.vectors(&self.rays.origin),
             direction: eight.vectors(&self.rays.direction),
-            epsilon: eight.numbers(&self.rays.epsilon),
-            time: eight.numbers(&self.rays.time),
+            epsilon: eight.floats(&self.rays.epsilon),
+            time: eight.floats(&self.rays.time),
         }
     }
 
     #[inline(always)]
     fn limits<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
-        eight.numbers(&self.rays.limit)
+        eight.floats(&self.rays.limit)
     }
 
     #[inline(always)]
     fn distances<S: Simd>(&self, eight: Eight<S>) -> f32x8<S> {
-        eight.numbers(&self.hits.distance)
+        eight.floats(&self.hits.distance)
     }
 
     #[inline(always)]
@@ -209,28 +212,28 @@ impl SurfaceLanes for PacketSurfaces<'_> {
     }
 
     fn scratch(&mut self) -> (&mut LaneBlock, usize) {
-        let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
+        let program = &self.tracer.scene.shader(&self.group.object.primitive).program;
         (&mut self.level.kept_scratch, program.layout().scratch_arrays as usize)
     }
 
     fn needs(&self, method: Method) -> bool {
         match method {
-            Method::Intersect => self.run.class.hit.is_some(),
+            Method::Intersect => self.group.class.hit.is_some(),
             // Area lights are sampled point by point, and light that rays find is not weighted.
             Method::SamplePdf => false,
-            _ => self.run.call(self.tracer, method, &self.level.numbers).is_some(),
+            _ => self.group.call(self.tracer, method, &self.level.indices).is_some(),
         }
     }
 
     fn call(&mut self, method: Method) {
-        let PacketSurfaces { tracer, run, .. } = *self;
-        let Level { blocks, kept_scratch, numbers } = &mut *self.level;
+        let PacketSurfaces { tracer, group, .. } = *self;
+        let Level { blocks, kept_scratch, indices } = &mut *self.level;
         if method == Method::Intersect {
-            if let Some(call) = run.intersect(tracer, numbers) {
-                blocks.call(&call, run.lanes, Some(kept_scratch), &mut NoHost);
+            if let Some(call) = group.intersect(tracer, indices) {
+                blocks.call(&call, group.lanes, Some(kept_scratch), &mut NoHost);
             }
-        } else if let Some(call) = run.call(tracer, method, numbers) {
-            blocks.call(&call, run.lanes, Some(kept_scratch), self.context);
+        } else if let Some(call) = group.call(tracer, method, indices) {
+            blocks.call(&call, group.lanes, Some(kept_scratch), self.context);
         }
     }
 

@@ -7,9 +7,9 @@ use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_image::Aov;
 use rtsl_math::dot;
 
-use super::surface::{prepare, runs};
+use super::surface::{hit_groups, prepare};
 use super::workspace::Workspace;
-use crate::compiled::object_class_numbers::ObjectClasses;
+use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
 use crate::statistics::LaneUse;
@@ -70,16 +70,16 @@ impl TileAovs {
         for (sum, visited) in self.visited.iter_mut().zip(visited) {
             *sum += visited;
         }
-        for run in &runs(tracer.scene, &hits, lanes) {
-            prepare(tracer, run, rays, &hits, &mut level, context);
-            for lane in lanes_of(run.lanes) {
+        for group in &hit_groups(tracer.scene, &hits, lanes) {
+            prepare(tracer, group, rays, &hits, &mut level, context);
+            for lane in lanes_of(group.lanes) {
                 let (direction, normal) = (rays.direction_of(lane), context.shading_normal(lane));
                 self.distance[lane] += hits.distance[lane] * dot(direction, direction).sqrt();
                 (0..3).for_each(|axis| self.normal[lane][axis] += normal[axis]);
                 self.hits[lane] += 1;
                 if self.samples == 0 {
-                    self.object[lane] = run.index as f32;
-                    self.class[lane] = classes.number(run.object);
+                    self.object[lane] = group.index as f32;
+                    self.class[lane] = classes.index(group.object);
                 }
             }
         }

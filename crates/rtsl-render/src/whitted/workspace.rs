@@ -51,7 +51,7 @@ pub struct Level {
     /// The scratch of the shapes' `intersect` for the closest hits.
     pub kept_scratch: LaneBlock,
     /// The indices of the objects that were hit.
-    pub numbers: LaneIndices,
+    pub indices: LaneIndices,
 }
 
 /// Sums the rays traced with these workspaces.
@@ -99,7 +99,7 @@ impl Workspace {
         self.free_levels.pop().unwrap_or_else(|| Level {
             blocks: CallBlocks::new(self.scratch_arrays),
             kept_scratch: LaneBlock::new(self.scratch_arrays, LANES),
-            numbers: LaneIndices::new(LANES),
+            indices: LaneIndices::new(LANES),
         })
     }
 

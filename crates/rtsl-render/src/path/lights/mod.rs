@@ -67,7 +67,7 @@ pub struct LightEntry {
     /// Its class: those of area lights come after those of lights without a shape.
     class: u32,
     /// Its index among the objects of the class.
-    number: u32,
+    index: u32,
     /// The hit of a ray that hits it; for a light without a shape, the object is the index of the light in the scene.
     hit: PathHit,
 }
@@ -201,9 +201,9 @@ impl Lights {
         let first = self.entries.len() as u32;
         if let Some(illumination) = illumination {
             let class = self.classes.len() as u32;
-            self.entries.extend((0..).zip(&lights).map(|(number, light)| LightEntry {
+            self.entries.extend((0..).zip(&lights).map(|(index, light)| LightEntry {
                 class,
-                number,
+                index,
                 hit: PathHit { object: *light, instance: NO_INSTANCE, ..PathHit::default() },
             }));
             self.classes.push(LightClass {
@@ -220,12 +220,12 @@ impl Lights {
             });
         }
         let Some(emission) = emission else { return };
-        self.skies.extend((0..).zip(&lights).map(|(number, light)| Sky {
+        self.skies.extend((0..).zip(&lights).map(|(index, light)| Sky {
             light: *light,
             program: program.clone(),
-            objects: (objects.clone(), number),
+            objects: (objects.clone(), index),
             emission: emission.clone(),
-            density: density.clone().map(|density| (density, first + number)),
+            density: density.clone().map(|density| (density, first + index)),
             reads_normals: reads_normals(Method::EvaluatePdf),
         }));
     }
@@ -243,7 +243,7 @@ impl Lights {
             let Some(emitter) = placed.emitter else { continue };
             let class = objects[object as usize].class;
             let program = compiled.classes[class as usize].program();
-            let (emitter, _) = materials.numbers[emitter as usize];
+            let (emitter, _) = materials.indices[emitter as usize];
             if is_sampled(&materials.classes[emitter as usize].program, program) {
                 by_key.entry((class, emitter)).or_default().push(object);
             }
@@ -252,15 +252,15 @@ impl Lights {
             let of = match members.as_slice() {
                 [only] if scene.objects[*only as usize].elements.is_none() => {
                     let entry = &objects[*only as usize];
-                    [Batching::One(entry.number), Batching::One(entry.emitter)]
+                    [Batching::One(entry.index), Batching::One(entry.emitter)]
                 }
                 _ => [Batching::Each; 2],
             };
             let made = shape_class(maker, compiled, materials, (class, emitter), of);
-            let number = self.shapes.len() as u32;
+            let index = self.shapes.len() as u32;
             self.shapes.extend(made);
             for object in members {
-                self.add_object(scene, compiled, object, (class, number));
+                self.add_object(scene, compiled, object, (class, index));
             }
         }
         // Lights without a shape come first.
@@ -299,7 +299,7 @@ impl Lights {
             self.first_of_object.insert((object, instance), self.entries.len() as u32);
             self.entries.extend((0..elements).map(|element| LightEntry {
                 class: shapes | SHAPE,
-                number: class.number_of(object, element).unwrap_or(0),
+                index: class.index_of(object, element).unwrap_or(0),
                 hit: PathHit { path: 0, object, element, instance },
             }));
         }

@@ -87,9 +87,9 @@ impl PathTracer<'_> {
 fn set_points(batch: &mut ShadingBatch, lights: &[u32], world: Bounds) {
     batch.count = lights.len();
     for lane in 0..lights.len().next_multiple_of(8).min(BATCH_LANES) {
-        let number =
+        let random =
             |axis: u32| unit_float(hash(hash(NUMBERS_OF_PROBES, (lane % SAMPLES) as u32), axis));
-        let [x, y, z] = [0, 1, 2].map(number);
+        let [x, y, z] = [0, 1, 2].map(random);
         set(&mut batch.point, lane, world.at([x, y, z]));
         set(&mut batch.geometric_normal, lane, [0.0, 0.0, 1.0]);
         set(&mut batch.shading_normal, lane, [0.0, 0.0, 1.0]);

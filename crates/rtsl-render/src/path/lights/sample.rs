@@ -6,10 +6,10 @@ use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 use rtsl_math::sampling::Sampler;
 
 use super::super::kernels::Batching;
-use super::super::numbers::Numbers;
 use super::super::path_tracer::PathTracer;
+use super::super::random_numbers::RandomNumbers;
 use super::super::rows::{BATCH_LANES, Row, Rows, get, set};
-use super::super::shading_batch::{LightRows, ShadingBatch, set_numbers};
+use super::super::shading_batch::{LightRows, ShadingBatch, set_indices};
 use super::super::wavefront::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
@@ -52,7 +52,7 @@ pub struct LightMemory {
     scratch: LaneBlock,
     objects: LaneIndices,
     emitters: LaneIndices,
-    numbers: Numbers,
+    random: RandomNumbers,
 }
 
 impl LightMemory {
@@ -80,7 +80,7 @@ impl LightMemory {
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
-            numbers: Numbers::new(sampler),
+            random: RandomNumbers::new(sampler),
         })
     }
 
@@ -93,7 +93,7 @@ impl LightMemory {
             time,
             keys,
             samples,
-            numbers,
+            random,
             part,
             probability,
             ..
@@ -105,7 +105,7 @@ impl LightMemory {
         lanes.gather(&batch.time, time);
         lanes.gather(&batch.keys, keys);
         lanes.gather(&batch.samples, samples);
-        numbers.start((keys, samples), NUMBERS_OF_LIGHTS, lanes.count());
+        random.start((keys, samples), NUMBERS_OF_LIGHTS, lanes.count());
         lanes.gather(probability, part);
     }
 
@@ -120,9 +120,9 @@ impl LightMemory {
     }
 
     /// Sets the indices of their lights among those of the class.
-    fn number_lights(&mut self, entries: &[LightEntry]) {
+    fn set_light_indices(&mut self, entries: &[LightEntry]) {
         let LightMemory { lanes, chosen, objects, .. } = self;
-        set_numbers(objects, lanes.padded().map(|lane| entries[chosen[lane] as usize].number));
+        set_indices(objects, lanes.padded().map(|lane| entries[chosen[lane] as usize].index));
     }
 
     /// Sets the objects to be sampled.
@@ -137,7 +137,7 @@ impl LightMemory {
     #[inline(always)]
     fn weigh<S: Simd>(&mut self, simd: S) {
         for eight in eights_of(simd, self.lanes.count()) {
-            let (own, part) = (eight.numbers(&self.density), eight.numbers(&self.part));
+            let (own, part) = (eight.floats(&self.density), eight.floats(&self.part));
             let density = own * part;
             // With a NaN density the sample is NaN, not a delta.
             let is_delta = own.simd_le(0.0);
@@ -176,9 +176,9 @@ impl PathTracer<'_> {
             chosen[..batch.count].fill(only);
             probability[..batch.count].fill(1.0);
         } else {
-            for (lane, number) in batch.light_seeds.iter().enumerate().take(batch.count) {
+            for (lane, seed) in batch.light_seeds.iter().enumerate().take(batch.count) {
                 (chosen[lane], probability[lane]) =
-                    selection.choose(get(&batch.point, lane), *number);
+                    selection.choose(get(&batch.point, lane), *seed);
             }
         }
         self.sample_by_class(batch, memory);
@@ -232,14 +232,14 @@ impl PathTracer<'_> {
         memory: &mut LightMemory,
     ) {
         if class.of == Batching::Each {
-            memory.number_lights(&lights.entries);
+            memory.set_light_indices(&lights.entries);
         }
         if class.reads_normals {
             memory.load_normals(batch);
         }
         let count = memory.lanes.count();
         dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
-        let LightMemory { state, scratch, objects, numbers, .. } = memory;
+        let LightMemory { state, scratch, objects, random, .. } = memory;
         let name = &class.program.class().name;
         let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
@@ -249,7 +249,7 @@ impl PathTracer<'_> {
             instances,
             (state, scratch),
             None,
-            numbers,
+            random,
         );
         dispatch!(Level::new(), simd => self.read_samples(simd, class, memory));
     }
@@ -259,12 +259,12 @@ impl PathTracer<'_> {
     fn set_points<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
         let v = variables();
         let lights = &self.scene.compiled.lights;
-        let light_of = |numbers: &LaneIndices, lane: usize| {
-            let number = match class.of {
-                Batching::One(number) => number,
-                Batching::Each => numbers.as_slice()[lane],
+        let light_of = |indices: &LaneIndices, lane: usize| {
+            let index = match class.of {
+                Batching::One(index) => index,
+                Batching::Each => indices.as_slice()[lane],
             };
-            &lights[class.lights[number as usize] as usize]
+            &lights[class.lights[index as usize] as usize]
         };
         for eight in eights_of(simd, memory.lanes.count()) {
             let mut point = eight.vectors(&memory.point);
@@ -273,7 +273,7 @@ impl PathTracer<'_> {
                 point = LaneMaps::each(eight, inverse).points(&point);
             }
             eight.store_vectors(&mut memory.state, v.hit_point, &point);
-            eight.store(&mut memory.state, v.time_seed, eight.numbers(&memory.time));
+            eight.store(&mut memory.state, v.time_seed, eight.floats(&memory.time));
             if class.reads_normals {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
                 let mut normals =
@@ -302,18 +302,18 @@ impl PathTracer<'_> {
             let mut distance = eight.load(state, v.light_distance);
             if class.is_placed {
                 let maps = LaneMaps::each(eight, |lane| {
-                    let number = match class.of {
-                        Batching::One(number) => number,
+                    let index = match class.of {
+                        Batching::One(index) => index,
                         Batching::Each => memory.objects.as_slice()[lane],
                     };
-                    lights[class.lights[number as usize] as usize].forward
+                    lights[class.lights[index as usize] as usize].forward
                 });
                 let world = maps.vectors(&direction);
                 distance *= dots(&world, &world).sqrt();
                 direction = eight.normalized_or(&world, &direction);
             }
             eight.blend_vectors(&direction, &mut memory.direction);
-            let end = distance_to_light(eight, distance, eight.numbers(&memory.offset));
+            let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
             eight.blend(end, &mut memory.distance);
             eight.blend_vectors(&eight.load_vectors(state, v.light_color), &mut memory.color);
             eight.blend(eight.load(state, v.pdf), &mut memory.density);
@@ -324,7 +324,7 @@ impl PathTracer<'_> {
     fn sample_shapes(&self, class: &ShapeLightClass, lights: &Lights, memory: &mut LightMemory) {
         memory.load_hits(&lights.entries);
         if class.of == Batching::Each {
-            memory.number_lights(&lights.entries);
+            memory.set_light_indices(&lights.entries);
         }
         let count = memory.lanes.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
@@ -337,29 +337,29 @@ impl PathTracer<'_> {
             epsilon: self.scene.compiled.epsilon,
         };
         dispatch!(Level::new(), simd => sampled.set_origins(simd, memory));
-        let LightMemory { state, scratch, objects, numbers, .. } = memory;
+        let LightMemory { state, scratch, objects, random, .. } = memory;
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
-        callee.call_for_first(&class.generate, count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials.classes[emitter as usize];
         if of == Batching::Each {
             let hits = memory.hits[..count].iter();
-            let numbers = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
-            set_numbers(&mut memory.emitters, numbers);
+            let indices = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
+            set_indices(&mut memory.emitters, indices);
         }
-        let LightMemory { state, scratch, emitters: of_lanes, numbers, .. } = memory;
+        let LightMemory { state, scratch, emitters: of_lanes, random, .. } = memory;
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call_for_first(&class.emission, count, instances, (state, scratch), None, numbers);
+        callee.call_for_first(&class.emission, count, instances, (state, scratch), None, random);
         let v = variables();
         dispatch!(Level::new(), simd => {
             for eight in eights_of(simd, count) {
                 let color = eight.load_vectors(&memory.state, v.emission_color);
-                let is_usable = eight.numbers(&memory.density).simd_gt(0.0) & is_lit(&color);
+                let is_usable = eight.floats(&memory.density).simd_gt(0.0) & is_lit(&color);
                 let black = eight.splat_vector([0.0; 3]);
                 eight.blend_vectors(&select(is_usable, &color, &black), &mut memory.color);
             }
@@ -403,7 +403,7 @@ impl SampledShapes<'_> {
             let state = &mut memory.state;
             eight.store_vectors(state, v.ray_origin, &origin);
             eight.store(state, v.epsilon, eight.splat(self.epsilon));
-            eight.store(state, v.time_seed, eight.numbers(&memory.time));
+            eight.store(state, v.time_seed, eight.floats(&memory.time));
         }
     }
 
@@ -440,7 +440,7 @@ impl SampledShapes<'_> {
             eight.blend_vectors(&direction, &mut memory.direction);
             let sizes = sums(&sizes(&origin), &sizes(&way));
             let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes);
-            let height = surface_offsets(eight, &normal, &sizes) + eight.numbers(&memory.offset);
+            let height = surface_offsets(eight, &normal, &sizes) + eight.floats(&memory.offset);
             // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
             // grazing angles this is a longer distance along the ray.
             let margin = height / dots(&normal, &direction).abs();

@@ -108,10 +108,10 @@ impl Selection {
         (self.places.len() == 1).then_some(0)
     }
 
-    /// Selects a light for a point by a number in [0,1). Returns it with its probability, which is positive.
-    pub fn choose(&self, point: [f32; 3], number: f32) -> (u32, f32) {
+    /// Selects a light for a point by a random number in [0,1). Returns it with its probability, which is positive.
+    pub fn choose(&self, point: [f32; 3], random: f32) -> (u32, f32) {
         let probability = self.infinite_probability;
-        let place = number / probability;
+        let place = random / probability;
         if let Some(light) = self.infinite.get(place as usize) {
             return (*light, probability);
         }
@@ -119,7 +119,7 @@ impl Selection {
             return (self.infinite.last().copied().unwrap_or(0), probability);
         };
         let infinite = probability * self.infinite.len() as f32;
-        let mut number = ((number - infinite) / (1.0 - infinite)).clamp(0.0, BELOW_ONE);
+        let mut random = ((random - infinite) / (1.0 - infinite)).clamp(0.0, BELOW_ONE);
         let mut chosen = 1.0 - infinite;
         loop {
             match node.content {
@@ -127,9 +127,9 @@ impl Selection {
                 Content::Children(children) => {
                     let [first, second] = self.children(children);
                     let part = first.part(second, point);
-                    let is_second = number >= part;
+                    let is_second = random >= part;
                     let (start, width) = if is_second { (part, 1.0 - part) } else { (0.0, part) };
-                    number = ((number - start) / width).clamp(0.0, BELOW_ONE);
+                    random = ((random - start) / width).clamp(0.0, BELOW_ONE);
                     chosen *= width;
                     node = if is_second { second } else { first };
                 }

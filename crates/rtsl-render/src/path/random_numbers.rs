@@ -10,7 +10,7 @@ use crate::lanes::sequences::{Samples, Sequences, end_of};
 
 /// Sequences of random numbers, one for each lane of a batch. It is the host of methods that call no host function but
 /// `rand()`.
-pub struct Numbers {
+pub struct RandomNumbers {
     sampler: Sampler,
     sequences: Sequences<BATCH_LANES>,
     /// The sample indices of the lanes.
@@ -19,11 +19,11 @@ pub struct Numbers {
     count: usize,
 }
 
-impl Numbers {
+impl RandomNumbers {
     /// Creates the host without sequences.
     pub fn new(sampler: Sampler) -> Self {
         let (sequences, samples) = (Sequences::new([0; BATCH_LANES]), [0; BATCH_LANES]);
-        Numbers { sampler, sequences, samples, count: 0 }
+        RandomNumbers { sampler, sequences, samples, count: 0 }
     }
 
     /// Starts sequences of the first `count` lanes, which `purpose` selects among those of `keys`. `samples` are the
@@ -85,11 +85,11 @@ fn derive_in_vectors<S: Simd>(_: S, keys: &[u32], purpose: u32, to: &mut [u32]) 
 /// Returns a number in [0,1) that is independent of any sequence, for decisions that do not benefit from
 /// stratification.
 #[inline(always)]
-pub fn lone_number(key: u32, purpose: u32, sample: u32) -> f32 {
+pub fn lone_random_number(key: u32, purpose: u32, sample: u32) -> f32 {
     unit_float(hash(hash(key, purpose), sample))
 }
 
-impl Host for Numbers {
+impl Host for RandomNumbers {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         debug_assert!(end_of(lanes) <= self.count, "{lanes:?} of {} lanes", self.count);
         self.sequences.next(&self.sampler, Samples::Each(&self.samples), lanes, values);

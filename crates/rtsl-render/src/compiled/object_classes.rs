@@ -8,18 +8,18 @@ pub struct ObjectClasses {
     /// Their names.
     pub names: Vec<String>,
     /// The index of each shader's class; -1 for shaders that are not shapes.
-    numbers: Vec<f32>,
+    indices: Vec<f32>,
 }
 
 impl ObjectClasses {
     /// Collects the classes of a scene.
     pub fn of(scene: &CompiledScene) -> Self {
         let mut classes =
-            ObjectClasses { names: Vec::new(), numbers: vec![-1.0; scene.shaders.len()] };
+            ObjectClasses { names: Vec::new(), indices: vec![-1.0; scene.shaders.len()] };
         for object in &scene.objects {
             let shader = object.primitive.shader;
-            if classes.numbers[shader] < 0.0 {
-                classes.numbers[shader] = classes.names.len() as f32;
+            if classes.indices[shader] < 0.0 {
+                classes.indices[shader] = classes.names.len() as f32;
                 classes.names.push(scene.shaders[shader].program.class().name.clone());
             }
         }
@@ -27,7 +27,7 @@ impl ObjectClasses {
     }
 
     /// Returns the index of an object's class.
-    pub fn number(&self, object: &Object) -> f32 {
-        self.numbers[object.primitive.shader]
+    pub fn index(&self, object: &Object) -> f32 {
+        self.indices[object.primitive.shader]
     }
 }
