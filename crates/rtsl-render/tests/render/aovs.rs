@@ -6,7 +6,7 @@ use rtsl::EngineOptions;
 use rtsl_image::{Aov, AovImage, ImageOptions, write_image_with};
 use rtsl_render::interactive::AOVS;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, Messages, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
 /// A ball before a wall, seen without perspective: columns and rows of a quarter of a unit.
@@ -40,7 +40,7 @@ fn try_render(
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
         aovs: aovs.to_vec(),
-        threads: Some(threads),
+        execution: Execution::on_threads(threads),
         engine,
         renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
+use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
@@ -42,10 +43,12 @@ fn compiled(text: &str, how: How) -> BatchScene {
     scene.unwrap_or_else(|messages| fail(messages))
 }
 
-fn rendered(text: &str, how: How) -> BatchRendered {
+fn rendered(text: &str, how: How) -> Rendered {
     let scene = compiled(text, how);
-    let options = BatchOptions { threads: Some(how.threads), ..BatchOptions::default() };
-    let rendered = render(&scene, options).unwrap_or_else(|messages| fail(messages));
+    let options =
+        BatchOptions { execution: Execution::on_threads(how.threads), ..BatchOptions::default() };
+    let BatchRendered { rendered, .. } =
+        render(&scene, options).unwrap_or_else(|messages| fail(messages));
     assert_eq!((rendered.dropped_samples, &*rendered.not_finite), (0, [].as_slice()));
     rendered
 }
@@ -58,7 +61,7 @@ fn scene(head: &str, world: &str) -> String {
 }
 
 /// The mean of all pixels, and its standard error, estimated from the variation between pixels.
-fn mean(rendered: &BatchRendered, channel: usize) -> (f64, f64) {
+fn mean(rendered: &Rendered, channel: usize) -> (f64, f64) {
     let values = rendered.image.pixels.iter().map(|pixel| f64::from(pixel[channel]));
     let values: Vec<f64> = values.collect();
     let count = values.len() as f64;

@@ -10,6 +10,7 @@ use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
+use rtsl_render::Execution;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
@@ -312,7 +313,8 @@ fn image(scene: Scene, backend: Backend, width: u32, threads: usize) -> Image {
     let mut messages = Messages::default();
     let compiled = CompiledScene::new(scene, &engine, &mut messages)
         .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
-    let options = RenderOptions { threads: Some(threads), ..RenderOptions::default() };
+    let options =
+        RenderOptions { execution: Execution::on_threads(threads), ..RenderOptions::default() };
     render(&compiled, options).expect("no shader loops").image
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
+use rtsl_render::Execution;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, Rendered, render};
 use rtsl_scene::reader::MemoryFiles;
@@ -46,8 +47,8 @@ fn compiled(cutoff: f32, world: &str, backend: Backend, width: u32) -> CompiledS
 }
 
 fn rendered(scene: &CompiledScene, threads: usize) -> Rendered {
-    let threads = Some(threads);
-    let options = RenderOptions { threads, general_kernels_only: true, ..Default::default() };
+    let execution = Execution { general_kernels_only: true, ..Execution::on_threads(threads) };
+    let options = RenderOptions { execution, ..RenderOptions::default() };
     render(scene, options).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages, Method};
+use rtsl_render::Execution;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
@@ -80,7 +81,10 @@ fn kernels_that_know_the_scene_give_the_same_image() {
     );
     let scene = compiled(&world);
     let image = || {
-        let options = RenderOptions { general_kernels_only: true, ..RenderOptions::default() };
+        let options = RenderOptions {
+            execution: Execution { general_kernels_only: true, ..Execution::default() },
+            ..RenderOptions::default()
+        };
         let rendered = render(&scene, options);
         let rendered = rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
         let pixels = rendered.image.pixels.into_iter().flatten();

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use rtsl_render::RenderRequest;
 use rtsl_render::measure::{Effort, SceneMeasurement, measure_scene};
+use rtsl_render::{Execution, RenderRequest};
 
 fn measure(name: &str, world: &str, threads: usize) -> SceneMeasurement {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -14,7 +14,7 @@ fn measure(name: &str, world: &str, threads: usize) -> SceneMeasurement {
     let request = RenderRequest {
         scene: path,
         size: Some((100, 100)),
-        threads: Some(threads),
+        execution: Execution::on_threads(threads),
         ..RenderRequest::default()
     };
     let effort = Effort { repetitions: 4, time: Duration::from_secs(600) };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rtsl_image::Aov;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
 /// One row of pixels, a quarter of a unit wide each, from x = -4 to x = 4, seen along z.
@@ -28,7 +28,7 @@ fn render(text: &str, aovs: &[Aov]) -> RenderResult {
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
         aovs: aovs.to_vec(),
-        threads: Some(2),
+        execution: Execution::on_threads(2),
         renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()
     };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use expect_test::expect;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
 /// Classes with a mistake each, which shows on one half of the picture.
@@ -66,7 +66,7 @@ fn render(camera: &str, world: &str, renderer: Renderer) -> RenderResult {
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
         renderer: Some(renderer),
-        threads: Some(2),
+        execution: Execution::on_threads(2),
         ..RenderRequest::default()
     };
     let result = render_scene_from(&request, &MemoryFiles(files.into()));

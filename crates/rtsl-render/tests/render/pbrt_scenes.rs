@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl_render::{RenderRequest, render_scene};
+use rtsl_render::{Execution, RenderRequest, render_scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../integrations/pbrt-v4/scenes")
@@ -24,7 +24,7 @@ fn check(name: &str, expected: f64) {
         scene,
         size: Some((32, 24)),
         samples: Some(32),
-        threads: Some(2),
+        execution: Execution::on_threads(2),
         ..RenderRequest::default()
     };
     let fail = |messages: rtsl::Messages| panic!("{name}: {}", messages.to_text(false));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Progress, RenderRequest, Renderer, TilesDone};
+use rtsl_render::{Execution, Progress, RenderRequest, Renderer, TilesDone};
 use rtsl_scene::reader::MemoryFiles;
 
 #[test]
@@ -17,7 +17,7 @@ fn steps_are_told_in_order() {
     let listener = |progress: Progress| told.lock().unwrap().push(progress);
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
-        threads: Some(1),
+        execution: Execution::on_threads(1),
         progress: Some(&listener),
         renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
-use rtsl_render::compiled::CompiledScene;
+use rtsl_render::Execution;
+use rtsl_render::compiled::{CompiledScene, SceneBuilder};
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
@@ -40,7 +41,7 @@ fn scene(shift: impl Fn(u32) -> [f32; 3], radius: f32) -> Scene {
 }
 
 fn picture(scene: &CompiledScene) -> Image {
-    let options = RenderOptions { threads: Some(2), ..RenderOptions::default() };
+    let options = RenderOptions { execution: Execution::on_threads(2), ..RenderOptions::default() };
     render(scene, options).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
 }
 
@@ -55,7 +56,10 @@ fn follow(first: Scene, second: &Scene) -> [CompiledScene; 3] {
     let engine = Engine::new(EngineOptions::default()).unwrap().0;
     let mut messages = Messages::default();
     let first = CompiledScene::new(first, &engine, &mut messages).unwrap();
-    let moved = first.with_moved_shapes(second.clone(), &engine, &mut messages).unwrap();
+    let moved = SceneBuilder::new(&engine)
+        .moved_shapes(&first)
+        .build(second.clone(), &mut messages)
+        .unwrap();
     let built = CompiledScene::new(second.clone(), &engine, &mut messages).unwrap();
     [first, moved, built]
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
 use rtsl_image::{Image, ImageOptions, write_image};
-use rtsl_render::{RenderRequest, RenderResult, Renderer, render_scene};
+use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer, render_scene};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -33,7 +33,7 @@ fn render(
         scene: scene.to_owned(),
         size: Some(size),
         samples: Some(samples),
-        threads: Some(threads),
+        execution: Execution::on_threads(threads),
         engine,
         ..RenderRequest::default()
     };
@@ -119,7 +119,7 @@ fn compare(
             renderer: Some(renderer),
             size: Some(size),
             samples: Some(samples),
-            threads: Some(way.threads),
+            execution: Execution::on_threads(way.threads),
             engine,
             ..RenderRequest::default()
         };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use rtsl::{Backend, EngineOptions};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::{Execution, RenderRequest, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
 /// A statement of `intersect`. Parameters of hits are those of a plane, plus `after`.
@@ -200,7 +200,7 @@ fn picture(
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
         renderer: Some(renderer),
-        threads: Some(1),
+        execution: Execution::on_threads(1),
         engine,
         ..RenderRequest::default()
     };

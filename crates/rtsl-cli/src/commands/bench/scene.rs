@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use clap::Args;
 use rtsl::EngineOptions;
-use rtsl_render::RenderRequest;
 use rtsl_render::measure::{Effort, measure_scene};
+use rtsl_render::{Execution, RenderRequest};
 
 use super::super::render::{parse_size, parse_threads, report};
 use super::BenchArguments;
@@ -85,7 +85,7 @@ fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'sta
         search_path: arguments.search_path.search_path.clone(),
         input_memory: input.input_memory,
         size,
-        threads,
+        execution: Execution { threads, ..Execution::default() },
         engine: EngineOptions { width, ..arguments.code.options() },
         ..RenderRequest::default()
     }
