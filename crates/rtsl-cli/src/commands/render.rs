@@ -15,10 +15,9 @@ use rtsl_render::{
     render_scene,
 };
 
-use super::{CommandResult, Failure, Outcome};
-use crate::INPUT_AT_FAULT;
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::files::write_result;
+use crate::outcome::{CommandResult, Failure, INPUT_AT_FAULT, Outcome};
 use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
 

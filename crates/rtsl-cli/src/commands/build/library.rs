@@ -3,34 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use clap::Args;
 use rtsl::aot::{AotLibrary, AotOptions, Bindings};
 use rtsl::{CallMode, Class, Compiler, CompilerOptions, Engine, Outputs, library, unknown_class};
 
-use super::build::{BuildArguments, standard_class};
-use super::{Failure, unit_of};
+use super::arguments::{Binding, BuildArguments, standard_class};
+use crate::commands::shader::unit_of;
 use crate::layout_json::layout_json;
+use crate::outcome::Failure;
 use crate::report::Reporter;
-
-/// Arguments that apply to libraries only.
-#[derive(Debug, Args)]
-pub struct LibraryArguments {
-    /// The class of a reference's target, `Ward.kd=Constant`, in all instances of the first class in the library; may
-    /// be repeated. An element of an array of references is `Layered.layers[2]=Ward`. References without a binding are
-    /// unset.
-    #[arg(long, value_name = "CLASS.REFERENCE=CLASS", value_parser = parse_binding)]
-    bind: Vec<Binding>,
-    /// The prefix of the library's symbols; `rtsl` if not given.
-    #[arg(long)]
-    prefix: Option<String>,
-}
-
-impl LibraryArguments {
-    /// True if any of these arguments is given.
-    pub fn is_given(&self) -> bool {
-        !self.bind.is_empty() || self.prefix.is_some()
-    }
-}
 
 /// A form of a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,28 +23,6 @@ pub enum LibraryForm {
     Layout,
     /// The same classes as C++.
     Cpp,
-}
-
-/// A reference and its target, by their names.
-#[derive(Clone, Debug)]
-struct Binding {
-    class: String,
-    reference: String,
-    to: String,
-}
-
-fn parse_binding(text: &str) -> Result<Binding, String> {
-    let parts = text.split_once('=').and_then(|(reference, to)| {
-        let (class, reference) = reference.split_once('.')?;
-        Some(Binding {
-            class: class.to_owned(),
-            reference: reference.to_owned(),
-            to: to.to_owned(),
-        })
-    });
-    let parts = parts
-        .filter(|it| [&it.class, &it.reference, &it.to].into_iter().all(|name| !name.is_empty()));
-    parts.ok_or_else(|| "a binding is written CLASS.REFERENCE=CLASS".to_owned())
 }
 
 /// Returns the form; `None` if a source has errors, which are reported.
