@@ -155,8 +155,8 @@ fn direct<'a>(
     uses.iter().filter(move |it| !uses.iter().any(|other| other != *it && reaches(other, it)))
 }
 
-/// The column of each crate in the picture: renderers on the left, the compiler on the right. Crates that are not here go
-/// into the last one.
+/// The column of each crate in the picture: renderers on the left, the compiler on the right. Crates that are not here
+/// go into the last one.
 const COLUMNS: &[&[&str]] = &[
     &["rtsl-math", "rtsl-bvh", "rtsl-render", "rtsl-view"],
     &["rtsl-memory", "rtsl-image", "rtsl-scene"],

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::ffi::c_void;
 
-use rtsl::{Callback, Mark, MarkWord, Outputs, RayRecord, state_variables};
+use rtsl::{Callback, CompiledCallback, Mark, MarkWord, Outputs, RayRecord, state_variables};
 
 use crate::error::{Error, RtslResult, check_size, guard, place, slice};
-use crate::registry::{RtslCallbackId, RtslEngineId, RtslInstanceId};
+use crate::registry::{RtslCallbackId, RtslEngineId, RtslInstanceId, id};
+
+id!(RtslCallbackId, CompiledCallback, "callback");
 
 /// `RTSL_NONE`.
 const NONE: u32 = u32::MAX;

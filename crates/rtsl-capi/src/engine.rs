@@ -4,9 +4,9 @@ use std::ffi::{CString, c_char};
 
 use rtsl::{Backend, Engine, EngineOptions, Math, OptLevel};
 
-use crate::diagnostics::keep;
-use crate::error::{Error, RtslResult, c_text, check_size, guard, guard_with_warnings, place};
-use crate::registry::RtslEngineId;
+use crate::error::{Error, RtslResult, check_size, guard, guard_with_warnings, place};
+use crate::kept_diagnostic::{c_text, keep};
+use crate::registry::{RtslEngineId, id};
 
 /// What runs kernels.
 #[repr(C)]
@@ -66,6 +66,8 @@ pub struct EngineEntry {
     pub engine: Engine,
     llvm: Option<CString>,
 }
+
+id!(RtslEngineId, EngineEntry, "engine");
 
 /// Makes an engine. Falling back on the interpreter is a warning among the diagnostics.
 ///

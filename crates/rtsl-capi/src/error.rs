@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rtsl::{Diagnostic, Diagnostics, ForkGuard, SourceMap, render};
 
-use crate::diagnostics::{self, KeptDiagnostic};
+use crate::kept_diagnostic::{KeptDiagnostic, c_text, keep, set_last};
 
 /// How a call ended.
 #[repr(C)]
@@ -88,8 +88,20 @@ impl Error {
         Error {
             result,
             message: render::all_to_text(sources, diagnostics.iter(), false),
-            diagnostics: diagnostics::keep(sources, diagnostics),
+            diagnostics: keep(sources, diagnostics),
         }
+    }
+}
+
+impl From<&Diagnostic> for Error {
+    fn from(diagnostic: &Diagnostic) -> Error {
+        Error::of(diagnostic)
+    }
+}
+
+impl From<Diagnostic> for Error {
+    fn from(diagnostic: Diagnostic) -> Error {
+        Error::of(&diagnostic)
     }
 }
 
@@ -119,7 +131,7 @@ pub fn guard_with_warnings(
     let error = match ended {
         Ok(Ok(diagnostics)) => {
             clear_message();
-            diagnostics::set_last(diagnostics);
+            set_last(diagnostics);
             return RtslResult::Ok;
         }
         Ok(Err(error)) => error,
@@ -134,7 +146,7 @@ pub fn guard_with_warnings(
     FAILED.set(true);
     // Handlers of `exit` and destructors run when the thread's messages are gone.
     let _ = MESSAGE.try_with(|kept| kept.replace(c_text(&message)));
-    diagnostics::set_last(diagnostics);
+    set_last(diagnostics);
     result
 }
 
@@ -162,12 +174,6 @@ pub extern "C" fn rtsl_last_error() -> *const c_char {
         true => c"the call failed; its message is gone, since the thread is ending".as_ptr(),
         false => c"".as_ptr(),
     })
-}
-
-/// A text for C: it ends at the first zero byte.
-pub fn c_text(text: &str) -> CString {
-    let bytes: Vec<u8> = text.bytes().take_while(|byte| *byte != 0).collect();
-    CString::new(bytes).unwrap_or_default()
 }
 
 /// The text behind a pointer.

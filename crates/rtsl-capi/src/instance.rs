@@ -10,13 +10,15 @@ use rtsl::{
 };
 
 use crate::error::{Error, RtslResult, guard, place, slice, text};
-use crate::registry::{RtslInstanceId, RtslKernelId, RtslUnitId};
+use crate::registry::{RtslInstanceId, RtslKernelId, RtslUnitId, id};
 
 /// A class with values for its parameters, and what was last made of them.
 pub struct InstanceEntry {
     class: Arc<Class>,
     state: Mutex<InstanceState>,
 }
+
+id!(RtslInstanceId, InstanceEntry, "instance");
 
 #[derive(Default)]
 struct InstanceState {

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rtsl::{CallMode, Kernel, Method, Program, Variant, call_mode_of_number, most_similar};
 
 use crate::engine::EngineEntry;
-use crate::error::{Error, RtslResult, c_text, guard, place, text};
-use crate::registry::{RtslEngineId, RtslInstanceId, RtslKernelId, RtslObjectsId};
+use crate::error::{Error, RtslResult, guard, place, text};
+use crate::kept_diagnostic::c_text;
+use crate::registry::{RtslEngineId, RtslInstanceId, RtslKernelId, RtslObjectsId, id};
 
 /// What a kernel is; as in libraries that are compiled ahead of time.
 #[repr(C)]
@@ -42,6 +43,8 @@ pub struct KernelEntry {
     name: CString,
     description: rtsl::description::KernelDescription,
 }
+
+id!(RtslKernelId, KernelEntry, "kernel");
 
 impl KernelEntry {
     /// Whether it says which rays it found a hit for.

@@ -22,6 +22,7 @@ mod engine;
 mod error;
 mod host;
 mod instance;
+mod kept_diagnostic;
 mod kernel;
 mod objects;
 mod registry;
@@ -33,7 +34,7 @@ pub use callback::{
     RtslMark, RtslMarkSource, RtslRecord, RtslRow, rtsl_callback_function, rtsl_callback_new,
     rtsl_callback_release,
 };
-pub use diagnostics::{RtslDiagnostic, rtsl_last_diagnostic, rtsl_last_diagnostic_count};
+pub use diagnostics::{rtsl_last_diagnostic, rtsl_last_diagnostic_count};
 pub use engine::{
     RtslBackend, RtslEngineInfo, RtslEngineOptions, RtslMath, rtsl_engine_info, rtsl_engine_new,
     rtsl_engine_release,
@@ -45,6 +46,7 @@ pub use instance::{
     rtsl_instance_set_bools, rtsl_instance_set_floats, rtsl_instance_set_instances,
     rtsl_instance_set_ints, rtsl_instance_set_uints, rtsl_instance_unset,
 };
+pub use kept_diagnostic::RtslDiagnostic;
 pub use kernel::{
     RtslMethod, rtsl_kernel_block_words, rtsl_kernel_info, rtsl_kernel_new, rtsl_kernel_of_objects,
     rtsl_kernel_release, rtsl_kernel_scratch_arrays,

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use rtsl::{Instance, Objects, Program};
 
 use crate::error::{Error, RtslResult, guard, place, slice};
-use crate::registry::{RtslEngineId, RtslInstanceId, RtslObjectsId};
+use crate::registry::{RtslEngineId, RtslInstanceId, RtslObjectsId, id};
 
 /// Objects with the program whose kernels take them.
 pub struct ObjectsEntry {
     pub program: Arc<Program>,
     pub objects: Objects,
 }
+
+id!(RtslObjectsId, ObjectsEntry, "objects");
 
 /// Objects of instances as they are now, which are all of one class and refer to instances of the same classes. Object `i` is
 /// instance `i`.

@@ -2,15 +2,9 @@
 
 use std::sync::{Arc, LazyLock, PoisonError, RwLock};
 
-use rtsl::CompiledCallback;
 use slotmap::{DefaultKey, Key, KeyData, SlotMap};
 
-use crate::engine::EngineEntry;
 use crate::error::{Error, RtslResult};
-use crate::instance::InstanceEntry;
-use crate::kernel::KernelEntry;
-use crate::objects::ObjectsEntry;
-use crate::unit::UnitEntry;
 
 /// Things by their ids. An id is never given twice, so that one that was released is found to be wrong.
 pub struct Registry<T> {
@@ -20,7 +14,7 @@ pub struct Registry<T> {
 }
 
 impl<T> Registry<T> {
-    const fn new(name: &'static str) -> Registry<T> {
+    pub const fn new(name: &'static str) -> Registry<T> {
         Registry { things: LazyLock::new(RwLock::default), name }
     }
 
@@ -100,33 +94,31 @@ pub struct RtslObjectsId {
     pub id: u64,
 }
 
-// The types themselves are written out, since the header is made of the text.
-macro_rules! ids {
-    ($($id:ident, $registry:ident: $entry:ty = $name:literal;)*) => {$(
+/// Keeps the things of an id in a registry: `id!(RtslUnitId, UnitEntry, "unit")`, beside the type of the things. The ids
+/// are written out above, since the header is made of the text.
+macro_rules! id {
+    ($id:ident, $entry:ty, $name:literal) => {
         impl $id {
             /// What it is of.
-            pub(crate) fn get(self) -> Result<Arc<$entry>, Error> {
-                $registry.get(self.id)
+            pub(crate) fn get(self) -> Result<std::sync::Arc<$entry>, $crate::error::Error> {
+                Self::registry().get(self.id)
             }
 
             pub(crate) fn give(entry: $entry) -> $id {
-                $id { id: $registry.insert(entry) }
+                $id { id: Self::registry().insert(entry) }
             }
 
-            pub(crate) fn release(self) -> Result<(), Error> {
-                $registry.remove(self.id)
+            pub(crate) fn release(self) -> Result<(), $crate::error::Error> {
+                Self::registry().remove(self.id)
+            }
+
+            fn registry() -> &'static $crate::registry::Registry<$entry> {
+                static REGISTRY: $crate::registry::Registry<$entry> =
+                    $crate::registry::Registry::new($name);
+                &REGISTRY
             }
         }
-
-        static $registry: Registry<$entry> = Registry::new($name);
-    )*};
+    };
 }
 
-ids! {
-    RtslUnitId, UNITS: UnitEntry = "unit";
-    RtslEngineId, ENGINES: EngineEntry = "engine";
-    RtslInstanceId, INSTANCES: InstanceEntry = "instance";
-    RtslKernelId, KERNELS: KernelEntry = "kernel";
-    RtslCallbackId, CALLBACKS: CompiledCallback = "callback";
-    RtslObjectsId, OBJECTS: ObjectsEntry = "objects";
-}
+pub(crate) use id;

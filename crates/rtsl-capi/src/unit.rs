@@ -10,11 +10,9 @@ use rtsl::{
     Unit, default_value, library, type_name,
 };
 
-use crate::diagnostics::{KeptDiagnostic, keep};
-use crate::error::{
-    Error, RtslResult, c_text, check_size, guard, guard_with_warnings, place, slice, text,
-};
-use crate::registry::RtslUnitId;
+use crate::error::{Error, RtslResult, check_size, guard, guard_with_warnings, place, slice, text};
+use crate::kept_diagnostic::{KeptDiagnostic, c_text, keep};
+use crate::registry::{RtslUnitId, id};
 
 /// How a text is compiled. All zeros but for the size are the defaults.
 #[repr(C)]
@@ -96,6 +94,8 @@ pub struct UnitEntry {
     /// What the pointers lead to.
     _texts: Texts,
 }
+
+id!(RtslUnitId, UnitEntry, "unit");
 
 // Safety: the pointers lead to memory that the entry owns and nobody changes.
 unsafe impl Send for UnitEntry {}

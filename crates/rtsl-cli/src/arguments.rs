@@ -1,8 +1,8 @@
-//! The command line.
+//! Arguments that several commands have.
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
 use rtsl::{Backend, CallMode, EngineOptions, Math, Outputs, StateVariable, Variant};
 use rtsl_memory::Amount;
 
@@ -11,18 +11,6 @@ use crate::names::find_state;
 /// The number of loop iterations of one ray in one call, or of one constructor, after which a command treats a loop as
 /// endless.
 pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
-
-/// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
-#[derive(Debug, Parser)]
-#[command(name = "rtsl", version, disable_help_subcommand = true)]
-pub struct Arguments {
-    /// Colours of diagnostics; `auto`: on a terminal, unless NO_COLOR is set
-    #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
-    pub color: Color,
-    /// The subcommand.
-    #[command(subcommand)]
-    pub command: Command,
-}
 
 /// The use of colours in output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,31 +21,6 @@ pub enum Color {
     Always,
     /// Nowhere.
     Never,
-}
-
-/// The subcommands.
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Check shaders and report what is wrong with them.
-    Check(crate::commands::check::CheckArguments),
-    /// Show a stage of compiling a shader, or write it to a file.
-    Build(crate::commands::build::BuildArguments),
-    /// Call one method on given values and print its results.
-    Eval(crate::commands::eval::EvalArguments),
-    /// Check the contracts between classes and renderers: sampling densities, bounds, energy conservation and others.
-    Test(crate::commands::test::TestArguments),
-    /// Measure the time of methods per ray, for each call mode and width.
-    Bench(crate::commands::bench::BenchArguments),
-    /// Render a scene to a picture.
-    Render(crate::commands::render::RenderArguments),
-    /// Show a scene in a window: fly through it, set parameters, edit its shaders.
-    View(crate::commands::view::ViewArguments),
-    /// Show information on this program and the machine, or on a class.
-    Info(crate::commands::info::InfoArguments),
-    /// Explain the code of an error or a warning.
-    Explain(crate::commands::explain::ExplainArguments),
-    /// Print the help of a command, or a part of the book.
-    Help(crate::commands::help::HelpArguments),
 }
 
 /// The folders of included files.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rtsl_image::atomic_write::replace_file;
 
-use crate::commands::Failure;
+use crate::outcome::Failure;
 
 /// Writes `contents` to `path`, or to standard output if it is `None`.
 pub fn write_result(path: Option<&Path>, contents: &[u8]) -> Result<(), Failure> {

@@ -4,25 +4,24 @@
 //! error, results to standard output or to the file that `-o` names.
 
 mod arguments;
+mod command_line;
 mod commands;
 mod eval;
 mod files;
 mod json;
 mod layout_json;
 mod names;
+mod outcome;
 mod progress_line;
 mod report;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
-use crate::arguments::{Arguments, Command};
-use crate::commands::{Failure, Outcome};
+use crate::command_line::{Arguments, Command};
+use crate::outcome::{Failure, INPUT_AT_FAULT, Outcome, WRONG_USAGE};
 use crate::report::Reporter;
-
-const INPUT_AT_FAULT: u8 = 1;
-const WRONG_USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -37,7 +36,7 @@ fn main() -> ExitCode {
         Command::View(arguments) => commands::view::run(&arguments, &reporter),
         Command::Info(arguments) => commands::info::run(&arguments, &reporter),
         Command::Explain(arguments) => commands::explain::run(&arguments),
-        Command::Help(arguments) => commands::help::run(&arguments),
+        Command::Help(arguments) => commands::help::run(&arguments, Arguments::command()),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use rtsl::{Backend, Engine, EngineOptions, Instance, LaneBlock, Method, Role};
 
+use crate::contract::Contract;
+use crate::options::{Options, engine_options};
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
-use crate::{Contract, Finding, Options, engine_options};
 
 /// The number of rays in a call: a multiple of no width but 1.
 const RAYS: u64 = 37;

@@ -3,13 +3,14 @@
 use glam::{Vec2, Vec3};
 use rtsl::{Method, Role};
 
+use crate::contract::Contract;
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
 use crate::values::is_color;
-use crate::{Contract, Finding};
 
 const RAYS: u64 = 4096;
 /// Aspect ratios of images.

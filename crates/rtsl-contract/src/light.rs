@@ -5,16 +5,17 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use rtsl::{Method, Role};
 
+use crate::contract::Contract;
 use crate::distribution::{Comparison, Samples, Source};
-use crate::neighbours::judge;
+use crate::neighbours::judge_directions;
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::{Finding, Inputs};
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
 use crate::values::{is_color, is_unit};
-use crate::{Contract, Finding, Inputs};
 
 /// Checks a light.
 ///
@@ -163,7 +164,7 @@ impl Tests<'_> {
         let given: Vec<Vec3> = rays.floats("rt_PDF").iter().map(|it| Vec3::splat(*it)).collect();
         let stated = self.splat_densities(point, directions)?;
         let is_sample = |ray: usize| given[ray].x > 0.0;
-        let verdicts = judge(directions, &given, &stated, is_sample, |beside| {
+        let verdicts = judge_directions(directions, &given, &stated, is_sample, |beside| {
             self.splat_densities(point, beside)
         })?;
         for ray in (0..given.len()).filter(|ray| is_sample(*ray)) {
@@ -191,7 +192,7 @@ impl Tests<'_> {
         let emitted = self.emitted(point, directions)?;
         let (densities, distances) = (rays.floats("rt_PDF"), rays.floats("rt_LightDistance"));
         let is_far_sample = |ray: usize| densities[ray] > 0.0 && distances[ray] == f32::INFINITY;
-        let verdicts = judge(directions, &colors, &emitted, is_far_sample, |beside| {
+        let verdicts = judge_directions(directions, &colors, &emitted, is_far_sample, |beside| {
             self.emitted(point, beside)
         })?;
         for ray in (0..colors.len()).filter(|ray| is_far_sample(*ray)) {

@@ -10,13 +10,14 @@ use std::ops::Range;
 use glam::Vec3;
 use rtsl::{Method, Role};
 
+use crate::contract::Contract;
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
 use crate::values::is_close;
-use crate::{Contract, Finding};
 
 /// The number of samples for each point: each is compared individually, so that few suffice.
 const SAMPLES: u64 = 4096;

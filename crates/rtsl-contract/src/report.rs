@@ -4,7 +4,7 @@ use std::fmt;
 
 use rtsl::Method;
 
-use crate::Contract;
+use crate::contract::Contract;
 
 /// The contracts of a class and their outcomes.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,11 +9,13 @@ use rtsl::{
     Role, new_state, set_defaults,
 };
 
+use crate::contract::Contract;
+use crate::options::Options;
 use crate::random::Stream;
 use crate::rays::{RandomHost, Rays};
+use crate::report::{Finding, Inputs};
 use crate::stop::Stop;
 use crate::tally::Tally;
-use crate::{Contract, Finding, Inputs, Options};
 
 /// A number of rays whose state fits into a processor's cache.
 const BATCH: usize = 2048;

@@ -1,7 +1,8 @@
 //! The tally of a contract's tests, with the first failure.
 
+use crate::contract::Contract;
 use crate::neighbours::Verdict;
-use crate::{Contract, Failure, Finding, Inputs, Outcome};
+use crate::report::{Failure, Finding, Inputs, Outcome};
 
 /// The results of one contract's tests so far.
 #[derive(Clone, Debug)]

@@ -3,12 +3,13 @@
 use glam::Vec3;
 use rtsl::{Method, Role};
 
+use crate::contract::Contract;
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::statistics::{Mean, normal_quantile, significance};
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
-use crate::{Contract, Finding};
 
 const LOOKUPS: u64 = 4096;
 /// Widths of filters in texture coordinates.

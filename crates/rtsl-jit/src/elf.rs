@@ -6,47 +6,31 @@
 
 use std::collections::BTreeMap;
 
+use object::LittleEndian;
+use object::elf::{self, FileHeader64, Machine, Rela64, SectionHeader64, Sym64};
+use object::read::elf::{
+    FileHeader as _, Rela as _, SectionHeader as _, SectionTable, Sym as _, SymbolTable,
+};
+use object::read::{Error as ReadError, SectionIndex, SymbolIndex};
+
 use crate::error::JitError;
 use crate::memory::PAGE;
 use crate::relocation::{self, Place, Via};
 
-const SECTION_SYMBOLS: u32 = 2;
-const SECTION_RELOCATIONS: u32 = 4;
-const SECTION_NO_BITS: u32 = 8;
-const FLAG_WRITE: u64 = 1;
-const FLAG_ALLOCATE: u64 = 2;
-const FLAG_EXECUTE: u64 = 4;
-const INDEX_UNDEFINED: u16 = 0;
-const INDEX_ABSOLUTE: u16 = 0xfff1;
-const INDEX_RESERVED: u16 = 0xff00;
-const TYPE_FUNCTION: u8 = 2;
+const ENDIAN: LittleEndian = LittleEndian;
 /// The size of a stub for a call out of the module: a jump through a pointer, and the pointer.
 const STUB_SIZE: usize = 24;
+
+type Header = FileHeader64<LittleEndian>;
+type Section = SectionHeader64<LittleEndian>;
+type Symbol = Sym64<LittleEndian>;
 
 /// An object file with parsed tables.
 pub struct Object<'a> {
     bytes: &'a [u8],
-    machine: u16,
-    sections: Vec<Section<'a>>,
-    symbols: Vec<Symbol<'a>>,
-}
-
-struct Section<'a> {
-    name: &'a str,
-    kind: u32,
-    flags: u64,
-    offset: usize,
-    size: usize,
-    link: usize,
-    info: usize,
-    alignment: usize,
-}
-
-struct Symbol<'a> {
-    name: &'a str,
-    kind: u8,
-    section: u16,
-    value: u64,
+    machine: Machine,
+    sections: SectionTable<'a, Header>,
+    symbols: SymbolTable<'a, Header>,
 }
 
 /// The memory layout, as offsets from the start of the memory.
@@ -57,65 +41,18 @@ pub struct Layout {
     pub code_size: usize,
     /// The offset of each section that is loaded.
     sections: Vec<Option<usize>>,
-    /// The offset of the stub of each external symbol.
+    /// The offset of the stub of each external symbol, by the symbol's index.
     stubs: BTreeMap<usize, usize>,
 }
 
 impl<'a> Object<'a> {
     /// Parses the tables.
     pub fn parse(bytes: &'a [u8]) -> Result<Object<'a>, JitError> {
-        if bytes.get(..6) != Some(b"\x7fELF\x02\x01") {
-            return Err(bad("not a 64-bit little-endian ELF file"));
-        }
-        let mut object = Object {
-            bytes,
-            machine: u16_at(bytes, 18)?,
-            sections: Vec::new(),
-            symbols: Vec::new(),
-        };
-        object.read_sections()?;
-        object.read_symbols()?;
-        Ok(object)
-    }
-
-    fn read_sections(&mut self) -> Result<(), JitError> {
-        let bytes = self.bytes;
-        let table = usize_at(bytes, 40)?;
-        let count = usize::from(u16_at(bytes, 60)?);
-        let names_index = usize::from(u16_at(bytes, 62)?);
-        let header = |index: usize| table.checked_add(index * 64).ok_or_else(truncated);
-        let names = usize_at(bytes, header(names_index)? + 24)?;
-        for index in 0..count {
-            let at = header(index)?;
-            self.sections.push(Section {
-                name: text_at(bytes, names + u32_at(bytes, at)? as usize)?,
-                kind: u32_at(bytes, at + 4)?,
-                flags: u64_at(bytes, at + 8)?,
-                offset: usize_at(bytes, at + 24)?,
-                size: usize_at(bytes, at + 32)?,
-                link: u32_at(bytes, at + 40)? as usize,
-                info: u32_at(bytes, at + 44)? as usize,
-                alignment: usize_at(bytes, at + 48)?.max(1),
-            });
-        }
-        Ok(())
-    }
-
-    fn read_symbols(&mut self) -> Result<(), JitError> {
-        let Some(table) = self.sections.iter().find(|section| section.kind == SECTION_SYMBOLS)
-        else {
-            return Ok(());
-        };
-        let names = self.sections.get(table.link).ok_or_else(truncated)?.offset;
-        for at in (table.offset..).step_by(24).take(table.size / 24) {
-            self.symbols.push(Symbol {
-                name: text_at(self.bytes, names + u32_at(self.bytes, at)? as usize)?,
-                kind: self.bytes.get(at + 4).ok_or_else(truncated)? & 15,
-                section: u16_at(self.bytes, at + 6)?,
-                value: u64_at(self.bytes, at + 8)?,
-            });
-        }
-        Ok(())
+        let header = Header::parse(bytes).map_err(malformed)?;
+        header.endian().map_err(malformed)?;
+        let sections = header.sections(ENDIAN, bytes).map_err(malformed)?;
+        let symbols = sections.symbols(ENDIAN, bytes, elf::SHT_SYMTAB).map_err(malformed)?;
+        Ok(Object { bytes, machine: header.e_machine(ENDIAN), sections, symbols })
     }
 
     /// Plans the memory: code first, then constants, then stubs' pointers.
@@ -139,29 +76,31 @@ impl<'a> Object<'a> {
     }
 
     fn place_sections(&self, layout: &mut Layout, code: bool) -> Result<(), JitError> {
-        for (index, section) in self.sections.iter().enumerate() {
-            if !section.is_loaded() || (section.flags & FLAG_EXECUTE != 0) != code {
+        for (index, section) in self.sections.enumerate() {
+            let flags = section.sh_flags(ENDIAN);
+            if !self.is_loaded(section)? || flags.contains(elf::SHF_EXECINSTR) != code {
                 continue;
             }
-            if section.flags & FLAG_WRITE != 0 && section.size > 0 {
-                return Err(bad(&format!("writable data in `{}`", section.name)));
+            let size = in_memory(section.sh_size(ENDIAN))?;
+            if flags.contains(elf::SHF_WRITE) && size > 0 {
+                return Err(bad(&format!("writable data in `{}`", self.section_name(section)?)));
             }
-            let aligned = layout.size.checked_next_multiple_of(section.alignment);
-            let place = aligned.ok_or_else(truncated)?;
-            layout.sections[index] = Some(place);
-            layout.size = place.checked_add(section.size).ok_or_else(truncated)?;
+            let alignment = in_memory(section.sh_addralign(ENDIAN))?.max(1);
+            let place = layout.size.checked_next_multiple_of(alignment).ok_or_else(too_large)?;
+            layout.sections[index.0] = Some(place);
+            layout.size = place.checked_add(size).ok_or_else(too_large)?;
         }
         Ok(())
     }
 
-    /// Returns the external symbols to which relocations refer.
+    /// Returns the indices of the external symbols to which relocations refer.
     fn outside_symbols(&self) -> Result<Vec<usize>, JitError> {
         let mut outside = Vec::new();
-        for (_, relocations) in self.relocation_sections() {
-            for relocation in self.relocations(relocations) {
-                let index = relocation?.symbol;
-                let symbol = self.symbols.get(index).ok_or_else(truncated)?;
-                if symbol.section == INDEX_UNDEFINED && !symbol.name.is_empty() {
+        for (_, relocations) in self.relocations()? {
+            for relocation in relocations {
+                let index = relocation.r_sym(ENDIAN, false) as usize;
+                let symbol = self.symbol(index)?;
+                if symbol.st_shndx(ENDIAN) == elf::SHN_UNDEF && symbol.st_name(ENDIAN) != 0 {
                     outside.push(index);
                 }
             }
@@ -173,11 +112,13 @@ impl<'a> Object<'a> {
 
     /// Refuses an object that refers to an unknown external symbol.
     pub fn check_outside_symbols(&self, is_known: impl Fn(&str) -> bool) -> Result<(), JitError> {
-        let names = self.outside_symbols()?.into_iter().map(|index| self.symbols[index].name);
-        match names.into_iter().find(|name| !is_known(name)) {
-            Some(name) => Err(JitError::UndefinedSymbol(name.to_owned())),
-            None => Ok(()),
+        for index in self.outside_symbols()? {
+            let name = self.symbol_name(self.symbol(index)?)?;
+            if !is_known(name) {
+                return Err(JitError::UndefinedSymbol(name.to_owned()));
+            }
         }
+        Ok(())
     }
 
     /// Copies the sections to `memory`, which will run at `base`, and applies the relocations; `resolve` returns the
@@ -191,26 +132,27 @@ impl<'a> Object<'a> {
     ) -> Result<(), JitError> {
         for (section, place) in self.sections.iter().zip(&layout.sections) {
             let Some(place) = *place else { continue };
-            if section.kind != SECTION_NO_BITS {
-                let end = section.offset.checked_add(section.size).ok_or_else(truncated)?;
-                let from = self.bytes.get(section.offset..end).ok_or_else(truncated)?;
-                memory[place..place + section.size].copy_from_slice(from);
-            }
+            // Empty for a section of zeros, which the memory holds already.
+            let content = section.data(ENDIAN, self.bytes).map_err(malformed)?;
+            memory[place..place + content.len()].copy_from_slice(content);
         }
         for (index, place) in &layout.stubs {
-            let name = self.symbols[*index].name;
+            let name = self.symbol_name(self.symbol(*index)?)?;
             let address =
                 resolve(name).ok_or_else(|| JitError::UndefinedSymbol(name.to_owned()))?;
             relocation::write_stub(self.machine, &mut memory[*place..*place + STUB_SIZE], address)?;
         }
-        for (target, relocations) in self.relocation_sections() {
-            let Some(start) = layout.sections[target] else { continue };
-            for relocation in self.relocations(relocations) {
-                let relocation = relocation?;
-                let offset = start.checked_add(relocation.offset).ok_or_else(truncated)?;
-                let via = self.symbol_address(layout, base, relocation.symbol)?;
+        for (target, relocations) in self.relocations()? {
+            let Some(start) = layout.sections[target.0] else { continue };
+            for relocation in relocations {
+                let offset = in_memory(relocation.r_offset(ENDIAN))?;
+                let offset = start.checked_add(offset).ok_or_else(too_large)?;
+                let index = relocation.r_sym(ENDIAN, false) as usize;
+                let via = self.symbol_address(layout, base, index)?;
                 let place = Place { memory, offset, base };
-                relocation::apply(self.machine, relocation.kind, place, via, relocation.addend)?;
+                let kind = relocation.r_type(ENDIAN, false);
+                let addend = relocation.r_addend(ENDIAN);
+                relocation::apply(self.machine, kind, place, via, addend)?;
             }
         }
         Ok(())
@@ -221,106 +163,92 @@ impl<'a> Object<'a> {
             let stub = base + *stub as u64;
             return Ok(Via { address: stub, pointer: Some(stub + relocation::STUB_POINTER) });
         }
-        let symbol = self.symbols.get(index).ok_or_else(truncated)?;
-        let address = match symbol.section {
-            INDEX_ABSOLUTE => symbol.value,
-            section if section >= INDEX_RESERVED => {
-                return Err(bad(&format!("the common symbol `{}`", symbol.name)));
+        let symbol = self.symbol(index)?;
+        let address = match symbol.st_shndx(ENDIAN) {
+            elf::SHN_ABS => symbol.st_value(ENDIAN),
+            section if section.is_reserved() => {
+                return Err(bad(&format!("the common symbol `{}`", self.symbol_name(symbol)?)));
             }
             section => {
-                let place = layout.sections.get(usize::from(section)).copied().flatten();
+                let place = layout.sections.get(usize::from(section.0)).copied().flatten();
                 let place =
                     place.ok_or_else(|| bad("a relocation to a section that is not loaded"))?;
-                base.wrapping_add(place as u64).wrapping_add(symbol.value)
+                base.wrapping_add(place as u64).wrapping_add(symbol.st_value(ENDIAN))
             }
         };
         Ok(Via { address, pointer: None })
     }
 
-    /// Returns the sections of relocations with the section that each changes, if that is loaded.
-    fn relocation_sections(&self) -> impl Iterator<Item = (usize, &Section<'a>)> {
-        self.sections.iter().filter_map(|section| {
-            let target = self.sections.get(section.info)?;
-            let serves = section.kind == SECTION_RELOCATIONS && target.is_loaded();
-            serves.then_some((section.info, section))
-        })
+    /// Returns the relocations of each section that is loaded.
+    fn relocations(&self) -> Result<Vec<SectionRelocations<'a>>, JitError> {
+        let mut found = Vec::new();
+        for section in self.sections.iter() {
+            let target = section.info_link(ENDIAN);
+            let Some((relocations, _)) = section.rela(ENDIAN, self.bytes).map_err(malformed)?
+            else {
+                continue;
+            };
+            if self.is_loaded(self.sections.section(target).map_err(malformed)?)? {
+                found.push((target, relocations));
+            }
+        }
+        Ok(found)
     }
 
-    fn relocations(
-        &self,
-        section: &Section<'a>,
-    ) -> impl Iterator<Item = Result<Relocation, JitError>> + use<'a> {
-        let bytes = self.bytes;
-        (section.offset..).step_by(24).take(section.size / 24).map(move |at| {
-            let info = u64_at(bytes, at + 8)?;
-            Ok(Relocation {
-                offset: usize_at(bytes, at)?,
-                kind: info as u32,
-                symbol: (info >> 32) as usize,
-                addend: u64_at(bytes, at + 16)? as i64,
-            })
-        })
+    /// Returns the functions by name, each with its offset in the memory.
+    pub fn functions(&self, layout: &Layout) -> Result<BTreeMap<String, usize>, JitError> {
+        let mut functions = BTreeMap::new();
+        for symbol in self.symbols.iter().filter(|symbol| symbol.st_type() == elf::STT_FUNC) {
+            let section = usize::from(symbol.st_shndx(ENDIAN).0);
+            let Some(place) = layout.sections.get(section).copied().flatten() else { continue };
+            let offset = place.checked_add(in_memory(symbol.st_value(ENDIAN))?);
+            if let Some(offset) = offset.filter(|offset| *offset < layout.size) {
+                functions.insert(self.symbol_name(symbol)?.to_owned(), offset);
+            }
+        }
+        Ok(functions)
     }
 
-    /// Returns the global functions, by name.
-    pub fn functions(&self, layout: &Layout) -> BTreeMap<String, usize> {
-        let functions = self.symbols.iter().filter(|symbol| symbol.kind == TYPE_FUNCTION);
-        functions
-            .filter_map(|symbol| {
-                let place = (*layout.sections.get(usize::from(symbol.section))?)?;
-                let offset = place.checked_add(usize::try_from(symbol.value).ok()?)?;
-                (offset < layout.size).then(|| (symbol.name.to_owned(), offset))
-            })
-            .collect()
-    }
-}
-
-impl Section<'_> {
     /// True if the section is loaded. Unwind tables are not: nothing unwinds through a kernel.
-    fn is_loaded(&self) -> bool {
-        self.flags & FLAG_ALLOCATE != 0 && self.name != ".eh_frame"
+    fn is_loaded(&self, section: &Section) -> Result<bool, JitError> {
+        let is_allocated = section.sh_flags(ENDIAN).contains(elf::SHF_ALLOC);
+        Ok(is_allocated && self.section_name(section)? != ".eh_frame")
+    }
+
+    fn section_name(&self, section: &Section) -> Result<&'a str, JitError> {
+        text(self.sections.section_name(ENDIAN, section))
+    }
+
+    fn symbol(&self, index: usize) -> Result<&'a Symbol, JitError> {
+        self.symbols.symbol(SymbolIndex(index)).map_err(malformed)
+    }
+
+    fn symbol_name(&self, symbol: &Symbol) -> Result<&'a str, JitError> {
+        text(self.symbols.symbol_name(ENDIAN, symbol))
     }
 }
 
-struct Relocation {
-    offset: usize,
-    kind: u32,
-    symbol: usize,
-    addend: i64,
-}
+/// A section with the relocations that change it.
+type SectionRelocations<'a> = (SectionIndex, &'a [Rela64<LittleEndian>]);
 
 fn bad(reason: &str) -> JitError {
     JitError::Object(reason.to_owned())
 }
 
-fn truncated() -> JitError {
-    bad("a table points outside the file")
+fn malformed(error: ReadError) -> JitError {
+    JitError::Object(error.to_string())
 }
 
-fn array_at<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], JitError> {
-    bytes.get(at..).and_then(|rest| rest.first_chunk::<N>()).copied().ok_or_else(truncated)
+fn too_large() -> JitError {
+    bad("a size or an offset exceeds the memory")
 }
 
-fn u16_at(bytes: &[u8], at: usize) -> Result<u16, JitError> {
-    array_at(bytes, at).map(u16::from_le_bytes)
+/// Returns a size or an offset. Values above 2^32 - 1 are errors, so that sums of a few do not overflow.
+fn in_memory(value: u64) -> Result<usize, JitError> {
+    u32::try_from(value).map(|value| value as usize).map_err(|_| too_large())
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> Result<u32, JitError> {
-    array_at(bytes, at).map(u32::from_le_bytes)
-}
-
-fn u64_at(bytes: &[u8], at: usize) -> Result<u64, JitError> {
-    array_at(bytes, at).map(u64::from_le_bytes)
-}
-
-/// Reads an offset or a size. Values above 2^32 - 1 are errors, so that arithmetic with them does not overflow.
-fn usize_at(bytes: &[u8], at: usize) -> Result<usize, JitError> {
-    let value = u64_at(bytes, at)?;
-    if value > u64::from(u32::MAX) { Err(truncated()) } else { Ok(value as usize) }
-}
-
-fn text_at(bytes: &[u8], at: usize) -> Result<&str, JitError> {
-    let rest = bytes.get(at..).ok_or_else(truncated)?;
-    let end = rest.iter().position(|byte| *byte == 0).ok_or_else(truncated)?;
-    std::str::from_utf8(&rest[..end]).map_err(|_| bad("a name that is not UTF-8"))
+fn text(name: Result<&[u8], ReadError>) -> Result<&str, JitError> {
+    let name = name.map_err(malformed)?;
+    std::str::from_utf8(name).map_err(|_| bad("a name that is not UTF-8"))
 }

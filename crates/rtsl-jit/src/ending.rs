@@ -126,16 +126,10 @@ extern "C" fn at_exit() {
 
 #[cfg(unix)]
 mod system {
-    use std::ffi::c_int;
-
-    unsafe extern "C" {
-        fn atexit(handler: extern "C" fn()) -> c_int;
-    }
-
     pub fn call_at_exit() {
         // Safety: the handler may be called at any time and any number of times. If there is no memory to register it,
         // the process ends as it would without it.
-        unsafe { atexit(super::at_exit) };
+        unsafe { libc::atexit(super::at_exit) };
     }
 
     #[cfg(target_os = "linux")]

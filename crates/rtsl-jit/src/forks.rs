@@ -93,24 +93,17 @@ impl Drop for UnderWay<'_> {
 
 #[cfg(unix)]
 mod system {
-    use std::ffi::c_int;
     use std::sync::Once;
     use std::sync::atomic::Ordering::SeqCst;
 
     use super::WATCHED;
-
-    type Handler = Option<unsafe extern "C" fn()>;
-
-    unsafe extern "C" {
-        fn pthread_atfork(prepare: Handler, parent: Handler, child: Handler) -> c_int;
-    }
 
     pub fn watch_forks() {
         static ONCE: Once = Once::new();
         // Safety: the handler may be called at any time, in a process with one thread: it only changes atomic numbers.
         // If there is no memory to register it, forks are not detected.
         ONCE.call_once(|| unsafe {
-            pthread_atfork(None, None, Some(in_child));
+            libc::pthread_atfork(None, None, Some(in_child));
         });
     }
 

@@ -30,18 +30,17 @@ mod system {
         Elf64_Phdr, MADV_DONTNEED, PF_W, PT_DYNAMIC, PT_LOAD, dl_iterate_phdr, dl_phdr_info,
         madvise,
     };
+    use object::NativeEndian;
+    use object::elf::{self, Dyn64};
+    use object::read::elf::Dyn as _;
 
     use crate::memory::PAGE;
 
     /// The addresses of whole pages.
     pub type Pages = Range<usize>;
 
-    /// An entry of a library's dynamic section: its tag and its value.
-    type DynamicEntry = [u64; 2];
-    const DYNAMIC_END: u64 = 0;
-    const DYNAMIC_TEXT_RELOCATIONS: u64 = 22;
-    const DYNAMIC_FLAGS: u64 = 30;
-    const FLAG_TEXT_RELOCATIONS: u64 = 4;
+    /// An entry of a library's dynamic section.
+    type DynamicEntry = Dyn64<NativeEndian>;
 
     struct Search {
         address: usize,
@@ -101,10 +100,11 @@ mod system {
             let entries = std::ptr::with_exposed_provenance::<DynamicEntry>(start);
             // Safety: the loader reads this section as such entries, and leaves it in memory.
             let entries = unsafe { std::slice::from_raw_parts(entries, count) };
-            let mut entries = entries.iter().take_while(|[tag, _]| *tag != DYNAMIC_END);
-            entries.any(|[tag, value]| match *tag {
-                DYNAMIC_TEXT_RELOCATIONS => true,
-                DYNAMIC_FLAGS => value & FLAG_TEXT_RELOCATIONS != 0,
+            let entries = entries.iter().map(|entry| (entry.d_tag(NativeEndian), entry));
+            let mut entries = entries.take_while(|(tag, _)| *tag != elf::DT_NULL);
+            entries.any(|(tag, entry)| match tag {
+                elf::DT_TEXTREL => true,
+                elf::DT_FLAGS => entry.d_val(NativeEndian) & elf::DF_TEXTREL.0 != 0,
                 _ => false,
             })
         })

@@ -70,45 +70,35 @@ impl Drop for CodeMemory {
 
 #[cfg(unix)]
 mod system {
-    use std::ffi::{c_int, c_void};
     use std::io::Error;
+
+    use libc::{
+        MAP_ANON, MAP_FAILED, MAP_PRIVATE, PROT_EXEC, PROT_READ, PROT_WRITE, c_int, mmap, mprotect,
+        munmap,
+    };
 
     use super::JitError;
 
-    unsafe extern "C" {
-        fn mmap(
-            address: *mut c_void,
-            size: usize,
-            protection: c_int,
-            flags: c_int,
-            file: c_int,
-            offset: i64,
-        ) -> *mut c_void;
-        fn mprotect(address: *mut c_void, size: usize, protection: c_int) -> c_int;
-        fn munmap(address: *mut c_void, size: usize) -> c_int;
-    }
-
-    const READ: c_int = 1;
-    const WRITE: c_int = 2;
-    const EXECUTE: c_int = 4;
-    const PRIVATE: c_int = 2;
-    const ANONYMOUS: c_int = if cfg!(target_os = "linux") { 0x20 } else { 0x1000 };
     /// Required by macOS for pages that become executable.
-    const JIT: c_int = if cfg!(target_os = "macos") { 0x800 } else { 0 };
+    #[cfg(target_os = "macos")]
+    const MAP_JIT: c_int = libc::MAP_JIT;
+    #[cfg(not(target_os = "macos"))]
+    const MAP_JIT: c_int = 0;
 
     pub fn map(size: usize) -> Result<*mut u8, JitError> {
         // Safety: a fresh private mapping at an address of the system's choice.
         let start = unsafe {
-            mmap(std::ptr::null_mut(), size, READ | WRITE, PRIVATE | ANONYMOUS | JIT, -1, 0)
+            let flags = MAP_PRIVATE | MAP_ANON | MAP_JIT;
+            mmap(std::ptr::null_mut(), size, PROT_READ | PROT_WRITE, flags, -1, 0)
         };
-        if start as isize == -1 { Err(last_error()) } else { Ok(start.cast()) }
+        if start == MAP_FAILED { Err(last_error()) } else { Ok(start.cast()) }
     }
 
     pub fn protect(start: *mut u8, size: usize, execute: bool) -> Result<(), JitError> {
         if size == 0 {
             return Ok(());
         }
-        let protection = if execute { READ | EXECUTE } else { READ };
+        let protection = if execute { PROT_READ | PROT_EXEC } else { PROT_READ };
         // Safety: the range is whole pages of one of our mappings.
         let failed = unsafe { mprotect(start.cast(), size, protection) } != 0;
         if failed { Err(last_error()) } else { Ok(()) }

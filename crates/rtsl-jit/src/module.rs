@@ -24,7 +24,7 @@ impl Module {
         let base = memory.address();
         object.write(&layout, base, memory.bytes(), runtime::address)?;
         memory.protect(layout.code_size)?;
-        Ok(Module { memory, functions: object.functions(&layout), frames })
+        Ok(Module { memory, functions: object.functions(&layout)?, frames })
     }
 
     /// Returns the names of the functions, sorted.

@@ -1,9 +1,8 @@
 //! The relocations of each supported machine.
 
-use crate::error::JitError;
+use object::elf::{self, EM_AARCH64, EM_X86_64, Machine, RelocationType};
 
-const MACHINE_X86_64: u16 = 62;
-const MACHINE_AARCH64: u16 = 183;
+use crate::error::JitError;
 
 /// The word that a relocation changes.
 pub struct Place<'a> {
@@ -28,16 +27,16 @@ pub struct Via {
 pub const STUB_POINTER: u64 = 16;
 
 /// Writes a jump through a pointer, and the pointer.
-pub fn write_stub(machine: u16, stub: &mut [u8], address: u64) -> Result<(), JitError> {
+pub fn write_stub(machine: Machine, stub: &mut [u8], address: u64) -> Result<(), JitError> {
     match machine {
         // jmp [rip + 10]
-        MACHINE_X86_64 => stub[..6].copy_from_slice(&[0xff, 0x25, 10, 0, 0, 0]),
+        EM_X86_64 => stub[..6].copy_from_slice(&[0xff, 0x25, 10, 0, 0, 0]),
         // ldr x16, [pc, 16]; br x16
-        MACHINE_AARCH64 => {
+        EM_AARCH64 => {
             stub[..4].copy_from_slice(&0x5800_0090_u32.to_le_bytes());
             stub[4..8].copy_from_slice(&0xd61f_0200_u32.to_le_bytes());
         }
-        _ => return Err(unknown(machine, 0)),
+        _ => return Err(unknown(machine, elf::R_X86_64_NONE)),
     }
     stub[STUB_POINTER as usize..].copy_from_slice(&address.to_le_bytes());
     Ok(())
@@ -45,67 +44,70 @@ pub fn write_stub(machine: u16, stub: &mut [u8], address: u64) -> Result<(), Jit
 
 /// Applies one relocation.
 pub fn apply(
-    machine: u16,
-    kind: u32,
+    machine: Machine,
+    kind: RelocationType,
     mut place: Place<'_>,
     via: Via,
     addend: i64,
 ) -> Result<(), JitError> {
     match machine {
-        MACHINE_X86_64 => x86_64(kind, &mut place, via, addend),
-        MACHINE_AARCH64 => aarch64(kind, &mut place, via, addend),
+        EM_X86_64 => x86_64(kind, &mut place, via, addend),
+        EM_AARCH64 => aarch64(kind, &mut place, via, addend),
         _ => Err(unknown(machine, kind)),
     }
 }
 
-fn x86_64(kind: u32, place: &mut Place<'_>, via: Via, addend: i64) -> Result<(), JitError> {
+fn x86_64(
+    kind: RelocationType,
+    place: &mut Place<'_>,
+    via: Via,
+    addend: i64,
+) -> Result<(), JitError> {
     let target = via.address.wrapping_add_signed(addend);
     match kind {
-        // R_X86_64_64
-        1 => place.write(target.to_le_bytes()),
-        // R_X86_64_PC64
-        24 => place.write(target.wrapping_sub(place.address()).to_le_bytes()),
-        // R_X86_64_PC32, R_X86_64_PLT32
-        2 | 4 => place.write_signed32(target.wrapping_sub(place.address())),
-        // R_X86_64_GOTPCREL, R_X86_64_GOTPCRELX, R_X86_64_REX_GOTPCRELX
-        9 | 41 | 42 => {
-            let pointer = via.pointer.ok_or_else(|| unknown(MACHINE_X86_64, kind))?;
+        elf::R_X86_64_64 => place.write(target.to_le_bytes()),
+        elf::R_X86_64_PC64 => place.write(target.wrapping_sub(place.address()).to_le_bytes()),
+        elf::R_X86_64_PC32 | elf::R_X86_64_PLT32 => {
+            place.write_signed32(target.wrapping_sub(place.address()))
+        }
+        elf::R_X86_64_GOTPCREL | elf::R_X86_64_GOTPCRELX | elf::R_X86_64_REX_GOTPCRELX => {
+            let pointer = via.pointer.ok_or_else(|| unknown(EM_X86_64, kind))?;
             place.write_signed32(pointer.wrapping_add_signed(addend).wrapping_sub(place.address()))
         }
-        _ => Err(unknown(MACHINE_X86_64, kind)),
+        _ => Err(unknown(EM_X86_64, kind)),
     }
 }
 
-fn aarch64(kind: u32, place: &mut Place<'_>, via: Via, addend: i64) -> Result<(), JitError> {
+fn aarch64(
+    kind: RelocationType,
+    place: &mut Place<'_>,
+    via: Via,
+    addend: i64,
+) -> Result<(), JitError> {
     let target = via.address.wrapping_add_signed(addend);
-    let pointer = || via.pointer.ok_or_else(|| unknown(MACHINE_AARCH64, kind));
+    let pointer = || via.pointer.ok_or_else(|| unknown(EM_AARCH64, kind));
     match kind {
-        // R_AARCH64_ABS64
-        257 => place.write(target.to_le_bytes()),
-        // R_AARCH64_PREL64
-        260 => place.write(target.wrapping_sub(place.address()).to_le_bytes()),
-        // R_AARCH64_PREL32
-        261 => place.write_signed32(target.wrapping_sub(place.address())),
-        // R_AARCH64_ADR_PREL_PG_HI21, R_AARCH64_ADR_GOT_PAGE
-        275 => place.page_of(target),
-        311 => place.page_of(pointer()?),
-        // R_AARCH64_ADD_ABS_LO12_NC and the LDST_ABS_LO12_NC of 8 to 128 bits
-        277 | 278 => place.low_bits(target, 0),
-        284 => place.low_bits(target, 1),
-        285 => place.low_bits(target, 2),
-        286 => place.low_bits(target, 3),
-        299 => place.low_bits(target, 4),
-        // R_AARCH64_LD64_GOT_LO12_NC
-        312 => place.low_bits(pointer()?, 3),
-        // R_AARCH64_JUMP26, R_AARCH64_CALL26
-        282 | 283 => {
+        elf::R_AARCH64_ABS64 => place.write(target.to_le_bytes()),
+        elf::R_AARCH64_PREL64 => place.write(target.wrapping_sub(place.address()).to_le_bytes()),
+        elf::R_AARCH64_PREL32 => place.write_signed32(target.wrapping_sub(place.address())),
+        elf::R_AARCH64_ADR_PREL_PG_HI21 => place.page_of(target),
+        elf::R_AARCH64_ADR_GOT_PAGE => place.page_of(pointer()?),
+        elf::R_AARCH64_ADD_ABS_LO12_NC | elf::R_AARCH64_LDST8_ABS_LO12_NC => {
+            place.low_bits(target, 0)
+        }
+        elf::R_AARCH64_LDST16_ABS_LO12_NC => place.low_bits(target, 1),
+        elf::R_AARCH64_LDST32_ABS_LO12_NC => place.low_bits(target, 2),
+        elf::R_AARCH64_LDST64_ABS_LO12_NC => place.low_bits(target, 3),
+        elf::R_AARCH64_LDST128_ABS_LO12_NC => place.low_bits(target, 4),
+        elf::R_AARCH64_LD64_GOT_LO12_NC => place.low_bits(pointer()?, 3),
+        elf::R_AARCH64_JUMP26 | elf::R_AARCH64_CALL26 => {
             let distance = target.wrapping_sub(place.address()).cast_signed() >> 2;
             if !(-(1 << 25)..1 << 25).contains(&distance) {
                 return Err(out_of_range());
             }
             place.insert(distance.cast_unsigned() as u32 & 0x03ff_ffff)
         }
-        _ => Err(unknown(MACHINE_AARCH64, kind)),
+        _ => Err(unknown(EM_AARCH64, kind)),
     }
 }
 
@@ -152,7 +154,7 @@ fn out_of_range() -> JitError {
     JitError::Object("a relocation does not reach its target".to_owned())
 }
 
-fn unknown(machine: u16, kind: u32) -> JitError {
+fn unknown(machine: Machine, kind: RelocationType) -> JitError {
     JitError::Object(format!("the unknown relocation {kind} of machine {machine}"))
 }
 
@@ -160,7 +162,7 @@ fn unknown(machine: u16, kind: u32) -> JitError {
 mod tests {
     use super::*;
 
-    fn applied(machine: u16, kind: u32, word: u32, address: u64) -> u32 {
+    fn applied(machine: Machine, kind: RelocationType, word: u32, address: u64) -> u32 {
         let mut memory = [0; 16];
         memory[8..12].copy_from_slice(&word.to_le_bytes());
         let place = Place { memory: &mut memory, offset: 8, base: 0x10_0000 };
@@ -171,21 +173,27 @@ mod tests {
     #[test]
     fn aarch64_instructions_get_their_fields() {
         // adrp x0, two pages on; ldr q0, [x0, 0x340]; bl 0x100 on; bl 8 back
-        assert_eq!(applied(MACHINE_AARCH64, 275, 0x9000_0000, 0x10_2340), 0xd000_0000);
-        assert_eq!(applied(MACHINE_AARCH64, 299, 0x3dc0_0000, 0x10_2340), 0x3dc0_d000);
-        assert_eq!(applied(MACHINE_AARCH64, 283, 0x9400_0000, 0x10_0108), 0x9400_0040);
-        assert_eq!(applied(MACHINE_AARCH64, 283, 0x9400_0000, 0x10_0000), 0x97ff_fffe);
+        assert_eq!(
+            applied(EM_AARCH64, elf::R_AARCH64_ADR_PREL_PG_HI21, 0x9000_0000, 0x10_2340),
+            0xd000_0000
+        );
+        assert_eq!(
+            applied(EM_AARCH64, elf::R_AARCH64_LDST128_ABS_LO12_NC, 0x3dc0_0000, 0x10_2340),
+            0x3dc0_d000
+        );
+        assert_eq!(applied(EM_AARCH64, elf::R_AARCH64_CALL26, 0x9400_0000, 0x10_0108), 0x9400_0040);
+        assert_eq!(applied(EM_AARCH64, elf::R_AARCH64_CALL26, 0x9400_0000, 0x10_0000), 0x97ff_fffe);
     }
 
     #[test]
     fn x86_distances_are_from_the_word() {
-        assert_eq!(applied(MACHINE_X86_64, 2, 0, 0x10_0108), 0x100);
-        assert_eq!(applied(MACHINE_X86_64, 4, 0, 0x10_0000), -8_i32 as u32);
+        assert_eq!(applied(EM_X86_64, elf::R_X86_64_PC32, 0, 0x10_0108), 0x100);
+        assert_eq!(applied(EM_X86_64, elf::R_X86_64_PLT32, 0, 0x10_0000), -8_i32 as u32);
         let mut memory = [0; 8];
         let place = Place { memory: &mut memory, offset: 0, base: 0 };
         let far = Via { address: 1 << 40, pointer: None };
-        assert!(apply(MACHINE_X86_64, 2, place, far, 0).is_err());
+        assert!(apply(EM_X86_64, elf::R_X86_64_PC32, place, far, 0).is_err());
         let place = Place { memory: &mut memory, offset: 6, base: 0 };
-        assert!(apply(MACHINE_X86_64, 2, place, far, 0).is_err());
+        assert!(apply(EM_X86_64, elf::R_X86_64_PC32, place, far, 0).is_err());
     }
 }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use rtsl::{Compilation, Severity};
 
-use super::{CommandResult, Outcome, compiler};
+use super::shader::compiler;
 use crate::arguments::SearchPath;
 use crate::files::write_result;
+use crate::outcome::{CommandResult, Outcome};
 use crate::report::{JsonDiagnostic, Reporter};
 
 /// The command line of `rtsl check`.

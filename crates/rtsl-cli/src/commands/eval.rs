@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::Value as JsonValue;
 
-use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{BackendName, DEFAULT_LOOP_BUDGET, EngineArguments, MathName, SearchPath};
-use crate::eval::{Answer, Evaluation, Request, Session, answer_lines};
+use crate::eval::{Answer, Evaluation, Request, Session, answer_lines, parse_setting};
 use crate::files::write_result;
 use crate::json::Json;
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
 /// The command line of `rtsl eval`.
@@ -103,27 +103,6 @@ fn request(arguments: &EvalArguments) -> Request {
         budget: Some(arguments.budget),
         ..Request::default()
     }
-}
-
-/// Parses `name=value`, where the value is a number, a list with commas, or JSON.
-pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let json = |text: &str| {
-        let number = serde_json::from_str(text);
-        // Numbers that JSON does not accept: `.5`, `+1`, `1.`.
-        let float = || {
-            let value: f32 = text.trim().parse().ok()?;
-            let shown = serde_json::to_string(&Json::Float(value)).ok()?;
-            serde_json::from_str(&shown).ok()
-        };
-        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is not a value"))
-    };
-    let value = if value.contains(',') && !value.trim_start().starts_with(['[', '{']) {
-        JsonValue::Array(value.split(',').map(json).collect::<Result<_, _>>()?)
-    } else {
-        json(value)?
-    };
-    Ok((name.to_owned(), value))
 }
 
 /// Formats `name = value` lines with the values of the only ray.

@@ -3,9 +3,9 @@
 use clap::Args;
 use rtsl::{code_info, codes};
 
-use super::{CommandResult, Failure, Outcome};
 use crate::files::write_result;
 use crate::names::no_such;
+use crate::outcome::{CommandResult, Failure, Outcome};
 
 /// The command line of `rtsl explain`.
 #[derive(Debug, Args)]

@@ -1,11 +1,10 @@
 //! `rtsl help`: the help of commands, and the book.
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 
-use super::{CommandResult, Failure, Outcome};
-use crate::arguments::Arguments;
 use crate::files::write_result;
 use crate::names::no_such;
+use crate::outcome::{CommandResult, Failure, Outcome};
 
 /// The command line of `rtsl help`.
 #[derive(Debug, Args)]
@@ -85,9 +84,8 @@ const TOPICS: &[Topic] = topics! {
     "architecture" "how the compiler is built" ["explanation/architecture.md"];
 };
 
-/// Prints the help of a command or a part of the book.
-pub fn run(arguments: &HelpArguments) -> CommandResult {
-    let mut command = Arguments::command();
+/// Prints the help of the program's `command`, of one of its subcommands, or a part of the book.
+pub fn run(arguments: &HelpArguments, mut command: Command) -> CommandResult {
     let text = match &arguments.topic {
         None => format!("{}\n{}", command.render_long_help(), topic_list()),
         Some(topic) => {
@@ -97,7 +95,7 @@ pub fn run(arguments: &HelpArguments) -> CommandResult {
                 let named = subcommand.clone().bin_name(format!("rtsl {topic}"));
                 format!("{}", named.clone().render_long_help())
             } else {
-                return Err(Failure::Usage(unknown_topic(topic)));
+                return Err(Failure::Usage(unknown_topic(topic, &command)));
             }
         }
     };
@@ -110,9 +108,8 @@ fn topic_list() -> String {
     format!("Topics of `rtsl help`:\n{}", lines.collect::<String>())
 }
 
-fn unknown_topic(topic: &str) -> String {
-    let commands = Arguments::command();
-    let commands = commands.get_subcommands().map(clap::Command::get_name);
+fn unknown_topic(topic: &str, command: &Command) -> String {
+    let commands = command.get_subcommands().map(Command::get_name);
     let names = TOPICS.iter().map(|topic| topic.name).chain(commands);
     no_such("help on", topic, names)
 }

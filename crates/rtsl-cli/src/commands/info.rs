@@ -9,9 +9,10 @@ use rtsl::{
 };
 use rtsl_image::Denoiser;
 
-use super::{CommandResult, Failure, Outcome, compile_file, compiler, is_file_name};
+use super::shader::{compile_file, compiler, is_file_name};
 use crate::arguments::SearchPath;
 use crate::files::write_result;
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
 /// Default values with more numbers than a matrix are not shown.

@@ -9,12 +9,12 @@ use rtsl::{Class, Engine, EngineOptions, Instance, Unit, Value};
 use rtsl_contract::{Finding, Inputs, Options, Outcome as Found, Report, Setting, check, settings};
 use serde_json::Value as JsonValue;
 
-use super::eval::parse_setting;
-use super::{CommandResult, Failure, Outcome, compile_file, compiler, engine, value_failure};
+use super::shader::{compile_file, compiler, engine, value_failure};
 use crate::arguments::{EngineArguments, SearchPath};
-use crate::eval::parse_value;
+use crate::eval::{parse_setting, parse_value};
 use crate::files::write_result;
 use crate::json::Json;
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
 /// The command line of `rtsl test`.

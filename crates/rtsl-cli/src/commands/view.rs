@@ -7,9 +7,9 @@ use rtsl_image::ImageFormat;
 use rtsl_render::session::{Session, SessionOptions};
 use rtsl_view::{ViewError, ViewOptions, view};
 
-use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::commands::render::{parse_size, parse_threads, report};
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
 /// The command line of `rtsl view`.

@@ -9,7 +9,8 @@ use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{Answer, Session};
+use super::request::Answer;
+use super::session::Session;
 
 /// The number of lines that are read ahead for each thread.
 const AHEAD: usize = 2;

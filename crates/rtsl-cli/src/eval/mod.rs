@@ -8,7 +8,7 @@ mod session;
 mod values;
 
 pub use lines::answer_lines;
-pub use request::{Answer, Request};
+pub use request::{Answer, Evaluation, Request};
 pub use run::role_of;
-pub use session::{Evaluation, Session};
-pub use values::{Lanes, ValueError, make_instance, parse_state, parse_value};
+pub use session::Session;
+pub use values::{Lanes, ValueError, make_instance, parse_setting, parse_state, parse_value};

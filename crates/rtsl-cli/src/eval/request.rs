@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use rtsl::{Compilation, Diagnostic};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
 
@@ -122,6 +124,16 @@ pub struct Answer {
     /// For each ray, true if the call accepted a hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit: Option<Json>,
+}
+
+/// The result of a request.
+pub struct Evaluation {
+    /// The answer without its diagnostics.
+    pub answer: Answer,
+    /// The compiled text with its diagnostics.
+    pub compilation: Option<Arc<Compilation>>,
+    /// Further diagnostics, of parameters, linking and running, without a position.
+    pub further: Vec<Diagnostic>,
 }
 
 impl Answer {

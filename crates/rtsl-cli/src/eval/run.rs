@@ -11,8 +11,7 @@ use rtsl::{
 use serde_json::Value as JsonValue;
 
 use super::host::PlainHost;
-use super::request::{Request, Values};
-use super::session::Evaluation;
+use super::request::{Evaluation, Request, Values};
 use super::values::{self, Lanes, PlaceWords, ValueError};
 use crate::json::Json;
 use crate::names::{find_method, find_state};

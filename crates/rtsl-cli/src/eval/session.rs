@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Math,
-    OptLevel, Program, SourceMap,
+    Backend, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, Math, OptLevel,
+    Program, SourceMap,
 };
 
-use super::request::{Answer, Request};
+use super::request::{Answer, Evaluation, Request};
 use super::run::{self, Refusal};
 use crate::report::JsonDiagnostic;
 
@@ -25,16 +25,6 @@ pub struct Session {
     engines: Vec<(EngineOptions, Engine)>,
     /// The most recently used is last.
     texts: Vec<KeptText>,
-}
-
-/// The result of a request.
-pub struct Evaluation {
-    /// The answer without its diagnostics.
-    pub answer: Answer,
-    /// The compiled text with its diagnostics.
-    pub compilation: Option<Arc<Compilation>>,
-    /// Further diagnostics, of parameters, linking and running, without a position.
-    pub further: Vec<Diagnostic>,
 }
 
 /// A compiled text.

@@ -161,6 +161,27 @@ pub fn parse_state(variable: &StateVariable, json: &JsonValue) -> Result<Vec<f32
 /// The words of variables, read element by element.
 pub type PlaceWords<'a> = BTreeMap<String, Box<dyn Iterator<Item = u32> + 'a>>;
 
+/// Parses `name=value`, where the value is a number, a list with commas, or JSON.
+pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let json = |text: &str| {
+        let number = serde_json::from_str(text);
+        // Numbers that JSON does not accept: `.5`, `+1`, `1.`.
+        let float = || {
+            let value: f32 = text.trim().parse().ok()?;
+            let shown = serde_json::to_string(&Json::Float(value)).ok()?;
+            serde_json::from_str(&shown).ok()
+        };
+        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is not a value"))
+    };
+    let value = if value.contains(',') && !value.trim_start().starts_with(['[', '{']) {
+        JsonValue::Array(value.split(',').map(json).collect::<Result<_, _>>()?)
+    } else {
+        json(value)?
+    };
+    Ok((name.to_owned(), value))
+}
+
 /// Converts the words of a type's variables to JSON; the first variable is called `path`.
 pub fn show(ty: &ParameterType, path: &str, words: &mut PlaceWords<'_>) -> Json {
     match ty {

@@ -58,7 +58,7 @@ impl Drop for Folder {
     }
 }
 
-/// What a run gave.
+/// The result of a run.
 pub struct Ran(Output);
 
 impl Ran {

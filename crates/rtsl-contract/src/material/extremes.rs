@@ -4,15 +4,16 @@
 use glam::{DVec3, Vec3};
 use rtsl::Method;
 
-use super::ONLY_SHADES;
 use super::meeting::Meeting;
+use super::path_methods::{ONLY_SHADES, scatters};
+use crate::contract::Contract;
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
 use crate::values::is_color;
-use crate::{Contract, Finding};
 
 const RAYS: usize = 2048;
 
@@ -36,7 +37,7 @@ fn run(
     let mut rays = Meeting::new(0.3, 0.4, false).rays(subject, stream, RAYS);
     place(stream, &mut rays);
     check_colors(subject, &mut rays, &mut tally)?;
-    if super::scatters(subject) {
+    if scatters(subject) {
         check_densities(subject, &mut rays, &mut tally)?;
         check_samples(subject, &mut rays, &mut tally)?;
     }

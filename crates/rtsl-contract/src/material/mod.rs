@@ -2,13 +2,12 @@
 
 mod extremes;
 mod meeting;
+mod path_methods;
 mod reciprocity;
 mod scattering;
 mod throughput;
 
-use rtsl::Method;
-
-use crate::Finding;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 
@@ -21,12 +20,4 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     findings.push(reciprocity::check(subject)?);
     findings.extend(extremes::check(subject)?);
     Ok(findings)
-}
-
-/// The reason why contracts of scattering do not apply to a class that has only `shade`.
-const ONLY_SHADES: &str = "the class has neither BSDF nor sampleBSDF";
-
-/// True if the class has the methods that a path tracer calls.
-fn scatters(subject: &Subject<'_>) -> bool {
-    subject.has(Method::SampleBsdf) && subject.has(Method::Bsdf)
 }

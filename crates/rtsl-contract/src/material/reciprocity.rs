@@ -3,14 +3,15 @@
 use glam::{DVec3, Vec3};
 use rtsl::Method;
 
-use super::ONLY_SHADES;
 use super::meeting::Meeting;
+use super::path_methods::{ONLY_SHADES, scatters};
+use crate::contract::Contract;
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
-use crate::{Contract, Finding};
 
 /// The number of pairs of directions.
 const PAIRS: usize = 1024;
@@ -30,7 +31,7 @@ const MIN_PART: f64 = 1e-5;
 pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::Reciprocity);
     tally.allow(ROUNDED_PART);
-    if !super::scatters(subject) {
+    if !scatters(subject) {
         return Ok(tally.finish(ONLY_SHADES));
     }
     let stream = subject.stream(Contract::Reciprocity);

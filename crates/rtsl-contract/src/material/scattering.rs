@@ -5,19 +5,20 @@ use std::ops::Range;
 use glam::Vec3;
 use rtsl::Method;
 
-use super::ONLY_SHADES;
 use super::meeting::Meeting;
+use super::path_methods::{ONLY_SHADES, scatters};
 use super::throughput::{Throughput, Weights};
+use crate::contract::Contract;
 use crate::distribution::{Comparison, Samples, Source};
-use crate::neighbours::{Verdict, judge};
+use crate::neighbours::{Verdict, judge_directions};
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::{Finding, Inputs};
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
 use crate::values::{is_color, is_unit};
-use crate::{Contract, Finding, Inputs};
 
 /// Checks all contracts of samples.
 ///
@@ -25,7 +26,7 @@ use crate::{Contract, Finding, Inputs};
 /// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut tests = Tests::new(subject);
-    if super::scatters(subject) {
+    if scatters(subject) {
         let meetings = Meeting::all();
         for (index, meeting) in meetings.iter().enumerate() {
             tests.check_meeting(meeting, index, significance(meetings.len()))?;
@@ -162,12 +163,13 @@ impl<'a> Tests<'a> {
         let densities: Vec<Vec3> =
             rays.floats("rt_PDF").iter().map(|it| Vec3::splat(*it)).collect();
         let counts = |ray: usize| is_compared(given[ray], densities[ray].x);
-        let values = judge(&directions, &given, &stated.values, counts, |beside| {
+        let values = judge_directions(&directions, &given, &stated.values, counts, |beside| {
             Ok(self.stated(meeting, beside)?.values)
         })?;
-        let densities = judge(&directions, &densities, &stated.densities, counts, |beside| {
-            Ok(self.stated(meeting, beside)?.densities)
-        })?;
+        let densities =
+            judge_directions(&directions, &densities, &stated.densities, counts, |beside| {
+                Ok(self.stated(meeting, beside)?.densities)
+            })?;
         Ok(values.into_iter().zip(densities).map(|(value, density)| value.max(density)).collect())
     }
 
@@ -251,7 +253,7 @@ impl<'a> Tests<'a> {
         let tallies =
             [self.directions, self.values, self.agreement, self.integral, self.distribution];
         // A class that scatters may have only delta samples.
-        let is_sampled = super::scatters(self.subject);
+        let is_sampled = scatters(self.subject);
         let reason = if is_sampled { "no sample has a density" } else { ONLY_SHADES };
         let mut findings: Vec<Finding> =
             tallies.into_iter().map(|tally| tally.finish(reason)).collect();

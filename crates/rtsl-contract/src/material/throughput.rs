@@ -6,11 +6,12 @@
 
 use glam::{DVec3, Vec3};
 
-use super::ONLY_SHADES;
 use super::meeting::Meeting;
+use super::path_methods::ONLY_SHADES;
+use crate::contract::Contract;
+use crate::report::{Failure, Finding, Outcome};
 use crate::statistics::{Mean, normal_quantile};
 use crate::values::is_color;
-use crate::{Contract, Failure, Finding, Outcome};
 
 /// The tolerance for rounding in sums of floats.
 const ROUNDING: f64 = 2e-3;

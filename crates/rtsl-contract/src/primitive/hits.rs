@@ -4,12 +4,13 @@
 use glam::DVec3;
 use rtsl::Method;
 
+use super::place::{Bounds, Place};
 use super::shot::{Ray, Shot};
-use super::{Bounds, Place};
+use crate::contract::Contract;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
-use crate::{Contract, Finding};
 
 const RAYS: u64 = 4096;
 /// The fraction of rays that may fail because of rounding, at edges and silhouettes.

@@ -9,16 +9,18 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use rtsl::{Method, Role};
 
-use super::Place;
+use super::place::Place;
 use super::shot::{Ray, Shot};
+use crate::contract::Contract;
 use crate::distribution::{Comparison, Samples, Source};
+use crate::neighbours::{Verdict, judge};
 use crate::random::Stream;
 use crate::rays::Rays;
+use crate::report::{Finding, Inputs};
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
-use crate::{Contract, Finding, Inputs};
 
 /// The least cosine at which a point counts.
 const MIN_COSINE: f32 = 0.1;
@@ -26,8 +28,6 @@ const MIN_COSINE: f32 = 0.1;
 const DENSITY_ERROR: f32 = 0.01;
 /// The tolerance of a hit's distance from the sample, relative to the distance.
 const DISTANCE_ERROR: f32 = 2e-3;
-/// More samples of a call than these do not differ by rounding.
-const MAX_ROUNDED: usize = 256;
 /// Points beside one, along the axes.
 const BESIDE: usize = 6;
 
@@ -160,7 +160,7 @@ impl Tests<'_> {
             rays.vectors("rt_GeometricNormal").into_iter().map(Vec3::normalize).collect();
         let given = rays.floats("rt_PDF").to_vec();
         let (density_rays, there) = self.density_at(from, &points, &normals)?;
-        let agrees = self.agrees_up_to_rounding(from, (&points, &normals), &given, &there)?;
+        let verdicts = self.verdicts(from, (&points, &normals), &given, &there)?;
         let towards = points.iter().map(|point| self.ray(from, *point - from)).collect();
         let mut shot = Shot::new(self.subject, towards)?;
         shot.then(self.subject, Method::ComputeNormal)?;
@@ -190,7 +190,7 @@ impl Tests<'_> {
                     there[item]
                 )
             };
-            if is_seen && self.agreement.test(agrees[item], message) {
+            if is_seen && self.agreement.test(verdicts[item] != Verdict::Differ, message) {
                 let inputs = self.subject.inputs(Method::SamplePdf, &density_rays, item)?;
                 self.agreement.set_inputs(inputs);
             }
@@ -199,35 +199,33 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// True for each sample whose density agrees with that of `samplePDF` at its point, or lies between those at points
-    /// that rounding may yield instead: where a cosine is tiny, the last digits of the point decide.
-    fn agrees_up_to_rounding(
+    /// Compares the densities of samples with those of `samplePDF` at their points, up to the rounding of points: where
+    /// a cosine is tiny, their last digits decide.
+    fn verdicts(
         &self,
         from: Vec3,
         (points, normals): (&[Vec3], &[Vec3]),
         given: &[f32],
         stated: &[f32],
-    ) -> Result<Vec<bool>, Stop> {
-        let is_close = |a: f32, b: f32| (a - b).abs() <= DENSITY_ERROR * a.abs();
-        let mut agrees: Vec<bool> =
-            given.iter().zip(stated).map(|(given, stated)| is_close(*given, *stated)).collect();
-        let differ: Vec<usize> = (0..points.len()).filter(|item| !agrees[*item]).collect();
-        if differ.is_empty() || differ.len() > MAX_ROUNDED {
-            return Ok(agrees);
-        }
-        let beside: Vec<Vec3> =
-            differ.iter().flat_map(|item| points_beside(points[*item], from)).collect();
-        let normals: Vec<Vec3> = differ.iter().flat_map(|item| [normals[*item]; BESIDE]).collect();
-        let (_, densities) = self.density_at(from, &beside, &normals)?;
-        for (item, densities) in differ.into_iter().zip(densities.chunks(BESIDE)) {
-            let density = given[item];
-            let least = densities.iter().copied().fold(f32::INFINITY, f32::min);
-            let greatest = densities.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-            agrees[item] = density.is_finite()
-                && least <= greatest
-                && is_close(density, density.clamp(least, greatest));
-        }
-        Ok(agrees)
+    ) -> Result<Vec<Verdict>, Stop> {
+        let splat = |densities: &[f32]| densities.iter().copied().map(Vec3::splat).collect();
+        let (given, stated): (Vec<Vec3>, Vec<Vec3>) = (splat(given), splat(stated));
+        let is_close = |a: Vec3, b: Vec3| (a.x - b.x).abs() <= DENSITY_ERROR * a.x.abs();
+        judge(
+            &given,
+            &stated,
+            is_close,
+            |_| true,
+            |items| {
+                let beside: Vec<Vec3> =
+                    items.iter().flat_map(|item| points_beside(points[*item], from)).collect();
+                let normals: Vec<Vec3> =
+                    items.iter().flat_map(|item| [normals[*item]; BESIDE]).collect();
+                let (_, densities) = self.density_at(from, &beside, &normals)?;
+                // The density is unbounded where the cosine vanishes; as a bound of others it counts.
+                Ok(densities.iter().map(|it| Vec3::splat(it.clamp(f32::MIN, f32::MAX))).collect())
+            },
+        )
     }
 
     /// True if the surface is not seen at a grazing angle, so that the sample counts. Always true without `computeNormal`.

@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec2, Vec3};
 use rtsl::{Method, Role};
 
-use crate::Inputs;
 use crate::rays::Rays;
+use crate::report::Inputs;
 use crate::stop::Stop;
 use crate::subject::Subject;
 

@@ -3,12 +3,13 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rtsl::Method;
 
-use super::Place;
+use super::place::Place;
 use super::shot::{Ray, Shot};
+use crate::contract::Contract;
+use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
-use crate::{Contract, Finding};
 
 const RAYS: u64 = 2048;
 /// The distance of neighbours, relative to the size.

@@ -4,6 +4,7 @@
 //! Packet code is run by an interpreter that counts operations ([`rtsl::PacketKernel`]); machine code of the same
 //! kernel is timed for the same rays.
 
+mod arguments;
 mod call;
 mod coverage;
 mod host;
@@ -20,17 +21,15 @@ mod timing;
 mod vectors;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use clap::Args;
 use rtsl::{
     Backend, CallMode, Diagnostic, Emit, EmitRequest, Engine, EngineOptions, Instance, LoopOwners,
     Math, Method, Program, Role, Variant, diagnostic_codes as codes,
 };
-use serde_json::Value as JsonValue;
 
+pub use self::arguments::BenchArguments;
 use self::call::count;
 use self::coverage::{Coverage, coverage, covering_inputs};
 use self::inputs::{Inputs, ORIGIN, RaySource};
@@ -41,66 +40,15 @@ use self::subject::KernelSubject;
 use self::table::{Measurement, Row};
 use self::timing::{Times, time_in_turn};
 use self::vectors::widest_arithmetic;
-use super::eval::parse_setting;
-use super::{
-    CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
-};
-use crate::arguments::{CodeArguments, SearchPath, VariantArguments, parse_shape, parse_width};
+use super::shader::{choose_class, compile_file, compiler, engine, instance};
 use crate::eval::role_of;
 use crate::files::write_result;
 use crate::names::find_method;
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
 /// The number of loop iterations per ray after which a call counts as endless.
 const ROUNDS_PER_RAY: u64 = 1 << 14;
-
-/// The command line of `rtsl bench`.
-#[derive(Debug, Args)]
-pub struct BenchArguments {
-    /// The shader, or a scene whose name ends in .pbrt
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
-    /// The method; all methods if not given.
-    method: Option<String>,
-    /// The class, if the file has several.
-    #[arg(long)]
-    class: Option<String>,
-    /// A parameter of the instance; may be repeated.
-    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
-    params: Vec<(String, JsonValue)>,
-    /// A state variable of all rays; may be repeated. Besides the values of `rtsl eval`, it accepts `{"lanes": [...]}`,
-    /// which rays get in turn, and `{"from": VALUE, "to": VALUE}`, for random values between the two. Other variables
-    /// are random, as a renderer would set them.
-    #[arg(long = "state", value_name = "NAME=VALUE", value_parser = parse_setting)]
-    state: Vec<(String, JsonValue)>,
-    /// The number of rays of a call. The default keeps their data in the first-level cache.
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
-    lanes: u32,
-    /// A call mode to measure; may be repeated; all call modes if not given.
-    #[arg(long = "call-mode", alias = "shape", value_name = "MODE", value_parser = parse_shape)]
-    shapes: Vec<CallMode>,
-    /// A width to measure; may be repeated; all widths if not given.
-    #[arg(long = "width", value_parser = parse_width)]
-    widths: Vec<u32>,
-    #[command(flatten)]
-    variant: VariantArguments,
-    /// The seed of random numbers.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// The time to measure each kernel, in milliseconds, 50 if not given; for a scene, each kind of ray, 1000 if not
-    /// given.
-    #[arg(long, value_name = "MILLISECONDS")]
-    time: Option<u32>,
-    #[command(flatten)]
-    code: CodeArguments,
-    #[command(flatten)]
-    scene: scene::SceneArguments,
-    /// Print one JSON object per line for each kernel.
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    search_path: SearchPath,
-}
 
 /// Measures and prints.
 pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {

@@ -9,7 +9,7 @@ use super::inputs::RaySource;
 use super::objects::Objects;
 use super::subject::KernelSubject;
 use super::timing::time_in_turn;
-use crate::commands::Failure;
+use crate::outcome::Failure;
 
 /// The peak rates, per nanosecond.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,36 +3,15 @@
 use std::path::Path;
 use std::time::Duration;
 
-use clap::Args;
 use rtsl::EngineOptions;
-use rtsl_render::RenderRequest;
 use rtsl_render::measure::{Effort, measure_scene};
+use rtsl_render::{Execution, RenderRequest};
 
-use super::super::render::{parse_size, parse_threads, report};
-use super::BenchArguments;
-use crate::arguments::InputArguments;
-use crate::commands::{CommandResult, Failure, Outcome};
+use super::arguments::{BenchArguments, SceneArguments};
+use crate::commands::render::report;
 use crate::files::write_result;
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
-
-/// The arguments for scenes.
-#[derive(Clone, Debug, Args)]
-pub struct SceneArguments {
-    /// For a scene: columns and rows, overriding its own.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<(usize, usize)>,
-    /// For a scene: the number of threads; that of all processors if not given.
-    #[arg(long, value_name = "N", value_parser = parse_threads)]
-    threads: Option<usize>,
-    /// For a scene: the number of repetitions for each kind of ray, if `--time` permits.
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..))]
-    repetitions: u32,
-    /// For a scene: set a parameter, as for `rtsl render`; may be repeated.
-    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
-    defines: Vec<String>,
-    #[command(flatten)]
-    input: InputArguments,
-}
 
 /// True if a file is a scene, by its name.
 pub fn is_scene(path: &Path) -> bool {
@@ -85,7 +64,7 @@ fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'sta
         search_path: arguments.search_path.search_path.clone(),
         input_memory: input.input_memory,
         size,
-        threads,
+        execution: Execution { threads, ..Execution::default() },
         engine: EngineOptions { width, ..arguments.code.options() },
         ..RenderRequest::default()
     }

@@ -1,0 +1,52 @@
+//! The command line.
+
+use clap::{Parser, Subcommand};
+
+use crate::arguments::Color;
+use crate::commands::bench::BenchArguments;
+use crate::commands::build::BuildArguments;
+use crate::commands::check::CheckArguments;
+use crate::commands::eval::EvalArguments;
+use crate::commands::explain::ExplainArguments;
+use crate::commands::help::HelpArguments;
+use crate::commands::info::InfoArguments;
+use crate::commands::render::RenderArguments;
+use crate::commands::test::TestArguments;
+use crate::commands::view::ViewArguments;
+
+/// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
+#[derive(Debug, Parser)]
+#[command(name = "rtsl", version, disable_help_subcommand = true)]
+pub struct Arguments {
+    /// Colours of diagnostics; `auto`: on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
+    pub color: Color,
+    /// The subcommand.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Check shaders and report what is wrong with them.
+    Check(CheckArguments),
+    /// Show a stage of compiling a shader, or write it to a file.
+    Build(BuildArguments),
+    /// Call one method on given values and print its results.
+    Eval(EvalArguments),
+    /// Check the contracts between classes and renderers: sampling densities, bounds, energy conservation and others.
+    Test(TestArguments),
+    /// Measure the time of methods per ray, for each call mode and width.
+    Bench(BenchArguments),
+    /// Render a scene to a picture.
+    Render(RenderArguments),
+    /// Show a scene in a window: fly through it, set parameters, edit its shaders.
+    View(ViewArguments),
+    /// Show information on this program and the machine, or on a class.
+    Info(InfoArguments),
+    /// Explain the code of an error or a warning.
+    Explain(ExplainArguments),
+    /// Print the help of a command, or a part of the book.
+    Help(HelpArguments),
+}
