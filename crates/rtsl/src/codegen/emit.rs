@@ -37,7 +37,8 @@ pub enum Emit {
 /// # let program = engine.program(&ball);
 /// use rtsl::{Emit, EmitRequest, Method, CallMode};
 ///
-/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: CallMode::Packet.into(), target: None };
+/// let (emit, method, variant) = (Emit::Ir, Method::Intersect, CallMode::Packet.into());
+/// let request = EmitRequest { emit, method, variant, target: None };
 /// let text = String::from_utf8(program.emit(&request)?)?;
 /// assert!(text.starts_with("function Ball.intersect"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -156,7 +156,7 @@ impl<'a> CallStorage<'a> {
         CallStorage::of_ray(0, variables, state, scratch, accepted, instances)
     }
 
-    /// Where the ray that lanes share is not the first.
+    /// Creates the storage of a call whose lanes share a ray other than the first.
     pub fn of_ray(
         ray: usize,
         variables: &'a LaneVariables,

@@ -5,7 +5,7 @@ use rtsl_jit::OptLevel;
 /// The exactness of arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Math {
-    /// Where a rule of the IR contracts `a * b + c`, it is rounded once; results are the same on every machine.
+    /// `a * b + c` is rounded once if a rule of the IR contracts it; results are the same on every machine.
     #[default]
     Contract,
     /// Every operation is rounded.
