@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::{
-    Function, Name, Op, OpKind, Region, Scalar, Value, Values, VariableId, VariableKind,
+    Function, IndexVec, Name, Op, OpKind, Region, Scalar, Value, Values, VariableId, VariableKind,
 };
 
 use crate::class_names::ClassNames;
@@ -70,12 +70,12 @@ pub(crate) struct Writer<'a> {
     pub needs: Needs,
     scope: Scope,
     /// The expression of each value defined so far.
-    values: Vec<Option<Expression>>,
+    values: IndexVec<Value, Option<Expression>>,
     /// Values to be written at their use, which has not been reached.
     pending: BTreeSet<Value>,
     /// The expression of each variable, without its index.
     variables: Vec<String>,
-    is_output: Vec<bool>,
+    is_output: IndexVec<VariableId, bool>,
     /// Variables to which results are assigned.
     bound: BTreeMap<Value, Target>,
 }
@@ -86,9 +86,9 @@ impl<'a> Writer<'a> {
         class: &'a ClassNames,
         helpers: &'a mut BTreeSet<Helper>,
     ) -> Writer<'a> {
-        let mut is_output = vec![false; function.variables.len()];
+        let mut is_output = IndexVec::filled(function.variables.len(), false);
         for output in &function.outputs {
-            is_output[output.variable.0 as usize] = true;
+            is_output[output.variable] = true;
         }
         Writer {
             uses: Uses::of(function),
@@ -96,7 +96,7 @@ impl<'a> Writer<'a> {
             helpers,
             needs: Needs::default(),
             scope: class.scope().clone(),
-            values: vec![None; function.values.len()],
+            values: IndexVec::filled(function.values.len(), None),
             pending: BTreeSet::new(),
             variables: Vec::new(),
             is_output,
@@ -108,7 +108,7 @@ impl<'a> Writer<'a> {
     /// Names the variables, and defines the locals.
     fn begin(&mut self, out: &mut Vec<Statement>) {
         for (id, variable) in (0..).map(VariableId).zip(&self.function.variables) {
-            let (loads, is_output) = (self.uses.loads(id), self.is_output[id.0 as usize]);
+            let (loads, is_output) = (self.uses.loads(id), self.is_output[id]);
             let text = match variable.kind {
                 VariableKind::State => {
                     self.needs.state |= loads > 0 || is_output;
@@ -147,14 +147,14 @@ impl<'a> Writer<'a> {
     }
 
     fn define_locals(&mut self, out: &mut Vec<Statement>) {
-        let mut used = vec![false; self.function.variables.len()];
+        let mut used = IndexVec::filled(self.function.variables.len(), false);
         self.function.body.for_each_op(&mut |op| {
             if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
-                used[variable.0 as usize] = true;
+                used[variable] = true;
             }
         });
         for ((variable, name), used) in
-            self.function.variables.iter().zip(&self.variables).zip(used)
+            self.function.variables.iter().zip(&self.variables).zip(used.iter().copied())
         {
             if variable.kind == VariableKind::Local && used {
                 out.push(Statement::Define {
@@ -176,7 +176,7 @@ impl<'a> Writer<'a> {
     fn op(&mut self, op: &Op, out: &mut Vec<Statement>) {
         match &op.kind {
             OpKind::Constant(constant) => {
-                self.values[op.results.first as usize] = Some(Expression::atom(literal(*constant)));
+                self.values[op.results.get(0)] = Some(Expression::atom(literal(*constant)));
             }
             OpKind::If { condition, then, otherwise } => {
                 self.branch(op.results, *condition, [then, otherwise], out);
@@ -187,7 +187,7 @@ impl<'a> Writer<'a> {
                 let is_local = self.function.variable(*variable).kind == VariableKind::Local;
                 let result = op.results.get(0);
                 // A later store must not affect the value.
-                if is_local || self.is_output[variable.0 as usize] {
+                if is_local || self.is_output[*variable] {
                     self.define_now(result, value, out);
                 } else {
                     self.define(result, value, out);
@@ -228,9 +228,9 @@ impl<'a> Writer<'a> {
     /// Defines a value as an expression, written at its use or assigned to a variable.
     fn define(&mut self, result: Value, value: Expression, out: &mut Vec<Statement>) {
         if value.is_trivial() {
-            self.values[result.0 as usize] = Some(value);
+            self.values[result] = Some(value);
         } else if self.uses.nests(result) && !self.is_named(result) {
-            self.values[result.0 as usize] = Some(value);
+            self.values[result] = Some(value);
             self.pending.insert(result);
         } else {
             self.define_now(result, value, out);
@@ -245,16 +245,15 @@ impl<'a> Writer<'a> {
         }
         let name = self.name_of(result, &value);
         let type_name = type_name(self.function.scalar(result)).to_owned();
-        self.values[result.0 as usize] = Some(Expression::atom(name.clone()));
+        self.values[result] = Some(Expression::atom(name.clone()));
         out.push(Statement::Define { is_constant: true, type_name, name, value: Some(value) });
     }
 
     /// Returns the expression of a value at its use.
     pub fn value(&mut self, value: Value) -> Expression {
-        let index = value.0 as usize;
         let written = match self.pending.remove(&value) {
-            true => self.values[index].take(),
-            false => self.values[index].clone(),
+            true => self.values[value].take(),
+            false => self.values[value].clone(),
         };
         written.expect("values are defined before they are used, and pending ones used once")
     }
@@ -265,9 +264,8 @@ impl<'a> Writer<'a> {
         operands: [Value; N],
         out: &mut Vec<Statement>,
     ) -> [Expression; N] {
-        let size = |writer: &Self, value: Value| {
-            writer.values[value.0 as usize].as_ref().map_or(0, Expression::size)
-        };
+        let size =
+            |writer: &Self, value: Value| writer.values[value].as_ref().map_or(0, Expression::size);
         while operands.iter().map(|value| size(self, *value)).sum::<usize>() >= LARGEST_EXPRESSION {
             let largest = operands.iter().copied().max_by_key(|value| size(self, *value));
             let largest = largest.expect("there are operands");
@@ -343,7 +341,7 @@ impl<'a> Writer<'a> {
         for (result, (target, _)) in used.iter().zip(&targets) {
             let result = results.get(*result as u32);
             let (text, variable) = (target.name.clone(), target.variable);
-            self.values[result.0 as usize] = Some(Expression::Atom { text, variable });
+            self.values[result] = Some(Expression::Atom { text, variable });
         }
         self.write_branch(condition, &targets, blocks, values, (results, &used), out);
     }
@@ -436,7 +434,7 @@ impl<'a> Writer<'a> {
             .iter()
             .copied()
             .filter(|value| {
-                let written = self.values[value.0 as usize].as_ref();
+                let written = self.values[*value].as_ref();
                 written.is_some_and(|written| written.reads(&|it| it == changing))
             })
             .collect();
@@ -462,8 +460,8 @@ impl<'a> Writer<'a> {
             let name = self.result_name(*param, [result, next[index]]);
             let type_name = type_name(self.function.scalar(*param)).to_owned();
             let atom = Expression::Atom { text: name.clone(), variable: Some(*param) };
-            self.values[param.0 as usize] = Some(atom.clone());
-            self.values[result.0 as usize] = Some(atom);
+            self.values[*param] = Some(atom.clone());
+            self.values[result] = Some(atom);
             out.push(Statement::Define {
                 is_constant: false,
                 type_name,
@@ -644,7 +642,7 @@ impl<'a> Writer<'a> {
 
     /// Sets the expression of a value.
     pub fn set_value(&mut self, value: Value, written: Expression) {
-        self.values[value.0 as usize] = Some(written);
+        self.values[value] = Some(written);
     }
 
     /// Returns a new name for an answer of the host.

@@ -1,34 +1,36 @@
 //! Analysis of the uses of values.
 
-use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, UnaryOp, Value, VariableId};
+use rtsl_ir::{
+    BinaryOp, Constant, Function, IndexVec, OpKind, Region, Scalar, UnaryOp, Value, VariableId,
+};
 
 /// Facts about the uses of each value.
 #[derive(Debug)]
 pub(crate) struct Uses {
-    counts: Vec<u32>,
+    counts: IndexVec<Value, u32>,
     /// The loop depths of the definition and of the last use.
-    defined: Vec<u32>,
-    used: Vec<u32>,
+    defined: IndexVec<Value, u32>,
+    used: IndexVec<Value, u32>,
     /// True for products that may become an operand of a sum directly.
-    into_sums: Vec<bool>,
+    into_sums: IndexVec<Value, bool>,
     /// True for values whose last use initialises or assigns a variable.
-    assigned: Vec<bool>,
-    loads: Vec<u32>,
+    assigned: IndexVec<Value, bool>,
+    loads: IndexVec<VariableId, u32>,
     /// The upper bound of integers that have been clamped to a range from 0.
-    clamped: Vec<Option<i32>>,
+    clamped: IndexVec<Value, Option<i32>>,
 }
 
 impl Uses {
     pub fn of(function: &Function) -> Uses {
         let values = function.values.len();
         let mut uses = Uses {
-            counts: vec![0; values],
-            defined: vec![0; values],
-            used: vec![0; values],
-            into_sums: vec![false; values],
-            assigned: vec![false; values],
-            loads: vec![0; function.variables.len()],
-            clamped: vec![None; values],
+            counts: IndexVec::filled(values, 0),
+            defined: IndexVec::filled(values, 0),
+            used: IndexVec::filled(values, 0),
+            into_sums: IndexVec::filled(values, false),
+            assigned: IndexVec::filled(values, false),
+            loads: IndexVec::filled(function.variables.len(), 0),
+            clamped: IndexVec::filled(values, None),
         };
         uses.region(&function.body, 0);
         uses.find_clamped(function);
@@ -37,49 +39,46 @@ impl Uses {
     }
 
     pub fn count(&self, value: Value) -> u32 {
-        self.counts[value.0 as usize]
+        self.counts[value]
     }
 
     /// True if the value can be written at its use, where it is evaluated no more often than at its definition.
     pub fn nests(&self, value: Value) -> bool {
-        let index = value.0 as usize;
-        self.counts[index] == 1 && self.defined[index] == self.used[index]
+        self.counts[value] == 1 && self.defined[value] == self.used[value]
     }
 
     /// True if the value is assigned to a variable.
     pub fn is_assigned(&self, value: Value) -> bool {
-        self.assigned[value.0 as usize]
+        self.assigned[value]
     }
 
     /// True if the value is an operand of a sum directly, so that compilers might contract the operation that makes it
     /// with the sum.
     pub fn goes_into_sum(&self, value: Value) -> bool {
-        self.into_sums[value.0 as usize]
+        self.into_sums[value]
     }
 
     /// True if an integer is from 0 to `last` because it has been clamped to that range: `min(max(a, 0), last)`.
     pub fn is_clamped(&self, value: Value, last: i32) -> bool {
-        self.clamped[value.0 as usize].is_some_and(|most| most <= last)
+        self.clamped[value].is_some_and(|most| most <= last)
     }
 
     /// Finds clamped integers; constants precede their uses, and values are in the order of the text.
     fn find_clamped(&mut self, function: &Function) {
-        let mut constants = vec![None; function.values.len()];
+        let mut constants = IndexVec::filled(function.values.len(), None);
         function.body.for_each_op(&mut |op| {
-            let index = op.results.first as usize;
+            let Some(result) = op.results.iter().next() else { return };
             match op.kind {
                 OpKind::Constant(Constant::I32(constant)) if constant >= 0 => {
-                    constants[index] = Some(constant);
-                    self.clamped[index] = Some(constant);
+                    constants[result] = Some(constant);
+                    self.clamped[result] = Some(constant);
                 }
-                OpKind::Binary(BinaryOp::Max, _, b) if constants[b.0 as usize].is_some() => {
-                    self.clamped[index] = Some(i32::MAX);
+                OpKind::Binary(BinaryOp::Max, _, b) if constants[b].is_some() => {
+                    self.clamped[result] = Some(i32::MAX);
                 }
                 OpKind::Binary(BinaryOp::Min, a, b) => {
-                    if let (Some(_), Some(most)) =
-                        (self.clamped[a.0 as usize], constants[b.0 as usize])
-                    {
-                        self.clamped[index] = Some(most);
+                    if let (Some(_), Some(most)) = (self.clamped[a], constants[b]) {
+                        self.clamped[result] = Some(most);
                     }
                 }
                 _ => {}
@@ -89,21 +88,21 @@ impl Uses {
 
     /// Returns the number of operations that load from a variable.
     pub fn loads(&self, variable: VariableId) -> u32 {
-        self.loads[variable.0 as usize]
+        self.loads[variable]
     }
 
     fn region(&mut self, region: &Region, loops: u32) {
         for param in &region.params {
-            self.defined[param.0 as usize] = loops;
+            self.defined[*param] = loops;
         }
         for op in &region.ops {
             let assigns = matches!(op.kind, OpKind::Loop { .. });
             op.kind.for_each_operand(|value| self.add(value, loops, assigns));
             if let OpKind::Load(variable, _) = op.kind {
-                self.loads[variable.0 as usize] += 1;
+                self.loads[variable] += 1;
             }
             for result in op.results.iter() {
-                self.defined[result.0 as usize] = loops;
+                self.defined[result] = loops;
             }
             let inner = loops + u32::from(matches!(op.kind, OpKind::Loop { .. }));
             op.kind.regions().for_each(|region| self.region(region, inner));
@@ -112,9 +111,9 @@ impl Uses {
     }
 
     fn add(&mut self, value: Value, loops: u32, assigns: bool) {
-        self.assigned[value.0 as usize] = assigns;
-        self.counts[value.0 as usize] += 1;
-        self.used[value.0 as usize] = loops;
+        self.assigned[value] = assigns;
+        self.counts[value] += 1;
+        self.used[value] = loops;
     }
 
     /// Propagates once from sums to their operands; returns true if anything changed.
@@ -124,7 +123,7 @@ impl Uses {
             let goes = op.results.iter().map(|result| self.goes_into_sum(result));
             let goes: Vec<bool> = goes.collect();
             let mut mark = |value: Value, uses: &mut Uses| {
-                found |= !std::mem::replace(&mut uses.into_sums[value.0 as usize], true);
+                found |= !std::mem::replace(&mut uses.into_sums[value], true);
             };
             match &op.kind {
                 OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, b)

@@ -36,8 +36,8 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
 use crate::{
-    Function, Index, MAX_NESTING, Op, OpKind, ReferencePath, Region, Scalar, StateComponent, Value,
-    Variable, VariableId, VariableKind, evaluate, text,
+    Function, Index, IndexVec, MAX_NESTING, Op, OpKind, ReferencePath, Region, Scalar,
+    StateComponent, Value, Variable, VariableId, VariableKind, evaluate, text,
 };
 
 /// The greatest number of scalars of a variable other than a member or buffer.
@@ -92,7 +92,7 @@ enum Visibility {
 
 struct Verifier<'a> {
     function: &'a Function,
-    visibility: Vec<Visibility>,
+    visibility: IndexVec<Value, Visibility>,
     /// The visible values, in the order of their definition.
     visible: Vec<Value>,
     depth: usize,
@@ -106,7 +106,7 @@ impl<'a> Verifier<'a> {
     fn new(function: &'a Function) -> Self {
         Verifier {
             function,
-            visibility: vec![Visibility::Undefined; function.values.len()],
+            visibility: IndexVec::filled(function.values.len(), Visibility::Undefined),
             visible: Vec::new(),
             depth: 0,
             failed: None,
@@ -244,7 +244,7 @@ impl<'a> Verifier<'a> {
             self.check_use(*value, Some(*expected))?;
         }
         for value in self.visible.drain(outer..) {
-            self.visibility[value.0 as usize] = Visibility::Hidden;
+            self.visibility[value] = Visibility::Hidden;
         }
         self.depth -= 1;
         Ok(())
@@ -376,7 +376,7 @@ impl<'a> Verifier<'a> {
     }
 
     fn define(&mut self, value: Value) -> Result {
-        match self.visibility.get_mut(value.0 as usize) {
+        match self.visibility.get_mut(value) {
             Some(visibility @ Visibility::Undefined) => *visibility = Visibility::Visible,
             Some(_) => return Err(format!("{value} is defined twice")),
             None => return Err(format!("{value} is beyond the function's values")),
@@ -386,7 +386,7 @@ impl<'a> Verifier<'a> {
     }
 
     fn check_use(&self, value: Value, expected: Option<Scalar>) -> Result {
-        match self.visibility.get(value.0 as usize) {
+        match self.visibility.get(value) {
             Some(Visibility::Visible) => {}
             Some(Visibility::Undefined) => {
                 return Err(format!("{value} is used before it is defined"));

@@ -4,8 +4,8 @@
 //! (infinities), and nothing is reassociated. NaN remains NaN; its payload may change, which no operation can observe.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, OpKind, Scalar, UnaryOp, Value, Variable, VariableId,
-    VariableKind, evaluate,
+    BinaryOp, CompareOp, Constant, Index, IndexVec, OpKind, Scalar, UnaryOp, Value, Variable,
+    VariableId, VariableKind, evaluate,
 };
 
 /// A simpler equivalent of an operation.
@@ -50,9 +50,9 @@ pub(crate) struct Facts<'a> {
     /// The function's variables.
     pub variables: &'a [Variable],
     /// The constants, by value; may be shorter than the number of values.
-    pub known: &'a [Option<Constant>],
+    pub known: &'a IndexVec<Value, Option<Constant>>,
     /// The definitions, by value; may be shorter than the number of values.
-    pub definitions: &'a [Option<Definition>],
+    pub definitions: &'a IndexVec<Value, Option<Definition>>,
 }
 
 /// Applies the first rule that matches.
@@ -101,11 +101,11 @@ impl Facts<'_> {
     }
 
     fn known(&self, value: Value) -> Option<Constant> {
-        self.known.get(value.0 as usize).copied().flatten()
+        self.known.get(value).copied().flatten()
     }
 
     fn definition(&self, value: Value) -> Option<Definition> {
-        self.definitions.get(value.0 as usize).copied().flatten()
+        self.definitions.get(value).copied().flatten()
     }
 
     fn is_f32(&self, value: Value, constant: f32) -> bool {

@@ -19,14 +19,14 @@
 //! the bit. With `--math=strict` it does not run.
 
 use rtsl_ir::{
-    BinaryOp, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableKind,
+    BinaryOp, Function, Index, IndexVec, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableKind,
 };
 
 /// Contracts the operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    let products = vec![None; function.values.len()];
-    let of_object = vec![false; function.values.len()];
+    let products = IndexVec::filled(function.values.len(), None);
+    let of_object = IndexVec::filled(function.values.len(), false);
     Contraction { function, products, of_object }.region(&mut body);
     function.body = body;
 }
@@ -34,9 +34,9 @@ pub fn run(function: &mut Function) {
 struct Contraction<'a> {
     function: &'a mut Function,
     /// For each value that is a product, its factors.
-    products: Vec<Option<(Value, Value)>>,
+    products: IndexVec<Value, Option<(Value, Value)>>,
     /// For each value, true if it is computed from constants and members only.
-    of_object: Vec<bool>,
+    of_object: IndexVec<Value, bool>,
 }
 
 impl Contraction<'_> {
@@ -47,7 +47,7 @@ impl Contraction<'_> {
                 self.region(region);
             }
             if self.is_of_object(&op.kind) {
-                self.of_object[op.results.first as usize] = true;
+                self.of_object[op.results.get(0)] = true;
             }
             self.op(&mut op, &mut ops);
             ops.push(op);
@@ -70,7 +70,7 @@ impl Contraction<'_> {
             }
             OpKind::Unary(..) | OpKind::Binary(..) | OpKind::Fma(..) | OpKind::Convert(..) => {
                 let mut all = true;
-                kind.for_each_operand(|value| all &= self.of_object[value.0 as usize]);
+                kind.for_each_operand(|value| all &= self.of_object[value]);
                 all
             }
             _ => false,
@@ -85,7 +85,7 @@ impl Contraction<'_> {
         }
         let subtract = match operator {
             BinaryOp::Multiply => {
-                self.products[op.results.first as usize] = Some((a, b));
+                self.products[op.results.get(0)] = Some((a, b));
                 return;
             }
             BinaryOp::Add => false,
@@ -104,13 +104,13 @@ impl Contraction<'_> {
 
     /// True if of two products only the first can be computed once for all rays.
     fn second_is_better(&self, a: Value, b: Value) -> bool {
-        let of_object = |value: Value| self.of_object[value.0 as usize];
+        let of_object = |value: Value| self.of_object[value];
         self.product(b).is_some() && of_object(a) && !of_object(b)
     }
 
     /// Returns the factors of a product; negations added by this pass do not count.
     fn product(&self, value: Value) -> Option<(Value, Value)> {
-        self.products.get(value.0 as usize).copied().flatten()
+        self.products.get(value).copied().flatten()
     }
 
     fn negated(&mut self, value: Value, before: &mut Vec<Op>) -> Value {

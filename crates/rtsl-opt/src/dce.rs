@@ -6,7 +6,8 @@
 //! loops, and unused locals. A loop without needed operations is removed even if it would never end.
 
 use rtsl_ir::{
-    Effect, Function, Op, OpKind, Region, Value, Values, Variable, VariableId, VariableKind,
+    Effect, Function, IndexVec, Op, OpKind, Region, Value, Values, Variable, VariableId,
+    VariableKind,
 };
 
 use crate::substitution::Substitution;
@@ -42,13 +43,13 @@ struct Liveness<'a> {
     /// For each operation, the one whose region contains it.
     parents: Vec<Option<u32>>,
     /// For each value, the operation that defines it.
-    owners: Vec<u32>,
-    sources: Vec<Source>,
+    owners: IndexVec<Value, u32>,
+    sources: IndexVec<Value, Source>,
     /// The stores to each variable.
-    stores: Vec<Vec<u32>>,
-    needed_values: Vec<bool>,
+    stores: IndexVec<VariableId, Vec<u32>>,
+    needed_values: IndexVec<Value, bool>,
     needed_ops: Vec<bool>,
-    needed_locals: Vec<bool>,
+    needed_locals: IndexVec<VariableId, bool>,
     /// Needed values whose definitions have not been visited.
     worklist: Vec<Value>,
 }
@@ -60,12 +61,12 @@ impl<'a> Liveness<'a> {
             variables: &function.variables,
             ops: Vec::new(),
             parents: Vec::new(),
-            owners: vec![u32::MAX; values],
-            sources: vec![Source::Undefined; values],
-            stores: vec![Vec::new(); function.variables.len()],
-            needed_values: vec![false; values],
+            owners: IndexVec::filled(values, u32::MAX),
+            sources: IndexVec::filled(values, Source::Undefined),
+            stores: IndexVec::filled(function.variables.len(), Vec::new()),
+            needed_values: IndexVec::filled(values, false),
             needed_ops: Vec::new(),
-            needed_locals: vec![false; function.variables.len()],
+            needed_locals: IndexVec::filled(function.variables.len(), false),
             worklist: Vec::new(),
         };
         liveness.index(&function.body, None);
@@ -92,7 +93,7 @@ impl<'a> Liveness<'a> {
                 }
             }
             if let Effect::WritesLocal(local) = op.kind.effect(self.variables) {
-                self.stores[local.0 as usize].push(number);
+                self.stores[local].push(number);
             }
             for region in op.kind.regions() {
                 self.index(region, Some(number));
@@ -101,8 +102,8 @@ impl<'a> Liveness<'a> {
     }
 
     fn set_source(&mut self, value: Value, owner: u32, source: Source) {
-        self.owners[value.0 as usize] = owner;
-        self.sources[value.0 as usize] = source;
+        self.owners[value] = owner;
+        self.sources[value] = source;
     }
 
     fn find(mut self, function: &Function) -> Needed {
@@ -121,7 +122,7 @@ impl<'a> Liveness<'a> {
     }
 
     fn need(&mut self, value: Value) {
-        let needed = &mut self.needed_values[value.0 as usize];
+        let needed = &mut self.needed_values[value];
         if !*needed {
             *needed = true;
             self.worklist.push(value);
@@ -130,10 +131,10 @@ impl<'a> Liveness<'a> {
 
     /// Marks the operands of the definition of a needed value.
     fn need_source(&mut self, value: Value) {
-        let owner = self.owners[value.0 as usize];
+        let owner = self.owners[value];
         let op = self.ops[owner as usize];
         self.need_op(owner);
-        match (&op.kind, self.sources[value.0 as usize]) {
+        match (&op.kind, self.sources[value]) {
             (OpKind::If { then, otherwise, .. }, Source::IfResult(position)) => {
                 self.need(then.yields[position as usize]);
                 self.need(otherwise.yields[position as usize]);
@@ -169,8 +170,8 @@ impl<'a> Liveness<'a> {
     }
 
     fn need_local(&mut self, local: VariableId) {
-        if !std::mem::replace(&mut self.needed_locals[local.0 as usize], true) {
-            for store in std::mem::take(&mut self.stores[local.0 as usize]) {
+        if !std::mem::replace(&mut self.needed_locals[local], true) {
+            for store in std::mem::take(&mut self.stores[local]) {
                 self.need_op(store);
             }
         }
@@ -179,7 +180,7 @@ impl<'a> Liveness<'a> {
 
 /// The result of [`Liveness`]: by value, and by operation in the order of the text.
 struct Needed {
-    values: Vec<bool>,
+    values: IndexVec<Value, bool>,
     ops: Vec<bool>,
 }
 
@@ -217,7 +218,7 @@ impl Sweep<'_> {
     /// Removes the unneeded results of an `if` or a loop.
     fn prune(&mut self, op: &mut Op) {
         let results = op.results;
-        let is_needed = |value: Value| self.needed.values[value.0 as usize];
+        let is_needed = |value: Value| self.needed.values[value];
         let keep: Vec<bool> = results.iter().map(is_needed).collect();
         match &mut op.kind {
             OpKind::If { then, otherwise, .. } => {
@@ -269,38 +270,35 @@ fn count_inside(kind: &OpKind) -> usize {
 
 /// Removes locals that no operation uses; other variables are the interface and remain.
 fn remove_unused_locals(function: &mut Function) {
-    let mut used: Vec<bool> =
+    let mut used: IndexVec<VariableId, bool> =
         function.variables.iter().map(|variable| variable.kind != VariableKind::Local).collect();
     function.body.for_each_op(&mut |op| {
         if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
-            used[variable.0 as usize] = true;
+            used[variable] = true;
         }
     });
-    if !used.contains(&false) {
+    if used.iter().all(|used| *used) {
         return;
     }
-    let mut new_ids = Vec::with_capacity(used.len());
+    let mut new_ids = IndexVec::default();
     let mut next = 0;
-    for used in &used {
+    for used in used.iter() {
         new_ids.push(VariableId(next));
         next += u32::from(*used);
     }
-    let mut position = 0;
-    function.variables.retain(|_| {
-        position += 1;
-        used[position - 1]
-    });
+    let mut is_used = used.iter().copied();
+    function.variables.retain(|_| is_used.next().unwrap_or(true));
     for output in &mut function.outputs {
-        output.variable = new_ids[output.variable.0 as usize];
+        output.variable = new_ids[output.variable];
     }
     rename_variables(&mut function.body, &new_ids);
 }
 
-fn rename_variables(region: &mut Region, new_ids: &[VariableId]) {
+fn rename_variables(region: &mut Region, new_ids: &IndexVec<VariableId, VariableId>) {
     for op in &mut region.ops {
         match &mut op.kind {
             OpKind::Load(variable, _) | OpKind::Store(variable, ..) | OpKind::Length(variable) => {
-                *variable = new_ids[variable.0 as usize];
+                *variable = new_ids[*variable];
             }
             kind => kind.regions_mut().for_each(|region| rename_variables(region, new_ids)),
         }

@@ -14,8 +14,8 @@
 //! For example, the exponential of a negative square loses its clamp against overflow.
 
 use rtsl_ir::{
-    BinaryOp, Constant, ConstantPool, Effect, FloatInterval, Function, Interval, Op, OpKind,
-    Region, Scalar, UnaryOp, Value, VariableId, VariableKind,
+    BinaryOp, Constant, ConstantPool, Effect, FloatInterval, Function, IndexVec, Interval, Op,
+    OpKind, Region, Scalar, UnaryOp, Value, VariableId, VariableKind,
 };
 
 use crate::conditions::Conditions;
@@ -36,10 +36,10 @@ pub fn run(function: &mut Function) {
 /// The intervals of the floats of a function.
 struct Floats {
     /// The interval of each value; unbounded for other types.
-    of: Vec<FloatInterval>,
-    scalars: Vec<Scalar>,
+    of: IndexVec<Value, FloatInterval>,
+    scalars: IndexVec<Value, Scalar>,
     /// For each variable, the interval of a load.
-    variables: Vec<FloatInterval>,
+    variables: IndexVec<VariableId, FloatInterval>,
     conditions: Conditions,
 }
 
@@ -55,8 +55,8 @@ impl Floats {
             | VariableKind::Accepted => FloatInterval::ALL,
         });
         let mut floats = Floats {
-            of: vec![FloatInterval::ALL; function.values.len()],
-            scalars: function.values.clone(),
+            of: IndexVec::filled(function.values.len(), FloatInterval::ALL),
+            scalars: function.values.iter().copied().collect(),
             variables: variables.collect(),
             conditions: Conditions::default(),
         };
@@ -69,10 +69,9 @@ impl Floats {
         for op in &region.ops {
             match op.kind {
                 OpKind::Constant(Constant::F32(value)) => {
-                    self.of[op.results.first as usize] = FloatInterval::of(value);
+                    self.of[op.results.get(0)] = FloatInterval::of(value);
                 }
-                OpKind::Store(VariableId(variable), _, value) => {
-                    let variable = variable as usize;
+                OpKind::Store(variable, _, value) => {
                     self.variables[variable] = self.variables[variable].hull(self.get(value));
                 }
                 _ => op.kind.regions().for_each(|region| self.store_constants(region)),
@@ -81,11 +80,11 @@ impl Floats {
     }
 
     fn get(&self, value: Value) -> FloatInterval {
-        self.of[value.0 as usize]
+        self.of[value]
     }
 
     fn scalar(&self, value: Value) -> Scalar {
-        self.scalars[value.0 as usize]
+        self.scalars[value]
     }
 
     /// Computes the interval of an operation without regions.
@@ -93,7 +92,7 @@ impl Floats {
         let Some(result) = op.results.iter().next() else { return };
         self.conditions.remember(op);
         if self.scalar(result) == Scalar::F32 {
-            self.of[result.0 as usize] = self.computed(&op.kind);
+            self.of[result] = self.computed(&op.kind);
         }
     }
 
@@ -120,7 +119,7 @@ impl Floats {
                 Some(integers) => FloatInterval::of_integer(integers),
                 None => self.get(a),
             },
-            OpKind::Load(VariableId(variable), _) => self.variables[variable as usize],
+            OpKind::Load(variable, _) => self.variables[variable],
             _ => FloatInterval::ALL,
         }
     }
@@ -143,7 +142,7 @@ impl Floats {
                 let (left, right) = FloatInterval::where_is(op, truth, self.get(a), self.get(b));
                 for (value, interval) in [(a, left), (b, right)] {
                     before.push((value, self.get(value)));
-                    self.of[value.0 as usize] = interval;
+                    self.of[value] = interval;
                 }
             }
         }
@@ -152,7 +151,7 @@ impl Floats {
 
     fn restore(&mut self, before: Vec<(Value, FloatInterval)>) {
         for (value, interval) in before.into_iter().rev() {
-            self.of[value.0 as usize] = interval;
+            self.of[value] = interval;
         }
     }
 }
@@ -177,7 +176,7 @@ impl Use<'_> {
                     let yields = sides.map(|(side, truth)| self.side(condition, truth, side));
                     let [then, otherwise] = yields;
                     for (result, (a, b)) in op.results.iter().zip(then.into_iter().zip(otherwise)) {
-                        self.floats.of[result.0 as usize] = a.hull(b);
+                        self.floats.of[result] = a.hull(b);
                     }
                 }
                 OpKind::Loop { body, .. } => self.region(body),
@@ -241,12 +240,12 @@ impl Use<'_> {
 
     fn interned(&mut self, constant: Constant) -> Value {
         let value = self.pool.intern(&mut self.function.values, constant);
-        if value.0 as usize >= self.floats.of.len() {
+        if self.floats.of.get(value).is_none() {
             self.floats.scalars.push(constant.scalar());
             self.floats.of.push(FloatInterval::ALL);
         }
         if let Constant::F32(number) = constant {
-            self.floats.of[value.0 as usize] = FloatInterval::of(number);
+            self.floats.of[value] = FloatInterval::of(number);
         }
         value
     }

@@ -5,7 +5,7 @@
 //! whose body is an `if`; not from `if`s nested in those, which more often are rare cases. All operations are defined
 //! for all operands, so speculative execution changes nothing. Loops, which might not end, do not move.
 
-use rtsl_ir::{Effect, Function, Op, OpKind, Region, Variable};
+use rtsl_ir::{Effect, Function, IndexVec, Op, OpKind, Region, Value, Variable};
 
 /// The depth of nested `if`s in the body of a loop from which operations are taken.
 const MAX_IFS: u32 = 1;
@@ -13,7 +13,8 @@ const MAX_IFS: u32 = 1;
 /// Moves the loop-invariant operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    let mut levels = Levels { variables: &function.variables, of: vec![0; function.values.len()] };
+    let mut levels =
+        Levels { variables: &function.variables, of: IndexVec::filled(function.values.len(), 0) };
     levels.region(&body, 0);
     let mut motion = Motion { levels: levels.of };
     motion.region(&mut body, Position { loops: 0, ifs: 0 }, &mut Vec::new());
@@ -25,29 +26,29 @@ pub fn run(function: &mut Function) {
 struct Levels<'a> {
     variables: &'a [Variable],
     /// The level of each value.
-    of: Vec<u32>,
+    of: IndexVec<Value, u32>,
 }
 
 impl Levels<'_> {
     /// Computes the levels in a region at loop depth `loops`; returns the greatest of its operations and yields.
     fn region(&mut self, region: &Region, loops: u32) -> u32 {
         for param in &region.params {
-            self.of[param.0 as usize] = loops;
+            self.of[*param] = loops;
         }
         let mut greatest = 0;
         for op in &region.ops {
             let level = self.op(op, loops);
-            op.results.iter().for_each(|result| self.of[result.0 as usize] = level);
+            op.results.iter().for_each(|result| self.of[result] = level);
             greatest = greatest.max(level);
         }
-        let yields = region.yields.iter().map(|value| self.of[value.0 as usize]);
+        let yields = region.yields.iter().map(|value| self.of[*value]);
         yields.fold(greatest, u32::max)
     }
 
     /// Computes the level of an operation. One that cannot be moved has the level of its position.
     fn op(&mut self, op: &Op, loops: u32) -> u32 {
         let mut level = 0;
-        op.kind.for_each_operand(|value| level = level.max(self.of[value.0 as usize]));
+        op.kind.for_each_operand(|value| level = level.max(self.of[value]));
         match &op.kind {
             OpKind::Loop { body, .. } => {
                 self.region(body, loops + 1);
@@ -74,7 +75,7 @@ struct Position {
 
 struct Motion {
     /// The levels by value, from [`Levels`].
-    levels: Vec<u32>,
+    levels: IndexVec<Value, u32>,
 }
 
 impl Motion {
@@ -116,8 +117,7 @@ impl Motion {
     /// True if an operation is to move before the innermost loop. All results of one have the same level; an operation
     /// without results has an effect or is dead.
     fn leaves(&self, op: &Op, at: Position) -> bool {
-        at.ifs <= MAX_IFS
-            && op.results.iter().next().is_some_and(|it| self.levels[it.0 as usize] < at.loops)
+        at.ifs <= MAX_IFS && op.results.iter().next().is_some_and(|it| self.levels[it] < at.loops)
     }
 }
 

@@ -8,12 +8,14 @@
 
 use std::collections::{HashMap, HashSet};
 
-use rtsl_ir::{BinaryOp, Constant, ConstantPool, Function, OpKind, Region, UnaryOp, Value, Values};
+use rtsl_ir::{
+    BinaryOp, Constant, ConstantPool, Function, IndexVec, OpKind, Region, UnaryOp, Value, Values,
+};
 
 /// Simplifies the carried values of the loops of `function`.
 pub fn run(function: &mut Function) {
-    let mut used = vec![false; function.values.len()];
-    function.body.for_each_use(&mut |value| used[value.0 as usize] = true);
+    let mut used = IndexVec::filled(function.values.len(), false);
+    function.body.for_each_use(&mut |value| used[value] = true);
     let mut known = HashMap::new();
     function.body.for_each_op(&mut |op| {
         if let OpKind::Constant(constant) = op.kind {
@@ -30,7 +32,7 @@ pub fn run(function: &mut Function) {
 
 struct Pass<'a> {
     /// For each value, true if it is used.
-    used: Vec<bool>,
+    used: IndexVec<Value, bool>,
     known: HashMap<Value, Constant>,
     pool: &'a mut ConstantPool,
     function: &'a mut Function,
@@ -55,7 +57,7 @@ impl Pass<'_> {
         let mut simplified = Vec::with_capacity(body.yields.len());
         simplified.push(*again);
         for (result, next) in results.iter().zip(next) {
-            let is_used = self.used[result.0 as usize];
+            let is_used = self.used[result];
             simplified.push(if is_used { *next } else { self.next(&facts, *next) });
         }
         body.yields = simplified;

@@ -8,8 +8,8 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{
-    Constant, ConstantPool, Function, Index, Name, Op, OpKind, Region, Scalar, Value, Values,
-    VariableId, VariableKind,
+    Constant, ConstantPool, Function, Index, IndexVec, Name, Op, OpKind, Region, Scalar, Value,
+    Values, VariableId, VariableKind,
 };
 
 use crate::substitution::Substitution;
@@ -22,7 +22,7 @@ const MAX_SCALARS: u32 = 512;
 
 /// Promotes the locals of `function` within these limits.
 pub fn run(function: &mut Function) {
-    let mut is_candidate: Vec<bool> = function
+    let mut is_candidate: IndexVec<VariableId, bool> = function
         .variables
         .iter()
         .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_LOCAL_LEN)
@@ -30,14 +30,13 @@ pub fn run(function: &mut Function) {
     function.body.for_each_op(&mut |op| match op.kind {
         OpKind::Load(variable, Index::Dynamic(_))
         | OpKind::Store(variable, Index::Dynamic(_), _) => {
-            is_candidate[variable.0 as usize] = false;
+            is_candidate[variable] = false;
         }
         _ => {}
     });
     let mut scalars = 0;
     let locals = (0..function.variables.len() as u32).map(VariableId).filter(|local| {
-        let fits = is_candidate[local.0 as usize]
-            && scalars + function.variable(*local).len <= MAX_SCALARS;
+        let fits = is_candidate[*local] && scalars + function.variable(*local).len <= MAX_SCALARS;
         scalars += if fits { function.variable(*local).len } else { 0 };
         fits
     });
@@ -57,7 +56,7 @@ pub(crate) fn promote(function: &mut Function, locals: &[VariableId]) {
         let len = variable.len as u16;
         let names = (0..len).map(|component| Name { text, component, len, rank: Name::DECLARED });
         variables.names.extend(names);
-        variables.first[local.0 as usize] = Some(variables.scalars.len());
+        variables.first[*local] = Some(variables.scalars.len());
         variables.scalars.extend((0..variable.len).map(|_| variable.scalar));
     }
     let mut constants = ConstantPool::of(function);
@@ -82,7 +81,7 @@ pub(crate) fn promote(function: &mut Function, locals: &[VariableId]) {
 #[derive(Default)]
 struct Variables {
     /// For each promoted local, the index of its first scalar.
-    first: Vec<Option<usize>>,
+    first: IndexVec<VariableId, Option<usize>>,
     /// The type of each scalar.
     scalars: Vec<Scalar>,
     /// The name of each scalar.
@@ -91,7 +90,7 @@ struct Variables {
 
 impl Variables {
     fn at(&self, variable: VariableId, index: Index) -> Option<usize> {
-        let first = self.first[variable.0 as usize]?;
+        let first = self.first[variable]?;
         match index {
             Index::Constant(index) => Some(first + index as usize),
             Index::Dynamic(_) => unreachable!("locals with dynamic indices are not promoted"),

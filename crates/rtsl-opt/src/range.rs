@@ -15,8 +15,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Interval, Op, OpKind, Region,
-    Scalar, UnaryOp, Value, VariableId, VariableKind,
+    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, IndexVec, Interval, Op, OpKind,
+    Region, Scalar, UnaryOp, Value, VariableId, VariableKind,
 };
 
 use crate::conditions::Conditions;
@@ -51,12 +51,12 @@ pub fn run_knowing(function: &mut Function, known: &BTreeMap<(VariableId, u32), 
 /// The ranges of the values of a function.
 struct Ranges {
     /// The range of each value; `None` for f32 and for unreachable values.
-    of: Vec<Option<Interval>>,
-    scalars: Vec<Scalar>,
+    of: IndexVec<Value, Option<Interval>>,
+    scalars: IndexVec<Value, Scalar>,
     /// For each variable, the range of a load.
-    variables: Vec<Option<Interval>>,
+    variables: IndexVec<VariableId, Option<Interval>>,
     /// For each local, the union of the values stored in the current round.
-    stored: Vec<Option<Interval>>,
+    stored: IndexVec<VariableId, Option<Interval>>,
     /// The ranges of the carried values of each loop, by its first parameter.
     params: HashMap<Value, Vec<Option<Interval>>>,
     conditions: Conditions,
@@ -82,8 +82,8 @@ impl Ranges {
     fn find(function: &Function, known: &BTreeMap<(VariableId, u32), Constant>) -> Ranges {
         let variables = (0..).map(VariableId).zip(&function.variables);
         let mut ranges = Ranges {
-            of: vec![None; function.values.len()],
-            scalars: function.values.clone(),
+            of: IndexVec::filled(function.values.len(), None),
+            scalars: function.values.iter().copied().collect(),
             variables: variables
                 .map(|(id, variable)| match variable.kind {
                     VariableKind::Local => {
@@ -92,7 +92,7 @@ impl Ranges {
                     _ => known_range(id, variable.len, known).or(Interval::all(variable.scalar)),
                 })
                 .collect(),
-            stored: vec![None; function.variables.len()],
+            stored: IndexVec::filled(function.variables.len(), None),
             params: HashMap::new(),
             conditions: Conditions::default(),
             limits: limits(&function.body),
@@ -118,11 +118,11 @@ impl Ranges {
 
     fn round(&mut self, function: &Function) {
         self.region(&function.body);
-        for index in 0..self.stored.len() {
-            if let Some(stored) = self.stored[index].take() {
-                let scalar = function.variables[index].scalar;
-                let next = self.variables[index].map(|_| stored.hull(Interval::point(0)));
-                self.variables[index] = self.moved(scalar, self.variables[index], next);
+        for variable in (0..self.stored.len() as u32).map(VariableId) {
+            if let Some(stored) = self.stored[variable].take() {
+                let scalar = function.variable(variable).scalar;
+                let next = self.variables[variable].map(|_| stored.hull(Interval::point(0)));
+                self.variables[variable] = self.moved(scalar, self.variables[variable], next);
             }
         }
     }
@@ -181,7 +181,7 @@ impl Ranges {
             OpKind::Compare(op, a, b) => Some(Interval::compare(op, self.get(a)?, self.get(b)?)),
             OpKind::Select(_, a, b) => Some(self.get(a)?.hull(self.get(b)?)),
             OpKind::Convert(to, a) => Interval::convert(self.scalar(a), to, self.get(a)),
-            OpKind::Load(variable, _) => self.variables[variable.0 as usize],
+            OpKind::Load(variable, _) => self.variables[variable],
             OpKind::Length(_) | OpKind::LightCount => {
                 Some(Interval { low: 0, high: i64::from(i32::MAX) })
             }
@@ -191,7 +191,7 @@ impl Ranges {
 
     fn store(&mut self, variable: VariableId, value: Value) {
         let range = self.get(value);
-        let stored = &mut self.stored[variable.0 as usize];
+        let stored = &mut self.stored[variable];
         *stored = stored.map_or(range, |stored| range.map(|range| stored.hull(range)));
     }
 
@@ -314,15 +314,15 @@ impl Ranges {
     }
 
     fn scalar(&self, value: Value) -> Scalar {
-        self.scalars[value.0 as usize]
+        self.scalars[value]
     }
 
     fn get(&self, value: Value) -> Option<Interval> {
-        self.of[value.0 as usize]
+        self.of[value]
     }
 
     fn set(&mut self, value: Value, range: Option<Interval>) {
-        self.of[value.0 as usize] = range;
+        self.of[value] = range;
     }
 
     /// Adds the range of the function's next value.
@@ -518,7 +518,7 @@ impl Use<'_> {
 
     fn constant(&mut self, constant: Constant) -> Value {
         let value = self.pool.intern(&mut self.function.values, constant);
-        if value.0 as usize >= self.ranges.of.len() {
+        if self.ranges.of.get(value).is_none() {
             self.ranges.add(constant.scalar(), None);
         }
         self.ranges.set(value, Interval::of(constant));

@@ -25,8 +25,8 @@
 //! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave only the uses that count.
 
 use rtsl_ir::{
-    BinaryOp, Constant, Function, Op, OpKind, Region, Scalar, UnaryOp, Value, Values, Variable,
-    VariableKind,
+    BinaryOp, Constant, Function, IndexVec, Op, OpKind, Region, Scalar, UnaryOp, Value, Values,
+    Variable, VariableKind,
 };
 
 /// The greatest number of uses visited and operations copied per request; beyond it there is no bound.
@@ -39,7 +39,8 @@ pub fn run(function: &mut Function) {
     body.for_each_op(&mut |op| traces |= matches!(op.kind, OpKind::Trace { .. }));
     if traces {
         let flow = Flow::of(function, &body);
-        Weighing { visible: vec![false; function.values.len()], function, flow }.region(&mut body);
+        let visible = IndexVec::filled(function.values.len(), false);
+        Weighing { visible, function, flow }.region(&mut body);
     }
     function.body = body;
 }
@@ -68,11 +69,11 @@ impl Use {
 /// The definitions and uses of values.
 struct Flow {
     /// For each value, the operation that defines it if it can be duplicated.
-    definitions: Vec<Option<Op>>,
+    definitions: IndexVec<Value, Option<Op>>,
     /// For each value its uses, with the index of the innermost loop.
-    uses: Vec<Vec<(Use, u32)>>,
+    uses: IndexVec<Value, Vec<(Use, u32)>>,
     /// For each value, the index of the innermost loop around its definition; 0 for none.
-    loops: Vec<u32>,
+    loops: IndexVec<Value, u32>,
     loop_count: u32,
 }
 
@@ -80,9 +81,9 @@ impl Flow {
     fn of(function: &Function, body: &Region) -> Self {
         let count = function.values.len();
         let mut flow = Flow {
-            definitions: vec![None; count],
-            uses: vec![Vec::new(); count],
-            loops: vec![0; count],
+            definitions: IndexVec::filled(count, None),
+            uses: IndexVec::filled(count, Vec::new()),
+            loops: IndexVec::filled(count, 0),
             loop_count: 0,
         };
         flow.region(&function.variables, body, 0, None);
@@ -108,10 +109,10 @@ impl Flow {
 
     fn op(&mut self, variables: &[Variable], op: &Op, within: u32) {
         for result in op.results.iter() {
-            self.loops[result.0 as usize] = within;
+            self.loops[result] = within;
         }
         if can_be_copied(&op.kind, variables) {
-            self.definitions[op.results.first as usize] = Some(op.clone());
+            self.definitions[op.results.get(0)] = Some(op.clone());
         }
         self.operands(op, within);
         match &op.kind {
@@ -152,7 +153,7 @@ impl Flow {
     }
 
     fn add(&mut self, value: Value, how: Use, within: u32) {
-        self.uses[value.0 as usize].push((how, within));
+        self.uses[value].push((how, within));
     }
 }
 
@@ -188,7 +189,7 @@ struct Weighing<'a> {
     function: &'a mut Function,
     flow: Flow,
     /// For each value, true if it can be used at the current position.
-    visible: Vec<bool>,
+    visible: IndexVec<Value, bool>,
 }
 
 impl Weighing<'_> {
@@ -213,7 +214,7 @@ impl Weighing<'_> {
     /// Marks values as visible; only values of the original function are queried.
     fn show(&mut self, values: impl Iterator<Item = Value>, visible: bool) {
         for value in values {
-            if let Some(entry) = self.visible.get_mut(value.0 as usize) {
+            if let Some(entry) = self.visible.get_mut(value) {
                 *entry = visible;
             }
         }
@@ -221,14 +222,14 @@ impl Weighing<'_> {
 
     fn is_unweighed(&self, kind: &OpKind) -> bool {
         let OpKind::Trace { weight, .. } = kind else { return false };
-        let definition = &self.flow.definitions[weight.0 as usize];
+        let definition = &self.flow.definitions[*weight];
         let one = OpKind::Constant(Constant::F32(1.0));
         definition.as_ref().is_some_and(|op| op.kind == one)
     }
 
     /// Computes the weight of a request; the operations are appended to `before`.
     fn weigh(&mut self, op: &mut Op, before: &mut Vec<Op>) {
-        let within = self.flow.loops[op.results.first as usize];
+        let within = self.flow.loops[op.results.get(0)];
         let code = Code::default();
         let mut bounds = Bounds { weighing: self, within, code, steps: MAX_STEPS };
         let found = bounds.greatest(op.results);
@@ -262,7 +263,7 @@ impl Bounds<'_, '_> {
     fn greatest(&mut self, components: Values) -> Option<Value> {
         let mut greatest = None;
         // An unused component has the bound 0, which never exceeds the others.
-        let used = |component: &Value| !self.weighing.flow.uses[component.0 as usize].is_empty();
+        let used = |component: &Value| !self.weighing.flow.uses[*component].is_empty();
         let used: Vec<Value> = components.iter().filter(used).collect();
         for component in used {
             let bound = self.bound(component)?;
@@ -275,7 +276,7 @@ impl Bounds<'_, '_> {
     }
 
     fn bound(&mut self, value: Value) -> Option<Value> {
-        let uses = self.weighing.flow.uses[value.0 as usize].clone();
+        let uses = self.weighing.flow.uses[value].clone();
         let mut sum = None;
         for (position, (how, within)) in uses.iter().enumerate() {
             self.steps = self.steps.checked_sub(1)?;
@@ -318,13 +319,13 @@ impl Bounds<'_, '_> {
 
     /// Returns a copy of a value before the request.
     fn copy(&mut self, value: Value) -> Option<Value> {
-        if self.weighing.visible[value.0 as usize] {
+        if self.weighing.visible[value] {
             return Some(value);
         }
         if let Some((_, copy)) = self.code.copies.iter().find(|(of, _)| *of == value) {
             return Some(*copy);
         }
-        let mut op = self.weighing.flow.definitions[value.0 as usize].clone()?;
+        let mut op = self.weighing.flow.definitions[value].clone()?;
         self.steps = self.steps.checked_sub(1)?;
         let mut operands = Vec::new();
         op.kind.for_each_operand(|operand| operands.push(operand));

@@ -11,7 +11,7 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{Constant, Function, Op, OpKind, Region, UnaryOp, Value};
+use rtsl_ir::{Constant, Function, IndexVec, Op, OpKind, Region, UnaryOp, Value};
 
 use crate::algebra::{Definition, Facts, Simplified, simplify};
 use crate::substitution::Substitution;
@@ -26,8 +26,8 @@ const MAX_CHOSEN: usize = 32;
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut folding = Folding {
-        known: vec![None; function.values.len()],
-        definitions: vec![None; function.values.len()],
+        known: IndexVec::filled(function.values.len(), None),
+        definitions: IndexVec::filled(function.values.len(), None),
         selected: HashMap::new(),
         function,
         substitution: Substitution::default(),
@@ -40,8 +40,8 @@ pub fn run(function: &mut Function) {
 
 struct Folding<'a> {
     function: &'a Function,
-    known: Vec<Option<Constant>>,
-    definitions: Vec<Option<Definition>>,
+    known: IndexVec<Value, Option<Constant>>,
+    definitions: IndexVec<Value, Option<Definition>>,
     /// The selects so far by their conditions: results, and both sides.
     selected: HashMap<Value, Vec<(Value, [Value; 2])>>,
     substitution: Substitution,
@@ -89,7 +89,7 @@ impl Folding<'_> {
             }
         }
         if op.results.count == 1 {
-            let index = op.results.first as usize;
+            let index = op.results.get(0);
             self.definitions[index] = Definition::of(&op.kind);
             if let OpKind::Constant(constant) = op.kind {
                 self.known[index] = Some(constant);
@@ -103,7 +103,7 @@ impl Folding<'_> {
 
     fn fold_if(&mut self, mut op: Op, out: &mut Vec<Op>) {
         let OpKind::If { condition, then, otherwise } = &mut op.kind else { return };
-        if let Some(known) = self.known[condition.0 as usize] {
+        if let Some(known) = self.known[*condition] {
             let chosen = if known.bits() != 0 { then } else { otherwise };
             let Region { ops, yields, .. } = std::mem::take(chosen);
             self.ops(ops, out);
@@ -123,17 +123,16 @@ impl Folding<'_> {
 
     /// Runs `work` under the assumption that a bool is `is`.
     fn assuming(&mut self, condition: Value, is: bool, work: impl FnOnce(&mut Self)) {
-        let opposite = match self.definitions[condition.0 as usize] {
+        let opposite = match self.definitions[condition] {
             Some(Definition::Unary(UnaryOp::Not, opposite)) => Some(opposite),
             _ => None,
         };
         let facts = [(Some(condition), is), (opposite, !is)];
         let facts = facts.into_iter().filter_map(|(value, is)| Some((value?, is)));
         let facts: Vec<(Value, bool)> = facts.collect();
-        let known = facts.iter().map(|(value, is)| {
-            let index = value.0 as usize;
-            (index, self.known[index].replace(Constant::Bool(*is)))
-        });
+        let known = facts
+            .iter()
+            .map(|(value, is)| (*value, self.known[*value].replace(Constant::Bool(*is))));
         let known: Vec<_> = known.collect();
         let chosen: Vec<(Value, Value)> =
             facts.iter().flat_map(|(value, is)| self.chosen(*value, *is)).collect();
@@ -144,8 +143,8 @@ impl Folding<'_> {
         for (result, _) in chosen {
             self.substitution.unset(result);
         }
-        for (index, known) in known {
-            self.known[index] = known;
+        for (value, known) in known {
+            self.known[value] = known;
         }
     }
 
@@ -185,7 +184,7 @@ impl Folding<'_> {
 
     fn runs_once(&self, body: &Region) -> bool {
         let again = self.substitution.get(body.yields[0]);
-        self.known[again.0 as usize] == Some(Constant::Bool(false))
+        self.known[again] == Some(Constant::Bool(false))
     }
 }
 

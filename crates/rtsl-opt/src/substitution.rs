@@ -1,22 +1,19 @@
 //! Substitution of values.
 
-use rtsl_ir::{Names, OpKind, Region, Value, Values};
+use rtsl_ir::{IndexVec, Names, OpKind, Region, Value, Values};
 
 /// A map from values to their replacements. Made in the order of the text, so that a value's substitute is known before
 /// its first use.
 #[derive(Debug, Default)]
 pub(crate) struct Substitution {
-    substitutes: Vec<Option<Value>>,
+    substitutes: IndexVec<Value, Option<Value>>,
 }
 
 impl Substitution {
     /// Replaces `old` by the substitute of `new`.
     pub fn set(&mut self, old: Value, new: Value) {
-        let index = old.0 as usize;
-        if self.substitutes.len() <= index {
-            self.substitutes.resize(index + 1, None);
-        }
-        self.substitutes[index] = Some(self.get(new));
+        let new = self.get(new);
+        self.substitutes.insert(old, Some(new), None);
     }
 
     /// Replaces all results of an operation.
@@ -28,17 +25,17 @@ impl Substitution {
 
     /// Removes the substitute of `old` from here on.
     pub fn unset(&mut self, old: Value) {
-        self.substitutes[old.0 as usize] = None;
+        self.substitutes[old] = None;
     }
 
     /// Returns the substitute of `value`, or `value` if it has none.
     pub fn get(&self, value: Value) -> Value {
-        self.substitutes.get(value.0 as usize).copied().flatten().unwrap_or(value)
+        self.substitutes.get(value).copied().flatten().unwrap_or(value)
     }
 
     /// Gives substitutes the names of the values they replace, unless they have a name of lower rank.
     pub fn keep_names(&self, names: &mut Names) {
-        for (old, new) in (0..).map(Value).zip(&self.substitutes) {
+        for (old, new) in (0..).map(Value).zip(self.substitutes.iter()) {
             if let Some(new) = new {
                 names.keep(old, *new);
             }

@@ -5,7 +5,7 @@
 //! [`MAX_TRIPS`] iterations of at most [`MAX_OPS`] operations in all, inner loops first. Indices that count the
 //! iterations become constants, so that [`mem2reg`](crate::mem2reg) can promote locals afterwards.
 
-use rtsl_ir::{Constant, Function, Op, OpKind, Region, Value, Values, evaluate};
+use rtsl_ir::{Constant, Function, IndexVec, Op, OpKind, Region, Value, Values, evaluate};
 
 use crate::substitution::Substitution;
 
@@ -20,10 +20,10 @@ pub const MAX_TOTAL_OPS: u32 = 16_384;
 
 /// Unrolls the loops of `function` within these limits.
 pub fn run(function: &mut Function) {
-    let mut known = vec![None; function.values.len()];
+    let mut known = IndexVec::filled(function.values.len(), None);
     function.body.for_each_op(&mut |op| {
         if let OpKind::Constant(constant) = op.kind {
-            known[op.results.first as usize] = Some(constant);
+            known[op.results.get(0)] = Some(constant);
         }
     });
     let mut body = std::mem::take(&mut function.body);
@@ -42,7 +42,7 @@ pub fn run(function: &mut Function) {
 struct Unrolling<'a> {
     function: &'a mut Function,
     /// The constants, by value; during a trial run also the values constant in the iteration.
-    known: Vec<Option<Constant>>,
+    known: IndexVec<Value, Option<Constant>>,
     substitution: Substitution,
     /// The latest copies of the values defined in copied regions.
     names: Substitution,
@@ -136,15 +136,11 @@ impl Unrolling<'_> {
     }
 
     fn known(&self, value: Value) -> Option<Constant> {
-        self.known.get(value.0 as usize).copied().flatten()
+        self.known.get(value).copied().flatten()
     }
 
     fn set_known(&mut self, value: Value, constant: Option<Constant>) {
-        let index = value.0 as usize;
-        if self.known.len() <= index {
-            self.known.resize(index + 1, None);
-        }
-        self.known[index] = constant;
+        self.known.insert(value, constant, None);
     }
 
     fn unroll(

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{BinaryOp, Index, Scalar, UnaryOp, Value, VariableKind};
+use rtsl_ir::{BinaryOp, Index, IndexVec, Scalar, UnaryOp, Value, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region, Type};
@@ -40,7 +40,7 @@ impl Estimate {
     pub fn new(kernel: &Kernel) -> Estimate {
         let mut walk = Walk {
             kernel,
-            ready: vec![0.0; kernel.values.len()],
+            ready: IndexVec::filled(kernel.values.len(), 0.0),
             operations: 0,
             done: Work::default(),
             waiting: 0.0,
@@ -89,7 +89,7 @@ const fn cost(latency: f32, operations: f32) -> Cost {
 struct Walk<'a> {
     kernel: &'a Kernel,
     /// The time at which each value is ready.
-    ready: Vec<f32>,
+    ready: IndexVec<Value, f32>,
     operations: u32,
     done: Work,
     /// The waiting cycles in loops.
@@ -101,12 +101,12 @@ impl Walk<'_> {
     /// Returns the time at which the yields of a region that begins at `start` are ready.
     fn region(&mut self, region: &Region, start: f32) -> f32 {
         region.ops.iter().for_each(|op| self.op(op, start));
-        region.yields.iter().map(|value| self.ready[value.0 as usize]).fold(start, f32::max)
+        region.yields.iter().map(|value| self.ready[*value]).fold(start, f32::max)
     }
 
     fn op(&mut self, op: &Op, start: f32) {
         let mut begin = start;
-        op.kind.for_each_operand(|value| begin = begin.max(self.ready[value.0 as usize]));
+        op.kind.for_each_operand(|value| begin = begin.max(self.ready[value]));
         let end = match &op.kind {
             OpKind::If { condition: _, then, otherwise } => {
                 self.region(then, begin).max(self.region(otherwise, begin))
@@ -121,13 +121,13 @@ impl Walk<'_> {
             }
             _ => begin,
         };
-        op.results.iter().for_each(|result| self.ready[result.0 as usize] = end);
+        op.results.iter().for_each(|result| self.ready[result] = end);
     }
 
     fn run_loop(&mut self, body: &Region, begin: f32) -> f32 {
         self.loops = true;
         let before = self.done;
-        body.params.iter().for_each(|param| self.ready[param.0 as usize] = begin);
+        body.params.iter().for_each(|param| self.ready[*param] = begin);
         let end = self.region(body, begin);
         let operations = self.done.operations - before.operations;
         let round = self.recurrence(body).max(beyond_window(end - begin, operations));

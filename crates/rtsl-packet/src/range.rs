@@ -4,7 +4,7 @@
 //! It tracks [`Interval`]s, and upper bounds relative to the lengths of buffers. It ignores masks, so its results also
 //! hold in lanes that are off.
 
-use rtsl_ir::{BinaryOp, Interval, Scalar, Value, VariableId, VariableKind};
+use rtsl_ir::{BinaryOp, IndexVec, Interval, Scalar, Value, VariableId, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{OpKind, Region};
@@ -33,7 +33,7 @@ impl From<Interval> for Range {
 /// The ranges of the values of a kernel.
 pub struct Ranges {
     /// The range of each value; `None` for f32.
-    of: Vec<Option<Range>>,
+    of: IndexVec<Value, Option<Range>>,
 }
 
 impl Ranges {
@@ -68,7 +68,7 @@ impl Ranges {
     }
 
     fn get(&self, value: Value) -> Option<Range> {
-        self.of[value.0 as usize]
+        self.of[value]
     }
 
     fn region(&mut self, kernel: &Kernel, region: &Region) {
@@ -78,7 +78,7 @@ impl Ranges {
                 && let result = op.results.get(0)
                 && let Some(range) = self.result(kernel, &op.kind)
             {
-                self.of[result.0 as usize] = Some(range);
+                self.of[result] = Some(range);
             }
         }
     }

@@ -7,15 +7,15 @@
 //!   still in the loop have made the same number of iterations;
 //! - the content of a local, if the value, index or condition of any store varies.
 
-use rtsl_ir::{Function, Index, Op, OpKind, ReferencePath, Region, Value, VariableId};
+use rtsl_ir::{Function, Index, IndexVec, Op, OpKind, ReferencePath, Region, Value, VariableId};
 
 use crate::kernel::KernelVariable;
 
 /// The result of the analysis.
 #[derive(Clone, Debug)]
 pub struct Uniformity {
-    values: Vec<bool>,
-    variables: Vec<bool>,
+    values: IndexVec<Value, bool>,
+    variables: IndexVec<VariableId, bool>,
 }
 
 impl Uniformity {
@@ -24,7 +24,7 @@ impl Uniformity {
     pub fn new(function: &Function, variables: &[KernelVariable]) -> Uniformity {
         let mut analysis = Analysis {
             result: Uniformity {
-                values: vec![false; function.values.len()],
+                values: IndexVec::filled(function.values.len(), false),
                 variables: variables.iter().map(|variable| variable.varies).collect(),
             },
             changed: true,
@@ -39,12 +39,12 @@ impl Uniformity {
 
     /// True if `value` may differ from ray to ray.
     pub fn varies(&self, value: Value) -> bool {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     /// True if the content of the variable may differ from ray to ray.
     pub fn variable_varies(&self, variable: VariableId) -> bool {
-        self.variables[variable.0 as usize]
+        self.variables[variable]
     }
 }
 
@@ -76,8 +76,8 @@ impl Analysis {
             OpKind::Loop { initial, body } => self.run_loop(op, initial, body, diverged),
             OpKind::Store(variable, index, value) => {
                 if diverged || self.index_varies(*index) || self.result.varies(*value) {
-                    self.changed |= !self.result.variables[variable.0 as usize];
-                    self.result.variables[variable.0 as usize] = true;
+                    self.changed |= !self.result.variables[*variable];
+                    self.result.variables[*variable] = true;
                 }
             }
             kind => {
@@ -148,7 +148,7 @@ impl Analysis {
     }
 
     fn join(&mut self, value: Value, varies: bool) {
-        let known = &mut self.result.values[value.0 as usize];
+        let known = &mut self.result.values[value];
         self.changed |= varies && !*known;
         *known |= varies;
     }

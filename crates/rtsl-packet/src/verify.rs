@@ -15,7 +15,9 @@
 //! 9. There is one yield of the body for each output, and the outputs are state, scratch and accepted variables.
 
 use rtsl_abi::offsets::BUFFER_WORDS;
-use rtsl_ir::{BinaryOp, CompareOp, Index, Scalar, UnaryOp, Value, VariableId, VariableKind};
+use rtsl_ir::{
+    BinaryOp, CompareOp, Index, IndexVec, Scalar, UnaryOp, Value, VariableId, VariableKind,
+};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
@@ -37,14 +39,17 @@ pub struct VerifyError {
 /// # Errors
 /// The first violated invariant.
 pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
-    let mut verifier =
-        Verifier { kernel, visible: vec![false; kernel.values.len()], pure_only: false };
+    let mut verifier = Verifier {
+        kernel,
+        visible: IndexVec::filled(kernel.values.len(), false),
+        pure_only: false,
+    };
     verifier.kernel().map_err(|what| VerifyError { kernel: kernel.name.clone(), what })
 }
 
 struct Verifier<'a> {
     kernel: &'a Kernel,
-    visible: Vec<bool>,
+    visible: IndexVec<Value, bool>,
     /// True in the prologue.
     pure_only: bool,
 }
@@ -134,7 +139,7 @@ impl Verifier<'_> {
         region.yields.iter().try_for_each(|value| self.check_visible(*value))?;
         let inside = region.ops.iter().flat_map(|op| op.results.iter());
         for value in inside.chain(region.params.iter().copied()) {
-            self.visible[value.0 as usize] = false;
+            self.visible[value] = false;
         }
         Ok(())
     }
@@ -159,13 +164,13 @@ impl Verifier<'_> {
         let lanes = self.kernel.values.get(value.0 as usize).map(|ty| ty.lanes);
         let Some(lanes) = lanes else { return Err(format!("%{} has no type", value.0)) };
         ensure(!(lanes && self.pure_only), || format!("%{} in the prologue is lanes", value.0))?;
-        ensure(!self.visible[value.0 as usize], || format!("%{} is defined twice", value.0))?;
-        self.visible[value.0 as usize] = true;
+        ensure(!self.visible[value], || format!("%{} is defined twice", value.0))?;
+        self.visible[value] = true;
         Ok(())
     }
 
     fn check_visible(&self, value: Value) -> Checked {
-        let visible = self.visible.get(value.0 as usize).copied().unwrap_or(false);
+        let visible = self.visible.get(value).copied().unwrap_or(false);
         ensure(visible, || format!("%{} is used where it is not visible", value.0))
     }
 

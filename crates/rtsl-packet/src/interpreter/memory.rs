@@ -1,13 +1,13 @@
 //! Loads, stores and outputs.
 
 use rtsl_ir::host::MAX_LANES;
-use rtsl_ir::{Index, Value, VariableId, VariableKind};
+use rtsl_ir::{Index, IndexVec, Value, VariableId, VariableKind};
 
 use super::{Execution, Hit, Lanes};
 use crate::Kernel;
 
 /// Allocates the memory of a kernel's locals.
-pub(super) fn locals(kernel: &Kernel) -> Vec<Vec<Lanes>> {
+pub(super) fn locals(kernel: &Kernel) -> IndexVec<VariableId, Vec<Lanes>> {
     let len =
         |kind: VariableKind, len: u32| if kind == VariableKind::Local { len as usize } else { 0 };
     let variables = kernel.variables.iter().map(|it| len(it.variable.kind, it.variable.len));
@@ -36,7 +36,7 @@ impl Execution<'_> {
         match variable.kind {
             VariableKind::Local => {
                 let index = self.clamped(index, lane, variable.len.into());
-                self.locals[id.0 as usize][index as usize][lane]
+                self.locals[id][index as usize][lane]
             }
             VariableKind::Buffer => {
                 let scalars = u64::from(self.storage.elements(id, ray)) * u64::from(variable.len);
@@ -74,7 +74,7 @@ impl Execution<'_> {
         let on = mask.map_or(u32::MAX, |mask| self.lanes_of(mask));
         for lane in (0..MAX_LANES).filter(|lane| on >> lane & 1 != 0) {
             let index = self.clamped(index, lane, variable.variable.len.into());
-            self.locals[id.0 as usize][index as usize][lane] = self.get(value, lane);
+            self.locals[id][index as usize][lane] = self.get(value, lane);
         }
     }
 

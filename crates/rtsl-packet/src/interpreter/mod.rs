@@ -12,7 +12,7 @@ mod memory;
 mod requests;
 
 use rtsl_ir::host::{Host, MAX_LANES};
-use rtsl_ir::{Scalar, Value, VariableId, evaluate};
+use rtsl_ir::{IndexVec, Scalar, Value, VariableId, evaluate};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
@@ -70,7 +70,7 @@ pub fn run(
         storage,
         host,
         conditions: Conditions::of(kernel),
-        values: vec![[0; MAX_LANES]; kernel.values.len()],
+        values: IndexVec::filled(kernel.values.len(), [0; MAX_LANES]),
         locals: memory::locals(kernel),
         base: 0,
         chunk: 0,
@@ -93,9 +93,9 @@ struct Execution<'a> {
     storage: &'a mut dyn Storage,
     host: &'a mut dyn Host,
     conditions: Conditions,
-    values: Vec<Lanes>,
+    values: IndexVec<Value, Lanes>,
     /// The memory of each variable; empty for those that are not locals.
-    locals: Vec<Vec<Lanes>>,
+    locals: IndexVec<VariableId, Vec<Lanes>>,
     /// The ray of lane 0.
     base: u32,
     /// The chunk's mask: bit `i` is set if lane `i` is on.
@@ -131,8 +131,7 @@ impl<'a> Execution<'a> {
             }
             self.active = self.chunk;
             let chunk = self.chunk;
-            self.values[kernel.body.params[0].0 as usize] =
-                std::array::from_fn(|lane| chunk >> lane & 1);
+            self.values[kernel.body.params[0]] = std::array::from_fn(|lane| chunk >> lane & 1);
             self.clear_locals();
             self.ops(&kernel.body);
             if self.outcome.cut_short {
@@ -252,7 +251,7 @@ impl<'a> Execution<'a> {
         self.ops(side);
         self.active = outer;
         for (result, value) in op.results.iter().zip(&side.yields) {
-            self.values[result.0 as usize] = self.values[value.0 as usize];
+            self.values[result] = self.values[*value];
         }
     }
 
@@ -262,7 +261,7 @@ impl<'a> Execution<'a> {
         let mut carried: Vec<Lanes> = self.lanes_of_each(initial);
         loop {
             for (param, lanes) in body.params.iter().zip(carried) {
-                self.values[param.0 as usize] = lanes;
+                self.values[*param] = lanes;
             }
             self.ops(body);
             carried = self.lanes_of_each(next);
@@ -278,12 +277,12 @@ impl<'a> Execution<'a> {
         }
         self.active = outer;
         for (result, lanes) in op.results.iter().zip(carried) {
-            self.values[result.0 as usize] = lanes;
+            self.values[result] = lanes;
         }
     }
 
     fn lanes_of_each(&self, values: &[Value]) -> Vec<Lanes> {
-        values.iter().map(|value| self.values[value.0 as usize]).collect()
+        values.iter().map(|value| self.values[*value]).collect()
     }
 
     /// Restricts the active lanes to the mask whose [`OpKind::Any`] is `condition`.
@@ -309,7 +308,7 @@ impl<'a> Execution<'a> {
     }
 
     fn get(&self, value: Value, lane: usize) -> u32 {
-        self.values[value.0 as usize][lane]
+        self.values[value][lane]
     }
 
     /// Returns the lanes of a mask that are on.
@@ -326,7 +325,7 @@ impl<'a> Execution<'a> {
         } else {
             [compute(self, 0); MAX_LANES]
         };
-        self.values[result.0 as usize] = lanes;
+        self.values[result] = lanes;
     }
 
     /// Returns bits that no observable result may depend on.

@@ -19,7 +19,7 @@ impl Execution<'_> {
             OpKind::Occluded { mask, ray } => {
                 let (set, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
                 let occluded = self.host.occluded(set, &rays) & set.active;
-                self.values[op.results.first as usize] = mask_lanes(occluded);
+                self.values[op.results.get(0)] = mask_lanes(occluded);
             }
             OpKind::LightCount => {
                 let count = self.host.light_count();
@@ -38,7 +38,7 @@ impl Execution<'_> {
                 let answers = direction.iter().chain([distance]).chain(color).chain([pdf]);
                 self.define_answers(op.results.iter().skip(1), answers, reached);
                 self.zero_unless(op, reached);
-                self.values[op.results.first as usize] = mask_lanes(reached);
+                self.values[op.results.get(0)] = mask_lanes(reached);
             }
             OpKind::Ambient => {
                 for (result, component) in op.results.iter().zip(self.host.ambient()) {
@@ -70,7 +70,7 @@ impl Execution<'_> {
     }
 
     fn floats(&self, value: Value) -> LaneFloats {
-        self.values[value.0 as usize].map(f32::from_bits)
+        self.values[value].map(f32::from_bits)
     }
 
     /// Defines the results in the lanes that were answered; the others are unspecified.
@@ -84,14 +84,14 @@ impl Execution<'_> {
             let noise = |lane| self.noise(Scalar::F32, lane);
             let is_answered = |lane: usize| answered >> lane & 1 != 0;
             let bits = |lane| if is_answered(lane) { answer[lane].to_bits() } else { noise(lane) };
-            self.values[result.0 as usize] = std::array::from_fn(bits);
+            self.values[result] = std::array::from_fn(bits);
         }
     }
 
     /// Lights that do not reach a point read as zero there.
     fn zero_unless(&mut self, op: &Op, reached: u32) {
         for result in op.results.iter() {
-            for (lane, bits) in self.values[result.0 as usize].iter_mut().enumerate() {
+            for (lane, bits) in self.values[result].iter_mut().enumerate() {
                 *bits *= reached >> lane & 1;
             }
         }

@@ -200,7 +200,7 @@ impl Lowering<'_> {
     /// Opens the body of a loop with carried values of these types; returns the region open before.
     fn open_loop(&mut self, body: &rtsl_ir::Region, params: &[Value]) -> Vec<Op> {
         for (param, value) in body.params.iter().zip(params) {
-            self.values[param.0 as usize] = Some(*value);
+            self.values[*param] = Some(*value);
         }
         std::mem::take(&mut self.open)
     }

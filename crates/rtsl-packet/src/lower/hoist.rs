@@ -29,7 +29,7 @@ impl Lowering<'_> {
     fn is_hoistable_among(&self, kind: &OpKind, inside: &mut BTreeSet<Value>) -> bool {
         let mut operands_there = true;
         kind.for_each_operand(|operand| {
-            operands_there &= self.hoisted[operand.0 as usize] || inside.contains(&operand);
+            operands_there &= self.hoisted[operand] || inside.contains(&operand);
         });
         operands_there
             && self.is_pure(kind)
@@ -49,7 +49,7 @@ impl Lowering<'_> {
             }
             inside.extend(op.results.iter());
         }
-        region.yields.iter().all(|value| self.hoisted[value.0 as usize] || inside.contains(value))
+        region.yields.iter().all(|value| self.hoisted[*value] || inside.contains(value))
     }
 
     /// True if the result of an operation does not depend on its position or the number of executions.

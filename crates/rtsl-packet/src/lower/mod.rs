@@ -20,8 +20,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use rtsl_abi::{CallMode, DataLocation, Layout, ObjectForm};
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, Scalar, UnaryOp, Value, Values, VariableId,
-    VariableKind,
+    BinaryOp, CompareOp, Constant, Function, Index, IndexVec, Scalar, UnaryOp, Value, Values,
+    VariableId, VariableKind,
 };
 
 use crate::kernel::{Kernel, KernelOutput, KernelVariable, Op, OpKind, Region, Type};
@@ -191,7 +191,7 @@ struct Lowering<'a> {
     calls: Calls,
     uniformity: Uniformity,
     /// The number of uses of each value of the function.
-    uses: Vec<u32>,
+    uses: IndexVec<Value, u32>,
     /// Bitcasts that need not canonicalise NaNs.
     hidden_bitcasts: Vec<bool>,
     /// Conditions of the function that are rarely true.
@@ -203,9 +203,9 @@ struct Lowering<'a> {
     loaded: BTreeSet<Value>,
     kernel: Kernel,
     /// The packet value of each value of the function lowered so far.
-    values: Vec<Option<Value>>,
+    values: IndexVec<Value, Option<Value>>,
     /// For each packet value, true if the prologue defines it.
-    hoisted: Vec<bool>,
+    hoisted: IndexVec<Value, bool>,
     constants: BTreeMap<(Scalar, u32), Value>,
     /// The open region of the body.
     open: Vec<Op>,
@@ -219,8 +219,8 @@ struct Lowering<'a> {
 
 impl<'a> Lowering<'a> {
     fn new(function: &'a Function, uniformity: Uniformity, kernel: Kernel, calls: Calls) -> Self {
-        let mut uses = vec![0; function.values.len()];
-        function.body.for_each_use(&mut |value| uses[value.0 as usize] += 1);
+        let mut uses = IndexVec::filled(function.values.len(), 0);
+        function.body.for_each_use(&mut |value| uses[value] += 1);
         Lowering {
             function,
             calls,
@@ -231,8 +231,8 @@ impl<'a> Lowering<'a> {
             rare_sides: 0,
             loaded: BTreeSet::new(),
             kernel,
-            values: vec![None; function.values.len()],
-            hoisted: Vec::new(),
+            values: IndexVec::filled(function.values.len(), None),
+            hoisted: IndexVec::default(),
             constants: BTreeMap::new(),
             open: Vec::new(),
             mask: Value(0),
@@ -324,7 +324,7 @@ impl<'a> Lowering<'a> {
     // Values of the function.
 
     fn value(&self, value: Value) -> Value {
-        self.values[value.0 as usize].expect("values are defined before they are used")
+        self.values[value].expect("values are defined before they are used")
     }
 
     fn values_of<const N: usize>(&self, values: [Value; N]) -> [Value; N] {
@@ -340,12 +340,12 @@ impl<'a> Lowering<'a> {
 
     fn set_results(&mut self, op: &rtsl_ir::Op, values: &[Value]) {
         for (result, value) in op.results.iter().zip(values) {
-            self.values[result.0 as usize] = Some(*value);
+            self.values[result] = Some(*value);
         }
     }
 
     fn is_used(&self, value: Value) -> bool {
-        self.uses[value.0 as usize] > 0
+        self.uses[value] > 0
     }
 
     // Values of the kernel.
@@ -410,7 +410,7 @@ impl<'a> Lowering<'a> {
 
     fn push_op(&mut self, op: Op, hoist: bool) {
         if hoist {
-            op.results.iter().for_each(|result| self.hoisted[result.0 as usize] = true);
+            op.results.iter().for_each(|result| self.hoisted[result] = true);
             self.kernel.prologue.ops.push(op);
         } else {
             self.open.push(op);

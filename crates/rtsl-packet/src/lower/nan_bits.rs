@@ -4,7 +4,7 @@
 //! integers only have their sign changed and become an f32 again: a NaN remains some NaN whatever its bits, so they
 //! need not be canonical. The others are analysed by [`Shadow`].
 
-use rtsl_ir::{BinaryOp, Function, OpKind, Region, Scalar, Value};
+use rtsl_ir::{BinaryOp, Function, IndexVec, OpKind, Region, Scalar, Value};
 
 use super::nan_shadow::Shadow;
 use super::sign_bit::{SIGN, constant, is_sign};
@@ -13,15 +13,15 @@ use super::sign_bit::{SIGN, constant, is_sign};
 pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
     let mut uses = Uses {
         function,
-        definitions: vec![None; function.values.len()],
-        all: vec![0; function.values.len()],
-        hiding: vec![0; function.values.len()],
+        definitions: IndexVec::filled(function.values.len(), None),
+        all: IndexVec::filled(function.values.len(), 0),
+        hiding: IndexVec::filled(function.values.len(), 0),
     };
-    function.body.for_each_use(&mut |value| uses.all[value.0 as usize] += 1);
+    function.body.for_each_use(&mut |value| uses.all[value] += 1);
     uses.define(&function.body);
     function.body.for_each_op(&mut |op| {
         if let OpKind::Bitcast(Scalar::F32, a) = op.kind {
-            uses.hiding[a.0 as usize] += 1;
+            uses.hiding[a] += 1;
         }
     });
     function.body.for_each_op(&mut |op| {
@@ -42,23 +42,23 @@ pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
 /// The uses of values.
 struct Uses<'a> {
     function: &'a Function,
-    definitions: Vec<Option<&'a OpKind>>,
-    all: Vec<u32>,
+    definitions: IndexVec<Value, Option<&'a OpKind>>,
+    all: IndexVec<Value, u32>,
     /// The number of uses after which the value is only an f32, and a NaN if it was one.
-    hiding: Vec<u32>,
+    hiding: IndexVec<Value, u32>,
 }
 
 impl<'a> Uses<'a> {
     fn define(&mut self, body: &'a Region) {
         body.for_each_op(&mut |op| {
             if op.results.count == 1 {
-                self.definitions[op.results.first as usize] = Some(&op.kind);
+                self.definitions[op.results.get(0)] = Some(&op.kind);
             }
         });
     }
 
     fn is_hidden(&self, value: Value) -> bool {
-        self.all[value.0 as usize] == self.hiding[value.0 as usize]
+        self.all[value] == self.hiding[value]
     }
 
     fn is_hidden_bitcast(&self, value: Value) -> bool {
@@ -67,7 +67,7 @@ impl<'a> Uses<'a> {
 
     /// Returns the f32 whose bits `value` is.
     fn source(&self, value: Value) -> Option<Value> {
-        match self.definitions[value.0 as usize] {
+        match self.definitions[value] {
             Some(OpKind::Bitcast(Scalar::I32 | Scalar::U32, source)) => {
                 (self.function.scalar(*source) == Scalar::F32).then_some(*source)
             }
@@ -83,7 +83,7 @@ impl<'a> Uses<'a> {
             _ => false,
         };
         if keeps_nan {
-            self.hiding[bits.0 as usize] += 1;
+            self.hiding[bits] += 1;
         }
     }
 }

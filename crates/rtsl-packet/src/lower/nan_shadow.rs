@@ -5,7 +5,8 @@
 //! and propagates that assumption to all other values. The payload is hidden if no observable value depends on it.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value,
+    BinaryOp, CompareOp, Constant, Function, Index, IndexVec, Op, OpKind, Region, Scalar, UnaryOp,
+    Value,
 };
 
 use super::sign_bit::is_sign;
@@ -58,8 +59,8 @@ struct Seen;
 /// The analysis, run for one value at a time.
 pub struct Shadow<'a> {
     function: &'a Function,
-    definitions: &'a [Option<&'a OpKind>],
-    values: Vec<Supposed>,
+    definitions: &'a IndexVec<Value, Option<&'a OpKind>>,
+    values: IndexVec<Value, Supposed>,
     /// The number of operations that may still be visited, which keeps the work linear in the function's size.
     budget: usize,
 }
@@ -68,25 +69,27 @@ pub struct Shadow<'a> {
 const MAX_ROUNDS: usize = 64;
 
 impl<'a> Shadow<'a> {
-    /// Returns an analysis of `function`; `definitions` is indexed by value.
-    pub fn new(function: &'a Function, definitions: &'a [Option<&'a OpKind>]) -> Self {
+    /// Returns an analysis of `function`, given the operations that define its values.
+    pub fn new(
+        function: &'a Function,
+        definitions: &'a IndexVec<Value, Option<&'a OpKind>>,
+    ) -> Self {
         let budget = function.values.len().saturating_mul(MAX_ROUNDS);
-        Shadow { function, definitions, values: Vec::new(), budget }
+        Shadow { function, definitions, values: IndexVec::default(), budget }
     }
 
     /// True if the payload of `value`, an f32, is unobservable when its bits are used directly.
     pub fn hides(&mut self, value: Value) -> bool {
         let Some(value) = self.origin(value) else { return true };
-        self.values.clear();
-        self.values.resize(self.function.values.len(), Same);
-        self.values[value.0 as usize] = Nan;
+        self.values = IndexVec::filled(self.function.values.len(), Same);
+        self.values[value] = Nan;
         self.region(&self.function.body, value).is_ok()
             && !self.function.body.yields.iter().any(|value| self.at(*value).tells())
     }
 
     /// Returns the earliest value that is a NaN whenever this one is; `None` if it never is.
     fn origin(&self, value: Value) -> Option<Value> {
-        let definition = self.definitions[value.0 as usize];
+        let definition = self.definitions[value];
         let earlier = match definition {
             Some(OpKind::Constant(Constant::F32(number))) if !number.is_nan() => return None,
             Some(OpKind::Convert(_, a)) if self.function.scalar(*a) != Scalar::F32 => return None,
@@ -126,14 +129,14 @@ impl<'a> Shadow<'a> {
 
     /// True for a finite constant other than 0: adding or multiplying it creates no NaN.
     fn is_factor(&self, value: Value) -> bool {
-        match self.definitions[value.0 as usize] {
+        match self.definitions[value] {
             Some(OpKind::Constant(Constant::F32(number))) => number.is_finite() && *number != 0.0,
             _ => false,
         }
     }
 
     fn at(&self, value: Value) -> Supposed {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     fn region(&mut self, region: &Region, nan: Value) -> Result<(), Seen> {
@@ -153,7 +156,7 @@ impl<'a> Shadow<'a> {
                 }
                 kind => {
                     if let Some(supposed) = self.pure(kind) {
-                        self.values[op.results.first as usize] = supposed;
+                        self.values[op.results.get(0)] = supposed;
                     } else {
                         let mut seen = false;
                         kind.for_each_operand(|operand| seen |= self.at(operand).tells());
@@ -191,7 +194,7 @@ impl<'a> Shadow<'a> {
             self.region(otherwise, nan)?;
         }
         for (result, (a, b)) in op.results.iter().zip(then.yields.iter().zip(&otherwise.yields)) {
-            self.values[result.0 as usize] = match (takes_then, takes_otherwise) {
+            self.values[result] = match (takes_then, takes_otherwise) {
                 (true, false) => self.at(*a),
                 (false, _) => self.at(*b),
                 (true, true) => self.at(*a).or(self.at(*b)),

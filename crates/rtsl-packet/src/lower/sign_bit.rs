@@ -1,13 +1,14 @@
 //! Integers whose only set bit is the sign of an f32.
 
-use rtsl_ir::{BinaryOp, Constant, OpKind, Value};
+use rtsl_ir::{BinaryOp, Constant, IndexVec, OpKind, Value};
 
+/// The sign bit of an f32.
 pub const SIGN: u32 = 1 << 31;
 
-/// True if all bits of an integer except the highest are 0; `definitions` is indexed by value.
-pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
+/// True if all bits of an integer except the highest are 0.
+pub fn is_sign(definitions: &IndexVec<Value, Option<&OpKind>>, value: Value) -> bool {
     let constant = |value| constant(definitions, value);
-    match definitions[value.0 as usize] {
+    match definitions[value] {
         Some(OpKind::Constant(_)) => constant(value).is_some_and(|bits| bits & !SIGN == 0),
         Some(OpKind::Binary(BinaryOp::And, a, b)) => {
             [*a, *b].into_iter().any(|operand| constant(operand) == Some(SIGN))
@@ -20,8 +21,8 @@ pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
 }
 
 /// Returns the bits of an integer constant.
-pub fn constant(definitions: &[Option<&OpKind>], value: Value) -> Option<u32> {
-    match definitions[value.0 as usize] {
+pub fn constant(definitions: &IndexVec<Value, Option<&OpKind>>, value: Value) -> Option<u32> {
+    match definitions[value] {
         Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
             Some(constant.bits())
         }

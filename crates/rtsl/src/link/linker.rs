@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::Reference;
 use rtsl_ir::{
-    CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
+    CompareOp, Constant, Function, Index, IndexVec, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
     ReferencePath, Region, Scalar, StateComponent, Value, Values, Variable, VariableId,
     VariableKind,
 };
@@ -63,8 +63,8 @@ pub(super) struct Site<'a> {
     pub is_root: bool,
     /// State that differs from that of the call.
     pub overrides: Vec<(StateComponent, Value)>,
-    values: Vec<Option<Value>>,
-    variables: Vec<Option<VariableId>>,
+    values: IndexVec<Value, Option<Value>>,
+    variables: IndexVec<VariableId, Option<VariableId>>,
     in_loop: bool,
     /// The index of the function's first name in the linked function.
     first_text: u32,
@@ -84,18 +84,18 @@ impl<'a> Site<'a> {
             is_root: prefix.is_empty(),
             prefix,
             overrides: Vec::new(),
-            values: vec![None; function.values.len()],
-            variables: vec![None; function.variables.len()],
+            values: IndexVec::filled(function.values.len(), None),
+            variables: IndexVec::filled(function.variables.len(), None),
             in_loop: false,
         }
     }
 
     pub fn value(&self, value: Value) -> Value {
-        self.values[value.0 as usize].expect("the verifier saw values defined before their use")
+        self.values[value].expect("the verifier saw values defined before their use")
     }
 
     fn define(&mut self, value: Value, new: Value) {
-        self.values[value.0 as usize] = Some(new);
+        self.values[value] = Some(new);
     }
 }
 
@@ -248,7 +248,7 @@ impl Linker {
 
     /// Returns the variable of the linked function for one of the site's.
     pub fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
-        if let Some(known) = site.variables[id.0 as usize] {
+        if let Some(known) = site.variables[id] {
             return known;
         }
         let variable = site.function.variable(id);
@@ -266,7 +266,7 @@ impl Linker {
             }
         };
         let new = self.intern_variable(Variable { name, ..variable.clone() });
-        site.variables[id.0 as usize] = Some(new);
+        site.variables[id] = Some(new);
         new
     }
 
