@@ -23,8 +23,8 @@ impl Id for VariableId {
     }
 }
 
-/// A vector with an element for each id of one type, such as the facts of a pass about each value of a function. An id of
-/// another type is not an index.
+/// A vector with an element for each id of one type, such as the facts of a pass about each value of a function. An id
+/// of another type is not an index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IndexVec<I, T> {
     elements: Vec<T>,

@@ -10,14 +10,14 @@ use rtsl_spec::lookup_state;
 /// The locations of a method's variables in calls of one mode.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneVariables {
-    variables: Vec<LanePlace>,
+    variables: Vec<LaneVariable>,
     /// The components of the state that the method reads or writes; calls may lack others.
     touched: ComponentSet,
 }
 
 /// The location of a variable.
 #[derive(Clone, Copy, Debug)]
-struct LanePlace {
+struct LaneVariable {
     location: Location,
     len: u32,
     /// True if the variable differs between lanes; otherwise all lanes have the value of one lane before the call.
@@ -55,18 +55,17 @@ impl LaneVariables {
                 Location::of(variable, layout, form.as_ref()).unwrap_or(Location::Nowhere);
             let of_objects =
                 matches!(location, Location::ObjectMember(_) | Location::ObjectBuffer(_));
-            LanePlace { location, len: variable.len, varies: mode.varies(variable, of_objects) }
+            LaneVariable { location, len: variable.len, varies: mode.varies(variable, of_objects) }
         });
         LaneVariables { variables: variables.collect(), touched: signature.state }
     }
 
-    fn get(&self, variable: VariableId) -> LanePlace {
+    fn get(&self, variable: VariableId) -> LaneVariable {
         self.variables[variable.0 as usize]
     }
 
-    /// By place the scalars of state and scratch that all lanes share, from the lane that has them: copies,
-    /// since the call may change what they were read from. What nobody reads is zero: components that the method does
-    /// not touch, and all where the call has no lanes.
+    /// Copies the scalars of state and scratch that all lanes share from the lane that has them, by variable: the call
+    /// may change the lane. Scalars that the method does not read are zero; all are zero if the call has no lanes.
     fn shared_inputs(&self, lane: usize, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
         let is_read = |location: Location, index: u32| match location {
             Location::State(first) => self.touched.contains(first + index) && lane < state.lanes(),
@@ -76,7 +75,7 @@ impl LaneVariables {
             true => location.lane(index, lane, state, scratch),
             false => 0,
         };
-        let of_lane = |variable: &LanePlace| match variable.location {
+        let of_lane = |variable: &LaneVariable| match variable.location {
             Location::State(_) | Location::Scratch(..) if !variable.varies => {
                 (0..variable.len).map(|index| shared(variable.location, index)).collect()
             }
@@ -134,7 +133,7 @@ impl Location {
     }
 }
 
-/// The places in the arguments of one call.
+/// The variables in the arguments of one call.
 pub(crate) struct CallStorage<'a> {
     variables: &'a LaneVariables,
     /// See [`LaneVariables::shared_inputs`].
@@ -169,7 +168,7 @@ impl<'a> CallStorage<'a> {
         CallStorage { variables, shared, state, scratch, accepted, instances }
     }
 
-    /// The places of one lane.
+    /// Returns the variables of one lane.
     pub fn lane(&mut self, lane: usize) -> LaneStorage<'a, '_> {
         LaneStorage { data: Data::of(self.instances, lane), call: self, lane }
     }
@@ -259,7 +258,7 @@ impl<'a> Data<'a> {
     }
 }
 
-/// The places of one lane.
+/// The variables of one lane.
 pub(crate) struct LaneStorage<'a, 'call> {
     call: &'call mut CallStorage<'a>,
     lane: usize,

@@ -128,7 +128,7 @@ fn add(
             values.iter().try_for_each(|value| add(element, value, path, leaves, depth + 1))
         }
         (ParameterType::Buffer(element), Value::List(values)) if !is_flat_list(element, values) => {
-            // A buffer without elements still has its places.
+            // A buffer without elements has leaves, too.
             reserve(element, path, leaves);
             values.iter().try_for_each(|value| add(element, value, path, leaves, depth + 1))
         }
