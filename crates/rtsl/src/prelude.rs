@@ -19,6 +19,7 @@ pub(crate) struct Prelude {
 /// The prelude; the first call makes it.
 pub(crate) fn prelude() -> &'static Prelude {
     static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
+        let _span = tracing::debug_span!("prelude").entered();
         let mut sources = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
         let mut units = Vec::new();

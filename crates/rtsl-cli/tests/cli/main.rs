@@ -270,6 +270,45 @@ fn every_form_can_be_built() {
 }
 
 #[test]
+fn the_times_of_stages_are_shown_on_request() {
+    let folder = Folder::new("timings");
+    folder.write("sphere.rtsl", SPHERE);
+    let build = ["build", "sphere.rtsl", "--emit", "ir"];
+    let timed = |rest: &[&str]| folder.run(&[&build[..], &["--timings"], rest].concat());
+    let table = timed(&[]).exits(DONE).output();
+    for stage in
+        ["stage ", "prelude ", "parse ", "lower ", "link ", "optimize ", "  dce ", "total "]
+    {
+        assert!(table.contains(stage), "{stage}: {table}");
+    }
+    let json = timed(&["--json", "-o", "sphere.ir"]).exits(DONE).output();
+    let json: serde_json::Value = serde_json::from_str(&json).expect("it is one object");
+    let stages = json["stages"].as_array().expect("it is a list");
+    assert!(stages.iter().all(|stage| stage["calls"].as_u64() > Some(0)), "{json}");
+    assert!(stages.iter().any(|stage| stage["name"] == "optimize"), "{json}");
+    // The form is the same, and without an output file it is not printed.
+    let form = folder.run(&build).exits(DONE).output();
+    assert_eq!(std::fs::read_to_string(folder.0.path().join("sphere.ir")).unwrap(), form);
+    assert!(!table.contains(&form));
+    folder.run(&[&build[..], &["--json"]].concat()).exits(WRONG_USAGE);
+}
+
+#[test]
+fn stages_are_lines_on_standard_error() {
+    let folder = Folder::new("verbose");
+    folder.write("sphere.rtsl", SPHERE);
+    let check = |flags: &[&str]| folder.run(&[&["check", "sphere.rtsl"], flags].concat());
+    assert_eq!(check(&[]).exits(DONE).errors(), "");
+    let lines = check(&["-v"]).exits(DONE).errors();
+    assert!(
+        lines.contains("parse file=sphere.rtsl: ") && lines.contains("lower class="),
+        "{lines}"
+    );
+    let build = folder.run(&["-vv", "build", "sphere.rtsl", "--emit", "ir"]).exits(DONE);
+    assert!(build.errors().contains("  dce: "), "{}", build.errors());
+}
+
+#[test]
 fn libraries_have_several_classes_shapes_and_widths() {
     let folder = Folder::new("library");
     folder.write("ball.rtsl", SPHERE);
