@@ -4,8 +4,8 @@
 //! cargo run -p rtsl-bench --example plot_triangles -- docs/data/triangles.csv docs/src/images/triangles.svg
 //! ```
 //!
-//! Each line of the table after the first is a point: `series,triangles,million rays a second`. Lines that start with `#`
-//! tell when and where the points were measured.
+//! Each line of the table after the first is a point: `series,triangles,million rays a second`. Lines that start with
+//! `#` tell when and where the points were measured.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

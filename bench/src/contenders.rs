@@ -83,7 +83,7 @@ impl Compiled {
     fn new(race: &Race, engine: &Engine) -> Result<Compiled, String> {
         let instance = object(&class(race.shader)?, &race.parameters)?;
         let program = engine.program(&instance);
-        let variant = Variant::new(race.shader.shape).reading(race.outputs().with_scratch());
+        let variant = Variant::new(race.shader.mode).reading(race.outputs().with_scratch());
         let kernel = program.kernel(race.shader.method, variant);
         let kernel = kernel.map_err(|error| error.message)?;
         let block = program.block(&instance);

@@ -44,7 +44,7 @@ pub struct LeafResult {
 /// Returns the classes whose names contain `filter`.
 pub fn leaves(filter: Option<&str>) -> Vec<Leaf> {
     let shader =
-        |file, class| Shader { file, class, method: Method::Intersect, shape: CallMode::Leaf };
+        |file, class| Shader { file, class, method: Method::Intersect, mode: CallMode::Leaf };
     let all = [
         Leaf { name: "sphere", shader: shader("sphere.rtsl", "Sphere"), object: sphere },
         Leaf { name: "triangle", shader: shader("triangle.rtsl", "Triangle"), object: triangle },
@@ -96,8 +96,8 @@ pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult
     let instances = (0..OBJECTS).map(|_| object(&class, &(leaf.object)(&mut random)));
     let instances = instances.collect::<Result<Vec<_>, _>>()?;
     let program = engine.program(&instances[0]);
-    let kernel = |shape| {
-        let kernel = program.kernel(Method::Intersect, shape);
+    let kernel = |mode| {
+        let kernel = program.kernel(Method::Intersect, mode);
         kernel.map_err(|error| error.message)
     };
     let objects = Arc::new(program.objects(instances.iter().map(|it| &**it)));
@@ -112,7 +112,10 @@ pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult
     };
     let hits = ways.iter().map(|way| rays.hits(way)).collect::<Vec<_>>();
     if hits[0] != hits[1] {
-        return Err(format!("{}: the leaf shape finds other hits than single calls", leaf.name));
+        return Err(format!(
+            "{}: the call mode `leaf` finds other hits than single calls",
+            leaf.name
+        ));
     }
     let timings = measure(&ways, &mut rays, RAYS * OBJECTS, plan);
     Ok(LeafResult { leaf: leaf.name, single: timings[0].median, together: timings[1].median })

@@ -43,7 +43,7 @@ pub struct Shader {
     /// The method of that class.
     pub method: Method,
     /// The call mode.
-    pub shape: CallMode,
+    pub mode: CallMode,
 }
 
 /// The hand-written forms of a kernel.

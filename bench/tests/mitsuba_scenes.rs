@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl_image::Image;
-use rtsl_render::{RenderRequest, render_scene};
+use rtsl_render::{Execution, RenderRequest, render_scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("mitsuba/scenes")
@@ -14,7 +14,7 @@ fn render(scene: PathBuf) -> Image {
         scene,
         size: Some((24, 24)),
         samples: Some(16),
-        threads: Some(2),
+        execution: Execution::on_threads(2),
         ..RenderRequest::default()
     };
     let fail = |messages: rtsl::Messages| panic!("{}", messages.to_text(false));

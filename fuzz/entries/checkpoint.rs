@@ -1,4 +1,4 @@
-//! What is done with any bytes that claim to be a checkpoint.
+//! Reads arbitrary bytes as a checkpoint.
 
 use rtsl_render::checkpoint::Checkpoint;
 

@@ -1,4 +1,4 @@
-//! What is done with any bytes that claim to be a glTF file.
+//! Reads arbitrary bytes as a glTF file.
 
 use std::io;
 

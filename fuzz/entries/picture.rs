@@ -1,4 +1,4 @@
-//! What is done with any bytes that claim to be an image.
+//! Reads arbitrary bytes as an image.
 
 use rtsl_image::{Encoding, Picture};
 use rtsl_memory::{Amount, InputBudget};

@@ -1,4 +1,4 @@
-//! What is done with any bytes that claim to be a PLY file.
+//! Reads arbitrary bytes as a PLY file.
 
 use rtsl_scene::mesh::read_ply;
 

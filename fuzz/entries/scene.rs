@@ -1,4 +1,4 @@
-//! What is done with any text that claims to be a scene.
+//! Reads arbitrary text as a scene.
 
 use std::path::PathBuf;
 

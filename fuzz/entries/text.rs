@@ -1,4 +1,4 @@
-//! What is done with any text that claims to be a shader.
+//! Reads arbitrary text as a shader.
 
 use rtsl::{
     Backend, CallMode, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions,

@@ -83,16 +83,16 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
         cargo(["test", "--release", "-p", package, "--test", target]).toolchain_llvm()
     };
     match part {
-        "scenes" => test("rtsl-render", "scenes").args(["--", "--ignored"]).run(),
+        "scenes" => test("rtsl-render", "render").args(["--", "--ignored", "scenes::"]).run(),
         "contracts" => {
             let contracts = cargo(["test", "--release", "-p", "rtsl-contract", "--no-fail-fast"]);
             contracts.toolchain_llvm().env("RTSL_SEEDS", "200").run()
         }
         "functions" => {
-            let functions = test("rtsl", "prelude");
-            functions.args(["--", "--ignored", "--nocapture", "exhaustive"]).run()
+            let functions = test("rtsl", "rtsl");
+            functions.args(["--", "--ignored", "--nocapture", "prelude::exhaustive"]).run()
         }
-        "mutations" => test("rtsl", "fuzz").env("RTSL_FUZZ", "50").run(),
+        "mutations" => test("rtsl", "rtsl").args(["fuzz::"]).env("RTSL_FUZZ", "50").run(),
         "llvm" => Command::new(".ci/every-llvm").args(["--fetch", &options.llvm]).run(),
         "fuzz" => fuzz(options.seconds),
         other => unreachable!("{other} is no part"),

@@ -6,6 +6,7 @@
 mod crates;
 mod long;
 mod package;
+mod prose;
 mod shell;
 
 use std::process::ExitCode;
@@ -17,7 +18,7 @@ The daily commands of RTSL's developers.
 
     cargo xtask COMMAND [ARGUMENTS]
 
-  check              formatting, lints, API documentation, dependencies between the crates
+  check              formatting, lints, API documentation, prose, dependencies between the crates
   test [ARGUMENTS]   all tests; with arguments, `cargo test ARGUMENTS`
   bless [ARGUMENTS]  as test, but writes the expectations, and lists the files that changed
   crates             renews the picture of the crates in the manual
@@ -71,6 +72,8 @@ fn run(arguments: &[String]) -> Result<()> {
 fn check() -> Result<()> {
     say("dependencies between the crates");
     crates::check()?;
+    say("prose");
+    prose::check()?;
     say("format");
     cargo(["fmt", "--all", "--check"]).run()?;
     say("lints");

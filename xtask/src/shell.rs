@@ -128,12 +128,22 @@ pub fn root() -> PathBuf {
     Path::new(&package).join("..")
 }
 
-/// Whether there is a file or folder of this path, seen from the repository's root.
+/// The files that Git tracks and whose paths match a pattern, relative to the repository's root.
+///
+/// # Errors
+///
+/// If Git can't be run.
+pub fn tracked_files(patterns: &[&str]) -> Result<Vec<String>> {
+    let output = Command::new("git").args(["ls-files", "-z", "--"]).args(patterns).output()?;
+    Ok(output.split_terminator('\0').map(str::to_owned).collect())
+}
+
+/// True if there is a file or folder of this path, seen from the repository's root.
 pub fn exists(path: &str) -> bool {
     root().join(path).exists()
 }
 
-/// Whether `PROGRAM --version` succeeds.
+/// True if `PROGRAM --version` succeeds.
 pub fn is_installed(program: &str) -> bool {
     let mut process = process::Command::new(program);
     process.arg("--version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

@@ -16,7 +16,7 @@ pub fn races() -> Vec<Race> {
             file: "lens.rtsl",
             class: "Lens",
             method: Method::GenerateRay,
-            shape: CallMode::Packet,
+            mode: CallMode::Packet,
         },
         state: &["rt_ScreenCoord", "rt_LensCoord", "rt_RayOrigin", "rt_RayDirection"],
         others: &[],

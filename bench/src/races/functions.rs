@@ -13,7 +13,7 @@ pub fn races() -> Vec<Race> {
             file: "functions.rtsl",
             class,
             method: Method::EvaluatePdf,
-            shape: CallMode::Packet,
+            mode: CallMode::Packet,
         },
         state: &["rt_HitDistance", "rt_PDF"],
         others: &[],

@@ -17,7 +17,7 @@ fn ward() -> Race {
             file: "ward.rtsl",
             class: "Ward",
             method: Method::Bsdf,
-            shape: CallMode::Packet,
+            mode: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",
@@ -71,7 +71,7 @@ fn ggx() -> Race {
             file: "ggx.rtsl",
             class: "Ggx",
             method: Method::SampleBsdf,
-            shape: CallMode::Packet,
+            mode: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",
@@ -110,7 +110,7 @@ fn dielectric() -> Race {
             file: "dielectric.rtsl",
             class: "Dielectric",
             method: Method::SampleBsdf,
-            shape: CallMode::Packet,
+            mode: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",

@@ -12,7 +12,7 @@ const STATE: &[&str] = &["rt_RayOrigin", "rt_RayDirection", "rt_HitDistance"];
 
 pub fn races() -> Vec<Race> {
     let shader =
-        |file, class| Shader { file, class, method: Method::Intersect, shape: CallMode::Packet };
+        |file, class| Shader { file, class, method: Method::Intersect, mode: CallMode::Packet };
     let race = |name, shader, rays, parameters, written| Race {
         name,
         shader,
@@ -41,7 +41,7 @@ pub fn races() -> Vec<Race> {
         ),
         race(
             "sphere_common_origin",
-            Shader { shape: CallMode::CommonOrigin, ..shader("sphere_unit.rtsl", "UnitSphere") },
+            Shader { mode: CallMode::CommonOrigin, ..shader("sphere_unit.rtsl", "UnitSphere") },
             |random| independent(random, common_origin_rays),
             sphere(),
             WrittenForms::of::<CommonOriginSphere>(),

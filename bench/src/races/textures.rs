@@ -9,7 +9,7 @@ use crate::random::Random;
 pub fn races() -> Vec<Race> {
     let race = |name, file, class, parameters, written| Race {
         name,
-        shader: Shader { file, class, method: Method::Lookup, shape: CallMode::Packet },
+        shader: Shader { file, class, method: Method::Lookup, mode: CallMode::Packet },
         state: &["rt_TextureUVW", "rt_FloatTextureValue"],
         others: &[],
         inputs: 3,

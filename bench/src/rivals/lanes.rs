@@ -1,4 +1,4 @@
-//! What hand-written kernels ask of vectors.
+//! The vector operations that hand-written kernels use.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub};
 
@@ -19,7 +19,7 @@ pub trait Floats:
     type Ints: Ints<Floats = Self, Mask = Self::Mask>;
     /// As many bools.
     type Mask: Mask;
-    /// How many.
+    /// The number of lanes.
     const LANES: usize;
 
     /// All the same.
@@ -146,6 +146,6 @@ pub trait Mask:
     fn splat(on: bool) -> Self;
     /// `self` without `other`.
     fn without(self, other: Self) -> Self;
-    /// Whether any is on.
+    /// True if any lane is on.
     fn any(self) -> bool;
 }

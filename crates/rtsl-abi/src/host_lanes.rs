@@ -6,8 +6,8 @@ use rtsl_ir::host::Host;
 
 use crate::call::Instances;
 use crate::component_set::ComponentSet;
+use crate::lane_arrays::LaneArrays;
 use crate::lanes::LaneBlock;
-use crate::signature::LaneArrays;
 
 /// Lane arrays owned by the host: one for each component of the state or of scratch, one word for each lane.
 pub struct HostLanes<'a> {

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::component_set::ComponentSet;
+use crate::lane_arrays::LaneArrays;
 use crate::offsets::LANE_PADDING;
-use crate::signature::LaneArrays;
 
 const PADDING: usize = LANE_PADDING as usize;
 

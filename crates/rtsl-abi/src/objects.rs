@@ -4,11 +4,11 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::ObjectForm;
-use crate::huge_pages::with_capacity_in_huge_pages;
+use rtsl_memory::{prefetch_values, with_capacity_in_huge_pages};
+
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
+use crate::object_form::ObjectForm;
 use crate::offsets::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
-use crate::prefetch::prefetch_values;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
 

@@ -8,6 +8,7 @@ use crate::call_mode::CallMode;
 use crate::component_set::ComponentSet;
 use crate::host_lanes::HostArguments;
 use crate::instance::{BufferEntry, InstanceBlock};
+use crate::lane_arrays::LaneArrays;
 use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
@@ -211,18 +212,6 @@ impl Signature {
         self.object_words == words
             && self.object_buffers.iter().all(|it| objects.entries().contains(it))
     }
-}
-
-/// The properties of lane arrays that the checks need.
-pub(crate) trait LaneArrays {
-    /// Returns the number of lanes of each array, without padding.
-    fn lanes(&self) -> usize;
-
-    /// Returns the first of these components that has no array.
-    fn missing_component(&self, components: &ComponentSet) -> Option<u32>;
-
-    /// Returns the first missing array of the first `arrays`.
-    fn missing_array(&self, arrays: u32) -> Option<u32>;
 }
 
 /// The sizes of a call's arguments.

@@ -11,8 +11,8 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use rtsl_abi::in_huge_pages;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::in_huge_pages;
 
 use super::bounds::Bounds;
 use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, Node8};
@@ -29,13 +29,13 @@ impl Bvh8 {
     pub fn build(items: &[Item]) -> Bvh8 {
         let _span = tracing::debug_span!("hierarchy", items = items.len()).entered();
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
-        let numbers: Vec<u32> = bounded.map(|(number, _)| number as u32).collect();
-        let binary = binary_tree(items, &numbers);
+        let bounded: Vec<u32> = bounded.map(|(index, _)| index as u32).collect();
+        let binary = binary_tree(items, &bounded);
         let mut builder = Builder {
             items,
             plan: CollapsePlan::new(&binary),
             binary,
-            numbers,
+            bounded,
             leaves_of_class: BTreeMap::new(),
             tree: Bvh8::default(),
         };
@@ -56,9 +56,9 @@ impl Bvh8 {
     }
 }
 
-fn binary_tree(items: &[Item], numbers: &[u32]) -> Bvh2 {
-    let own_box = |number: &u32| items[*number as usize].bounds.unwrap_or(Bounds::EMPTY);
-    let boxes = numbers.iter().map(own_box);
+fn binary_tree(items: &[Item], bounded: &[u32]) -> Bvh2 {
+    let own_box = |index: &u32| items[*index as usize].bounds.unwrap_or(Bounds::EMPTY);
+    let boxes = bounded.iter().map(own_box);
     let boxes: Vec<Aabb> =
         boxes.map(|bounds| Aabb::new(bounds.min.into(), bounds.max.into())).collect();
     // There is no second pass of reinsertion after collapsing: it would double the build time, and random rays would
@@ -80,7 +80,7 @@ struct Builder<'a> {
     binary: Bvh2,
     plan: CollapsePlan,
     /// The indices of the items with bounds, in the order of the binary tree's primitives.
-    numbers: Vec<u32>,
+    bounded: Vec<u32>,
     /// The number of leaves of each class so far.
     leaves_of_class: BTreeMap<u32, u32>,
     tree: Bvh8,
@@ -103,7 +103,7 @@ struct LeafItem {
 
 impl Builder<'_> {
     fn fold(&mut self) {
-        if self.numbers.is_empty() {
+        if self.bounded.is_empty() {
             return;
         }
         if self.plan.is_leaf(&self.binary, 0) {
@@ -181,7 +181,7 @@ impl Builder<'_> {
             if node.is_leaf() {
                 let positions =
                     &self.binary.primitive_indices[first..first + node.prim_count as usize];
-                positions.iter().for_each(|position| add(self.numbers[*position as usize]));
+                positions.iter().for_each(|position| add(self.bounded[*position as usize]));
             } else {
                 stack.extend([first, first + 1]);
             }
@@ -226,7 +226,7 @@ impl Builder<'_> {
     fn add_unbounded(&mut self) {
         self.tree.first_unbounded = self.tree.leaves.len() as u32;
         let unbounded = self.items.iter().enumerate().filter(|(_, item)| item.bounds.is_none());
-        let unbounded: Vec<u32> = unbounded.map(|(number, _)| number as u32).collect();
+        let unbounded: Vec<u32> = unbounded.map(|(index, _)| index as u32).collect();
         if !unbounded.is_empty() {
             self.add_leaves(unbounded);
         }

@@ -6,7 +6,6 @@
 use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
-use super::geometry::INSTANCE;
 
 /// A tree over items, which are identified by their index.
 ///
@@ -35,7 +34,7 @@ pub struct Bvh8 {
     pub bounds: Bounds,
     /// The index of the first leaf of items without bounds.
     pub first_unbounded: u32,
-    /// The number of classes of items, [`INSTANCE`](super::geometry::INSTANCE) not counted.
+    /// The number of classes of items, [`INSTANCE`] not counted.
     pub classes: u32,
     /// The greatest number of nodes on a path from the root to a leaf.
     pub depth: usize,
@@ -110,6 +109,9 @@ pub struct Item {
     /// The class of the item. All items of a leaf have one class, so that one call can test them.
     pub class: u32,
 }
+
+/// The class of items that are instances.
+pub const INSTANCE: u32 = u32::MAX;
 
 impl Child {
     const LEAF: u32 = 1 << 31;

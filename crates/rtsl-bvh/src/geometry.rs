@@ -7,23 +7,19 @@ use rtsl_math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;
 use super::bvh8::{Bvh8, Item};
-use super::packet::{LaneMask, RayPacket};
+use super::packet::{LaneMask, RayPacket, moved_packet, moved_packet_by};
 use super::ray_space::TraversalRay;
-use super::traversal::{moved_packet, moved_packet_by, moved_ray};
 
 /// Groups of items: the first is the scene itself, the others are placed by its instances.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     /// The groups. Only the first contains instances, and these refer to the other groups.
     pub groups: Vec<Group>,
-    /// The instances: the items of the first group with the class [`INSTANCE`], in the order of these items.
+    /// The instances: the items of the first group with the class [`INSTANCE`](super::INSTANCE), in the order of these items.
     pub instances: Vec<Instance>,
     /// The index of the first of those items; instances come after all other items.
     pub first_instance: u32,
 }
-
-/// The class of items that are instances.
-pub const INSTANCE: u32 = u32::MAX;
 
 /// Items in one coordinate space.
 #[derive(Clone, Debug, Default)]
@@ -57,8 +53,8 @@ impl Instance {
     #[inline(always)]
     pub fn moved_ray(&self, ray: &TraversalRay) -> Option<TraversalRay> {
         match &self.motion {
-            None => moved_ray(ray, &self.inverse),
-            Some(motion) => moved_ray(ray, &motion.inverse_at(ray.time)),
+            None => ray.moved(&self.inverse),
+            Some(motion) => ray.moved(&motion.inverse_at(ray.time)),
         }
     }
 }

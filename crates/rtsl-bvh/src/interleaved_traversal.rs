@@ -6,11 +6,10 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
-use rtsl_abi::prefetch;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::prefetch;
 
 use super::bvh8::{Bvh8, Child, Node8};
-use super::traversal::TraversalStack;
 
 /// The greatest number of rays that are interleaved.
 pub const MAX_INTERLEAVED: usize = 32;
@@ -21,7 +20,7 @@ const MAX_BRANCHLESS_SORT: usize = 3;
 /// A child that a ray meets. The upper half is the distance at which the ray enters its box, so that entries are
 /// ordered by it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct StackEntry(u64);
+struct StackEntry(u64);
 
 impl StackEntry {
     /// The entry that sorts after all others.
@@ -40,6 +39,14 @@ impl StackEntry {
     fn entry(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
     }
+}
+
+/// The stacks of interleaved rays: empty between searches, kept to reuse its memory.
+#[derive(Debug, Default)]
+pub struct RayStacks {
+    entries: Vec<StackEntry>,
+    /// The length of the part of `entries` that is in use.
+    in_use: usize,
 }
 
 /// The entries of the children of a node, by slot, followed by as many of [`StackEntry::NONE`].
@@ -94,7 +101,7 @@ pub struct InterleavedTraversal {
     next: [Child; MAX_INTERLEAVED],
     /// The leaf that each ray visited last.
     last_leaf: [Child; MAX_INTERLEAVED],
-    /// For each ray, the end of its stack in [`TraversalStack`].
+    /// For each ray, the end of its stack in [`RayStacks`].
     ends: [usize; MAX_INTERLEAVED],
     /// The rays whose next visit is a node.
     at_nodes: Waiting,
@@ -107,17 +114,17 @@ pub struct InterleavedTraversal {
 impl InterleavedTraversal {
     /// Begins the traversal of `count` rays at `root`. [`InterleavedTraversal::end`] must follow.
     pub fn new(
-        visits: &mut TraversalStack,
+        stacks: &mut RayStacks,
         tree: &Bvh8,
         root: Child,
         count: usize,
     ) -> InterleavedTraversal {
         // Room for the bottom entry and for entries that the branchless sort writes beyond the end.
         let room = 1 + MAX_BRANCHLESS_SORT + tree.depth * (SIMD_LANES - 1);
-        let base = visits.rays_in_use;
-        visits.rays_in_use += count * room;
-        if visits.rays.len() < visits.rays_in_use {
-            visits.rays.resize(visits.rays_in_use, StackEntry::NONE);
+        let base = stacks.in_use;
+        stacks.in_use += count * room;
+        if stacks.entries.len() < stacks.in_use {
+            stacks.entries.resize(stacks.in_use, StackEntry::NONE);
         }
         let mut interleaved = InterleavedTraversal {
             next: [root; MAX_INTERLEAVED],
@@ -128,7 +135,7 @@ impl InterleavedTraversal {
             base,
         };
         for ray in 0..count {
-            visits.rays[base + ray * room] = StackEntry::END;
+            stacks.entries[base + ray * room] = StackEntry::END;
             interleaved.ends[ray] = base + ray * room + 1;
             interleaved.queue(ray, root);
         }
@@ -136,8 +143,8 @@ impl InterleavedTraversal {
     }
 
     /// Frees the stacks.
-    pub fn end(self, visits: &mut TraversalStack) {
-        visits.rays_in_use = self.base;
+    pub fn end(self, stacks: &mut RayStacks) {
+        stacks.in_use = self.base;
     }
 
     /// True if no ray has anything left to visit.
@@ -172,13 +179,7 @@ impl InterleavedTraversal {
 
     /// Pushes the children of a node that a ray meets, the closest on top.
     #[inline(always)]
-    pub fn push(
-        &mut self,
-        visits: &mut TraversalStack,
-        ray: usize,
-        met: u64,
-        of_node: &NodeVisits,
-    ) {
+    pub fn push(&mut self, stacks: &mut RayStacks, ray: usize, met: u64, of_node: &NodeVisits) {
         let count = met.count_ones() as usize;
         let end = self.ends[ray];
         let NodeVisits(of_node) = of_node;
@@ -190,7 +191,8 @@ impl InterleavedTraversal {
             visit
         };
         if count <= MAX_BRANCHLESS_SORT {
-            let Some(places) = visits.rays[end..].first_chunk_mut::<MAX_BRANCHLESS_SORT>() else {
+            let Some(places) = stacks.entries[end..].first_chunk_mut::<MAX_BRANCHLESS_SORT>()
+            else {
                 return;
             };
             let (a, b, c) = (take(), take(), take());
@@ -199,7 +201,7 @@ impl InterleavedTraversal {
             let (a, b) = (a.max(b), a.min(b));
             *places = [a, b, c];
         } else {
-            let places = &mut visits.rays[end..end + count];
+            let places = &mut stacks.entries[end..end + count];
             places.fill_with(take);
             sort(places);
         }
@@ -208,11 +210,11 @@ impl InterleavedTraversal {
 
     /// Pops the next visit of a ray that is not beyond `limit` and queues it.
     #[inline(always)]
-    pub fn queue_next(&mut self, visits: &TraversalStack, tree: &Bvh8, ray: usize, limit: f32) {
+    pub fn queue_next(&mut self, stacks: &RayStacks, tree: &Bvh8, ray: usize, limit: f32) {
         let mut end = self.ends[ray];
         let visit = loop {
             end -= 1;
-            let visit = visits.rays[end];
+            let visit = stacks.entries[end];
             // The bottom entry is never skipped, even if `limit` is NaN.
             let is_behind = visit.entry() > limit;
             if !is_behind {

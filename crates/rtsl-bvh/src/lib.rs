@@ -5,7 +5,7 @@
 //! The hit of a ray is a function of the ray and the scene alone. It does not depend on the packet that contains the
 //! ray, on the SIMD width or on the order in which objects are tested, and therefore images have the same bits for
 //! every width and number of threads. In the argument below, the *own box* of an object is its padded box, and the
-//! *entry* is the parameter at which a ray enters a box, as the module `space` computes it.
+//! *entry* is the parameter at which a ray enters a box, as the module `box_test` computes it.
 //!
 //! 1. **Objects are pure.** An object is always tested against the ray's own limit, never against that of an earlier
 //!    hit, so its result depends on the ray and the object alone.
@@ -36,6 +36,7 @@
 //! the objects whose boxes they meet: see the module `stream_traversal`.
 
 mod bounds;
+mod box_test;
 mod build;
 mod bvh8;
 mod collapse;
@@ -48,19 +49,22 @@ mod packet_traversal;
 mod ray_lists;
 mod ray_space;
 mod ray_traversal;
+mod search;
 mod space;
 mod stream;
 mod stream_traversal;
 mod traversal;
 
 pub use bounds::Bounds;
-pub use bvh8::{Boxes, Bvh8, Child, Item, Leaf, LeafHead, Node8};
-pub use geometry::{Geometry, Group, INSTANCE, Instance};
+pub use bvh8::{Boxes, Bvh8, Child, INSTANCE, Item, Leaf, LeafHead, Node8};
+pub use geometry::{Geometry, Group, Instance};
 pub use hit::{HitId, Hits};
 pub use interleaved_traversal::MAX_INTERLEAVED;
-pub use objects::{Objects, RayLeafTest};
-pub use packet::{LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of};
+pub use objects::{LoadedRay, Objects, RayLeafTest};
+pub use packet::{
+    LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of, moved_packet, moved_packet_by,
+};
 pub use ray_space::{RayFrame, TraversalRay};
 pub use space::{PacketSpace, Serial};
 pub use stream::{Pair, PairHit, RAYS_OF_STREAM, RayStream, StreamLine, StreamRay};
-pub use traversal::{Search, TraversalStack, moved_packet, moved_packet_by};
+pub use traversal::{Search, TraversalStack};

@@ -1,9 +1,13 @@
 //! The interface through which the traversal tests items, whose types it does not know.
 
+use std::ops::Deref;
+
 use fearless_simd::Simd;
+use smallvec::SmallVec;
 
 use super::bvh8::{Leaf, LeafHead};
-use super::packet::{LaneMask, Lanes};
+use super::interleaved_traversal::MAX_INTERLEAVED;
+use super::packet::{LaneMask, Lanes, lanes_of};
 use super::ray_space::TraversalRay;
 use super::space::PacketSpace;
 use super::stream::{Pair, PairHit, RayStream};
@@ -42,7 +46,7 @@ pub trait Objects {
     fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]);
 
     /// Tests one loaded ray against the item of a leaf with this index.
-    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32>;
+    fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32>;
 
     /// Counts a test of the rays of `lanes` against the boxes of a node or leaf, for implementations that collect
     /// statistics.
@@ -54,11 +58,46 @@ pub trait Objects {
 #[derive(Clone, Copy, Debug)]
 pub struct RayLeafTest<'a> {
     /// The ray.
-    pub ray: &'a TraversalRay,
+    pub ray: &'a LoadedRay,
     /// The leaf's head.
     pub head: LeafHead,
     /// The leaf.
     pub leaf: &'a Leaf,
     /// The result: the index of the closest hit, of equally close ones the lowest, and its distance.
     pub nearest: Option<(usize, f32)>,
+}
+
+/// A ray that objects have loaded in its frame. Only such rays can be tested against leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct LoadedRay(TraversalRay);
+
+impl Deref for LoadedRay {
+    type Target = TraversalRay;
+
+    #[inline(always)]
+    fn deref(&self) -> &TraversalRay {
+        &self.0
+    }
+}
+
+impl LoadedRay {
+    /// Loads a packet; returns the rays of some lanes, at most [`MAX_INTERLEAVED`].
+    #[inline(always)]
+    pub(super) fn of_packet<S: Simd>(
+        simd: S,
+        objects: &mut impl Objects,
+        space: &PacketSpace<'_>,
+        lanes: LaneMask,
+    ) -> SmallVec<[LoadedRay; MAX_INTERLEAVED]> {
+        objects.load_packet(simd, space);
+        let mut rays = SmallVec::new();
+        lanes_of(lanes).for_each(|lane| rays.push(LoadedRay(space.ray(lane))));
+        rays
+    }
+
+    /// Loads a ray that is alone in its space.
+    pub(super) fn alone(objects: &mut impl Objects, ray: TraversalRay) -> LoadedRay {
+        objects.load_ray(&ray);
+        LoadedRay(ray)
+    }
 }

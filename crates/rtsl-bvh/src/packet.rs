@@ -1,5 +1,7 @@
 //! Packets of rays in structure-of-arrays form.
 
+use rtsl_math::Affine;
+
 /// The number of rays in a packet: a tile of 8 by 8 pixels.
 pub const LANES: usize = 64;
 
@@ -78,4 +80,36 @@ impl RayPacket {
             self.direction[axis][lane] = direction[axis];
         }
     }
+}
+
+/// Transforms the rays of a packet.
+#[inline(always)]
+pub fn moved_packet(rays: &RayPacket, map: &Affine) -> RayPacket {
+    let [x, y, z, origin] = &map.columns;
+    let mut moved = rays.clone();
+    for row in 0..3 {
+        // The order of operations is that of `Affine::point` and `Affine::vector`.
+        let turned = |from: &[[f32; LANES]; 3], lane: usize| {
+            x[row] * from[0][lane] + y[row] * from[1][lane] + z[row] * from[2][lane]
+        };
+        for lane in 0..LANES {
+            moved.origin[row][lane] = turned(&rays.origin, lane) + origin[row];
+            moved.direction[row][lane] = turned(&rays.direction, lane);
+        }
+    }
+    moved
+}
+
+/// Transforms the rays of `lanes`, each by the transform at its time; others stay as they are.
+pub fn moved_packet_by(
+    rays: &RayPacket,
+    lanes: LaneMask,
+    map_at: impl Fn(f32) -> Affine,
+) -> RayPacket {
+    let mut moved = rays.clone();
+    for lane in lanes_of(lanes) {
+        let map = map_at(rays.time[lane]);
+        moved.set(lane, map.point(rays.origin_of(lane)), map.vector(rays.direction_of(lane)));
+    }
+    moved
 }

@@ -6,19 +6,19 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use rtsl_abi::prefetch;
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::prefetch;
 use smallvec::SmallVec;
 
 use super::bounds::Bounds;
-use super::bvh8::{Bvh8, Child, Leaf, Node8};
-use super::geometry::{Group, INSTANCE};
+use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, Node8};
+use super::geometry::Group;
 use super::interleaved_traversal::MAX_INTERLEAVED;
-use super::objects::Objects;
+use super::objects::{LoadedRay, Objects};
 use super::packet::{LANES, LaneMask, Lanes, lanes_of};
 use super::ray_space::TraversalRay;
 use super::space::{PacketSpace, finite_lanes, greatest};
-use super::traversal::{InstanceContext, Search, Traversal};
+use super::traversal::{InstanceContext, PacketVisit, Search, Traversal};
 
 /// If fewer rays than these reach a node, they continue as single rays. The speed hardly changes between half and four
 /// times as many, nor does it help to collect such rays in order to interleave more of them.
@@ -34,16 +34,6 @@ const MIN_AT_LEAVES: u32 = 4;
 /// In trees with at most so many nodes, incoherent rays stay together for closest hits as well: single traversal would
 /// cost more than it saves. A box with 17 surfaces renders in three quarters of the time.
 pub(super) const MAX_NODES_FOR_PACKETS: usize = 4;
-
-/// A child that some lanes are to be tested against.
-#[derive(Clone, Copy, Debug)]
-pub struct PacketVisit {
-    /// The node.
-    node: u32,
-    /// The slot of the child.
-    child: u32,
-    lanes: LaneMask,
-}
 
 type PacketOuter<'a> = InstanceContext<'a, PacketSpace<'a>>;
 
@@ -188,7 +178,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
     ) {
         let mut rest = lanes;
         while rest != 0 {
-            self.objects.load_packet(simd, space);
             let some = first_lanes(rest, MAX_INTERLEAVED);
             rest &= !some;
             let scene_rays = outer.map(|outer| rays_of(outer.space, some));
@@ -196,7 +185,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let outer = outer.map(|(InstanceContext { item, bounds, .. }, space)| {
                 InstanceContext { item: *item, bounds: *bounds, space }
             });
-            let rays = rays_of(space, some);
+            let rays = LoadedRay::of_packet(simd, self.objects, space, some);
             self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
         }
     }

@@ -1,12 +1,12 @@
-//! Single rays in one space, prepared for box tests: see the module `space` for the formulas.
+//! Single rays in one space, prepared for box tests: see the module `box_test` for the formulas.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
-use rtsl_math::SIMD_LANES;
+use rtsl_math::{Affine, SIMD_LANES};
 
 use super::bounds::Bounds;
+use super::box_test::{SLACK, finite_reciprocal};
 use super::bvh8::Boxes;
-use super::space::{SLACK, finite_reciprocal};
 use super::stream::StreamRay;
 
 /// One ray in one space.
@@ -42,8 +42,9 @@ pub enum RayFrame {
 }
 
 impl TraversalRay {
-    /// Returns the ray alone in another space, or `None` if it is not finite there.
-    pub fn moved(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
+    /// Returns the ray alone in the space that `map` leads to, or `None` if it is not finite there.
+    pub fn moved(&self, map: &Affine) -> Option<Self> {
+        let (origin, direction) = (map.point(self.origin), map.vector(self.direction));
         let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
         let negative_inverse = direction.map(|component| -finite_reciprocal(component));
         is_finite.then_some(TraversalRay {

@@ -6,10 +6,10 @@ use fearless_simd::prelude::*;
 use rtsl_math::SIMD_LANES;
 use smallvec::SmallVec;
 
-use super::bvh8::{Bvh8, Child, Leaf};
-use super::geometry::{Group, INSTANCE};
+use super::bvh8::{Bvh8, Child, INSTANCE, Leaf};
+use super::geometry::Group;
 use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
-use super::objects::{Objects, RayLeafTest};
+use super::objects::{LoadedRay, Objects, RayLeafTest};
 use super::packet::LANES;
 use super::ray_space::TraversalRay;
 use super::traversal::{InstanceContext, Search, Traversal};
@@ -24,18 +24,18 @@ type RayLeafTests<'r> = SmallVec<[RayLeafTest<'r>; MAX_INTERLEAVED]>;
 /// Rays in a group.
 struct RayGroup<'a, 'r> {
     tree: &'a Bvh8,
-    rays: &'r [TraversalRay],
+    rays: &'r [LoadedRay],
     outer: Option<&'r RaysOuter<'r>>,
 }
 
 impl<'a, O: Objects> Traversal<'a, O> {
-    /// Traverses the subtree below `root` with at most [`MAX_INTERLEAVED`] loaded rays.
+    /// Traverses the subtree below `root` with at most [`MAX_INTERLEAVED`] rays.
     pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
         group: &'a Group,
         root: Child,
-        rays: &[TraversalRay],
+        rays: &[LoadedRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
         simd.vectorize(
@@ -43,13 +43,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
             || {
                 let group = RayGroup { tree: &group.tree, rays, outer };
                 let mut interleaved =
-                    InterleavedTraversal::new(self.visits, group.tree, root, rays.len());
+                    InterleavedTraversal::new(&mut self.visits.rays, group.tree, root, rays.len());
                 let mut of_node = NodeVisits::NONE;
                 while !interleaved.is_over() {
                     self.visit_nodes_with_rays(simd, &group, &mut interleaved, &mut of_node);
                     self.visit_leaves_with_rays(simd, &group, &mut interleaved);
                 }
-                interleaved.end(self.visits);
+                interleaved.end(&mut self.visits.rays);
             },
         );
     }
@@ -71,8 +71,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let node = &nodes[interleaved.next(ray_index).index()];
             let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
             of_node.set(simd, node, entries);
-            interleaved.push(self.visits, ray_index, met, of_node);
-            interleaved.queue_next(self.visits, group.tree, ray_index, limit);
+            interleaved.push(&mut self.visits.rays, ray_index, met, of_node);
+            interleaved.queue_next(&self.visits.rays, group.tree, ray_index, limit);
         }
     }
 
@@ -95,7 +95,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             }
             if group.tree.heads[index].is_last {
                 interleaved.queue_next(
-                    self.visits,
+                    &self.visits.rays,
                     group.tree,
                     ray_index,
                     self.hits.distance[lane],
@@ -154,7 +154,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         &mut self,
         simd: S,
         leaf: &'a Leaf,
-        ray: &TraversalRay,
+        ray: &LoadedRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         self.objects.visited(1 << ray.lane);
@@ -175,7 +175,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         leaf: &Leaf,
         index: usize,
         distance: f32,
-        ray: &TraversalRay,
+        ray: &LoadedRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         if distance > self.hits.distance[ray.lane] {
@@ -193,7 +193,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn test_objects_with_ray(
         &mut self,
         leaf: &Leaf,
-        ray: &TraversalRay,
+        ray: &LoadedRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         for index in 0..usize::from(leaf.count) {
@@ -231,7 +231,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let item = leaf.items[index];
             let Some((group, instance)) = self.instance(item) else { continue };
             let Some(moved) = instance.moved_ray(ray) else { continue };
-            self.objects.load_ray(&moved);
+            let moved = LoadedRay::alone(self.objects, moved);
             let bounds = leaf.boxes.get(index);
             for leaf in group.tree.unbounded() {
                 let outer = InstanceContext { item, bounds, space: ray };

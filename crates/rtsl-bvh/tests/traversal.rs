@@ -7,8 +7,8 @@ use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_bvh::{
     Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes, Leaf,
-    Objects, PacketSpace, Pair, PairHit, RayLeafTest, RayPacket, RayStream, Search, TraversalRay,
-    TraversalStack, lanes_of,
+    LoadedRay, Objects, PacketSpace, Pair, PairHit, RayLeafTest, RayPacket, RayStream, Search,
+    TraversalRay, TraversalStack, lanes_of,
 };
 use rtsl_math::{Affine, MovingTransform, Transform, dot};
 
@@ -97,7 +97,7 @@ impl Objects for Spheres<'_> {
         }
     }
 
-    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         self.tests += 1;
         let sphere = self.spheres[leaf.items[index] as usize];
         sphere.hit(ray.origin, ray.direction, ray.epsilon, ray.limit)

@@ -60,7 +60,7 @@ impl KernelEntry {
         Ok(KernelEntry {
             kernel: program.kernel(method, variant.clone())?,
             description: program.describe_kernel(method, variant)?,
-            shape: variant.shape,
+            shape: variant.mode,
             name: c_text(method.name()),
             program: program.clone(),
         })
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn rtsl_kernel_new(
         let engine: Arc<EngineEntry> = engine.get()?;
         let program = engine.engine.program(&*instance.get()?.committed()?);
         let variant = variant(shape, width)?;
-        if variant.shape.has_many_objects() {
+        if variant.mode.has_many_objects() {
             let problem = "this shape takes objects: call `rtsl_kernel_of_objects`";
             return Err(Error::new(RtslResult::Argument, problem));
         }
@@ -114,7 +114,7 @@ pub unsafe extern "C" fn rtsl_kernel_of_objects(
         let (method, id) = unsafe { (text(method, "method")?, place(kernel, "kernel")?) };
         let objects = objects.get()?;
         let variant = variant(shape, width)?;
-        if !variant.shape.has_many_objects() {
+        if !variant.mode.has_many_objects() {
             let problem =
                 "the shapes stream and leaf take objects; for others call `rtsl_kernel_new`";
             return Err(Error::new(RtslResult::Argument, problem));

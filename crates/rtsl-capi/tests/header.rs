@@ -1,4 +1,6 @@
 //! The headers are those of the text.
+//!
+//! A separate test program, since `rtsl.h` names it.
 
 use std::path::{Path, PathBuf};
 

@@ -35,7 +35,7 @@ pub(crate) fn write_class<'a>(
     writer.nested(
         "Scratch",
         FieldKind::Scratch,
-        "What methods keep for one another, for a ray and a hit.",
+        "Values that methods of a class share for a ray and its hit.",
     );
     let constructor_may_fail = writer.constructor(code);
     let mut methods = Vec::new();

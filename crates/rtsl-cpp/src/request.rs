@@ -20,7 +20,7 @@ struct LightSample {
     float pdf;
 };
 
-/// What methods ask of the renderer, in world space. It leaves the ray's state alone.
+/// The renderer's answers to requests of methods, in world space. They do not change the ray's state.
 struct Host {
     virtual ~Host() = default;
 
@@ -28,10 +28,10 @@ struct Host {
     virtual void trace(const float (&origin)[3], const float (&direction)[3], float limit,
                        float weight, float (&radiance)[COLORS]) = 0;
 
-    /// Whether anything lies on a ray before the limit.
+    /// True if an object intersects the ray before the limit.
     virtual bool occluded(const float (&origin)[3], const float (&direction)[3], float limit) = 0;
 
-    /// How many samples of lights there are, the same throughout a call.
+    /// The number of light samples, which is constant during a call.
     virtual int32_t light_count() = 0;
 
     /// A sample of a light at a point; true if the light reaches it unshadowed, from where the cosine to

@@ -211,7 +211,7 @@ inline uint32_t quotient(uint32_t a, uint32_t b) {
 "#;
 
 const MODULO: &str = r#"
-/// What a division leaves, with the sign of `a`; by zero it is zero.
+/// The remainder of a division, with the sign of `a`; zero for a division by zero.
 inline int32_t modulo(int32_t a, int32_t b) {
     return b == 0 || b == -1 ? 0 : a % b;
 }

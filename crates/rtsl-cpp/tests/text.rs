@@ -482,7 +482,7 @@ fn a_struct_is_laid_out_as_its_block() {
             uint32_t mask = 0u;
             uint32_t flag = 1u;
 
-            /// What methods keep for one another, for a ray and a hit.
+            /// Values that methods of a class share for a ray and its hit.
             struct Scratch {
                 float kept[2] = {};
             };

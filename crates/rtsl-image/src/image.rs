@@ -1,6 +1,5 @@
 //! Images of linear colours in memory.
 
-use rtsl_math::power_of_two;
 use rtsl_memory::{OutOfMemory, collected, filled};
 
 use crate::view_transform::{ViewEncoder, ViewTransform};
@@ -48,22 +47,5 @@ impl Image {
         let encoder = ViewEncoder::new(view, exposure);
         let bytes = self.pixels.iter().flat_map(|color| encoder.encode(*color));
         collected(3 * self.pixels.len(), bytes)
-    }
-}
-
-/// Returns the factor of an exposure in stops.
-pub fn exposure_scale(stops: f32) -> f32 {
-    if stops.is_nan() { 1.0 } else { power_of_two(f64::from(stops)) as f32 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exposure_counts_stops() {
-        assert_eq!(exposure_scale(0.0), 1.0);
-        assert_eq!(exposure_scale(-3.0), 0.125);
-        assert_eq!(exposure_scale(0.5), std::f32::consts::SQRT_2);
     }
 }

@@ -16,6 +16,7 @@ mod file;
 mod image;
 mod metadata;
 mod picture;
+mod picture_file;
 mod png_file;
 mod srgb;
 mod view_transform;
@@ -29,8 +30,9 @@ pub use file::{
     ImageError, ImageFormat, ImageOptions, check_writable, write_image, write_image_with,
     write_pixels,
 };
-pub use image::{Image, exposure_scale};
+pub use image::Image;
 pub use metadata::ImageMetadata;
-pub use picture::{Encoding, Picture, PictureError};
+pub use picture::{Picture, PictureError};
+pub use picture_file::Encoding;
 pub use srgb::{SrgbEncoder, decode as srgb_decode};
-pub use view_transform::{ViewEncoder, ViewTransform};
+pub use view_transform::{ViewEncoder, ViewTransform, exposure_scale};

@@ -1,11 +1,6 @@
-//! Image files that scenes refer to: linear texels, mipmaps for textures, cumulative sums for environment lights.
+//! Images that scenes refer to: linear texels, mipmaps for textures, cumulative sums for environment lights.
 
-use std::io::Cursor;
-
-use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, OverBudget, filled, reserved};
-
-use super::exr_picture::read_exr;
-use crate::srgb_decode;
+use rtsl_memory::{Amount, OutOfMemory, OverBudget};
 
 /// The greatest number of texels, independent of the available memory.
 const MAX_TEXELS: usize = 1 << 26;
@@ -24,15 +19,6 @@ pub struct Picture {
     /// Linear red, green and blue, and the texel's value as a scalar: its opacity, or the mean of the three if the
     /// picture is opaque. Rows from the top.
     pub texels: Vec<[f32; 4]>,
-}
-
-/// The encoding of 8-bit and 16-bit files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// The transfer function of sRGB.
-    Srgb,
-    /// Linear.
-    Linear,
 }
 
 /// An error of reading an image.
@@ -88,28 +74,6 @@ impl Picture {
         let texels = level_sizes(width, height).map(area).fold(0, usize::saturating_add);
         let texture = Amount::of::<[f32; 4]>(texels).times(2);
         texture.max(SKY_TEXEL.times(area((width, height))))
-    }
-
-    /// Reads a PNG or an EXR file, distinguished by its first bytes. [`Picture::memory`] is held with it.
-    ///
-    /// # Errors
-    /// If it is neither, is damaged, or takes more memory than is left in the budget.
-    pub fn read(
-        bytes: &[u8],
-        encoding: Encoding,
-        budget: &InputBudget,
-    ) -> Result<(Picture, Held), PictureError> {
-        let (mut picture, held) = match bytes {
-            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget)?,
-            [0x89, b'P', b'N', b'G', ..] => read_png(bytes, encoding, budget)?,
-            _ => return Err("it is neither a PNG nor an EXR file".into()),
-        };
-        if picture.texels.iter().all(|texel| texel[3] == 1.0) {
-            for texel in &mut picture.texels {
-                texel[3] = (texel[0] + texel[1] + texel[2]) / 3.0;
-            }
-        }
-        Ok((picture, held))
     }
 
     /// Returns the texels of the mipmap: this picture and its levels down to one texel, one after the other, each half
@@ -223,53 +187,6 @@ pub fn check_size(width: usize, height: usize) -> Result<(), String> {
     }
 }
 
-fn read_png(
-    bytes: &[u8],
-    encoding: Encoding,
-    budget: &InputBudget,
-) -> Result<(Picture, Held), PictureError> {
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info()?;
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    check_size(width, height)?;
-    let held = budget.hold(Picture::memory(width, height))?;
-    let size = reader.output_buffer_size().ok_or("it is too large")?;
-    let of_decoder = budget.hold(Amount(size as u64))?;
-    let mut buffer = filled(size, 0)?;
-    let info = reader.next_frame(&mut buffer)?;
-    let channels = info.color_type.samples();
-    let light = |value: f64| match encoding {
-        Encoding::Srgb => srgb_decode(value) as f32,
-        Encoding::Linear => value as f32,
-    };
-    let texel = |values: &[f64]| match *values {
-        [grey] => [light(grey), light(grey), light(grey), 1.0],
-        [grey, alpha] => [light(grey), light(grey), light(grey), alpha as f32],
-        [red, green, blue] => [light(red), light(green), light(blue), 1.0],
-        [red, green, blue, alpha, ..] => [light(red), light(green), light(blue), alpha as f32],
-        [] => [0.0; 4],
-    };
-    let is_deep = info.bit_depth == png::BitDepth::Sixteen;
-    let mut texels = reserved(width * height)?;
-    for bytes in buffer.chunks_exact(channels * if is_deep { 2 } else { 1 }).take(width * height) {
-        let mut values = [0.0; 4];
-        let values = &mut values[..channels];
-        if is_deep {
-            let pairs = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
-            values.iter_mut().zip(pairs).for_each(|(value, it)| *value = f64::from(it) / 65_535.0);
-        } else {
-            values.iter_mut().zip(bytes).for_each(|(value, it)| *value = f64::from(*it) / 255.0);
-        }
-        texels.push(texel(values));
-    }
-    if texels.len() < width * height {
-        return Err("it ends too early".into());
-    }
-    drop(of_decoder);
-    Ok((Picture { width, height, texels }, held))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,13 +216,5 @@ mod tests {
         );
         let dark = Picture { texels: vec![[0.0; 4]; 4], width: 2, height: 2 };
         assert_eq!(dark.sums(|_| 1.0).0, [0.0, 0.5, 1.0]);
-    }
-
-    #[test]
-    fn what_is_no_image_is_refused() {
-        for bytes in [&b"GIF89a"[..], b"", b"\x89PNG\r\n", b"\x76\x2f\x31\x01xx"] {
-            let read = Picture::read(bytes, Encoding::Srgb, &InputBudget::default());
-            assert!(matches!(read, Err(PictureError::Malformed(_))));
-        }
     }
 }

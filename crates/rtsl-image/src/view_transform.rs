@@ -1,6 +1,8 @@
 //! View transforms from linear colours to a display.
 
-use super::{SrgbEncoder, exposure_scale};
+use rtsl_math::power_of_two;
+
+use super::SrgbEncoder;
 
 /// A mapping of linear colours to the bytes of a PNG.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,6 +127,11 @@ impl FilmicCurve {
     }
 }
 
+/// Returns the factor of an exposure in stops.
+pub fn exposure_scale(stops: f32) -> f32 {
+    if stops.is_nan() { 1.0 } else { power_of_two(f64::from(stops)) as f32 }
+}
+
 #[cfg(test)]
 #[allow(clippy::disallowed_methods, reason = "the platform's logarithm is the reference")]
 mod tests {
@@ -180,5 +187,12 @@ mod tests {
             let (plain, brighter) = (ViewEncoder::new(view, 0.0), ViewEncoder::new(view, 2.0));
             assert_eq!(brighter.encode([0.1, 0.2, 0.05]), plain.encode([0.4, 0.8, 0.2]));
         }
+    }
+
+    #[test]
+    fn exposure_counts_stops() {
+        assert_eq!(exposure_scale(0.0), 1.0);
+        assert_eq!(exposure_scale(-3.0), 0.125);
+        assert_eq!(exposure_scale(0.5), std::f32::consts::SQRT_2);
     }
 }

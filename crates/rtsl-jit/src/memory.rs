@@ -15,7 +15,7 @@ unsafe impl Send for CodeMemory {}
 unsafe impl Sync for CodeMemory {}
 
 /// The granularity of protection.
-pub const PAGE: usize = rtsl_abi::PAGE_BYTES;
+pub const PAGE: usize = rtsl_memory::PAGE_BYTES;
 
 impl CodeMemory {
     /// Returns new zeroed memory of at least `size` bytes, writable.

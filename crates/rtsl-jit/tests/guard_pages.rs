@@ -1,4 +1,6 @@
 //! Calls with a host's arrays access no byte past them: each array ends at an inaccessible page.
+//!
+//! A separate test program, since an access past an array ends the process.
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 

@@ -1,4 +1,6 @@
 //! Memory that LLVM holds for further compilations can be released, and is mapped again on use.
+//!
+//! A separate test program, since it measures the memory of the process.
 #![cfg(target_os = "linux")]
 
 use rtsl_jit::{Llvm, OptLevel};

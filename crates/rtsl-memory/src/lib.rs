@@ -4,11 +4,17 @@
 //! Rust aborts the process if an allocation fails. Allocations whose size depends on the input therefore use [`filled`]
 //! and [`collected`], and [`check_render`] compares their total with the available memory before anything is rendered.
 //! The files of a scene have a budget ([`InputBudget`]).
+//!
+//! Large tables that rays access at random are placed in huge pages ([`in_huge_pages`]), and hierarchies fetch nodes
+//! ahead of their use ([`prefetch`]).
+#![allow(unsafe_code, reason = "advises the system and the processor about memory")]
 
 mod amount;
 mod available;
 mod budget;
+mod huge_pages;
 mod need;
+mod prefetch;
 
 use std::collections::TryReserveError;
 use std::io;
@@ -18,7 +24,9 @@ use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 pub use amount::Amount;
 pub use available::{Available, Limit};
 pub use budget::{Held, InputBudget, OverBudget};
+pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};
 pub use need::{Need, check_render};
+pub use prefetch::{prefetch, prefetch_values};
 
 /// The error of an allocation that the system refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

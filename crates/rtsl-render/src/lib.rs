@@ -5,20 +5,26 @@
 //! This crate does not depend on the stages of the compiler; it uses the language through the public interface of the
 //! crate `rtsl`, like any other host.
 
-pub mod batch;
 pub mod checkpoint;
 pub mod compiled;
-pub mod interactive;
+pub mod execution;
 pub(crate) mod lanes;
 pub mod measure;
+pub mod path;
 pub mod progress;
 pub mod request;
 pub mod session;
 pub mod statistics;
+pub(crate) mod surfaces;
 pub(crate) mod tiles;
+pub mod whitted;
 
+// Users know the renderers by the names that select them.
+pub use execution::{Execution, Rendered};
+pub use path as batch;
 pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};
 pub use rtsl::Messages;
 pub use rtsl_scene::Renderer;
 pub use statistics::Statistics;
+pub use whitted as interactive;

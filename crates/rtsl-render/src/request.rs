@@ -1,7 +1,6 @@
 //! The whole process from a scene's file to an image: the implementation of `rtsl render`.
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, Messages, diagnostic_codes as codes};
@@ -10,13 +9,16 @@ use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
-use crate::batch::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::{Checkpoint, Fingerprint};
-use crate::compiled::{BuildStep, CompiledScene};
-use crate::interactive::{self, RenderOptions};
+use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
+use crate::execution::{Execution, Rendered};
+use crate::path::{
+    self, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, is_feature,
+};
 use crate::progress::{Progress, TilesDone};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
+use crate::whitted::{self, RenderOptions};
 
 /// The scene and the options of a render.
 #[derive(Clone, Default)]
@@ -37,12 +39,10 @@ pub struct RenderRequest<'a> {
     pub samples: Option<u32>,
     /// The sampler's seed, overriding the scene's.
     pub seed: Option<u64>,
-    /// The number of threads; that of all processors if `None`.
-    pub threads: Option<usize>,
+    /// The course of the render.
+    pub execution: Execution<'a>,
     /// Options of the engine, such as backend and width.
     pub engine: EngineOptions,
-    /// Ends the render early after this time.
-    pub time_limit: Option<Duration>,
     /// The AOVs to render.
     pub aovs: Vec<Aov>,
     /// True if the path renderer also makes the AOVs that help a denoiser, after those requested.
@@ -51,14 +51,10 @@ pub struct RenderRequest<'a> {
     pub noise_target: Option<f32>,
     /// The checkpoint of the path renderer, to resume the render later.
     pub checkpoint: Option<CheckpointRequest>,
-    /// Disables specialisation. Does not affect the image.
-    pub general_kernels_only: bool,
     /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Called before the render begins with warnings that the user should see by then.
     pub early_warnings: Option<&'a (dyn Fn(&Messages) + Sync)>,
-    /// Ends the render early when it becomes true.
-    pub cancel: Option<&'a AtomicBool>,
 }
 
 /// The requested checkpoints.
@@ -192,7 +188,7 @@ fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -
     let denoised = if request.for_denoiser { image.times(DENOISER_AOVS.len() + 1) } else { image };
     // An encoder reorders the numbers, for an EXR all of them.
     let written = images + images.max(denoised);
-    Need { bytes: film.max(written), addresses: RenderThreads::stacks(request.threads) }
+    Need { bytes: film.max(written), addresses: RenderThreads::stacks(request.execution.threads) }
 }
 
 /// Checks before the render that its checkpoint can be written. A checkpoint that is only written if the render ends
@@ -252,36 +248,21 @@ fn render_interactively(
     loaded: LoadedScene,
     start: Instant,
 ) -> Result<RenderResult, Messages> {
-    let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_shading(request, loaded)?;
+    let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let tiles_done =
         |done, of| request.tell(Progress::Rendering(TilesDone { done, of, skipped: 0 }));
-    let rendered = interactive::render(
+    let rendered = whitted::render(
         &scene,
         RenderOptions {
-            threads: request.threads,
+            execution: request.execution,
             progress: request.progress.is_some().then_some(&tiles_done),
-            cancel: request.cancel,
-            time_limit: request.time_limit,
             aovs: &request.aovs,
-            general_kernels_only: request.general_kernels_only,
         },
     )?;
-    let mut statistics = Statistics {
-        cold_start_seconds,
-        rays: rendered.rays,
-        dropped_samples: rendered.dropped_samples,
-        not_finite: rendered.not_finite,
-        object_classes: rendered.object_classes,
-        threads: rendered.threads,
-        cancelled: rendered.cancelled,
-        ..of_scene(statistics, &scene)
-    };
-    statistics.set_render_time(rendered.time);
-    warn_of_dropped(&statistics, &mut warnings);
-    let settings = scene.settings;
-    Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
+    let statistics = of_scene(Statistics { cold_start_seconds, ..statistics }, &scene);
+    Ok(result(rendered, scene.settings, statistics, warnings))
 }
 
 fn render_paths(
@@ -294,36 +275,45 @@ fn render_paths(
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |tiles| request.tell(Progress::Rendering(tiles));
-    let rendered = batch::render(
+    let rendered = path::render(
         &scene,
         BatchOptions {
-            threads: request.threads,
+            execution: request.execution,
             progress: request.progress.is_some().then_some(&waves_done),
-            cancel: request.cancel,
-            time_limit: request.time_limit,
             aovs: &request.batch_aovs(),
             noise_target: request.noise_target,
             checkpoints,
         },
     )?;
-    if let Some(problem) = &rendered.checkpoint_error {
+    let BatchRendered { rendered, mean_samples, checkpoint_error } = rendered;
+    if let Some(problem) = &checkpoint_error {
         warnings.push_one(problem.diagnostic());
     }
+    let mean_samples = Some(mean_samples);
+    let statistics = Statistics { cold_start_seconds, mean_samples, ..statistics };
+    let statistics = of_scene(statistics, &scene.compiled);
+    Ok(result(rendered, scene.compiled.settings, statistics, warnings))
+}
+
+/// Returns the result, with the statistics of the render added to those of the scene.
+fn result(
+    rendered: Rendered,
+    settings: Settings,
+    statistics: Statistics,
+    mut warnings: Messages,
+) -> RenderResult {
     let mut statistics = Statistics {
-        cold_start_seconds,
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
         not_finite: rendered.not_finite,
         object_classes: rendered.object_classes,
-        mean_samples: Some(rendered.mean_samples),
         threads: rendered.threads,
         cancelled: rendered.cancelled,
-        ..of_scene(statistics, &scene.compiled)
+        ..statistics
     };
     statistics.set_render_time(rendered.time);
     warn_of_dropped(&statistics, &mut warnings);
-    let settings = scene.compiled.settings;
-    Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
+    RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings }
 }
 
 /// Warns about samples that are not finite and count as black, and about the methods that caused them.
@@ -396,7 +386,7 @@ impl LoadedScene {
     fn choose_renderer(&mut self) -> Renderer {
         let LoadedScene { scene, engine, .. } = self;
         let renderer = scene.settings.renderer.unwrap_or_else(|| {
-            if batch::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
+            if path::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
         });
         scene.settings.renderer = Some(renderer);
         renderer
@@ -420,7 +410,7 @@ impl Prepared<CompiledScene> {
         loaded: LoadedScene,
     ) -> Result<Self, Messages> {
         Prepared::new(request, loaded, |scene, engine, warnings, told| {
-            let scene = CompiledScene::with_progress(scene, engine, warnings, told)?;
+            let scene = SceneBuilder::new(engine).listener(told).build(scene, warnings)?;
             let times = [scene.compile_time, scene.build_time];
             Ok((scene, times))
         })

@@ -21,7 +21,7 @@ const UP: [f32; 3] = [0.0, 0.8, 0.6];
 #[rustfmt::skip]
 fn sky(component: usize, y: f32) -> f32 { 0.45 + 0.1 * component as f32 + 0.4 * y }
 
-/// What the material asks for: a light from the upper right, and a sky that its rays find.
+/// The surroundings of the material: a light from the upper right, and a sky that traced rays find.
 struct World;
 
 #[rustfmt::skip]

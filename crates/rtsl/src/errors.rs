@@ -1,12 +1,12 @@
 //! The diagnostics of linking and parameters: one function each.
 
 use rtsl_ir::class::{Class, Parameter};
-use rtsl_jit::{JitError, MAX_FRAME_BYTES};
+use rtsl_jit::{JitError, LlvmError, MAX_FRAME_BYTES};
 use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
 use rtsl_spec::Method;
 
-use crate::parameters::{Mismatch, type_name};
+use crate::type_name::type_name;
 
 /// How many names a message lists.
 const LISTED: usize = 12;
@@ -45,6 +45,17 @@ pub(crate) fn no_elements(class: &Class) -> Diagnostic {
         format!("`{}` has no parameter that tells elements apart", class.name),
     )
     .help("annotate it with `[[element \"buffer\"]]`")
+}
+
+/// Why a value does not serve.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Mismatch {
+    /// It has another type: what was expected, what was found.
+    Type { expected: String, found: String },
+    /// A number lies outside the annotated range.
+    Range(String),
+    /// An instance lacks the role that a reference asks for.
+    Role { class: String, role: &'static str },
 }
 
 pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch) -> Diagnostic {
@@ -181,6 +192,51 @@ pub(crate) fn endless_constructor(name: &str) -> Diagnostic {
         codes::BUDGET_EXHAUSTED,
         format!("`{name}` ran past its budget of loop iterations"),
     )
+}
+
+/// A reference that a method calls through and that no instance is set for.
+pub(crate) fn unset_reference(class: &str, path: &str) -> Diagnostic {
+    Diagnostic::new(
+        codes::UNSET_REFERENCE,
+        format!("the reference `{path}` of `{class}` is used but not set"),
+    )
+    .note("a call through it gives the defaults of its role: black, zero")
+    .help(format!("set `{path}`, or test it with `isSet({path})`"))
+}
+
+/// A function that passes a limit of linking.
+pub(crate) fn link_limit(name: &str, problem: &str) -> Diagnostic {
+    Diagnostic::new(
+        codes::LINK_LIMIT,
+        format!("`{name}`, linked with the methods it calls, {problem}"),
+    )
+    .help("refer to fewer or simpler instances")
+}
+
+pub(crate) fn no_llvm(error: &LlvmError) -> Diagnostic {
+    let diagnostic = Diagnostic::new(codes::NO_LLVM, error.to_string());
+    diagnostic.help("the interpreter needs no LLVM: `--backend interp`")
+}
+
+pub(crate) fn interpreter_instead(error: &LlvmError) -> Diagnostic {
+    Diagnostic::new(codes::INTERPRETER_INSTEAD, error.to_string())
+        .note("everything runs on the interpreter, which is slower by far")
+}
+
+pub(crate) fn unknown_interleave(factor: u32) -> Diagnostic {
+    Diagnostic::new(
+        codes::UNKNOWN_WIDTH,
+        format!("there are no kernels for {factor} vectors of rays at a time"),
+    )
+    .help("they do 1, 2 or 4")
+}
+
+pub(crate) fn unknown_width(width: u32) -> Diagnostic {
+    Diagnostic::new(
+        codes::UNKNOWN_WIDTH,
+        format!("there are no kernels for {width} rays at a time"),
+    )
+    .help("the widths are 1, 4, 8 and 16")
 }
 
 fn list(names: &[&str]) -> String {

@@ -1,78 +1,71 @@
-//! RTSL, the Ray Tracing Shading Language, for programs that host it: compile text, make
-//! instances of its classes, call their methods for many rays at once.
+//! RTSL, the Ray Tracing Shading Language, for programs that host it: compile text, make instances of its classes, call
+//! their methods for many rays at once.
 //!
-//! # The way
+//! # Use
 //!
-//! 1. A [`Compiler`] turns text into a [`Unit`], the classes of a file, or says what is wrong.
-//! 2. An [`Instance`] is a class with its parameters set. It may refer to other instances.
-//! 3. An [`Engine`] links an instance with those it refers to into a [`Program`], and makes
-//!    [`Kernel`]s of its methods: machine code, or the interpreter where there is no LLVM.
-//! 4. A kernel is [called](Kernel::call) with state and scratch for many rays
-//!    ([`LaneBlock`]), the instance's data ([`InstanceBlock`]), and a [`Host`](host::Host) that
-//!    answers `trace`, `illuminance` and their like. Hosts with packets of their own can have a
-//!    [`Callback`] instead.
+//! 1. A [`Compiler`] turns text into a [`Unit`], the classes of a file, or into diagnostics.
+//! 2. An [`Instance`] is a class with values for its parameters. It may refer to other instances.
+//! 3. An [`Engine`] links an instance with those it refers to into a [`Program`], and makes [`Kernel`]s of its methods:
+//!    machine code, or the interpreter if there is no LLVM.
+//! 4. A kernel is [called](Kernel::call) with state and scratch for many rays ([`LaneBlock`]), the instance's data
+//!    ([`InstanceBlock`]), and a [`Host`](host::Host) that answers `trace`, `illuminance` and other requests. A
+//!    [`Callback`] serves hosts that have packets of rays.
 //!
-//! Parameters are data: instances that differ only in their parameters share a program, and
-//! changing one compiles nothing. A [`Variant`] says more of a kernel's callers, for faster code.
+//! Parameters are data: instances that differ only in their parameters share a program, and changing one compiles
+//! nothing. A [`Variant`] describes the callers of a kernel, for faster code.
 //!
-//! [`pipeline`] names every stage of the compiler in order.
+//! # Source
 //!
-//! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
-//! the project: what they use of those below is exported here.
+//! The folders are the stages of the compiler; each uses those before it:
+//!
+//! - `compile`: text to classes. `compile/compiler.rs` runs the steps in their order.
+//! - `link`: a method and the methods that it calls through references become one function.
+//! - `instance`: classes with values for their parameters.
+//! - `codegen`: linked methods to kernels. `codegen/kernel_compiler.rs` runs the steps in their order, from linking to
+//!   machine code.
+//! - `program`: the kernels of one linked class, each made once.
+//! - `aot`: libraries of classes for hosts without a compiler.
+//! - `engine`: the programs of a host; compilation on several threads and in the background.
+//!
+//! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of the project: what they
+//! use of those below is exported here.
 
 pub mod aot;
-mod background;
-mod callback;
-mod compiler;
-mod defaults;
-mod elements;
-mod emit;
+mod codegen;
+mod compile;
 mod engine;
-mod environment;
 mod errors;
 mod instance;
-mod interpreted;
-mod kernel;
-mod kernel_cache;
-mod lane_storage;
-pub mod library;
 mod link;
-mod loader;
-mod loops;
 mod nesting;
-mod options;
-mod packet_kernel;
-mod parameters;
-pub mod pipeline;
-mod prelude;
 mod program;
-mod specialised;
 mod state;
-mod touched;
-mod tree;
-mod unit;
-mod value;
-mod variant;
+mod type_name;
 
-pub use callback::Callback;
-pub use compiler::{Compiler, CompilerOptions};
-pub use defaults::default_value;
-pub use emit::{Emit, EmitRequest};
-pub use engine::{Engine, KernelRequest};
+pub use codegen::callback::Callback;
+pub use codegen::emit::{Emit, EmitRequest};
+pub use codegen::kernel::{Kernel, LeafKernel};
+pub use codegen::options::{Backend, EngineOptions, Math};
+pub use codegen::packet_kernel::{PacketKernel, PacketRun};
+pub use codegen::variant::{KnownMembers, Variant};
+pub use compile::compiler::{Compiler, CompilerOptions};
+pub use compile::library;
+pub use compile::loader::FileLoader;
+pub use compile::unit::{Compilation, Unit};
+pub use engine::engine::Engine;
+pub use engine::specialised::SpecialisedKernel;
 pub use errors::unknown_class;
-pub use instance::Instance;
-pub use kernel::{Kernel, LeafKernel};
-pub use loader::FileLoader;
-pub use loops::LoopOwners;
-pub use options::{Backend, EngineOptions, Math};
-pub use packet_kernel::{PacketKernel, PacketRun};
-pub use parameters::{place_words, scalar_name, type_name};
-pub use program::{LinkedMethod, Placement, Program};
-pub use specialised::SpecialisedKernel;
+pub use instance::defaults::default_value;
+pub use instance::instance::Instance;
+pub use instance::parameters::place_words;
+pub use instance::value::{Numbers, Value};
+pub use link::linked_method::LinkedMethod;
+pub use link::outputs::Outputs;
+pub use program::kernel_request::KernelRequest;
+pub use program::loop_owners::LoopOwners;
+pub use program::program::{Placement, Program};
 pub use state::{new_state, set_defaults};
-pub use unit::{Compilation, Unit};
-pub use value::{Numbers, Value};
-pub use variant::{KnownMembers, Outputs, Variant};
+pub use type_name::{scalar_name, type_name};
 
 pub use rtsl_abi::description;
 pub use rtsl_abi::offsets::{
@@ -81,7 +74,6 @@ pub use rtsl_abi::offsets::{
 pub use rtsl_abi::{
     CallArguments, CallError, CallStatus, ComponentSet, HostArguments, HostLanes, InstanceBlock,
     Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, ObjectRow, Objects,
-    in_huge_pages, prefetch,
 };
 pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
@@ -90,6 +82,7 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
+pub use rtsl_memory::{in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Messages, Position, Severity, SourceMap, Span,

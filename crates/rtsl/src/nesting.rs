@@ -1,42 +1,19 @@
-//! Work on functions whose regions nest deeply.
+//! Stacks for work that recurses into the regions of functions.
 //!
-//! What walks a function recurses into its regions. They nest as deep as [`MAX_NESTING`](rtsl_ir::MAX_NESTING), and hosts
-//! call from threads with little stack; in builds without optimisation a level of a pass takes some KiB.
+//! Regions nest up to [`MAX_NESTING`](rtsl_ir::MAX_NESTING) levels, a level of a pass takes some KiB in builds without
+//! optimisation, and the threads of hosts may have small stacks.
 
-use rtsl_ir::Function;
 use rtsl_source::deep_stack;
-use rtsl_spec::Method;
 
-use crate::tree::ClassTree;
-
-/// Regions in regions that the stack of any thread bears: nearly all functions have fewer, and need no thread.
+/// The nesting that the stack of any thread bears. Few functions nest deeper.
 const SHALLOW: usize = 24;
 
-/// Does work that recurses into the regions of functions that nest so deep, on a stack that bears it.
-pub(crate) fn bear<T: Send>(nesting: usize, work: impl FnOnce() -> T + Send) -> T {
-    if nesting <= SHALLOW { work() } else { deep_stack::run(work) }
+/// Does work on a stack that bears functions of this nesting: this thread's if it is shallow.
+pub(crate) fn with_stack_for<T: Send>(nesting: usize, work: impl FnOnce() -> T + Send) -> T {
+    if nesting <= SHALLOW { work() } else { with_deep_stack(work) }
 }
 
-/// The same for any depth that a text can have.
-pub(crate) fn bear_any<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+/// Does work on a stack that bears functions of any nesting.
+pub(crate) fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     deep_stack::run(work)
-}
-
-/// The same for linking a method, and for what follows.
-pub(crate) fn bear_linked<T: Send>(
-    tree: &ClassTree,
-    method: Method,
-    work: impl FnOnce() -> T + Send,
-) -> T {
-    // Methods that it calls through references become regions in its own.
-    match tree.class.methods.get(&method) {
-        Some(function) if tree.class.references.is_empty() => bear_function(function, work),
-        Some(_) => bear_any(work),
-        None => work(),
-    }
-}
-
-/// The same for one function.
-pub(crate) fn bear_function<T: Send>(function: &Function, work: impl FnOnce() -> T + Send) -> T {
-    bear(function.nesting(), work)
 }

@@ -11,7 +11,8 @@ use rtsl_image::{
     ViewTransform, check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
 use rtsl_render::{
-    CheckpointRequest, Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene,
+    CheckpointRequest, Execution, Messages, Progress, RenderRequest, RenderResult, Renderer,
+    render_scene,
 };
 
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
@@ -181,17 +182,19 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         size: arguments.size,
         samples: arguments.spp,
         seed: arguments.seed,
-        threads: arguments.threads,
+        execution: Execution {
+            threads: arguments.threads,
+            cancel: Some(interrupted),
+            time_limit: arguments.time,
+            general_kernels_only: arguments.no_specialise,
+        },
         engine: arguments.engine.options(),
-        time_limit: arguments.time,
         aovs: arguments.aov.clone(),
         for_denoiser: arguments.denoise,
-        general_kernels_only: arguments.no_specialise,
         noise_target: arguments.noise,
         checkpoint: Some(checkpoint(arguments)),
         progress: Some(&progress),
         early_warnings: Some(&early_warnings),
-        cancel: Some(interrupted),
     };
     let rendered = render_scene(&request);
     bar.clear();

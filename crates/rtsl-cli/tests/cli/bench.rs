@@ -16,7 +16,7 @@ void lookup()
 }
 ";
 
-/// What `rtsl bench --json` prints, a value for each kernel.
+/// The output of `rtsl bench --json`, one value for each kernel.
 fn bench(folder: &Folder, arguments: &[&str]) -> Vec<serde_json::Value> {
     let time: &[&str] = if arguments.contains(&"--time") { &[] } else { &["--time", "1"] };
     let ran = folder.run(&[&["bench", "--json"], arguments, time].concat()).exits(DONE);

@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-/// What a run gave.
+/// The result of a run.
 pub struct Ran(Output);
 
 impl Ran {

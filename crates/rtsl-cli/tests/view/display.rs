@@ -18,10 +18,10 @@ pub const HOME: u32 = 0xff50;
 /// The key "Tab".
 pub const TAB: u32 = 0xff09;
 
-/// What happens in one go is far enough apart for people, and for toolkits.
+/// The time between two events of one gesture, long enough for toolkits to see them as two.
 const PACE: Duration = Duration::from_millis(20);
 
-/// How long a drag takes: there are seven things to do.
+/// The duration of a drag, which has seven events.
 pub const DRAG: Duration = Duration::from_millis(140);
 
 /// A display of its own, ended when it is dropped.
@@ -48,7 +48,7 @@ impl Display {
         Some(Display { server, name, connection: Rc::new(connection), root })
     }
 
-    /// What `DISPLAY` is to be.
+    /// The value of `DISPLAY` for programs that use this display.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -88,7 +88,7 @@ impl Window {
         self.connection.sync_all();
     }
 
-    /// What it shows; `None` if it is gone.
+    /// The window's pixels; `None` if the window is closed.
     pub fn pixels(&self) -> Option<Pixels> {
         let size = self.connection.get_geometry(self.id).ok()?.reply().ok()?;
         let (width, height) = (size.width, size.height);

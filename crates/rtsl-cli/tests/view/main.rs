@@ -2,6 +2,8 @@
 //! the window's pixels are read back from the X server.
 //!
 //! Where there is no Xvfb the tests say so and pass, unless `RTSL_REQUIRE_DISPLAY=1` asks for it.
+//!
+//! A separate test program, since the tests wait for windows for limited times.
 
 mod display;
 
@@ -36,7 +38,7 @@ const DOTS: &str = "class Dots : rt_Material;
 [[label \"Size\", min 0, max 1]] public float size = 0.25;
 void shade() { rt_SampleColor = color(size, 0.25, 0.25); }";
 
-/// Where the ball shows below the figures, and its colour.
+/// A pixel of the ball below the figures of the overlay.
 const BALL: (i16, i16) = (210, 52);
 const BALL_COLOR: u32 = 0x00BC_8989;
 

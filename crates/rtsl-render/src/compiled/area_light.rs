@@ -2,7 +2,7 @@
 
 use rtsl_bvh::HitId;
 
-use super::compiled_scene::ShaderInstance;
+use super::shader_instance::ShaderInstance;
 
 /// An area light.
 pub struct AreaLight {

@@ -3,12 +3,14 @@
 use rayon::prelude::*;
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, CallMode, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program,
-    Role, Variant, new_state, set_defaults,
+    CallMode, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program, Role, Variant,
+    new_state, set_defaults,
 };
 use rtsl_bvh::Bounds;
 
-use super::compiled_scene::ShaderInstance;
+use super::calls::Callee;
+use super::runtime_errors::RuntimeErrors;
+use super::shader_instance::ShaderInstance;
 use super::shaders::Shader;
 use super::variables::{variables, vector};
 
@@ -35,7 +37,9 @@ impl BoundsMaker {
         let kernel = shader.kernel(Method::ComputeBounds)?;
         let instances = Instances::One(&instance.block);
         let mut scratch = shader.program.new_scratch(1);
-        call(kernel, &mut self.state, &mut scratch, 1, instances).then(|| read(&self.state, 0))?
+        let class = &shader.program.class().name;
+        call(class, kernel, (&mut self.state, &mut scratch), 1, instances)
+            .then(|| read(&self.state, 0))?
     }
 }
 
@@ -55,15 +59,16 @@ pub fn element_bounds(
     let one = program.elements_in_order(instance, None, &[0])?;
     let variant = Variant::new(CallMode::Leaf).of_objects(one.form().clone());
     let kernel = program.kernel(Method::ComputeBounds, variant)?;
+    let class = &program.class().name;
     bounds.par_chunks_mut(MADE).enumerate().try_for_each_init(
         || (new_state(CALL), program.new_scratch(CALL)),
         |(state, scratch), (chunk, bounds)| {
             let first = (chunk * MADE) as u32;
-            let numbers: Vec<u32> = (first..first + bounds.len() as u32).collect();
-            let elements = program.elements_in_order(instance, None, &numbers)?;
+            let indices: Vec<u32> = (first..first + bounds.len() as u32).collect();
+            let elements = program.elements_in_order(instance, None, &indices)?;
             for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
                 let instances = Instances::Range(&elements, (chunk * CALL) as u32);
-                if call(&kernel, state, scratch, bounds.len(), instances) {
+                if call(class, &kernel, (state, scratch), bounds.len(), instances) {
                     let read = |lane| read(state, lane);
                     bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
                 }
@@ -76,23 +81,17 @@ pub fn element_bounds(
 
 /// Calls the method. Returns false if it exceeds its budget, and then there are no bounds.
 fn call(
+    class: &str,
     kernel: &Kernel,
-    state: &mut LaneBlock,
-    scratch: &mut LaneBlock,
+    (state, scratch): (&mut LaneBlock, &mut LaneBlock),
     count: usize,
     instances: Instances<'_>,
 ) -> bool {
     set_defaults(state, Role::Primitive);
-    let status = kernel.call(CallArguments {
-        state,
-        scratch,
-        count,
-        mask: None,
-        accepted: None,
-        instances,
-        host: &mut NoHost,
-    });
-    !status.budget_exhausted
+    let errors = RuntimeErrors::default();
+    let callee = Callee { class, method: Method::ComputeBounds, errors: &errors };
+    callee.call_for_first(kernel, count, instances, (state, scratch), None, &mut NoHost);
+    !errors.any()
 }
 
 fn read(state: &LaneBlock, lane: usize) -> Option<Bounds> {

@@ -3,13 +3,68 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::host::Host;
 use rtsl::{
-    CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, Program, new_state,
+    CallArguments, CallStatus, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, LeafArguments,
+    LeafKernel, Method, Program, new_state,
 };
 use rtsl_bvh::{LANES, LaneMask};
 
-use super::compiled_scene::{CompiledScene, ShaderInstance};
+use super::compiled_scene::CompiledScene;
 use super::runtime_errors::RuntimeErrors;
+use super::shader_instance::ShaderInstance;
 use crate::lanes::mask_bits::{bits, set_bits};
+
+/// The method that a kernel implements, by whose name errors of its calls are reported.
+#[derive(Clone, Copy)]
+pub struct Callee<'a> {
+    /// The class.
+    pub class: &'a str,
+    /// Its method.
+    pub method: Method,
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
+}
+
+impl Callee<'_> {
+    /// Calls a kernel.
+    #[inline(always)]
+    pub fn call(&self, kernel: &Kernel, arguments: CallArguments<'_>) {
+        self.check(kernel.call(arguments));
+    }
+
+    /// Calls a kernel for leaves.
+    #[inline(always)]
+    pub fn call_for_leaves(&self, kernel: &LeafKernel, arguments: LeafArguments<'_>) {
+        self.check(kernel.call(arguments));
+    }
+
+    /// Calls a kernel for the first `count` lanes.
+    pub fn call_for_first(
+        &self,
+        kernel: &Kernel,
+        count: usize,
+        instances: Instances<'_>,
+        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+        accepted: Option<&mut MaskBlock>,
+        host: &mut dyn Host,
+    ) {
+        let mask = None;
+        self.call(kernel, CallArguments { state, scratch, count, mask, accepted, instances, host });
+    }
+
+    /// Reports values that are not finite.
+    pub fn report_not_finite(&self, count: u64) {
+        if count > 0 {
+            self.errors.report_not_finite(self.class, self.method, count);
+        }
+    }
+
+    #[inline(always)]
+    fn check(&self, status: CallStatus) {
+        if status.budget_exhausted {
+            self.errors.report(self.class, self.method);
+        }
+    }
+}
 
 /// The memory blocks of one call.
 pub struct CallBlocks {
@@ -73,19 +128,17 @@ impl CallBlocks {
         host: &mut dyn Host,
     ) -> LaneMask {
         let count = dispatch!(SimdLevel::new(), simd => self.prepare_mask(simd, lanes));
-        let status = call.kernel.call(CallArguments {
+        let arguments = CallArguments {
             state: &mut self.state,
             scratch: scratch.unwrap_or(&mut self.scratch),
             count,
             mask: self.is_masked.then_some(&self.mask),
-            accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
+            accepted: (call.callee.method == Method::Intersect).then_some(&mut self.accepted),
             instances: call.instances,
             host,
-        });
-        if status.budget_exhausted {
-            call.errors.report(call.class, call.method);
-        }
-        match call.method {
+        };
+        call.callee.call(call.kernel, arguments);
+        match call.callee.method {
             Method::Intersect => {
                 dispatch!(SimdLevel::new(), simd => bits(simd, &self.accepted, lanes))
             }
@@ -99,24 +152,17 @@ pub struct KernelCall<'a> {
     /// The kernel.
     pub kernel: &'a Kernel,
     /// Its method.
-    pub method: Method,
+    pub callee: Callee<'a>,
     /// The instance, or instances.
     pub instances: Instances<'a>,
     /// The number of scratch arrays that the kernel may use.
     pub scratch_arrays: usize,
-    /// The class's name, for messages.
-    pub class: &'a str,
-    /// The record of runtime errors.
-    pub errors: &'a RuntimeErrors,
 }
 
 impl KernelCall<'_> {
     /// Reports values of the call that are not finite for these lanes.
     pub fn report_not_finite(&self, lanes: LaneMask) {
-        if lanes != 0 {
-            let count = u64::from(lanes.count_ones());
-            self.errors.report_not_finite(self.class, self.method, count);
-        }
+        self.callee.report_not_finite(u64::from(lanes.count_ones()));
     }
 
     /// True if the kernel reads or writes a component of the state.
@@ -135,8 +181,8 @@ impl<'a> KernelCall<'a> {
         errors: &'a RuntimeErrors,
     ) -> Self {
         let scratch_arrays = program.layout().scratch_arrays as usize;
-        let class = &program.class().name;
-        KernelCall { kernel, method, instances, scratch_arrays, class, errors }
+        let callee = Callee { class: &program.class().name, method, errors };
+        KernelCall { kernel, callee, instances, scratch_arrays }
     }
 }
 

@@ -2,17 +2,15 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::NoHost;
-use rtsl::{
-    CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method,
-};
+use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method};
 use rtsl_bvh::{
-    LaneMask, Lanes, Leaf, LeafHead, MAX_INTERLEAVED, Objects, PacketSpace, Pair, PairHit,
-    RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
+    LaneMask, Lanes, Leaf, LeafHead, LoadedRay, MAX_INTERLEAVED, Objects, PacketSpace, Pair,
+    PairHit, RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
 };
 use rtsl_math::{SIMD_LANES, reciprocal};
 use smallvec::SmallVec;
 
-use super::calls::CallBlocks;
+use super::calls::{CallBlocks, Callee};
 use super::compiled_scene::CompiledScene;
 use super::object_class::ObjectClass;
 use super::pair_blocks::PairBlocks;
@@ -72,10 +70,8 @@ impl<'a> Intersector<'a> {
         &self.scene.classes[class as usize]
     }
 
-    fn report(&self, class: &ObjectClass, status: CallStatus) {
-        if status.budget_exhausted {
-            self.errors.report(&class.name, Method::Intersect);
-        }
+    fn intersect_of(&self, class: &'a ObjectClass) -> Callee<'a> {
+        Callee { class: &class.name, method: Method::Intersect, errors: self.errors }
     }
 
     /// Performs tests for objects of one class.
@@ -88,25 +84,26 @@ impl<'a> Intersector<'a> {
             return;
         };
         let lane = |test: &RayLeafTest<'_>| test.ray.lane as u32;
-        let first = |test: &RayLeafTest<'_>| ObjectClass::first_number(test.head.index_in_class);
+        let first = |test: &RayLeafTest<'_>| ObjectClass::first_index(test.head.index_in_class);
         let mut calls: SmallVec<[LeafTest; MAX_INTERLEAVED]> = SmallVec::new();
         tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
+        let intersect = self.intersect_of(class);
         let blocks = self.blocks.of(ray.frame);
-        let status = kernel.call(LeafArguments {
+        let arguments = LeafArguments {
             state: &mut blocks.state,
             scratch: &mut blocks.scratch,
             // Missing objects repeat the first one, so that kernels need no mask.
             count: SIMD_LANES as u32,
             tests: &mut calls,
             host: &mut NoHost,
-        });
+        };
+        intersect.call_for_leaves(kernel, arguments);
         for (test, call) in tests.iter_mut().zip(&calls) {
-            if let Some(number) = call.nearest() {
-                let index = (number - call.first) as usize;
+            if let Some(nearest) = call.nearest() {
+                let index = (nearest - call.first) as usize;
                 test.nearest = Some((index, blocks.take_distance(test.ray)));
             }
         }
-        self.report(class, status);
     }
 
     #[cold]
@@ -132,10 +129,10 @@ impl Objects for Intersector<'_> {
         let class = self.class(leaf.class);
         self.load_packet(simd, space);
         let kernel = class.packet_kernel(space.common_origin.is_some());
-        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
-        let (accepted, status) = self.blocks.packet.intersect(simd, kernel, lanes, instances);
+        let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
+        let callee = self.intersect_of(class);
+        let accepted = self.blocks.packet.intersect(simd, (kernel, callee), lanes, instances);
         self.has_limits = accepted == 0;
-        self.report(class, status);
         accepted
     }
 
@@ -160,10 +157,10 @@ impl Objects for Intersector<'_> {
 
     fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
         let class = self.class(class);
+        let intersect = self.intersect_of(class);
         let IntersectionBlocks { pairs: blocks, scratch_arrays, .. } = &mut *self.blocks;
         let blocks = blocks.get_or_insert_with(|| PairBlocks::new(*scratch_arrays));
-        let status = blocks.test(class, stream, pairs, found);
-        self.report(class, status);
+        blocks.test((class, intersect), stream, pairs, found);
     }
 
     fn load_ray(&mut self, ray: &TraversalRay) {
@@ -181,19 +178,19 @@ impl Objects for Intersector<'_> {
     fn prefetch(&self, head: &LeafHead) {
         // Instances have no class.
         if let Some(class) = self.scene.classes.get(head.class as usize) {
-            class.objects.prefetch(ObjectClass::first_number(head.index_in_class));
+            class.objects.prefetch(ObjectClass::first_index(head.index_in_class));
         }
     }
 
     #[cold]
-    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         let class = self.class(leaf.class);
-        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
+        let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
+        let call = (class.packet_kernel(false), self.intersect_of(class));
         let blocks = self.blocks.of(ray.frame);
-        let kernel = class.packet_kernel(false);
-        let (hit, status) = dispatch!(Level::new(), simd => blocks.intersect(simd, kernel, 1 << ray.lane, instances));
+        let hit =
+            dispatch!(Level::new(), simd => blocks.intersect(simd, call, 1 << ray.lane, instances));
         let distance = blocks.take_distance(ray);
-        self.report(class, status);
         (hit != 0).then_some(distance)
     }
 }
@@ -204,12 +201,12 @@ impl CallBlocks {
     fn intersect<S: Simd>(
         &mut self,
         simd: S,
-        kernel: &Kernel,
+        (kernel, callee): (&Kernel, Callee<'_>),
         lanes: LaneMask,
         instances: Instances<'_>,
-    ) -> (LaneMask, CallStatus) {
+    ) -> LaneMask {
         let count = self.prepare_mask(simd, lanes);
-        let status = kernel.call(CallArguments {
+        let arguments = CallArguments {
             state: &mut self.state,
             scratch: &mut self.scratch,
             count,
@@ -217,8 +214,9 @@ impl CallBlocks {
             accepted: Some(&mut self.accepted),
             instances,
             host: &mut NoHost,
-        });
-        (bits(simd, &self.accepted, lanes), status)
+        };
+        callee.call(kernel, arguments);
+        bits(simd, &self.accepted, lanes)
     }
 
     /// Returns the distance of a ray's hit from the last call, and restores the ray's limit in its place for the next

@@ -3,20 +3,26 @@
 
 pub(crate) mod area_light;
 mod bounds;
+mod builder;
 pub(crate) mod calls;
 pub(crate) mod compiled_scene;
 pub(crate) mod extents;
+mod intersect_variants;
 mod intersection;
+pub(crate) mod light;
+pub(crate) mod object;
 pub(crate) mod object_class;
-pub(crate) mod object_class_numbers;
+pub(crate) mod object_classes;
 mod pair_blocks;
 pub(crate) mod placed_objects;
 pub(crate) mod placement;
 pub(crate) mod runtime_errors;
+mod shader_instance;
 pub(crate) mod shaders;
 pub(crate) mod specialisation;
 pub(crate) mod tracer;
 pub(crate) mod variables;
 pub(crate) mod work_counts;
 
-pub use compiled_scene::{BuildStep, CompiledScene};
+pub use builder::{BuildStep, SceneBuilder};
+pub use compiled_scene::CompiledScene;

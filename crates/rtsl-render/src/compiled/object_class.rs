@@ -6,13 +6,13 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement,
-    Program, Variant, lookup_state,
+    Program, Variant,
 };
 use rtsl_bvh::{Bvh8, Leaf};
-use rtsl_math::Affine;
-use rtsl_math::SIMD_LANES;
+use rtsl_math::{Affine, SIMD_LANES};
 use rtsl_scene::SceneObject;
 
+use super::intersect_variants::{placed, traversal_outputs};
 use super::shaders::Shader;
 
 /// Objects of one shader, either all with or all without a transform.
@@ -43,27 +43,6 @@ enum ObjectNumbering {
     Elements(Vec<u32>),
 }
 
-/// The outputs of `intersect` that the traversal reads: only the distance of the hit. Other properties are computed for
-/// the closest hit alone.
-fn traversal_outputs() -> Outputs {
-    Outputs::state(lookup_state("rt_HitDistance"))
-}
-
-/// The kernel of `intersect` that every scene with objects of this kind needs.
-pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
-    let form = program.separate_objects(is_placed);
-    placed(Variant::new(CallMode::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
-}
-
-/// The kernel of `intersect` for closest hits whose scratch is read.
-pub fn hit_variant(program: &Program, is_placed: bool) -> Variant {
-    packet_variant(program, is_placed).reading(Outputs::NONE.with_scratch())
-}
-
-fn placed(variant: Variant, is_placed: bool) -> Variant {
-    if is_placed { variant.placed() } else { variant }
-}
-
 /// The items of a class in the order of its leaves; leaves that are not full contain repetitions.
 fn items_in_order(tree: &Bvh8, class: u32) -> Vec<u32> {
     let mut leaves: Vec<&Leaf> = tree.leaves.iter().filter(|leaf| leaf.class == class).collect();
@@ -80,10 +59,10 @@ impl ObjectClass {
     pub fn of_objects(
         shader: &Shader,
         is_placed: bool,
-        numbers: Vec<u32>,
+        order: Vec<u32>,
         objects: impl Fn(u32) -> (Arc<Instance>, Affine),
     ) -> Result<ObjectClass, Diagnostic> {
-        let members: Vec<(Arc<Instance>, Placement)> = numbers
+        let members: Vec<(Arc<Instance>, Placement)> = order
             .iter()
             .map(|object| objects(*object))
             .map(|(instance, map)| (instance, placement(&map)))
@@ -94,11 +73,11 @@ impl ObjectClass {
         } else {
             shader.program.objects(members.iter().map(|(instance, _)| &**instance))
         };
-        let mut numbers: Vec<(u32, u32)> = numbers.into_iter().zip(0..).collect();
-        numbers.sort_unstable();
+        let mut indices: Vec<(u32, u32)> = order.into_iter().zip(0..).collect();
+        indices.sort_unstable();
         // Of repetitions the first counts.
-        numbers.dedup_by_key(|(object, _)| *object);
-        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(numbers))
+        indices.dedup_by_key(|(object, _)| *object);
+        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(indices))
     }
 
     /// Creates a class of the elements of one object, which are in the tree's leaves of this class. `first` is the item
@@ -115,12 +94,12 @@ impl ObjectClass {
     ) -> Result<ObjectClass, Diagnostic> {
         let order = items_in_order(tree, class).into_iter().map(|item| item - first);
         let order: Vec<u32> = order.collect();
-        let mut numbers = vec![0; object.elements.unwrap_or(0) as usize];
+        let mut indices = vec![0; object.elements.unwrap_or(0) as usize];
         // Backwards, so that of repetitions the first counts.
-        for (number, element) in order.iter().enumerate().rev() {
-            numbers[*element as usize] = number as u32;
+        for (index, element) in order.iter().enumerate().rev() {
+            indices[*element as usize] = index as u32;
         }
-        ObjectClass::of_numbered_elements(shader, object, inverse, &order, numbers)
+        ObjectClass::of_ordered_elements(shader, object, inverse, &order, indices)
     }
 
     /// Compiles the kernels of elements, so that they are ready when the elements are created.
@@ -132,21 +111,21 @@ impl ObjectClass {
         object: &SceneObject,
         inverse: &Affine,
     ) -> Result<(), Diagnostic> {
-        ObjectClass::of_numbered_elements(shader, object, inverse, &[0], vec![0]).map(drop)
+        ObjectClass::of_ordered_elements(shader, object, inverse, &[0], vec![0]).map(drop)
     }
 
-    fn of_numbered_elements(
+    fn of_ordered_elements(
         shader: &Shader,
         object: &SceneObject,
         inverse: &Affine,
         order: &[u32],
-        numbers: Vec<u32>,
+        indices: Vec<u32>,
     ) -> Result<ObjectClass, Diagnostic> {
         let placement = (!inverse.is_identity()).then(|| placement(inverse));
         let program = &shader.program;
         let made = program.elements_in_order(&object.primitive, placement.as_ref(), order)?;
         let is_placed = placement.is_some();
-        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Elements(numbers))
+        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Elements(indices))
     }
 
     fn new(
@@ -158,18 +137,18 @@ impl ObjectClass {
         let program = &shader.program;
         let form = objects.form().clone();
         let variant = placed(Variant::new(CallMode::Packet), is_placed).of_objects(form);
-        let intersect = |outputs: Outputs, shape: CallMode| {
-            let variant = Variant { shape, ..variant.clone() }.reading(outputs);
+        let intersect = |outputs: Outputs, mode: CallMode| {
+            let variant = Variant { mode, ..variant.clone() }.reading(outputs);
             program.kernel(Method::Intersect, variant)
         };
         let packet = intersect(traversal_outputs(), CallMode::Packet)?;
         let has_elements = matches!(which, ObjectNumbering::Elements(_));
-        let shape = if has_elements { CallMode::Stream } else { CallMode::Packet };
-        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), shape));
+        let mode = if has_elements { CallMode::Stream } else { CallMode::Packet };
+        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), mode));
         let mut surface = BTreeMap::new();
         if has_elements {
             for (method, outputs) in shader.hit_methods() {
-                let variant = Variant { shape, placed: false, ..variant.clone() };
+                let variant = Variant { mode, placed: false, ..variant.clone() };
                 surface.insert(*method, program.kernel(*method, variant.reading(*outputs))?);
             }
         }
@@ -190,24 +169,24 @@ impl ObjectClass {
 
     /// Returns the index by which kernels know an item of a leaf.
     #[inline(always)]
-    pub fn number(leaf: &Leaf, index: usize) -> u32 {
-        ObjectClass::first_number(leaf.index_in_class) + index as u32
+    pub fn item_index(leaf: &Leaf, index: usize) -> u32 {
+        ObjectClass::first_index(leaf.index_in_class) + index as u32
     }
 
     /// Returns the index of the first item of a leaf, given the leaf's index among those of its class.
     #[inline(always)]
-    pub fn first_number(leaf_index: u32) -> u32 {
+    pub fn first_index(leaf_index: u32) -> u32 {
         leaf_index * SIMD_LANES as u32
     }
 
     /// Returns the index by which kernels know an object, or an element of the object whose elements form this class.
-    pub fn number_of(&self, object: u32, element: u32) -> Option<u32> {
+    pub fn index_of(&self, object: u32, element: u32) -> Option<u32> {
         match &self.which {
-            ObjectNumbering::Separate(numbers) => {
-                let index = numbers.binary_search_by_key(&object, |(object, _)| *object).ok()?;
-                Some(numbers[index].1)
+            ObjectNumbering::Separate(indices) => {
+                let position = indices.binary_search_by_key(&object, |(object, _)| *object).ok()?;
+                Some(indices[position].1)
             }
-            ObjectNumbering::Elements(numbers) => numbers.get(element as usize).copied(),
+            ObjectNumbering::Elements(indices) => indices.get(element as usize).copied(),
         }
     }
 
@@ -268,8 +247,8 @@ impl ObjectClass {
     }
 
     /// Compiles a kernel at its first use: few scenes need all.
-    fn make(&self, shape: CallMode) -> Option<Arc<Kernel>> {
-        let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
+    fn make(&self, mode: CallMode) -> Option<Arc<Kernel>> {
+        let variant = Variant { mode, ..self.variant.clone() }.reading(traversal_outputs());
         self.program.kernel(Method::Intersect, variant).ok()
     }
 }

@@ -3,12 +3,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 use rtsl::host::NoHost;
-use rtsl::{
-    CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
-};
+use rtsl::{Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_bvh::{Pair, PairHit, RayStream};
 use rtsl_math::SIMD_LANES;
 
+use super::calls::Callee;
 use super::object_class::ObjectClass;
 use super::variables::variables;
 use crate::lanes::fours::fours;
@@ -38,12 +37,11 @@ impl PairBlocks {
     /// Tests pairs with objects of a class; adds those that hit to `found`.
     pub fn test(
         &mut self,
-        class: &ObjectClass,
+        (class, intersect): (&ObjectClass, Callee<'_>),
         stream: &RayStream,
         pairs: &[Pair],
         found: &mut Vec<PairHit>,
-    ) -> CallStatus {
-        let mut all = CallStatus::default();
+    ) {
         let stream_kernel = class.stream_kernel();
         // Without a stream kernel, pairs are tested one by one.
         let step = if stream_kernel.is_some() { MAX_PAIRS } else { 1 };
@@ -54,19 +52,11 @@ impl PairBlocks {
                 Some(kernel) => (kernel, Instances::Many(objects, &self.objects)),
                 None => (class.packet_kernel(false), Instances::Object(objects, pairs[0].object)),
             };
-            let status = kernel.call(CallArguments {
-                state: &mut self.state,
-                scratch: &mut self.scratch,
-                count: pairs.len(),
-                mask: None,
-                accepted: Some(&mut self.accepted),
-                instances,
-                host: &mut NoHost,
-            });
-            all.budget_exhausted |= status.budget_exhausted;
+            let blocks = (&mut self.state, &mut self.scratch);
+            let accepted = Some(&mut self.accepted);
+            intersect.call_for_first(kernel, pairs.len(), instances, blocks, accepted, &mut NoHost);
             dispatch!(Level::new(), simd => self.add_accepted(simd, start, pairs.len(), found));
         }
-        all
     }
 
     /// Adds the accepted ones of the first `count` lanes; lane 0 is the pair `first`.

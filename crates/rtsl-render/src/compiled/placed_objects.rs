@@ -8,8 +8,9 @@ use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
 use rtsl_math::MovingTransform;
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};
 
-use super::compiled_scene::{Object, inverse};
+use super::object::Object;
 use super::object_class::{ObjectClass, objects_in_order};
+use super::placement::inverse;
 use super::shaders::Shader;
 
 /// The objects of a scene as items of groups. Scenes with the same shapes share them.
@@ -84,7 +85,7 @@ impl GroupItems {
 impl PlacedObjects {
     /// Collects the objects of a scene.
     pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
-        let mut numbers = ClassNumbers::default();
+        let mut indices = ClassIndices::default();
         let Groups { groups, instances } = Groups::of(scene);
         let groups = groups.iter().enumerate().map(|(group, members)| {
             let mut items = GroupItems::default();
@@ -97,13 +98,13 @@ impl PlacedObjects {
                     is_placed: !placed.inverse.is_identity(),
                     elements: elements.map(|_| (*object, items.count)),
                 };
-                let class = numbers.number(key);
+                let class = indices.index(key);
                 items.members.push(GroupMember { object: *object, first: items.count, class });
                 items.count += elements.unwrap_or(1);
             }
             items
         });
-        PlacedObjects { groups: groups.collect(), instances, keys: numbers.into_keys() }
+        PlacedObjects { groups: groups.collect(), instances, keys: indices.into_keys() }
     }
 
     /// Builds the trees, or refits those of a scene with the same items. `bounds` are those of each object, or of its
@@ -114,8 +115,8 @@ impl PlacedObjects {
         earlier: Option<(&Geometry, &[GroupItems])>,
     ) -> Geometry {
         let earlier = earlier.filter(|(geometry, groups)| self.has_same_items(geometry, groups));
-        let group = |number: usize, items: Vec<Item>| match earlier {
-            Some((geometry, _)) => geometry.groups[number].moved(items),
+        let group = |index: usize, items: Vec<Item>| match earlier {
+            Some((geometry, _)) => geometry.groups[index].moved(items),
             None => Group::new(items),
         };
         let items = |group: &GroupItems| -> Vec<Item> {
@@ -127,7 +128,7 @@ impl PlacedObjects {
         };
         let mut lists = self.groups.iter().map(items);
         let mut world = lists.next().unwrap_or_default();
-        let placed: Vec<Group> = (1..).zip(lists).map(|(number, it)| group(number, it)).collect();
+        let placed: Vec<Group> = (1..).zip(lists).map(|(index, it)| group(index, it)).collect();
         let first_instance = world.len() as u32;
         let instances = self.add_instances(&placed, &mut world);
         let groups = std::iter::once(group(0, world)).chain(placed).collect();
@@ -196,8 +197,8 @@ impl PlacedObjects {
                 None => {
                     let items = &self.groups[key.group];
                     let object = |item| Some(items.member(item)?.object);
-                    let numbers = objects_in_order(tree, class, object);
-                    ObjectClass::of_objects(shader, key.is_placed, numbers, placed)
+                    let order = objects_in_order(tree, class, object);
+                    ObjectClass::of_objects(shader, key.is_placed, order, placed)
                 }
             }
         });
@@ -223,8 +224,8 @@ impl Groups {
             let group = all.add_group(object);
             all.add_moving(group, motion.clone());
         }
-        for (number, members) in scene.groups.iter().enumerate() {
-            let placed = || scene.instances.iter().filter(|it| it.group as usize == number);
+        for (index, members) in scene.groups.iter().enumerate() {
+            let placed = || scene.instances.iter().filter(|it| it.group as usize == index);
             for (object, motion) in members.iter().filter_map(|it| Some((*it, motion(*it)?))) {
                 let group = all.add_group(object);
                 for instance in placed() {
@@ -251,20 +252,20 @@ impl Groups {
 
 /// Assigns indices to classes, in the order of their first use.
 #[derive(Default)]
-struct ClassNumbers {
-    numbers: BTreeMap<ClassKey, u32>,
+struct ClassIndices {
+    indices: BTreeMap<ClassKey, u32>,
 }
 
-impl ClassNumbers {
-    fn number(&mut self, key: ClassKey) -> u32 {
-        let next = self.numbers.len() as u32;
-        *self.numbers.entry(key).or_insert(next)
+impl ClassIndices {
+    fn index(&mut self, key: ClassKey) -> u32 {
+        let next = self.indices.len() as u32;
+        *self.indices.entry(key).or_insert(next)
     }
 
     /// Returns the keys of the classes by index.
     fn into_keys(self) -> Vec<ClassKey> {
         let mut keys: Vec<(u32, ClassKey)> =
-            self.numbers.into_iter().map(|(key, number)| (number, key)).collect();
+            self.indices.into_iter().map(|(key, index)| (index, key)).collect();
         keys.sort_unstable();
         keys.into_iter().map(|(_, key)| key).collect()
     }

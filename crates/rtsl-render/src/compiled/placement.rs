@@ -1,11 +1,8 @@
 //! The transform of a hit's group to the world: constant for all rays, or depending on the ray's time if the instance
 //! moves.
 
-use fearless_simd::Simd;
-use rtsl_bvh::{Instance, LaneMask, Lanes, RayPacket};
-use rtsl_math::Affine;
-
-use crate::lanes::eight::{Eight, Vectors};
+use rtsl_bvh::Instance;
+use rtsl_math::{Affine, Transform};
 
 /// An instance with its transforms in both directions.
 pub struct Placement<'a> {
@@ -20,105 +17,9 @@ impl<'a> Placement<'a> {
         Placement { instance, forward }
     }
 
-    /// Returns the rays of `lanes` in the group's space.
-    #[inline(always)]
-    pub fn rays_in_group(&self, rays: &RayPacket, lanes: LaneMask) -> RayPacket {
-        self.instance.moved_packet(rays, lanes)
-    }
-
-    /// Transforms points of the world to the group's space, each at its time.
-    #[inline(always)]
-    pub fn points_to_group<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        points: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.point(&self.instance.inverse, points),
-            Some(motion) => {
-                eight.each(points, |lane, point| motion.inverse_at(time[lane]).point(point))
-            }
-        }
-    }
-
-    /// Transforms points of the group's space to the world's, each at its time.
-    #[inline(always)]
-    pub fn points_to_world<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        points: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.point(&self.forward, points),
-            Some(motion) => {
-                eight.each(points, |lane, point| motion.map_at(time[lane]).point(point))
-            }
-        }
-    }
-
-    /// Maps magnitudes of points to those in the group's space, for error bounds.
-    #[inline(always)]
-    pub fn sizes_to_group<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        sizes: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.point(&self.instance.inverse.of_sizes(), sizes),
-            Some(motion) => eight
-                .each(sizes, |lane, sizes| motion.inverse_at(time[lane]).of_sizes().point(sizes)),
-        }
-    }
-
-    /// Maps magnitudes of vectors from the group's space to the world's, for error bounds.
-    #[inline(always)]
-    pub fn sizes_to_world<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        sizes: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.vector(&self.forward.of_sizes(), sizes),
-            Some(motion) => {
-                eight.each(sizes, |lane, sizes| motion.map_at(time[lane]).of_sizes().vector(sizes))
-            }
-        }
-    }
-
-    /// Transforms vectors of the group's space to the world's, each at its time.
-    #[inline(always)]
-    pub fn vectors_to_world<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        vectors: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.vector(&self.forward, vectors),
-            Some(motion) => {
-                eight.each(vectors, |lane, vector| motion.map_at(time[lane]).vector(vector))
-            }
-        }
-    }
-
-    /// Transforms normals of the group's space to the world's, of any length, each at its time.
-    #[inline(always)]
-    pub fn normals_to_world<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        normals: &Vectors<S>,
-        time: &Lanes,
-    ) -> Vectors<S> {
-        match &self.instance.motion {
-            None => eight.transposed_vector(&self.instance.inverse, normals),
-            Some(motion) => eight.each(normals, |lane, normal| {
-                motion.inverse_at(time[lane]).transposed_vector(normal)
-            }),
-        }
+    /// True if the transform depends on the time.
+    pub fn moves(&self) -> bool {
+        self.instance.motion.is_some()
     }
 
     /// Returns the transform from the group's space to the world's at a time.
@@ -144,4 +45,10 @@ impl<'a> Placement<'a> {
             Some(motion) => motion.map_at(time).volume_scale(),
         }
     }
+}
+
+/// Returns the inverse of a placement.
+pub fn inverse(transform: Transform) -> Affine {
+    // The reader rejects transforms without an inverse.
+    transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
 }

@@ -9,9 +9,9 @@ use rtsl::{
 };
 use rtsl_scene::{Scene, SceneObject};
 
-use super::compiled_scene::{ShaderInstance, inverse};
-use super::object_class::{hit_variant, packet_variant};
-use super::specialisation::Specialised;
+use super::intersect_variants::{hit_variant, packet_variant};
+use super::placement::inverse;
+use super::shader_instance::{ShaderInstance, Specialised};
 
 /// A class with the kernels that a scene calls.
 pub struct Shader {

@@ -4,12 +4,13 @@
 //! Measured on two processors: three-spheres takes 6.5 and 7.2 s with them and 6.6 s without, which is within the
 //! variation of runs. Shapes are not specialised: there are many, and each has few members.
 
-use std::sync::{Arc, Once, OnceLock};
+use std::sync::{Arc, Once};
 use std::time::Duration;
 
-use rtsl::{Engine, Instance, Kernel, KernelRequest, Method, SpecialisedKernel};
+use rtsl::{Engine, Instance, KernelRequest, Method};
 
-use super::compiled_scene::{CompiledScene, ShaderInstance};
+use super::shader_instance::ShaderInstance;
+use super::shaders::Shader;
 
 /// The time after which specialisation starts: shorter renders would not benefit.
 pub const SPECIALISE_AFTER: Duration = Duration::from_secs(1);
@@ -20,18 +21,6 @@ const MAX_INSTANCES: usize = 64;
 /// The methods that benefit from specialisation.
 const METHODS: [Method; 4] =
     [Method::GenerateRay, Method::Illumination, Method::Shade, Method::Emission];
-
-/// The specialised kernels of one instance, once they are requested.
-#[derive(Default)]
-pub struct Specialised(OnceLock<Vec<(Method, SpecialisedKernel)>>);
-
-impl Specialised {
-    /// Returns the specialised kernel of a method if it was requested and is ready.
-    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
-        let mut kernels = self.0.get()?.iter();
-        kernels.find(|(other, _)| *other == method).map(|(_, kernel)| &**kernel.kernel())
-    }
-}
 
 /// The state of a scene's specialisation.
 pub struct Specialisation {
@@ -46,18 +35,16 @@ impl Specialisation {
     pub fn new(engine: &Engine, instances: Vec<Arc<Instance>>) -> Self {
         Specialisation { engine: engine.clone(), instances, begun: Once::new() }
     }
-}
 
-impl CompiledScene {
-    /// Requests specialised kernels. Rendering uses each as soon as it is ready.
-    pub fn specialise(&self) {
-        let Specialisation { engine, instances, begun } = &self.specialisation;
+    /// Requests specialised kernels, at the first call, for these instances of the compiled scene with their shaders, in
+    /// the same order.
+    pub fn begin<'a>(&self, placed: impl Iterator<Item = (&'a Shader, &'a ShaderInstance)>) {
+        let Specialisation { engine, instances, begun } = self;
         begun.call_once(|| {
             if instances.len() > MAX_INSTANCES {
                 return;
             }
-            for (instance, placed) in instances.iter().zip(self.specialisable()) {
-                let shader = self.shader(placed);
+            for (instance, (shader, placed)) in instances.iter().zip(placed) {
                 let kernels = METHODS.into_iter().filter_map(|method| {
                     let variant = shader.variant(method)?.clone();
                     let request = KernelRequest::new(&shader.program, method, variant);
@@ -68,17 +55,5 @@ impl CompiledScene {
                 let _ = placed.specialised.0.set(kernels.collect());
             }
         });
-    }
-
-    /// Waits until all kernels that [`CompiledScene::specialise`] requested are ready; returns their number.
-    pub fn wait_for_specialised(&self) -> usize {
-        let instances = self.specialisable().filter_map(|it| it.specialised.0.get());
-        let kernels = instances.flatten().map(|(_, kernel)| kernel);
-        kernels.inspect(|kernel| kernel.wait()).filter(|kernel| kernel.is_specialised()).count()
-    }
-
-    fn specialisable(&self) -> impl Iterator<Item = &ShaderInstance> {
-        let lights = self.lights.iter().map(|light| &light.instance);
-        [&self.camera].into_iter().chain(lights).chain(&self.materials)
     }
 }

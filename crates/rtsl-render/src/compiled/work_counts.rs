@@ -3,8 +3,8 @@
 
 use fearless_simd::Simd;
 use rtsl_bvh::{
-    LANES, LaneMask, Lanes, Leaf, LeafHead, Objects, PacketSpace, Pair, PairHit, RayLeafTest,
-    RayStream, TraversalRay, lanes_of,
+    LANES, LaneMask, Lanes, Leaf, LeafHead, LoadedRay, Objects, PacketSpace, Pair, PairHit,
+    RayLeafTest, RayStream, TraversalRay, lanes_of,
 };
 
 use crate::statistics::LaneUse;
@@ -93,8 +93,8 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         lanes_of(lanes).for_each(|lane| self.counts.visited[lane] += 1);
     }
 
-    fn ray_against_one(&mut self, space: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         self.counts.add_call(1);
-        self.objects.ray_against_one(space, leaf, index)
+        self.objects.ray_against_one(ray, leaf, index)
     }
 }

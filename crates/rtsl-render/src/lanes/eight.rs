@@ -7,7 +7,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::LaneBlock;
-use rtsl_bvh::{LaneMask, Lanes, lanes_of};
+use rtsl_bvh::{LaneMask, Lanes};
 use rtsl_math::{Affine, SIMD_LANES, USUAL_SQUARES};
 
 /// A vector for each lane, component by component.
@@ -45,15 +45,28 @@ pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
 /// Iterates over the groups of eight that contain the first `count` of any number of lanes, a multiple of eight; all
 /// others are unused. Masks of a packet do not apply to them.
 #[inline(always)]
-pub fn eights_of<S: Simd>(simd: S, count: usize) -> impl Iterator<Item = Eight<S>> {
-    let on = mask32x8::from_bitmask(simd, 0xFF);
-    (0..count).step_by(SIMD_LANES).map(move |start| Eight {
-        simd,
-        start,
-        bits: 0xFF,
-        on,
-        stores_all: true,
-    })
+pub fn eights_of<S: Simd>(simd: S, count: usize) -> FirstEights<S> {
+    FirstEights { simd, start: 0, count }
+}
+
+/// See [`eights_of`].
+pub struct FirstEights<S> {
+    simd: S,
+    /// The first lane not processed yet.
+    start: usize,
+    count: usize,
+}
+
+impl<S: Simd> Iterator for FirstEights<S> {
+    type Item = Eight<S>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Eight<S>> {
+        let FirstEights { simd, start, count } = *self;
+        self.start += SIMD_LANES;
+        let on = mask32x8::from_bitmask(simd, 0xFF);
+        (start < count).then_some(Eight { simd, start, bits: 0xFF, on, stores_all: true })
+    }
 }
 
 /// See [`eights`].
@@ -108,14 +121,14 @@ impl<S: Simd> Eight<S> {
 
     /// Loads the lanes' numbers.
     #[inline(always)]
-    pub fn numbers(self, lanes: &[f32]) -> f32x8<S> {
+    pub fn floats(self, lanes: &[f32]) -> f32x8<S> {
         f32x8::from_slice(self.simd, &lanes[self.start..self.start + SIMD_LANES])
     }
 
     /// Loads the lanes' vectors.
     #[inline(always)]
     pub fn vectors<const N: usize>(self, [x, y, z]: &[[f32; N]; 3]) -> Vectors<S> {
-        [self.numbers(x), self.numbers(y), self.numbers(z)]
+        [self.floats(x), self.floats(y), self.floats(z)]
     }
 
     /// Loads the numbers of a component of a block.
@@ -128,7 +141,7 @@ impl<S: Simd> Eight<S> {
     #[inline(always)]
     pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
         let [x, y, z] = block.vectors_at::<3, SIMD_LANES>(first, self.start);
-        let load = |numbers| f32x8::load_array_ref(self.simd, numbers);
+        let load = |floats| f32x8::load_array_ref(self.simd, floats);
         [load(x), load(y), load(z)]
     }
 
@@ -160,7 +173,7 @@ impl<S: Simd> Eight<S> {
     /// Stores the numbers of active lanes.
     #[inline(always)]
     pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
-        let old = self.numbers(to);
+        let old = self.floats(to);
         let new = if self.stores_all { value } else { self.on.select(value, old) };
         new.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
     }
@@ -171,21 +184,6 @@ impl<S: Simd> Eight<S> {
         self.blend(value[0], &mut to[0]);
         self.blend(value[1], &mut to[1]);
         self.blend(value[2], &mut to[2]);
-    }
-
-    /// Applies a function to the vector of each lane of the packet, if lanes need different ones.
-    #[inline(always)]
-    pub fn each(
-        self,
-        vectors: &Vectors<S>,
-        map: impl Fn(usize, [f32; 3]) -> [f32; 3],
-    ) -> Vectors<S> {
-        let mut mapped = vectors.map(|component| component.to_array());
-        for index in lanes_of(self.bits) {
-            let vector = map(self.start + index, [0, 1, 2].map(|axis: usize| mapped[axis][index]));
-            (0..3).for_each(|axis| mapped[axis][index] = vector[axis]);
-        }
-        mapped.map(|component| f32x8::load_array(self.simd, component))
     }
 
     /// Returns the active lanes in the mask, as lanes of the packet.

@@ -8,4 +8,3 @@ pub mod mask_bits;
 pub mod request_lanes;
 pub mod sequences;
 pub mod surface_offset;
-pub mod surface_state;

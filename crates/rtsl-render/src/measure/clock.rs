@@ -1,17 +1,26 @@
 //! Repeated tracing of the same rays, with timing.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rtsl_bvh::LaneMask;
 
 use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
-use super::{Effort, Spread};
+use super::spread::Spread;
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{Workspace, rays_of, sample_tile};
 use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, Tile, camera_rays};
+use crate::whitted::{Workspace, rays_of, sample_tile};
+
+/// The number and the duration of repetitions.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// The number of repetitions, if time permits.
+    pub repetitions: usize,
+    /// The time after which no repetition but the first is started.
+    pub time: Duration,
+}
 
 /// The subject and the effort of a measurement.
 pub struct Clock<'a> {

@@ -15,8 +15,6 @@ mod rays;
 mod report;
 mod spread;
 
-use std::time::Duration;
-
 use rtsl::{Engine, Messages};
 use rtsl_scene::reader::DiskFiles;
 
@@ -27,17 +25,9 @@ use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
 
+pub use self::clock::Effort;
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;
-
-/// The number and the duration of repetitions.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
-    /// The number of repetitions, if time permits.
-    pub repetitions: usize,
-    /// The time after which no repetition but the first is started.
-    pub time: Duration,
-}
 
 /// Measures a scene on the disk. The request's samples, time limit and progress are ignored.
 ///
@@ -55,7 +45,7 @@ pub fn measure_scene(
         Prepared::for_shading(request, loaded)?;
     let memory_bytes = resident_memory_bytes().saturating_sub(before);
     let peak_memory_bytes = peak_memory_bytes();
-    if !request.general_kernels_only {
+    if !request.execution.general_kernels_only {
         scene.specialise();
         scene.wait_for_specialised();
     }
@@ -63,7 +53,7 @@ pub fn measure_scene(
     let size = [scene.settings.width, scene.settings.height];
     let clock = Clock {
         tracer: Tracer { scene: &scene, errors: &errors },
-        threads: RenderThreads::new(request.threads)?,
+        threads: RenderThreads::new(request.execution.threads)?,
         tiles: tiles_of(size[0], size[1]),
         effort,
     };

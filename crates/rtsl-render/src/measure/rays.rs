@@ -6,8 +6,8 @@ use rtsl_math::dot;
 use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
+use crate::whitted::{ShadedRays, ShadingHost, Workspace, hit_groups, prepare};
 
 /// A packet with its active lanes.
 pub struct Packet {
@@ -58,8 +58,8 @@ impl RaySets {
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
         let hits = tracer.nearest(&mut workspace.search, rays, lanes);
-        for run in &runs(tracer.scene, &hits, lanes) {
-            prepare(tracer, run, rays, &hits, &mut level, context);
+        for group in &hit_groups(tracer.scene, &hits, lanes) {
+            prepare(tracer, group, rays, &hits, &mut level, context);
         }
         workspace.return_level(level);
         let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays };
@@ -96,10 +96,10 @@ impl Surface<'_> {
 
     /// Rays with cosine-distributed directions: the sum of a unit normal and a random unit vector.
     fn secondary(&self, tracer: &Tracer<'_>, context: &LaneContext, index: usize) -> Packet {
-        let mut numbers = Numbers::new(Numbers::OF_SECONDARY_RAYS, index);
+        let mut random = RandomNumbers::new(RandomNumbers::OF_SECONDARY_RAYS, index);
         let mut rays = RayPacket::default();
         for lane in lanes_of(self.lanes) {
-            let (normal, sphere) = (self.normal(context, lane), numbers.on_sphere());
+            let (normal, sphere) = (self.normal(context, lane), random.on_sphere());
             let direction = std::array::from_fn(|axis| normal[axis] + sphere[axis]);
             rays.set(lane, self.point(lane), direction);
             rays.epsilon[lane] = tracer.scene.epsilon;
@@ -156,14 +156,14 @@ impl Surface<'_> {
 
 /// Rays from random points in the cube around the scene, in random directions.
 fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
-    let mut numbers = Numbers::new(Numbers::OF_RANDOM_RAYS, index);
+    let mut random = RandomNumbers::new(RandomNumbers::OF_RANDOM_RAYS, index);
     let half = (0..3).map(|axis| world.max[axis] - world.min[axis]).fold(0.0, f32::max) * 0.5;
     let mut rays = RayPacket::default();
     for lane in 0..LANES {
         let origin = std::array::from_fn(|axis| {
-            (world.min[axis] + world.max[axis]) * 0.5 + half * numbers.between_minus_one_and_one()
+            (world.min[axis] + world.max[axis]) * 0.5 + half * random.between_minus_one_and_one()
         });
-        rays.set(lane, origin, numbers.on_sphere());
+        rays.set(lane, origin, random.on_sphere());
         rays.epsilon[lane] = epsilon;
         rays.limit[lane] = f32::INFINITY;
     }
@@ -171,18 +171,18 @@ fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
 }
 
 /// Random numbers that are the same in every run.
-struct Numbers {
+struct RandomNumbers {
     key: u32,
     count: u32,
 }
 
-impl Numbers {
+impl RandomNumbers {
     const OF_SECONDARY_RAYS: u32 = 1;
     const OF_RANDOM_RAYS: u32 = 2;
 
     /// The sequence for one packet of a purpose.
     fn new(purpose: u32, packet: usize) -> Self {
-        Numbers { key: hash(purpose, packet as u32), count: 0 }
+        RandomNumbers { key: hash(purpose, packet as u32), count: 0 }
     }
 
     fn between_minus_one_and_one(&mut self) -> f32 {

@@ -9,9 +9,9 @@ use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};
-use crate::interactive::{TileSample, TileSums};
 use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
+use crate::whitted::{TileSample, TileSums};
 
 /// A film. Each tile has a separate lock, so that threads do not wait for one another.
 pub struct Film {

@@ -21,13 +21,13 @@ use super::options::SessionOptions;
 use super::picked::Picked;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
-use crate::compiled::CompiledScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
+use crate::compiled::{CompiledScene, SceneBuilder};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
+use crate::whitted::{Workspace, hit_groups, rays_of, sample_tile, visits_of_sample};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
@@ -332,17 +332,17 @@ impl Session {
         let lane = Tile::lane(x, y);
         let rays = &camera_rays(&tracer, &mut workspace.camera, tile, 0).rays;
         let hits = tracer.nearest(&mut workspace.search, rays, 1 << lane);
-        let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
-        let index = run.index as usize;
+        let group = hit_groups(&self.compiled, &hits, 1 << lane).pop()?;
+        let index = group.index as usize;
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
         let t = f64::from(hits.distance[lane]);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shape = *self.origins.objects.get(index)?;
-        let material = run.object.material;
+        let material = group.object.material;
         let shader = match material {
             Some(material) => &self.compiled.materials[material as usize],
-            None => &run.object.primitive,
+            None => &group.object.primitive,
         };
         Some(Picked {
             shape,
@@ -380,11 +380,11 @@ impl Session {
                 let options = self.options.engine_for(&scene.settings);
                 (self.engine, _) = Engine::new(options).map_err(Messages::one)?;
             }
-            let (engine, messages) = (&self.engine, &mut warnings);
+            let (builder, messages) = (SceneBuilder::new(&self.engine), &mut warnings);
             self.compiled = if same_shapes {
-                self.compiled.with_other_shaders(scene.clone(), engine, messages)?
+                builder.same_shapes(&self.compiled).build(scene.clone(), messages)?
             } else {
-                self.compiled.with_moved_shapes(scene.clone(), engine, messages)?
+                builder.moved_shapes(&self.compiled).build(scene.clone(), messages)?
             };
         }
         self.adopt(scene, origins)?;

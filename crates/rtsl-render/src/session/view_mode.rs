@@ -43,7 +43,7 @@ impl ViewMode {
     }
 }
 
-/// What is known of a pixel.
+/// A pixel's inputs to the view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PixelFacts {
     /// The mean of its samples.

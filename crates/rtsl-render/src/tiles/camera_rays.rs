@@ -100,15 +100,15 @@ fn fill<S: Simd>(
     let scene = tracer.scene;
     let settings = &scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let numbers = match settings.sampler.spread() {
-        INDEPENDENT => CameraNumbers::new::<INDEPENDENT>(settings, tile, sample),
-        POWER_OF_TWO => CameraNumbers::new::<POWER_OF_TWO>(settings, tile, sample),
-        SOBOL => CameraNumbers::new::<SOBOL>(settings, tile, sample),
-        _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
+    let inputs = match settings.sampler.spread() {
+        INDEPENDENT => CameraInputs::new::<INDEPENDENT>(settings, tile, sample),
+        POWER_OF_TWO => CameraInputs::new::<POWER_OF_TWO>(settings, tile, sample),
+        SOBOL => CameraInputs::new::<SOBOL>(settings, tile, sample),
+        _ => CameraInputs::new::<ANY_COUNT>(settings, tile, sample),
     };
     let CameraRays { rays, context, weights, .. } = camera;
-    context.begin(LaneStreams::new(numbers.stream_keys, sample), numbers.time);
-    numbers.set(scene, &mut blocks.state);
+    context.begin(LaneStreams::new(inputs.stream_keys, sample), inputs.time);
+    inputs.set(scene, &mut blocks.state);
     if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) {
         blocks.call(&call, lanes, None, context);
     }
@@ -123,7 +123,7 @@ fn fill<S: Simd>(
         }
         eight.blend_vectors(&origin, &mut rays.origin);
         eight.blend_vectors(&direction, &mut rays.direction);
-        let filter_weight = eight.numbers(&numbers.filter_weights);
+        let filter_weight = eight.floats(&inputs.filter_weights);
         let color = eight.load_vectors(state, v.sample_color);
         eight.blend_vectors(&color.map(|channel| channel * filter_weight), weights);
         eight.blend(eight.load(state, v.hit_distance), &mut rays.limit);
@@ -132,7 +132,7 @@ fn fill<S: Simd>(
         let zero = eight.splat(0.0);
         eight.blend(epsilon.simd_gt(zero).select(epsilon, zero), &mut rays.epsilon);
     }
-    rays.time = numbers.time;
+    rays.time = inputs.time;
     if let Some(motion) = &scene.camera_motion {
         *rays = moved_packet_by(rays, lanes, |time| motion.map_at(time));
     }
@@ -185,7 +185,7 @@ fn distance(one: [f32; 3], other: [f32; 3]) -> f32 {
 }
 
 /// The inputs of the camera, lane by lane.
-struct CameraNumbers {
+struct CameraInputs {
     screen: [Lanes; 2],
     lens: [Lanes; 2],
     time: Lanes,
@@ -196,13 +196,13 @@ struct CameraNumbers {
     pixel_size: [f32; 2],
 }
 
-impl CameraNumbers {
+impl CameraInputs {
     #[expect(clippy::needless_range_loop, reason = "loops over lanes of several arrays at once")]
     #[inline(always)]
     fn new<const SPREAD: u8>(settings: &Settings, tile: Tile, sample: u32) -> Self {
         let sampler = &settings.sampler;
         let (width, height) = (settings.width as u32, settings.height as u32);
-        let mut numbers = CameraNumbers {
+        let mut inputs = CameraInputs {
             screen: [[0.0; LANES]; 2],
             lens: [[0.0; LANES]; 2],
             time: [0.0; LANES],
@@ -210,7 +210,7 @@ impl CameraNumbers {
             filter_weights: [1.0; LANES],
             pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
         };
-        let [du, dv] = numbers.pixel_size;
+        let [du, dv] = inputs.pixel_size;
         // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
         // ignored.
         let mut pixels = [[0_u32; LANES]; 2];
@@ -220,29 +220,29 @@ impl CameraNumbers {
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
-            [numbers.screen[0][lane], numbers.screen[1][lane]] =
+            [inputs.screen[0][lane], inputs.screen[1][lane]] =
                 sampler.pixel_position::<SPREAD>(index(lane), sample);
         }
-        let [columns, rows] = &mut numbers.screen;
-        settings.filter.sample_each([columns, rows], &mut numbers.filter_weights);
+        let [columns, rows] = &mut inputs.screen;
+        settings.filter.sample_each([columns, rows], &mut inputs.filter_weights);
         for lane in 0..LANES {
-            let [x, y] = [numbers.screen[0][lane], numbers.screen[1][lane]];
+            let [x, y] = [inputs.screen[0][lane], inputs.screen[1][lane]];
             // Rows count from the top, screen coordinates from the bottom.
             let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
-            numbers.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
-            numbers.screen[1][lane] = (row as i32 as f32 + (1.0 - y)) * dv;
+            inputs.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
+            inputs.screen[1][lane] = (row as i32 as f32 + (1.0 - y)) * dv;
         }
         for lane in 0..LANES {
-            [numbers.lens[0][lane], numbers.lens[1][lane]] =
+            [inputs.lens[0][lane], inputs.lens[1][lane]] =
                 sampler.lens_position::<SPREAD>(index(lane), sample);
         }
         for lane in 0..LANES {
-            numbers.time[lane] = sampler.time::<SPREAD>(index(lane), sample);
+            inputs.time[lane] = sampler.time::<SPREAD>(index(lane), sample);
         }
         for lane in 0..LANES {
-            numbers.stream_keys[lane] = sampler.stream_key(index(lane));
+            inputs.stream_keys[lane] = sampler.stream_key(index(lane));
         }
-        numbers
+        inputs
     }
 
     fn set(&self, scene: &CompiledScene, state: &mut LaneBlock) {

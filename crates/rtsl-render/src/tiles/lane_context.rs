@@ -89,7 +89,7 @@ impl LaneContext {
     pub fn less_important_than<S: Simd>(&self, simd: S, cutoff: f32, lanes: LaneMask) -> LaneMask {
         let mut less = 0;
         for eight in eights_alone(simd, lanes) {
-            less |= eight.lanes(eight.numbers(&self.importance).simd_lt(cutoff));
+            less |= eight.lanes(eight.floats(&self.importance).simd_lt(cutoff));
         }
         less
     }
@@ -145,7 +145,7 @@ impl LaneContext {
         for eight in eights_alone(simd, lanes) {
             let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
             let normal = eight.vectors(&self.geometric_normals);
-            let offset = eight.numbers(&self.offsets);
+            let offset = eight.floats(&self.offsets);
             let height = dots(&difference(&origin, &eight.vectors(&self.points)), &normal);
             let moved = off_surfaces(&origin, &normal, &direction, offset);
             let origin = select(height.abs().simd_le(offset), &moved, &origin);

@@ -7,7 +7,7 @@ use rtsl_ir::class::Class;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use crate::errors;
-use crate::tree::{ClassTree, element_path};
+use crate::link::class_tree::{ClassTree, element_path};
 
 /// How many classes stand behind one another, and how many in all: as for instances.
 const DEPTH_LIMIT: usize = 64;

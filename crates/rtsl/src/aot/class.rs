@@ -2,19 +2,18 @@
 
 use rtsl_abi::Layout;
 use rtsl_abi::description::{
-    ClassDescription, ElementDescription, Field, FieldKind, KernelDescription, ParameterDescription,
+    ClassDescription, ElementDescription, Field, FieldKind, ParameterDescription,
 };
 use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
 use rtsl_ir::{Scalar, Variable, VariableKind};
 use rtsl_source::Diagnostic;
-use rtsl_spec::{Method, StateVariable};
 
-use crate::elements::parameter_name;
-use crate::environment::Environment;
-use crate::parameters::{bound, flat, type_name};
-use crate::program::{LinkedMethod, Program};
-use crate::tree::ClassTree;
-use crate::variant::Variant;
+use crate::instance::environment::Environment;
+use crate::instance::instance::parameter_name;
+use crate::instance::parameters::{bound, flat};
+use crate::link::class_tree::ClassTree;
+use crate::program::program::Program;
+use crate::type_name::type_name;
 
 /// The layout of the block while an instance is made: the constructors' parameters stand behind the members, under
 /// the [names](parameter_name) that they have among members.
@@ -71,33 +70,6 @@ pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construct
         kernels: Vec::new(),
     };
     Ok((description, Construction { layout }))
-}
-
-/// The description of a kernel.
-pub(crate) fn describe_kernel(
-    method: Method,
-    linked: &LinkedMethod,
-    variant: &Variant,
-    width: u32,
-    symbol: String,
-) -> KernelDescription {
-    let linked = linked.in_shape(variant.shape);
-    let components = |variable: &&StateVariable| {
-        variable.first_component..variable.first_component + variable.ty.components()
-    };
-    let outputs = &variant.outputs;
-    let written = linked.writes.iter().filter(|variable| outputs.has_state(variable));
-    KernelDescription {
-        method,
-        mode: variant.shape,
-        width,
-        symbol,
-        reads: linked.reads.iter().flat_map(components).collect(),
-        writes: written.flat_map(components).collect(),
-        reads_scratch: linked.reads_scratch,
-        writes_scratch: linked.sets_scratch && outputs.has_scratch(),
-        leaves_zeros: linked.writes.iter().all(|variable| linked.leaves_zero(variable)),
-    }
 }
 
 struct Describer {

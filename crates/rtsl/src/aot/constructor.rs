@@ -6,24 +6,23 @@ use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
 use rtsl_source::Diagnostic;
 
 use super::class::Construction;
-use crate::elements::{constructor_passes, parameter_name};
-use crate::engine::Shared;
-use crate::link::link_function;
-use crate::pipeline::{self, Job};
-use crate::program::Program;
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::kernel_source::KernelSource;
+use crate::instance::instance::parameter_name;
+use crate::program::program::Program;
 
 /// The constructor of a program's class, after those of the classes behind it; `None` where none has one.
 pub(super) fn constructor(
     program: &Program,
     construction: &Construction,
     prefix: &str,
-    shared: &Shared,
+    compiler: &KernelCompiler,
 ) -> Result<Option<Constructor>, Diagnostic> {
     let mut parts = Vec::new();
     for (path, function) in linked(program)? {
         let draft = Draft::new(function, &path);
         if !draft.function.outputs.is_empty() {
-            parts.push(draft.finish(construction, shared)?);
+            parts.push(draft.finish(construction, compiler)?);
         }
     }
     let symbol = format!("{prefix}_construct");
@@ -53,9 +52,7 @@ fn linked(program: &Program) -> Result<Vec<(String, Function)>, Diagnostic> {
     // What an instance refers to is made before it.
     program.tree().for_each_node(&mut |tree, path| {
         let Some(constructor) = &tree.class.constructor else { return Ok(()) };
-        let mut function = link_function(tree, constructor)?.function;
-        rtsl_opt::optimize(&mut function, &constructor_passes());
-        all.push((path.to_owned(), function));
+        all.push((path.to_owned(), KernelCompiler::link_constructor(tree, constructor)?));
         Ok(())
     })?;
     Ok(all)
@@ -106,7 +103,7 @@ impl Draft {
     fn finish(
         self,
         construction: &Construction,
-        shared: &Shared,
+        compiler: &KernelCompiler,
     ) -> Result<ConstructorPart, Diagnostic> {
         let Draft { function, members } = self;
         let scratch = function.outputs.iter().zip(0..);
@@ -122,7 +119,8 @@ impl Draft {
             is_bool: member.scalar == Scalar::Bool,
         });
         let outputs = outputs.collect();
-        let job = Job { function: &function, shape: CallMode::Single, width: 1, layout: &layout };
-        Ok(ConstructorPart { kernel: pipeline::packet(job, shared)?, outputs })
+        let source =
+            KernelSource { function: &function, mode: CallMode::Single, width: 1, layout: &layout };
+        Ok(ConstructorPart { kernel: compiler.packet(source)?, outputs })
     }
 }

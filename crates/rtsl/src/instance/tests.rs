@@ -1,12 +1,15 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use expect_test::{Expect, expect};
 use rtsl_ir::class::{
-    Annotation, AnnotationValue, Parameter, ParameterTarget, ParameterType, Reference,
+    Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
 };
-use rtsl_ir::{Constant, Scalar, Variable};
+use rtsl_ir::{Constant, Function, Scalar, Variable, VariableKind};
 use rtsl_spec::Role;
 
-use super::*;
-use crate::Numbers;
+use super::instance::Instance;
+use super::value::{Numbers, Value};
 
 fn variable(kind: VariableKind, name: &str, scalar: Scalar, len: u32) -> Variable {
     Variable { kind, name: name.to_owned(), scalar, len }
@@ -172,7 +175,7 @@ fn values_of_every_type_reach_their_places() {
     assert_eq!(ball.reference("layers[1]").unwrap().class().name, "Paint");
     assert!(ball.reference("layers[2]").is_none());
 
-    let layout = ClassTree::of(&ball).variables().layout();
+    let layout = ball.tree().variables().layout();
     let block = ball.block(&layout);
     assert_eq!(block.words()[layout.members["count"] as usize], 7);
     assert_eq!(block.buffers()[0].elements(), 2);

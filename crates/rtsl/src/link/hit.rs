@@ -12,10 +12,10 @@ use rtsl_ir::{
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, Role, StateVariable, lookup_state, state_variables};
 
-use super::{Linked, Linker, Linking, Site, default_of, find_override};
+use super::class_tree::ClassTree;
+use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
+use super::outputs::Outputs;
 use crate::errors;
-use crate::tree::ClassTree;
-use crate::variant::Outputs;
 
 /// The methods that describe a surface, in the order in which hosts call them.
 const SURFACE_METHODS: [Method; 3] =

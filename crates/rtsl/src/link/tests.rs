@@ -1,10 +1,18 @@
 use std::sync::Arc;
 
 use expect_test::{Expect, expect};
-use rtsl_ir::class::Class;
+use rtsl_ir::Function;
+use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::verify::verify;
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_spec::{Method, Role};
 
-use super::*;
+use super::class_tree::ClassTree;
+use super::linker::{Linked, link_function};
+
+fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
+    tree.class.methods.get(&method).map(|function| link_function(tree, function))
+}
 
 /// A class with one method, and with the references that are named `name[count]`.
 fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str) -> Class {

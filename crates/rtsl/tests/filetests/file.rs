@@ -2,11 +2,11 @@
 
 use libtest_mimic::Failed;
 
-/// What begins the line that names the mode, after a comment mark of the input's language.
+/// The prefix of the line that names the mode, after a comment mark of the input's language.
 const MODE: &str = "mode:";
-/// What begins a line of the expectation.
+/// The prefix of a line of the expectation.
 const EXPECTED: &str = "//=";
-/// What begins the line before a further file of the input.
+/// The prefix of the line before a further file of the input.
 const FILE: &str = "//# file:";
 
 /// A test file, taken apart.

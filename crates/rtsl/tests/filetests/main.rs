@@ -1,5 +1,7 @@
 //! Runs the tests of the folder `tests/` in the repository's root, one file each: input, mode and
 //! expectation stand in one file. `UPDATE_EXPECT=1` writes the expectations. See `tests/README.md`.
+//!
+//! A separate test program, since it has its own harness.
 
 mod file;
 mod modes;

@@ -1,5 +1,4 @@
-//! What a test file's input is put through. One entry of [`MODES`] for each stage that can be
-//! printed.
+//! The stages that a test file's input passes through. [`MODES`] has an entry for each stage that can be printed.
 
 use std::sync::Arc;
 
@@ -80,7 +79,7 @@ fn lower(test: &TestFile<'_>) -> Result<String, Failed> {
     Ok(printed)
 }
 
-/// What reading and verifying say of each function of the IR.
+/// The messages of the reader and of the verifier for each function of the IR.
 fn verify(test: &TestFile<'_>) -> Result<String, Failed> {
     let mut text = String::new();
     for (name, function) in test.files() {
@@ -142,7 +141,7 @@ fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
     Ok(String::from_utf8(text)?)
 }
 
-/// What the packet code of a method does for `rays=` rays, 8 if not given. Ray `i` has the default
+/// The profile of the packet code of a method for `rays=` rays, 8 if not given. Ray `i` has the default
 /// and `i / 8` in every float of its state. Scratch is zero, the host has nothing.
 fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
     let Asked { class, method, shape, engine } = Asked::by(test)?;
@@ -176,7 +175,7 @@ fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
     Ok(kernel.run(call, u64::MAX).profile.to_string())
 }
 
-/// What the mode's arguments ask for: `class=` where there are several, `method=`, `shape=` and
+/// The mode's arguments: `class=` where there are several, `method=`, `shape=` and
 /// `width=` where they matter.
 struct Asked {
     class: Arc<Class>,

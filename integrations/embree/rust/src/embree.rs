@@ -19,19 +19,19 @@ pub struct Bounds {
     pub upper: [f32; 4],
 }
 
-/// What a callback for bounds is asked.
+/// The arguments of a callback for bounds.
 #[repr(C)]
 pub struct BoundsArguments {
     /// The geometry's user data.
     pub user: *const c_void,
-    /// Which primitive.
+    /// The index of the primitive.
     pub primitive: u32,
     time_step: u32,
-    /// Where the box goes.
+    /// The box to write.
     pub bounds: *mut Bounds,
 }
 
-/// What a callback for hits is asked: for the nearest ones, or whether there are any.
+/// The arguments of a callback for closest or any hits.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct HitArguments {
@@ -39,13 +39,13 @@ pub struct HitArguments {
     pub valid: *const i32,
     /// The geometry's user data.
     pub user: *const c_void,
-    /// Which primitive.
+    /// The index of the primitive.
     pub primitive: u32,
-    /// What it is differs between the versions: see [`Embree::instance_offset`].
+    /// Its type differs between the versions: see [`Embree::instance_offset`].
     pub context: *const c_void,
     /// The rays, row after row.
     pub rays: *mut f32,
-    /// How many rays.
+    /// The number of rays.
     pub count: u32,
     /// The geometry's number.
     pub geometry: u32,
@@ -56,7 +56,7 @@ pub type BoundsFunction = unsafe extern "C" fn(*const BoundsArguments);
 /// A callback for hits.
 pub type HitFunction = unsafe extern "C" fn(*const HitArguments);
 
-/// What `rtcIntersect` and `rtcOccluded` take besides rays: of Embree 3.
+/// The context of `rtcIntersect` and `rtcOccluded` in Embree 3.
 #[repr(C)]
 pub struct Context3 {
     flags: u32,
@@ -158,15 +158,15 @@ functions! {
     scene_bounds = "rtcGetSceneBounds": fn(Handle, *mut Bounds);
     /// Makes a geometry.
     new_geometry = "rtcNewGeometry": fn(Handle, c_int) -> Handle;
-    /// How many primitives it has.
+    /// Sets the number of primitives.
     set_primitive_count = "rtcSetGeometryUserPrimitiveCount": fn(Handle, u32);
-    /// What its callbacks get.
+    /// Sets the pointer that callbacks receive.
     set_user_data = "rtcSetGeometryUserData": fn(Handle, *const c_void);
-    /// What gives its primitives' bounds.
+    /// Sets the callback for bounds of primitives.
     set_bounds = "rtcSetGeometryBoundsFunction": fn(Handle, BoundsFunction, *const c_void);
-    /// What finds its nearest hits.
+    /// Sets the callback for closest hits.
     set_intersect = "rtcSetGeometryIntersectFunction": fn(Handle, HitFunction);
-    /// What finds whether there are any.
+    /// Sets the callback for any hits.
     set_occluded = "rtcSetGeometryOccludedFunction": fn(Handle, HitFunction);
     /// Says that it is complete.
     commit_geometry = "rtcCommitGeometry": fn(Handle);
@@ -213,7 +213,7 @@ impl Embree {
         Embree::of_library(library)
     }
 
-    /// Where in a callback's context the number of the instance stands that it is asked about, in bytes.
+    /// The offset of the instance's id in a callback's context, in bytes.
     pub fn instance_offset(version: u32) -> u32 {
         // In Embree 3 flags and a filter function stand before it.
         if version == 3 { 16 } else { 0 }

@@ -69,7 +69,7 @@ impl Geometry {
         })
     }
 
-    /// How many primitives.
+    /// The number of primitives.
     pub fn len(&self) -> usize {
         self.blocks.len()
     }

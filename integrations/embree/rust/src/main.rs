@@ -26,7 +26,7 @@ usage: rtsl-embree [--width 1|4|8|16] [--size N] [--check] PRIMITIVE [NAME=NUMBE
   --size     pixels in a row, and rows, a multiple of 16; 256 if not given
   --check    compares every hit with that of a loop over all primitives without Embree";
 
-/// What the command line says.
+/// The options of the command line.
 struct Options {
     width: usize,
     size: usize,

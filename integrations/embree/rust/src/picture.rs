@@ -18,12 +18,13 @@ const TO_LIGHT: [f32; 3] = [-0.8, 0.6, 0.0];
 pub struct Picture {
     /// Red, green and blue, row by row from the top.
     pub pixels: Vec<u8>,
-    /// How many distances differ, by any bit, from those of a loop over all primitives.
+    /// The number of distances that differ, by any bit, from those of a loop over all primitives.
     pub differences: usize,
 }
 
 impl Picture {
-    /// Draws a square picture with so many pixels in a row and so many rays in a packet, and compares every hit if it is asked to.
+    /// Draws a square picture of `size` pixels a side with packets of `width` rays, and compares every hit with a loop
+    /// over all primitives if `check` is set.
     ///
     /// # Errors
     /// If the scene's bounds are not finite.

@@ -5,13 +5,13 @@ pub const MAX_RAYS: usize = 16;
 /// No geometry, no primitive, no instance.
 pub const NONE: u32 = u32::MAX;
 
-/// Where rays start, three rows.
+/// Three rows: the origins of rays.
 pub const ORIGIN: usize = 0;
 /// The least distance of a hit.
 pub const NEAR: usize = 3;
-/// Where they go, three rows.
+/// Three rows: the directions of rays.
 pub const DIRECTION: usize = 4;
-/// When.
+/// The time of rays.
 pub const TIME: usize = 7;
 /// The greatest distance of a hit, and then that of the hit.
 pub const FAR: usize = 8;
@@ -43,7 +43,7 @@ impl Rays {
         Rays { words: [0.0; ROWS * MAX_RAYS], valid: [0; MAX_RAYS], count }
     }
 
-    /// How many rays.
+    /// The number of rays.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -62,7 +62,7 @@ impl Rays {
         }
     }
 
-    /// Whether the ray takes part.
+    /// True if the ray takes part.
     pub fn is_valid(&self, ray: usize) -> bool {
         self.valid[ray] != 0
     }
@@ -77,7 +77,7 @@ impl Rays {
         std::array::from_fn(|axis| self.get(row + axis, ray))
     }
 
-    /// Whether anything was hit.
+    /// True if the ray has a hit.
     pub fn is_hit(&self, ray: usize) -> bool {
         self.get(GEOMETRY, ray).to_bits() != NONE
     }

@@ -1,4 +1,4 @@
-//! The program draws the picture that the one in C draws, whose test pins it too, and finds the hits of a loop without Embree.
+//! The program draws the picture of the one in C, whose test pins it too, and finds the hits of a loop without Embree.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -57,7 +57,7 @@ fn mistakes_are_told() {
     }
 }
 
-/// Whether there is an Embree.
+/// True if there is an Embree.
 ///
 /// # Panics
 /// If there is none, and `RTSL_REQUIRE_EMBREE` is set.

@@ -35,7 +35,7 @@ pub struct BenchArguments {
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub lanes: u32,
     /// A call mode to measure; may be repeated; all call modes if not given.
-    #[arg(long = "shape", value_parser = parse_shape)]
+    #[arg(long = "call-mode", alias = "shape", value_name = "MODE", value_parser = parse_shape)]
     pub shapes: Vec<CallMode>,
     /// A width to measure; may be repeated; all widths if not given.
     #[arg(long = "width", value_parser = parse_width)]

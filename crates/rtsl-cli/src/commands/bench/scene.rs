@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use rtsl::EngineOptions;
-use rtsl_render::RenderRequest;
 use rtsl_render::measure::{Effort, measure_scene};
+use rtsl_render::{Execution, RenderRequest};
 
 use super::arguments::{BenchArguments, SceneArguments};
 use crate::commands::render::report;
@@ -48,7 +48,7 @@ fn check(arguments: &BenchArguments) -> Result<(), Failure> {
         ("`--class`", arguments.class.is_some()),
         ("`--param`", !arguments.params.is_empty()),
         ("`--state`", !arguments.state.is_empty()),
-        ("`--shape`", !arguments.shapes.is_empty()),
+        ("`--call-mode`", !arguments.shapes.is_empty()),
     ];
     match given.into_iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::Usage(format!("{name} does not apply to scenes"))),
@@ -64,7 +64,7 @@ fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'sta
         search_path: arguments.search_path.search_path.clone(),
         input_memory: input.input_memory,
         size,
-        threads,
+        execution: Execution { threads, ..Execution::default() },
         engine: EngineOptions { width, ..arguments.code.options() },
         ..RenderRequest::default()
     }

@@ -42,7 +42,7 @@ impl<'a> KernelSubject<'a> {
         objects: &'a Objects,
         inputs: &Inputs,
     ) -> Result<KernelSubject<'a>, Diagnostic> {
-        let shape = variant.shape;
+        let shape = variant.mode;
         let kernel = program.kernel(method, variant.clone())?;
         let profile = profile(program, method, variant, objects, inputs)?;
         let method = program.method(method)?;
@@ -65,7 +65,7 @@ fn profile(
     objects: &Objects,
     inputs: &Inputs,
 ) -> Result<Profile, Diagnostic> {
-    let (shape, packets) = (variant.shape, program.packet_kernel(method, variant.clone())?);
+    let (shape, packets) = (variant.mode, program.packet_kernel(method, variant.clone())?);
     let mut whole = Profile::default();
     for inputs in inputs_of_calls(shape, inputs) {
         whole.add(&count(&packets, objects.of_shape(shape), &inputs, u64::MAX).profile);

@@ -40,7 +40,7 @@ pub struct BuildArguments {
     /// The call mode: the rays of a `packet` call have one object, those of `common-origin` also a common origin, those
     /// of `stream` one object each; `leaf` is for one ray and several objects, `single` for one ray and one object. For
     /// a library several, separated by commas. `packet` if not given, for a library `single`.
-    #[arg(long, value_name = "SHAPES", value_delimiter = ',', value_parser = parse_shape)]
+    #[arg(long = "call-mode", alias = "shape", value_name = "MODES", value_delimiter = ',', value_parser = parse_shape)]
     pub shape: Vec<CallMode>,
     /// The SIMD width in rays, for a library several, separated by commas; selected for the machine if not given. Never
     /// changes results.

@@ -56,7 +56,7 @@ fn make_library(
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;
     let options = AotOptions {
-        shapes: shapes(arguments, &engine),
+        modes: shapes(arguments, &engine),
         outputs: arguments
             .variant
             .reads

@@ -93,7 +93,7 @@ fn emit_methods(
 ) -> Result<Option<Vec<u8>>, Failure> {
     let source = source_of(arguments)?;
     only("class", &arguments.class)?;
-    only("shape", &arguments.shape)?;
+    only("call mode", &arguments.shape)?;
     only("width", &arguments.width)?;
     if arguments.library.is_given() {
         let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`, `cpp`";

@@ -1,0 +1,252 @@
+//! Every class of the standard library keeps its contracts: with its defaults, over the ranges of its
+//! parameters, and as the table says.
+
+use std::sync::Arc;
+
+use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
+use rtsl_contract::{Options, check, engine_options, settings};
+
+use crate::common::seeds::seeds;
+
+/// The classes of a role.
+fn classes(role: Role) -> Vec<Arc<Class>> {
+    let compiler = Compiler::default();
+    let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
+    let classes = units.flat_map(|unit| unit.classes().to_vec());
+    classes.filter(|class| class.roles.contains(&role)).collect()
+}
+
+/// The broken contracts of a class, as text.
+fn broken(engine: &Engine, name: &str, instance: &Arc<Instance>, options: &Options) -> String {
+    let report = check(engine, instance, options);
+    let report = report.unwrap_or_else(|problem| panic!("{name}: {}", problem.message));
+    if std::env::var_os("RTSL_SHOW_REPORTS").is_some() {
+        eprintln!("{name}\n{report}");
+    }
+    if report.holds() { String::new() } else { format!("{name}\n{report}\n") }
+}
+
+fn check_role(role: Role, options: &Options) {
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let mut all = String::new();
+    for class in classes(role) {
+        let mut program = None;
+        for setting in settings(&class, &[]) {
+            for (index, given) in table(&class.name).into_iter().enumerate() {
+                let name = format!("{} with {setting}, row {index} of the table", class.name);
+                let instance = match setting.instance(&class, &given) {
+                    Ok(instance) => instance,
+                    // Without defaults only the table can say what it may be.
+                    Err(_) if given.is_empty() => continue,
+                    Err(problems) => panic!("{name}: {:?}", problems.into_vec()),
+                };
+                // Kernels are kept while somebody has the program.
+                program.get_or_insert_with(|| engine.program(&instance));
+                for seed in seeds() {
+                    let name = format!("{name}, seed {seed}");
+                    all += &broken(&engine, &name, &instance, &Options { seed, ..*options });
+                }
+            }
+        }
+    }
+    assert!(all.is_empty(), "{all}");
+}
+
+/// Values that annotations do not give, and those without a default, by class: a row for each instance.
+fn table(class: &str) -> Vec<Vec<(String, Value)>> {
+    let floats = |numbers: &[f32]| Value::Numbers(Numbers::floats(numbers.iter().copied()));
+    let ints = |numbers: &[i32]| Value::Numbers(Numbers::ints(numbers.iter().copied()));
+    let corners = [-0.5, 0.0, 0.2, 1.3, 0.2, -0.1, -0.4, 1.1, 0.5, 1.9, 1.4, 0.9];
+    let parallelogram = [-0.5, 0.0, 0.2, 1.3, 0.2, -0.1, -0.4, 1.1, 0.5, 1.4, 1.3, 0.2];
+    let leaning = [0.1, 0.2, 0.9, -0.2, 0.1, 0.9, 0.0, -0.2, 0.9, 0.1, 0.1, 0.9];
+    let uvs = [0.1, 0.2, 0.9, 0.3, 0.2, 0.7, 0.8, 0.9];
+    let mesh = |positions: &[f32], normals: &[f32], uvs: &[f32], indices: &[i32]| {
+        vec![
+            ("positions", floats(positions)),
+            ("normals", floats(normals)),
+            ("uvs", floats(uvs)),
+            ("indices", ints(indices)),
+        ]
+    };
+    let constant = |value: f32| of_library("Constant", vec![("value", value.into())]);
+    let rows = match class {
+        "TriangleMesh" => {
+            vec![mesh(&corners, &[], &uvs, &[0, 1, 2]), mesh(&corners, &leaning, &[], &[1, 0, 3])]
+        }
+        "BilinearMesh" => vec![
+            mesh(&corners, &[], &[], &[0, 1, 2, 3]),
+            mesh(&parallelogram, &leaning, &uvs, &[0, 1, 2, 3]),
+        ],
+        "Sphere" => vec![
+            vec![],
+            vec![("center", [0.5, -1.0, 2.0].into()), ("radius", 1.5.into())],
+            vec![("center", [300.0, 20.0, -50.0].into()), ("radius", 0.7.into())],
+        ],
+        "Parallelogram" => vec![
+            vec![],
+            vec![
+                ("corner", [-0.5, 0.0, 0.2].into()),
+                ("sideU", [1.8, 0.2, -0.3].into()),
+                ("sideV", [0.1, 1.1, 0.3].into()),
+                ("uv", [0.1, 0.7].into()),
+                ("uvAlongU", [0.5, 0.4].into()),
+                ("uvAlongV", [-0.2, 1.5].into()),
+            ],
+        ],
+        "Disk" => vec![
+            vec![],
+            vec![("radius", 1.3.into()), ("innerRadius", 0.6.into()), ("height", 0.4.into())],
+        ],
+        "Cylinder" => {
+            vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("yMax", 1.1.into())]]
+        }
+        "Torus" => vec![vec![], vec![("majorRadius", 1.1.into()), ("minorRadius", 0.5.into())]],
+        "Plane" => vec![
+            vec![],
+            vec![("point", [0.3, 0.2, -0.5].into()), ("normal", [0.5, 2.0, -0.7].into())],
+        ],
+        "Triangle" => vec![
+            vec![],
+            vec![
+                ("a", [-0.5, 0.0, 0.2].into()),
+                ("b", [1.5, 0.2, -0.1].into()),
+                ("c", [0.1, 1.1, 0.4].into()),
+                ("uvC", [0.3, 0.8].into()),
+                ("normalA", [0.1, 0.0, 1.0].into()),
+                ("normalB", [0.0, 0.2, 1.0].into()),
+                ("normalC", [-0.1, 0.0, 0.9].into()),
+            ],
+        ],
+        "Lambertian" => vec![vec![], vec![("kd", constant(1.0))]],
+        "Phong" => vec![
+            vec![],
+            vec![("kd", constant(0.0)), ("ks", constant(1.0)), ("exponent", 8.0.into())],
+            vec![("kd", constant(0.5)), ("ks", constant(0.5)), ("exponent", 2000.0.into())],
+        ],
+        "Ward" => vec![vec![], vec![("kd", constant(0.3)), ("ks", constant(0.7))]],
+        "Conductor" => vec![
+            vec![],
+            vec![
+                ("reflectance", constant(1.0)),
+                ("roughnessU", 0.1.into()),
+                ("roughnessV", 0.3.into()),
+            ],
+        ],
+        "Dielectric" => vec![vec![], vec![("roughnessU", 0.2.into()), ("roughnessV", 0.6.into())]],
+        "CoatedConductor" => {
+            vec![vec![], vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())]]
+        }
+        "AshikhminShirley" => vec![
+            vec![],
+            vec![
+                ("kd", constant(1.0)),
+                ("ks", constant(0.2)),
+                ("exponentU", 10.0.into()),
+                ("exponentV", 200.0.into()),
+            ],
+        ],
+        "DiffuseTransmission" => {
+            vec![vec![], vec![("reflectance", constant(0.7)), ("transmittance", constant(0.3))]]
+        }
+        "Mix" => vec![
+            vec![],
+            vec![
+                ("first", of_library("Mirror", vec![])),
+                ("second", of_library("Phong", vec![])),
+                ("amount", constant(0.3)),
+            ],
+        ],
+        "ImageSky" => vec![vec![
+            ("texels", floats(&(0..36).map(|it| (it * 7 % 5) as f32).collect::<Vec<_>>())),
+            ("size", [4, 3].into()),
+            ("rows", floats(&[0.0, 0.2, 0.7, 1.0])),
+            (
+                "columns",
+                floats(
+                    &[
+                        [0.0, 0.1, 0.4, 0.8, 1.0],
+                        [0.0, 0.3, 0.3, 0.9, 1.0],
+                        [0.0, 0.25, 0.5, 0.75, 1.0],
+                    ]
+                    .concat(),
+                ),
+            ),
+        ]],
+        "Image" => vec![vec![("texels", floats(&image_levels())), ("size", [4, 4].into())]],
+        "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        _ => vec![vec![]],
+    };
+    let named = |row: Vec<(&str, Value)>| {
+        row.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    };
+    rows.into_iter().map(named).collect()
+}
+
+/// Texels of an image of 4 by 4 and of its coarser levels.
+fn image_levels() -> Vec<f32> {
+    let texel = |x: usize, y: usize| [(x * 7 + y * 3) % 5, x, y, 4].map(|it| it as f32 / 4.0);
+    let mut level: Vec<Vec<[f32; 4]>> =
+        (0..4).map(|y| (0..4).map(|x| texel(x, y)).collect()).collect();
+    let mut all: Vec<f32> = level.concat().concat();
+    while level.len() > 1 {
+        let half = level.len() / 2;
+        let mean = |x: usize, y: usize, component: usize| {
+            let four = [(0, 0), (0, 1), (1, 0), (1, 1)];
+            four.map(|(i, j)| level[2 * y + i][2 * x + j][component]).iter().sum::<f32>() / 4.0
+        };
+        let texel = |x, y| [0, 1, 2, 3].map(|component| mean(x, y, component));
+        level = (0..half).map(|y| (0..half).map(|x| texel(x, y)).collect()).collect();
+        all.extend(level.concat().concat());
+    }
+    all
+}
+
+/// An instance of a class of the library.
+fn of_library(class: &str, arguments: Vec<(&str, Value)>) -> Value {
+    let header = format!("class {class} :");
+    let file = library::files().iter().find(|file| file.text.contains(&header));
+    let file = file.unwrap_or_else(|| panic!("no class {class}"));
+    let unit = Compiler::default().compile(file.path, file.text).unit.expect("it compiles");
+    Instance::new(unit.class(class).expect("it is there"), arguments)
+        .expect("its parameters")
+        .into()
+}
+
+/// The library's bits are compared by a test of `rtsl`, more thoroughly.
+const OPTIONS: Options = Options { samples: 8_000, seed: 0, compare_bits: false };
+
+#[test]
+fn primitives() {
+    check_role(Role::Primitive, &OPTIONS);
+}
+
+#[test]
+fn materials() {
+    check_role(Role::Material, &OPTIONS);
+}
+
+/// If view and light are nearly opposite, rounding decides the sign of the half vector's cosine with them.
+#[test]
+fn narrow_highlights_have_no_negative_density_on_tilted_surfaces() {
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let class = classes(Role::Material).into_iter().find(|it| it.name == "Ward").expect("a class");
+    let narrow = [("alphaU", Value::Float(0.001)), ("alphaV", Value::Float(0.001))];
+    let instance = Instance::new(&class, narrow).expect("within its range");
+    for seed in [16, 57, 99] {
+        let name = format!("Ward, seed {seed}");
+        let broken = broken(&engine, &name, &instance, &Options { seed, ..OPTIONS });
+        assert!(broken.is_empty(), "{broken}");
+    }
+}
+
+#[test]
+fn lights() {
+    check_role(Role::Light, &OPTIONS);
+}
+
+#[test]
+fn cameras_and_textures() {
+    check_role(Role::Camera, &OPTIONS);
+    check_role(Role::Texture, &OPTIONS);
+}

@@ -1,0 +1,81 @@
+//! Alpha textures: rays pass a surface with alpha 0, stop at one with alpha 1, and stop at random for values between
+//! them.
+
+use rtsl::Method;
+
+use super::path_tracer::PathTracer;
+use super::random_numbers::lone_random_number;
+use super::rows::BATCH_LANES;
+use super::scatter::NUMBERS_OF_SHAPES;
+use super::shading_batch::ShadingBatch;
+use super::surface_group::SurfaceGroup;
+use super::wavefront::{PathHit, Wavefront};
+use crate::compiled::calls::Callee;
+use crate::compiled::variables::variables;
+
+/// Selects the random numbers that decide if a ray passes. Each hit along a path has a different one.
+const NUMBERS_OF_ALPHA: u32 = 0x106;
+
+/// Selects the random numbers of alpha textures.
+const NUMBERS_OF_TEXTURES: u32 = 0x109;
+
+impl PathTracer<'_> {
+    /// Removes the wavefront's hits from `first` on that rays pass and continues these rays behind them.
+    pub fn pass_transparent_hits(
+        &self,
+        wavefront: &mut Wavefront,
+        first: usize,
+        batch: &mut ShadingBatch,
+    ) {
+        let mut candidates = wavefront.hits.split_off(first);
+        let is_solid =
+            |(group, _): &mut (u32, PathHit)| self.scene.groups[*group as usize].alpha.is_none();
+        wavefront.hits.extend(candidates.extract_if(.., is_solid));
+        candidates.sort_by_key(|(group, _)| *group);
+        for hits in candidates.chunk_by(|one, other| one.0 == other.0) {
+            let group = &self.scene.groups[hits[0].0 as usize];
+            for hits in hits.chunks(BATCH_LANES) {
+                self.cut(group, hits, wavefront, batch);
+            }
+        }
+    }
+
+    fn cut(
+        &self,
+        group: &SurfaceGroup,
+        hits: &[(u32, PathHit)],
+        wavefront: &mut Wavefront,
+        batch: &mut ShadingBatch,
+    ) {
+        let only: Vec<PathHit> = hits.iter().map(|(_, hit)| *hit).collect();
+        batch.load(&wavefront.paths, &only, NUMBERS_OF_SHAPES);
+        self.prepare_surfaces(group, batch);
+        // Each hit along the path has a different sequence, as below.
+        for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
+            *key ^= distance.to_bits();
+        }
+        batch.start_random_numbers(NUMBERS_OF_TEXTURES);
+        let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
+            return;
+        };
+        let textures = &self.scene.alpha.classes[class as usize];
+        let name = &textures.program.class().name;
+        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;
+        let instances = of.instances(&textures.objects, alpha);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
+        let values = batch.state.floats(variables().float_texture_value);
+        for ((group, hit), value) in hits.iter().zip(values) {
+            let path = &mut wavefront.paths[hit.path as usize];
+            let key = path.key ^ path.distance.to_bits();
+            // NaN is opaque.
+            if *value <= lone_random_number(key, NUMBERS_OF_ALPHA, path.sample) {
+                path.epsilon = path.distance;
+                path.distance = path.limit;
+                wavefront.active.push(hit.path);
+            } else {
+                wavefront.hits.push((*group, *hit));
+            }
+        }
+    }
+}

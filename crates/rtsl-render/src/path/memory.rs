@@ -1,0 +1,70 @@
+//! The memory of one thread.
+
+use std::cell::RefCell;
+
+use super::lights::LightMemory;
+use super::scene::BatchScene;
+use super::searcher::Searcher;
+use super::shading_batch::ShadingBatch;
+use super::shadow_rays::ShadowRay;
+use super::wavefront::Wavefront;
+use crate::compiled::CompiledScene;
+use crate::statistics::RayCounts;
+use crate::tiles::CameraMemory;
+use crate::whitted::Workspace;
+
+/// The memory of one thread.
+pub struct BatchMemory {
+    /// The paths.
+    pub wavefront: Wavefront,
+    /// The batch that is being shaded.
+    pub batch: Box<ShadingBatch>,
+    /// Light samples.
+    pub light: Box<LightMemory>,
+    /// Shadow rays as paths, used if alpha textures may let them pass surfaces.
+    pub shadows: Wavefront,
+    /// Shadow rays that are not traced yet.
+    pub shadow_rays: Vec<ShadowRay>,
+    /// The memory of searches.
+    pub searcher: Searcher,
+    /// The memory of camera rays.
+    pub camera: CameraMemory,
+    /// The memory of materials that have only `shade`, if there are any.
+    pub shade: Option<Box<ShadeMemory>>,
+    /// The number of rays traced so far.
+    pub rays: RayCounts,
+}
+
+impl BatchMemory {
+    /// Allocates the memory for a scene.
+    pub fn new(scene: &BatchScene) -> Self {
+        let sampler = scene.compiled.settings.sampler;
+        let scratch = scene.scratch_arrays();
+        BatchMemory {
+            wavefront: Wavefront::default(),
+            shadows: Wavefront::default(),
+            batch: ShadingBatch::new(scratch, sampler),
+            light: LightMemory::new(scratch, sampler),
+            shadow_rays: Vec::new(),
+            searcher: Searcher::new(scene),
+            camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
+            shade: scene.has_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
+            rays: RayCounts::default(),
+        }
+    }
+}
+
+/// The memory of a thread for `shade`.
+pub struct ShadeMemory {
+    /// The memory of calls of `shade`.
+    pub workspace: Workspace,
+    /// For the paths of `shade`'s rays: one is in use for each level of recursion.
+    pub free: RefCell<Vec<BatchMemory>>,
+}
+
+impl ShadeMemory {
+    /// Allocates the memory for a scene.
+    pub fn new(scene: &CompiledScene) -> Self {
+        ShadeMemory { workspace: Workspace::new(scene), free: RefCell::default() }
+    }
+}

@@ -1,0 +1,38 @@
+//! The inputs of path tracing.
+
+use rtsl::Method;
+
+use super::material::MaterialSource;
+use super::scene::BatchScene;
+use super::surface_group::SurfaceGroup;
+use crate::compiled::runtime_errors::RuntimeErrors;
+
+/// The inputs of path tracing.
+#[derive(Clone, Copy)]
+pub struct PathTracer<'a> {
+    /// The scene.
+    pub scene: &'a BatchScene,
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
+    /// True if the features of first surfaces are needed.
+    pub with_features: bool,
+}
+
+impl PathTracer<'_> {
+    /// Returns the name of the class whose methods are a group's material.
+    pub fn material_name(&self, group: &SurfaceGroup) -> &str {
+        match group.key.material.0 {
+            MaterialSource::Own => &self.scene.compiled.classes[group.key.class as usize].name,
+            MaterialSource::Class(class) => {
+                &self.scene.materials.classes[class as usize].program.class().name
+            }
+        }
+    }
+
+    /// Reports the number of paths for which a method of a class returned values that are not finite.
+    pub fn report_lost(&self, class: &str, method: Method, lost: u64) {
+        if lost > 0 {
+            self.errors.report_not_finite(class, method, lost);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Rendering an image: wavefronts of all tiles, pass by pass, on all threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use rtsl::Messages;
+use rtsl_image::Aov;
+use rtsl_memory::OutOfMemory;
+use rtsl_scene::Renderer;
+
+use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
+use super::features::is_feature;
+use super::film::BatchFilm;
+use super::memory::BatchMemory;
+use super::path_tracer::PathTracer;
+use super::scene::BatchScene;
+use super::tile_order::TileOrder;
+use super::wavefront::SAMPLES_IN_WAVEFRONT;
+use crate::checkpoint::CheckpointError;
+use crate::compiled::object_classes::ObjectClasses;
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
+use crate::execution::{Execution, Rendered};
+use crate::progress::TilesDone;
+use crate::statistics::RayCounts;
+use crate::tiles::{RenderThreads, TILE};
+
+/// The AOVs that this renderer supports.
+const AOVS: [Aov; 8] = [
+    Aov::Albedo,
+    Aov::Distance,
+    Aov::Normal,
+    Aov::Object,
+    Aov::Class,
+    Aov::Samples,
+    Aov::Variance,
+    Aov::Time,
+];
+
+/// Options of a render.
+#[derive(Clone, Copy, Default)]
+pub struct BatchOptions<'a> {
+    /// The course of the render.
+    pub execution: Execution<'a>,
+    /// Called with the progress, from any thread.
+    pub progress: Option<&'a (dyn Fn(TilesDone) + Sync)>,
+    /// The AOVs to render.
+    pub aovs: &'a [Aov],
+    /// The noise at which tiles take no more samples: standard errors relative to the tile's luminance.
+    pub noise_target: Option<f32>,
+    /// Checkpoint options, to resume the render later.
+    pub checkpoints: Option<&'a Checkpoints>,
+}
+
+/// An image with statistics of its render.
+#[derive(Clone, Debug)]
+pub struct BatchRendered {
+    /// The image, and what every renderer counts.
+    pub rendered: Rendered,
+    /// The average number of samples per pixel.
+    pub mean_samples: f64,
+    /// The error if there is no checkpoint of all that was rendered.
+    pub checkpoint_error: Option<CheckpointError>,
+}
+
+/// Renders a scene.
+///
+/// # Errors
+/// If a shader exceeds its budget of loop iterations, threads cannot be started, an AOV is not supported, or the
+/// checkpoint cannot be resumed.
+pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
+    Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
+    let threads = RenderThreads::new(options.execution.threads)?;
+    let job = Job::new(scene, options)?;
+    let _span = tracing::debug_span!("render", threads = threads.count()).entered();
+    let start = Instant::now();
+    let (cancelled, rays) = job.run(&threads, start);
+    job.finish(start.elapsed(), cancelled, rays, threads.count())
+}
+
+/// A render in progress.
+struct Job<'a> {
+    scene: &'a BatchScene,
+    options: BatchOptions<'a>,
+    film: BatchFilm,
+    with_features: bool,
+    errors: RuntimeErrors,
+    writer: Option<CheckpointWriter<'a>>,
+    done: AtomicUsize,
+    skipped: AtomicUsize,
+}
+
+impl<'a> Job<'a> {
+    fn new(scene: &'a BatchScene, options: BatchOptions<'a>) -> Result<Self, Messages> {
+        let settings = &scene.compiled.settings;
+        let with_features = options.aovs.iter().any(|aov| is_feature(*aov));
+        let size = (settings.width, settings.height);
+        let film = BatchFilm::new(size, with_features, options.noise_target)
+            .map_err(|error| Messages::one(error.diagnostic()))?;
+        if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
+            restore(&film, checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
+        }
+        Ok(Job {
+            scene,
+            options,
+            film,
+            with_features,
+            errors: RuntimeErrors::default(),
+            writer: options.checkpoints.map(CheckpointWriter::new),
+            done: AtomicUsize::new(0),
+            skipped: AtomicUsize::new(0),
+        })
+    }
+
+    /// Renders all passes. Returns true if it ended early, and the number of rays traced.
+    fn run(&self, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
+        let settings = &self.scene.compiled.settings;
+        let samples = settings.sampler.samples_per_pixel();
+        let tiles = self.film.tiles().len();
+        let order = TileOrder::new(tiles, settings.width.div_ceil(TILE));
+        let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * tiles;
+        let (next, memories) = threads.for_each_tile(
+            (0, count),
+            || BatchMemory::new(self.scene),
+            || !self.must_stop(start),
+            |memory, index| {
+                // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
+                let (pass, tile) = (index / tiles, order.tile(index % tiles));
+                let first = pass as u32 * SAMPLES_IN_WAVEFRONT;
+                let wavefront = (first, samples.min(first + SAMPLES_IN_WAVEFRONT));
+                let was_needed = self.render_wavefront(memory, tile, wavefront);
+                self.tell(was_needed, count);
+            },
+        );
+        let mut rays = RayCounts::default();
+        memories.iter().for_each(|memory| rays += memory.rays);
+        (next < count, rays)
+    }
+
+    /// Reports that one more of so many wavefronts is done.
+    fn tell(&self, was_needed: bool, of: usize) {
+        let skipped = self.skipped.fetch_add(usize::from(!was_needed), Ordering::Relaxed)
+            + usize::from(!was_needed);
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(progress) = self.options.progress {
+            progress(TilesDone { done, of, skipped });
+        }
+    }
+
+    /// Renders the samples `first..end` of a tile if it needs them; returns true if it did.
+    fn render_wavefront(
+        &self,
+        memory: &mut BatchMemory,
+        tile: usize,
+        (first, end): (u32, u32),
+    ) -> bool {
+        let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return false };
+        if first >= end {
+            return false;
+        }
+        let _span = tracing::trace_span!("wavefront", tile, first, end).entered();
+        let begun = Instant::now();
+        let Job { scene, errors, with_features, .. } = self;
+        let tracer = PathTracer { scene, errors, with_features: *with_features };
+        tracer.trace_samples(memory, self.film.tiles()[tile], (first, end));
+        // Samples that were aborted are not added.
+        if !self.errors.any() {
+            self.film.add(tile, first, &memory.wavefront, begun.elapsed());
+            if let Some(writer) = &self.writer {
+                writer.write_if_due(&self.film);
+            }
+        }
+        true
+    }
+
+    fn must_stop(&self, start: Instant) -> bool {
+        self.options.execution.must_stop(start) || self.errors.any()
+    }
+
+    fn finish(
+        self,
+        time: Duration,
+        cancelled: bool,
+        rays: RayCounts,
+        threads: usize,
+    ) -> Result<BatchRendered, Messages> {
+        let Job { scene, options, film, errors, writer, .. } = self;
+        let scene = &scene.compiled;
+        if errors.any() {
+            return Err(exhausted_budgets(scene, &errors));
+        }
+        let is_kept = |writer: &&CheckpointWriter<'_>| cancelled || writer.is_periodic();
+        let checkpoint_error =
+            writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
+        let classes = ObjectClasses::of(scene);
+        let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
+        let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &class_indices));
+        let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
+        let rendered = Rendered {
+            image: film.image().map_err(no_memory)?,
+            aovs: aovs.collect::<Result<_, _>>().map_err(no_memory)?,
+            object_classes: classes.names,
+            rays,
+            dropped_samples: film.dropped(),
+            not_finite: errors.not_finite(),
+            time,
+            threads,
+            cancelled,
+        };
+        Ok(BatchRendered { rendered, mean_samples: film.mean_samples(), checkpoint_error })
+    }
+}

@@ -1,0 +1,248 @@
+//! Shading batches: the memory of one thread for the surfaces of a batch of paths, as arrays with an element for each
+//! lane.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch};
+use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
+use rtsl_math::sampling::Sampler;
+
+use super::random_numbers::RandomNumbers;
+use super::rows::{BATCH_LANES, BatchLanes, Row, Rows};
+use super::wavefront::{Path, PathHit};
+use crate::lanes::eight::eights_of;
+use crate::lanes::fours::fours;
+
+/// A shading batch.
+pub struct ShadingBatch {
+    /// The number of lanes in use.
+    pub count: usize,
+    /// The hits of the rays.
+    pub hits: [PathHit; BATCH_LANES],
+    /// The origins of the rays in world space.
+    pub origin: Rows,
+    /// The directions of the rays.
+    pub direction: Rows,
+    /// The least parameters of hits.
+    pub epsilon: Row,
+    /// The parameters of the hits.
+    pub distance: Row,
+    /// The greatest parameters of hits.
+    pub limit: Row,
+    /// The times within the shutter.
+    pub time: Row,
+    /// The widths of the rays at the hits.
+    pub width: Row,
+    /// The increase of width per unit of length.
+    pub spread: Row,
+    /// The weights of radiance along the rays.
+    pub throughput: Rows,
+    /// The densities of the directions; 0 if they were not chosen by one.
+    pub density: Row,
+    /// The keys of the paths' random sequences.
+    pub keys: [u32; BATCH_LANES],
+    /// The sample indices of the paths.
+    pub samples: [u32; BATCH_LANES],
+    /// The hit points in world space.
+    pub point: Rows,
+    /// The offsets of the origins of rays that leave the surfaces.
+    pub offset: Row,
+    /// The surfaces' normals, of unit length, in world space.
+    pub geometric_normal: Rows,
+    /// The normals for shading.
+    pub shading_normal: Rows,
+    /// -1 where the ray met the surface from behind, else 1.
+    pub side: Row,
+    /// The densities per solid angle with which the hits would have been sampled as lights; 0 if they cannot be.
+    pub light_density: Row,
+    /// The light samples.
+    pub light: LightRows,
+    /// The continuations of the paths.
+    pub onward: OnwardRows,
+    /// Random numbers in [0,1) that select lobes of materials.
+    pub lobe_seeds: Row,
+    /// Random numbers that select lights.
+    pub light_seeds: Row,
+    /// The state of all calls for the surfaces.
+    pub state: LaneBlock,
+    /// The scratch of the shapes' `intersect` for the hits.
+    pub kept_scratch: LaneBlock,
+    /// The materials' scratch.
+    pub scratch: LaneBlock,
+    /// The lanes for which `intersect` accepted a hit, when it is called again.
+    pub accepted: MaskBlock,
+    /// The indices of the objects that were hit among those of their class.
+    pub objects: LaneIndices,
+    /// The indices of their materials.
+    pub materials: LaneIndices,
+    /// The indices of their emitters.
+    pub emitters: LaneIndices,
+    /// The indices of their alpha textures.
+    pub alpha: LaneIndices,
+    /// The random numbers.
+    pub random: RandomNumbers,
+}
+
+/// Light samples for the points of a batch.
+pub struct LightRows {
+    /// The lanes to which light is scattered, if it is not occluded.
+    pub lanes: BatchLanes,
+    /// Unit vectors towards them, in world space.
+    pub direction: Rows,
+    /// The origins of shadow rays: off the surfaces.
+    pub origin: Rows,
+    /// The lengths of shadow rays.
+    pub distance: Row,
+    /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, including that of
+    /// selecting the light. Black without a sample. At the end, the contribution to the paths' radiance.
+    pub color: Rows,
+    /// That density, if a direction of the material could have found the light too; else 0.
+    pub density: Row,
+}
+
+/// The continuations of a batch's paths.
+pub struct OnwardRows {
+    /// The lanes that continue.
+    pub lanes: BatchLanes,
+    /// The lanes whose radiance would be infinite or NaN.
+    pub lost: BatchLanes,
+    /// The directions.
+    pub direction: Rows,
+    /// The origins of their rays: off the surfaces.
+    pub origin: Rows,
+    /// The weights of radiance along the rays.
+    pub throughput: Rows,
+    /// The densities of the directions; 0 for deltas.
+    pub density: Row,
+    /// The increase of the rays' width per unit of length.
+    pub spread: Row,
+    /// The keys of the paths' random sequences from there on.
+    pub keys: [u32; BATCH_LANES],
+}
+
+impl ShadingBatch {
+    /// For shaders with at most so many scratch arrays.
+    pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
+        const NONE: Row = [0.0; BATCH_LANES];
+        Box::new(ShadingBatch {
+            count: 0,
+            hits: [PathHit::default(); BATCH_LANES],
+            origin: [NONE; 3],
+            direction: [NONE; 3],
+            epsilon: NONE,
+            distance: NONE,
+            limit: NONE,
+            time: NONE,
+            width: NONE,
+            spread: NONE,
+            throughput: [NONE; 3],
+            density: NONE,
+            keys: [0; BATCH_LANES],
+            samples: [0; BATCH_LANES],
+            point: [NONE; 3],
+            offset: NONE,
+            geometric_normal: [NONE; 3],
+            shading_normal: [NONE; 3],
+            side: NONE,
+            light_density: NONE,
+            light: LightRows {
+                lanes: BatchLanes::NONE,
+                direction: [NONE; 3],
+                origin: [NONE; 3],
+                distance: NONE,
+                color: [NONE; 3],
+                density: NONE,
+            },
+            onward: OnwardRows {
+                lanes: BatchLanes::NONE,
+                lost: BatchLanes::NONE,
+                direction: [NONE; 3],
+                origin: [NONE; 3],
+                throughput: [NONE; 3],
+                density: NONE,
+                spread: NONE,
+                keys: [0; BATCH_LANES],
+            },
+            lobe_seeds: NONE,
+            light_seeds: NONE,
+            state: new_state(BATCH_LANES),
+            kept_scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            accepted: MaskBlock::new(BATCH_LANES),
+            objects: LaneIndices::new(BATCH_LANES),
+            materials: LaneIndices::new(BATCH_LANES),
+            emitters: LaneIndices::new(BATCH_LANES),
+            alpha: LaneIndices::new(BATCH_LANES),
+            random: RandomNumbers::new(sampler),
+        })
+    }
+
+    /// Loads paths and their hits, with the random numbers that `purpose` selects. The last lane is repeated up to a
+    /// multiple of eight, so that vectors are complete.
+    pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
+        self.count = hits.len().min(BATCH_LANES);
+        if let Some(last) = hits.last() {
+            self.hits[..self.count].copy_from_slice(&hits[..self.count]);
+            self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
+            dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
+        }
+        self.start_random_numbers(purpose);
+    }
+
+    /// Restarts the lanes' random numbers with those that `purpose` selects.
+    pub fn start_random_numbers(&mut self, purpose: u32) {
+        self.random.start((&self.keys, &self.samples), purpose, self.count);
+    }
+
+    #[inline(always)]
+    fn load_in_vectors<S: Simd>(&mut self, simd: S, paths: &[Path]) {
+        for eight in eights_of(simd, self.count) {
+            let start = eight.start();
+            let paths: [&Path; 8] =
+                std::array::from_fn(|lane| &paths[self.hits[start + lane].path as usize]);
+            let [x, y, z, epsilon] =
+                fours(simd, |lane| with(paths[lane].origin, paths[lane].epsilon));
+            eight.blend_vectors(&[x, y, z], &mut self.origin);
+            eight.blend(epsilon, &mut self.epsilon);
+            let [x, y, z, distance] =
+                fours(simd, |lane| with(paths[lane].direction, paths[lane].distance));
+            eight.blend_vectors(&[x, y, z], &mut self.direction);
+            eight.blend(distance, &mut self.distance);
+            let [red, green, blue, density] =
+                fours(simd, |lane| with(paths[lane].throughput, paths[lane].density));
+            eight.blend_vectors(&[red, green, blue], &mut self.throughput);
+            eight.blend(density, &mut self.density);
+            let [time, width, spread, keys] = fours(simd, |lane| {
+                let Path { time, width, spread, key, .. } = *paths[lane];
+                [time, width, spread, f32::from_bits(key)]
+            });
+            eight.blend(time, &mut self.time);
+            eight.blend(width + spread * distance, &mut self.width);
+            eight.blend(spread, &mut self.spread);
+            let keys = keys.to_array();
+            for lane in 0..8 {
+                self.keys[start + lane] = keys[lane].to_bits();
+                self.samples[start + lane] = paths[lane].sample;
+                self.limit[start + lane] = paths[lane].limit;
+            }
+        }
+    }
+
+    /// Returns the hits of the lanes in use.
+    pub fn hits(&self) -> &[PathHit] {
+        &self.hits[..self.count]
+    }
+}
+
+/// Sets the objects of lanes by their indices. The last is repeated to complete its vector, because kernels need valid
+/// indices there.
+pub fn set_indices(indices: &mut LaneIndices, values: impl Iterator<Item = u32>) {
+    const WIDEST_VECTOR: usize = 16;
+    let mut indices = indices.as_mut_slice().iter_mut();
+    values.zip(&mut indices).for_each(|(value, index)| *index = value);
+    indices.take(WIDEST_VECTOR).for_each(|index| *index = 0);
+}
+
+#[inline(always)]
+fn with([x, y, z]: [f32; 3], last: f32) -> [f32; 4] {
+    [x, y, z, last]
+}

@@ -1,0 +1,182 @@
+//! The surface properties that materials and lights read at hits. The shapes' methods run in object space; their results
+//! are then transformed to world space. Both renderers use this module, the interactive one for packets, the batch one
+//! for shading batches.
+
+mod hit_lanes;
+mod state;
+mod transforms;
+
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use rtsl::Method;
+
+pub use hit_lanes::{EightSurfaces, HitLanes, ObjectHit, SurfaceLanes};
+pub use state::EightRays;
+pub use transforms::SurfaceTransforms;
+
+use crate::compiled::shaders::SurfaceNeeds;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{Eight, dots, points_on_rays};
+use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
+use state::{normalize_normals, set_hits, set_inverse_directions, set_tangents};
+
+/// The surfaces of objects of one traversal class.
+pub struct Surfaces<'a> {
+    /// The transforms of the objects.
+    pub transforms: SurfaceTransforms<'a>,
+    /// The properties to compute besides normals.
+    pub needs: SurfaceNeeds,
+    /// True if methods of the shapes may read normals.
+    pub shapes_read_normals: bool,
+}
+
+impl Surfaces<'_> {
+    /// Runs the shapes' methods for the hits of `lanes`. The state then has the inputs of materials.
+    #[inline(always)]
+    pub fn prepare<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
+        self.find_scratch(simd, lanes);
+        self.set_local_hits(simd, lanes);
+        let SurfaceNeeds { coordinates, derivatives, .. } = self.needs;
+        lanes.call(Method::ComputeNormal);
+        if self.shapes_read_normals {
+            // The last normal written is normalised when it is transformed to the world.
+            normalize_normals(lanes.eights(simd), lanes.state());
+        }
+        if lanes.needs(Method::SamplePdf) {
+            lanes.call(Method::SamplePdf);
+            self.keep_light_densities(simd, lanes);
+        }
+        if coordinates || derivatives {
+            lanes.call(Method::ComputeTextureCoordinates);
+        }
+        if derivatives {
+            lanes.call(Method::ComputeDerivatives);
+        }
+        self.to_world(simd, lanes);
+    }
+
+    /// Calls `intersect` again for the hits, to obtain its scratch, if it is read. The call reproduces the one that
+    /// accepted the hit only if its inputs are the same: the ray's own limit rather than the hit's distance, unset
+    /// scratch, and no random numbers.
+    #[inline(always)]
+    fn find_scratch<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
+        if !lanes.needs(Method::Intersect) {
+            return;
+        }
+        for eight in lanes.eights(simd) {
+            let rays = self.rays_in_group(eight, lanes);
+            let limits = lanes.limits(eight);
+            let state = lanes.state();
+            rays.store(eight, state);
+            set_inverse_directions(eight, state, &rays.direction);
+            eight.store(state, variables().hit_distance, limits);
+            let (scratch, arrays) = lanes.scratch();
+            for array in 0..arrays {
+                eight.store(scratch, array, eight.splat(0.0));
+            }
+        }
+        lanes.call(Method::Intersect);
+    }
+
+    /// Returns the rays in the space of the objects' group.
+    #[inline(always)]
+    fn rays_in_group<S: Simd>(&self, eight: Eight<S>, lanes: &impl SurfaceLanes) -> EightRays<S> {
+        let mut rays = lanes.rays(eight);
+        if let Some(maps) = self.transforms.world_to_group(eight, lanes) {
+            rays.transform(&maps);
+        }
+        rays
+    }
+
+    /// Sets the inputs of the shapes' methods, and default results for methods that the class lacks.
+    #[inline(always)]
+    fn set_local_hits<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
+        for eight in lanes.eights(simd) {
+            let mut rays = self.rays_in_group(eight, lanes);
+            // As in the traversal, an object without a transform gets its group's rays unchanged.
+            if let Some(maps) = self.transforms.group_to_object(eight, lanes) {
+                rays.transform(&maps);
+            }
+            let distance = lanes.distances(eight);
+            set_hits(eight, lanes.state(), &rays, distance, self.needs);
+        }
+    }
+
+    /// Transforms the densities with which `generateSample` would have sampled the hits, as seen from the rays'
+    /// origins, to world space: by the Jacobian of directions under a linear map, which is its stretch along the
+    /// direction, cubed, divided by its determinant.
+    #[inline(always)]
+    fn keep_light_densities<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
+        let v = variables();
+        for eight in lanes.eights(simd) {
+            let world = lanes.rays(eight).direction;
+            let local = eight.load_vectors(lanes.state(), v.ray_direction);
+            let squares = dots(&world, &world) / dots(&local, &local);
+            let scale = squares * squares.sqrt() / self.transforms.volume_scales(eight, lanes);
+            let density = eight.load(lanes.state(), v.pdf) * scale;
+            let usable = density.simd_gt(0.0) & density.simd_lt(f32::INFINITY);
+            lanes.keep_light_densities(eight, usable.select(density, eight.splat(0.0)));
+        }
+    }
+
+    /// Transforms rays and surfaces to world space.
+    #[inline(always)]
+    fn to_world<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
+        let v = variables();
+        let SurfaceNeeds { derivatives, inverse_directions, .. } = self.needs;
+        let has_derivatives = derivatives && lanes.needs(Method::ComputeDerivatives);
+        for eight in lanes.eights(simd) {
+            let rays = lanes.rays(eight);
+            let surfaces = self.surfaces(eight, &rays, lanes);
+            lanes.keep(eight, &surfaces);
+            let EightSurfaces { point, geometric_normal, shading_normal, .. } = surfaces;
+            if has_derivatives {
+                for variable in [v.dpdu, v.dpdv] {
+                    let local = eight.load_vectors(lanes.state(), variable);
+                    let tangents = self.transforms.vectors(eight, lanes, &local);
+                    eight.store_vectors(lanes.state(), variable, &tangents);
+                }
+            } else if derivatives {
+                set_tangents(eight, lanes.state(), &geometric_normal);
+            }
+            let state = lanes.state();
+            eight.store_vectors(state, v.geometric_normal, &geometric_normal);
+            eight.store_vectors(state, v.shading_normal, &shading_normal);
+            if self.transforms.are_local() {
+                rays.store(eight, state);
+                eight.store_vectors(state, v.hit_point, &point);
+                if inverse_directions {
+                    set_inverse_directions(eight, state, &rays.direction);
+                }
+            }
+        }
+    }
+
+    /// Returns the surfaces in world space, with the normals that the state has in object space.
+    #[inline(always)]
+    fn surfaces<S: Simd, L: SurfaceLanes>(
+        &self,
+        eight: Eight<S>,
+        rays: &EightRays<S>,
+        lanes: &mut L,
+    ) -> EightSurfaces<S> {
+        let v = variables();
+        let EightRays { origin, direction, .. } = rays;
+        let distance = lanes.distances(eight);
+        let normals = [v.geometric_normal, v.shading_normal];
+        let normals = normals.map(|variable| eight.load_vectors(lanes.state(), variable));
+        let [geometric, shading] = self.transforms.normals(eight, lanes, normals);
+        let up = eight.splat_vector([0.0, 0.0, 1.0]);
+        let geometric_normal = eight.normalized_or(&geometric, &up);
+        let shading_normal = eight.normalized_or(&shading, &geometric_normal);
+        let sizes = sizes_on_rays(origin, direction, distance);
+        let sizes = self.transforms.sizes_of_points(eight, lanes, &sizes);
+        EightSurfaces {
+            direction: *direction,
+            point: points_on_rays(origin, direction, distance),
+            offset: surface_offsets(eight, &geometric_normal, &sizes),
+            geometric_normal,
+            shading_normal,
+        }
+    }
+}

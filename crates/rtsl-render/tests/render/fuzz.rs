@@ -1,0 +1,73 @@
+//! Short runs of the fuzz targets for scenes and meshes, with mutations of the repository's files that are the same in
+//! every run.
+
+#[path = "../../../../fuzz/entries/checkpoint.rs"]
+mod checkpoint;
+#[path = "../../../../fuzz/entries/gltf.rs"]
+mod gltf;
+#[path = "../../../../fuzz/entries/mutation.rs"]
+mod mutation;
+#[path = "../../../../fuzz/entries/ply.rs"]
+mod ply;
+#[path = "../../../../fuzz/entries/scene.rs"]
+mod scene;
+
+use std::path::Path;
+
+use rtsl_render::checkpoint::{Checkpoint, Fingerprint, Section};
+use rtsl_scene::Settings;
+use rtsl_scene::reader::Digest;
+
+use mutation::{Random, mutate, seeds};
+
+/// Calls `target` with mutations of the files in `folder` that end in `extension`.
+fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    run_on(seeds(&folder, extension), count, target);
+}
+
+/// Calls `target` with mutations of `seeds`.
+fn run_on(seeds: Vec<Vec<u8>>, count: usize, target: fn(&[u8])) {
+    let work = move || {
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        for _ in 0..count {
+            let (seed, other) = (random.below(seeds.len()), random.below(seeds.len()));
+            target(&mutate(&mut random, &seeds[seed], &seeds[other]));
+        }
+    };
+    // A stack that must suffice for any input.
+    let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(work).unwrap();
+    assert!(thread.join().is_ok());
+}
+
+#[test]
+fn any_scene_is_read_or_refused() {
+    run("../../scenes", "pbrt", 1000, scene::scene);
+}
+
+#[test]
+fn any_ply_file_is_read_or_refused() {
+    run("tests/meshes", "ply", 5000, ply::ply);
+}
+
+#[test]
+fn any_gltf_file_is_read_or_refused() {
+    run("tests/meshes", "gltf", 5000, gltf::gltf);
+    run("tests/meshes", "glb", 5000, gltf::gltf);
+}
+
+#[test]
+fn any_checkpoint_is_read_or_refused() {
+    let mut seeds = Vec::new();
+    for count in [0, 3, 200] {
+        let (sums, counts) = (vec![0.5; count], vec![7; count]);
+        let mut fingerprint = Fingerprint::of_settings(&Settings::default());
+        fingerprint.set_digest("scene.pbrt", Digest::of(b"WorldBegin"));
+        let sections = vec![Section::f64("sums", &sums), Section::u32("counts", &counts)];
+        let mut bytes = Vec::new();
+        Checkpoint { fingerprint, sections }.write_to(&mut bytes).unwrap();
+        checkpoint::checkpoint(&bytes);
+        seeds.push(bytes);
+    }
+    run_on(seeds, 5000, checkpoint::checkpoint);
+}

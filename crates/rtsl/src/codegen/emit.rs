@@ -1,0 +1,94 @@
+//! What the compiler makes on the way, for people to look at.
+
+use rtsl_jit::{Llvm, Target};
+use rtsl_source::Diagnostic;
+use rtsl_spec::Method;
+
+use super::kernel_compiler::{KernelCompiler, llvm_text};
+use super::kernel_source::KernelSource;
+use super::variant::Variant;
+use crate::errors;
+
+/// A form of a method on its way to machine code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Emit {
+    /// The single-ray representation, linked and optimised.
+    Ir,
+    /// Packet code.
+    Packet,
+    /// LLVM text, as LLVM gets it.
+    Llvm,
+    /// LLVM text after LLVM's passes.
+    OptimizedLlvm,
+    /// Assembly text.
+    Assembly,
+}
+
+/// What to emit and for what.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{Emit, EmitRequest, Method, CallMode};
+///
+/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: CallMode::Packet.into(), target: None };
+/// let text = String::from_utf8(program.emit(&request)?)?;
+/// assert!(text.starts_with("function Ball.intersect"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct EmitRequest {
+    /// The form.
+    pub emit: Emit,
+    /// The method.
+    pub method: Method,
+    /// For which callers.
+    pub variant: Variant,
+    /// The machine; the host where `None`.
+    pub target: Option<Target>,
+}
+
+impl EmitRequest {
+    /// Returns the form of a function, the one of the request's method and variant. The caller's stack must bear the
+    /// nesting of the function.
+    pub(crate) fn emit(
+        &self,
+        source: KernelSource<'_>,
+        compiler: &KernelCompiler,
+    ) -> Result<Vec<u8>, Diagnostic> {
+        if self.emit == Emit::Ir {
+            return Ok(source.function.to_string().into_bytes());
+        }
+        let packet = compiler.packet(source)?;
+        if self.emit == Emit::Packet {
+            return Ok(packet.to_string().into_bytes());
+        }
+        // The host's features are known by LLVM alone; text for a named target needs none.
+        let llvm = Llvm::load();
+        let target = match (&self.target, &llvm) {
+            (Some(target), _) => target,
+            (None, Ok(llvm)) => llvm.host(),
+            (None, Err(error)) => return Err(errors::no_llvm(error)),
+        };
+        let text = llvm_text(&packet, target);
+        if self.emit == Emit::Llvm {
+            return Ok(text.into_bytes());
+        }
+        let llvm = llvm.as_ref().map_err(errors::no_llvm)?;
+        let level = compiler.options().optimization;
+        let result = level.compile_for_work(packet.work(), |level| match self.emit {
+            Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
+                llvm.optimized(&text, target, level).map(String::into_bytes)
+            }
+            Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
+        });
+        let name = &source.function.name;
+        result.map_err(|error| errors::machine_code(name, packet.width, &error))
+    }
+}

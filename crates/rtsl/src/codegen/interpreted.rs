@@ -1,0 +1,197 @@
+//! Methods on the interpreter, called as machine code is called.
+
+use rtsl_abi::{
+    CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
+    Layout, LeafArguments, Objects, Signature,
+};
+use rtsl_ir::{Function, Interpreter, PrepareError, Storage, VariableId, VariableKind};
+use rtsl_packet::kernel::HIT_DISTANCE;
+use rtsl_spec::state_component_count;
+
+use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
+
+/// A method, run ray by ray.
+#[derive(Clone, Debug)]
+pub(crate) struct InterpretedKernel {
+    /// Copied for each call: a call needs registers of its own, since hosts call kernels from
+    /// within calls.
+    interpreter: Interpreter,
+    variables: LaneVariables,
+    /// That of `rt_HitDistance`.
+    distance: Option<VariableId>,
+    signature: Signature,
+}
+
+impl InterpretedKernel {
+    pub fn new(
+        function: &Function,
+        layout: &Layout,
+        signature: Signature,
+    ) -> Result<InterpretedKernel, PrepareError> {
+        let variables = LaneVariables::new(&function.variables, layout, &signature);
+        let distance = function
+            .variables
+            .iter()
+            .position(|variable| {
+                variable.kind == VariableKind::State && variable.name == HIT_DISTANCE
+            })
+            .map(|index| VariableId(index as u32));
+        let interpreter = Interpreter::prepare(function)?;
+        Ok(InterpretedKernel { interpreter, variables, distance, signature })
+    }
+
+    pub fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    /// Runs the method for all lanes of the call, in order.
+    pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
+        self.signature.check(&call)?;
+        Ok(self.run(call))
+    }
+
+    /// The same for arguments that were found to fit.
+    fn run(&self, call: CallArguments<'_>) -> CallStatus {
+        if self.signature.mode == CallMode::Leaf && self.signature.accepts {
+            self.keep_nearest(call, 0)
+        } else {
+            self.store_each(call)
+        }
+    }
+
+    /// Runs the method for all rays of a host's arrays, whose values are copied.
+    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+        self.signature.check_host(&call, 1)?;
+        let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        let components: Vec<u32> = self.signature.state.iter().collect();
+        let mut own_state = LaneBlock::sparse(state_component_count() as usize, &components, count);
+        let mut own_scratch = LaneBlock::new(self.signature.scratch_arrays as usize, count);
+        state.copy_to(&mut own_state, count);
+        scratch.copy_to(&mut own_scratch, count);
+        let mask = mask.map(|mask| LaneMask::from_fn(count, |lane| mask[lane] != 0));
+        let mut hits = LaneMask::new(count);
+        let status = self.run(CallArguments {
+            state: &mut own_state,
+            scratch: &mut own_scratch,
+            count,
+            mask: mask.as_ref(),
+            accepted: Some(&mut hits),
+            instances,
+            host,
+        });
+        state.copy_from(&own_state, count);
+        scratch.copy_from(&own_scratch, count);
+        if let Some(accepted) = accepted.filter(|_| self.signature.accepts) {
+            let words = accepted.iter_mut().zip(hits.words());
+            words.for_each(|(accepted, hit)| *accepted = hit.cast_signed());
+        }
+        Ok(status)
+    }
+
+    fn store_each(&self, call: CallArguments<'_>) -> CallStatus {
+        let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        // Only methods that accept hits write the mask.
+        let accepted = accepted.filter(|_| self.signature.accepts);
+        let mut storage = CallStorage::new(&self.variables, state, scratch, accepted, instances);
+        let mut interpreter = self.interpreter.clone();
+        let mut status = CallStatus::default();
+        for lane in 0..count {
+            let is_on = mask.is_none_or(|mask| mask.get(lane));
+            let mut hit = false;
+            if is_on {
+                let outcome = interpreter.run(lane as u32, &mut storage.lane(lane), &mut *host);
+                status.budget_exhausted |= outcome.budget_exceeded;
+                hit = outcome.accepted;
+            }
+            storage.accept(lane, hit);
+        }
+        status
+    }
+
+    /// Makes the tests of a call in the call mode `leaf`, one after another.
+    pub fn make_tests(&self, call: LeafArguments<'_>, objects: &Objects) -> CallStatus {
+        self.signature.check_leaf(&call, objects.len());
+        let LeafArguments { state, scratch, count, tests, host } = call;
+        let mut status = CallStatus::default();
+        for test in tests {
+            let call = CallArguments {
+                state: &mut *state,
+                scratch: &mut *scratch,
+                count: count as usize,
+                mask: None,
+                accepted: None,
+                instances: Instances::Range(objects, test.first),
+                host: &mut *host,
+            };
+            let made = self.keep_nearest(call, test.ray as usize);
+            test.set_nearest(made.nearest);
+            status.budget_exhausted |= made.budget_exhausted;
+        }
+        status
+    }
+
+    /// Tests each object with the ray of a lane as the call found it, and stores what the nearest hit gave.
+    fn keep_nearest(&self, call: CallArguments<'_>, ray: usize) -> CallStatus {
+        let CallArguments { state, scratch, count, mask, accepted: _, instances, host } = call;
+        let mut storage =
+            CallStorage::of_ray(ray, &self.variables, state, scratch, None, instances);
+        let mut interpreter = self.interpreter.clone();
+        let mut status = CallStatus::default();
+        let mut nearest: Option<Hit> = None;
+        for lane in (0..count).filter(|lane| mask.is_none_or(|mask| mask.get(*lane))) {
+            let mut held = HeldOutputs { inputs: storage.lane(lane), outputs: Vec::new() };
+            let outcome = interpreter.run(lane as u32, &mut held, &mut *host);
+            status.budget_exhausted |= outcome.budget_exceeded;
+            let hit =
+                Hit { lane, distance: self.distance_of(&held.outputs), outputs: held.outputs };
+            let is_nearer = nearest.as_ref().is_none_or(|nearest| hit.distance < nearest.distance);
+            if outcome.accepted && is_nearer {
+                nearest = Some(hit);
+            }
+        }
+        if let Some(Hit { lane, distance: _, outputs }) = nearest {
+            for (variable, component, bits) in outputs {
+                storage.lane(ray).store(variable, component, bits);
+            }
+            status.nearest = instances.number(lane);
+        }
+        status
+    }
+
+    /// What hits are compared by: at most infinity, which it is for NaN, too.
+    fn distance_of(&self, outputs: &[Output]) -> f32 {
+        let distance = outputs.iter().find(|(variable, ..)| Some(*variable) == self.distance);
+        let distance = distance.map_or(0.0, |(_, _, bits)| f32::from_bits(*bits));
+        distance.min(f32::INFINITY)
+    }
+}
+
+/// Variable, component and bits.
+type Output = (VariableId, u32, u32);
+
+/// A hit in the call mode `leaf`.
+struct Hit {
+    lane: usize,
+    distance: f32,
+    outputs: Vec<Output>,
+}
+
+/// The places of a lane whose outputs may be those of the nearest hit.
+struct HeldOutputs<'a, 'call> {
+    inputs: LaneStorage<'a, 'call>,
+    outputs: Vec<Output>,
+}
+
+impl Storage for HeldOutputs<'_, '_> {
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        self.inputs.load(variable, index)
+    }
+
+    fn elements(&self, buffer: VariableId) -> u32 {
+        self.inputs.elements(buffer)
+    }
+
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.outputs.push((variable, component, bits));
+    }
+}

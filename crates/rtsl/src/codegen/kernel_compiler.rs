@@ -1,0 +1,339 @@
+//! The pipeline from the methods of a class to kernels, in the order of its steps:
+//!
+//! 1. [`link`](KernelCompiler::link): a method and the methods that it calls through references become one function,
+//!    which the passes of `rtsl_opt::optimize` simplify.
+//! 2. [`specialise`](KernelCompiler::specialise): `rtsl_opt::specialise` simplifies the function for callers with known
+//!    values.
+//! 3. [`packet`](KernelCompiler::packet): `rtsl_packet::lower` makes packet code with masks, for one call mode and
+//!    width.
+//! 4. [`kernels`](KernelCompiler::kernels): `rtsl_llvm` writes packet code as text, LLVM compiles the text to an object
+//!    file, which `rtsl_jit` loads. Without LLVM the interpreter runs the function of step 2.
+//!
+//! [`callback`](KernelCompiler::callback) takes the same steps to a function for a host's own packets. Libraries
+//! ([`crate::aot`]) are made of the results of steps 2 and 3.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl_abi::{CallMode, Layout};
+use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
+use rtsl_jit::{CompiledCallback, CompiledKernel, JitError, Llvm, OptLevel, Target};
+use rtsl_llvm::TargetFeatures;
+use rtsl_opt::unchanged::{self, VariableScalar};
+use rtsl_packet::interleave;
+use rtsl_source::{Diagnostic, Diagnostics};
+use rtsl_spec::{Method, lookup_state};
+
+use super::callback::Callback;
+use super::interpreted::InterpretedKernel;
+use super::kernel::Kernel;
+use super::kernel_source::KernelSource;
+use super::options::{Backend, EngineOptions, Math};
+use super::packet_kernel::PacketKernel;
+use super::variant::Variant;
+use crate::link::class_tree::ClassTree;
+use crate::link::hit::link_hit;
+use crate::link::linked_method::LinkedMethod;
+use crate::link::linker;
+use crate::link::outputs::Outputs;
+use crate::{errors, nesting};
+
+/// Compiles methods of linked classes to kernels.
+#[derive(Debug)]
+pub(crate) struct KernelCompiler {
+    options: EngineOptions,
+    width: u32,
+    /// `None`: the interpreter runs all kernels.
+    llvm: Option<Arc<Llvm>>,
+}
+
+impl KernelCompiler {
+    /// Creates a compiler, and a warning if it falls back on the interpreter.
+    ///
+    /// # Errors
+    /// If the options ask for machine code and there is no LLVM, if `RTSL_LLVM` names a library that can't be used, or
+    /// if the options have an unknown width or number of vectors.
+    pub fn new(options: EngineOptions) -> Result<(KernelCompiler, Diagnostics), Diagnostic> {
+        let mut warnings = Diagnostics::new();
+        let llvm = match options.backend {
+            Backend::Interpreter => None,
+            Backend::Jit => Some(Llvm::load().map_err(|error| errors::no_llvm(&error))?),
+            Backend::Auto => match Llvm::load() {
+                Ok(llvm) => Some(llvm),
+                // A user who names a library wants that one, and nothing slower.
+                Err(error) if error.chosen_by_user => return Err(errors::no_llvm(&error)),
+                Err(error) => {
+                    warnings.push(errors::interpreter_instead(&error));
+                    None
+                }
+            },
+        };
+        let width = options.width.unwrap_or_else(|| llvm.as_deref().map_or(1, natural_width));
+        if !KernelSource::WIDTHS.contains(&width) {
+            return Err(errors::unknown_width(width));
+        }
+        if let Some(factor) = options.interleave.filter(|it| !interleave::FACTORS.contains(it)) {
+            return Err(errors::unknown_interleave(factor));
+        }
+        Ok((KernelCompiler { options, width, llvm }, warnings))
+    }
+
+    /// The options.
+    pub fn options(&self) -> &EngineOptions {
+        &self.options
+    }
+
+    /// Rays at a time in kernels of variants without a width.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// LLVM; `None` if the interpreter runs kernels.
+    pub fn llvm(&self) -> Option<&Llvm> {
+        self.llvm.as_deref()
+    }
+
+    /// Links a method of the tree's root with the methods that it calls through references, and optimises the whole.
+    ///
+    /// # Errors
+    /// If the class has no such method, or linking passes a limit.
+    pub fn link(&self, tree: &ClassTree, method: Method) -> Result<LinkedMethod, Diagnostic> {
+        let class = &tree.class;
+        let Some(function) = class.methods.get(&method) else {
+            return Err(errors::missing_method(class, method));
+        };
+        let link = || self.link_on_this_stack(tree, function);
+        // Methods that it calls through references become regions of the function.
+        if class.references.is_empty() {
+            nesting::with_stack_for(function.nesting(), link)
+        } else {
+            nesting::with_deep_stack(link)
+        }
+    }
+
+    fn link_on_this_stack(
+        &self,
+        tree: &ClassTree,
+        function: &Function,
+    ) -> Result<LinkedMethod, Diagnostic> {
+        let mut linked = linker::link_function(tree, function)?;
+        let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
+        rtsl_opt::optimize(&mut linked.function, &self.passes());
+        let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
+        linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
+        Ok(LinkedMethod::new(linked))
+    }
+
+    /// Links the constructor of the tree's root and optimises it, without contraction: instances are made without it,
+    /// and elements have the same bits.
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn link_constructor(
+        tree: &ClassTree,
+        constructor: &Function,
+    ) -> Result<Function, Diagnostic> {
+        let mut function = linker::link_function(tree, constructor)?.function;
+        let passes = rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() };
+        rtsl_opt::optimize(&mut function, &passes);
+        Ok(function)
+    }
+
+    fn passes(&self) -> rtsl_opt::Options {
+        rtsl_opt::Options {
+            contract: self.options.math != Math::Strict,
+            approximate: self.options.math == Math::Fast,
+            budget: self.options.loop_budget,
+            optimize: self.options.optimization != OptLevel::O0,
+            select: true,
+        }
+    }
+
+    /// Simplifies a linked method for the callers of a variant. `layout` is that of the program.
+    pub fn specialise(
+        &self,
+        function: &Arc<Function>,
+        variant: &Variant,
+        layout: &Layout,
+    ) -> Arc<Function> {
+        let Variant { mode: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
+            variant;
+        if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
+            return function.clone();
+        }
+        let directions = unit_directions.then(|| ray_direction(function)).flatten();
+        let caller = rtsl_opt::Caller {
+            known: known_scalars(function, variant, layout),
+            read: Some(function.outputs.iter().map(|it| is_read(function, *outputs, it)).collect()),
+            unit: directions.into_iter().collect(),
+            placed: placed.then_some(rtsl_opt::Contract(self.options.math != Math::Strict)),
+        };
+        let mut function = Function::clone(function);
+        rtsl_opt::specialise(&mut function, &caller, self.options.optimization != OptLevel::O0);
+        Arc::new(function)
+    }
+
+    /// Lowers a function to packet code. The caller's stack must bear the nesting of the function.
+    ///
+    /// # Errors
+    /// If there are no kernels of the width, or the packet code passes a limit.
+    pub fn packet(&self, source: KernelSource<'_>) -> Result<rtsl_packet::Kernel, Diagnostic> {
+        source.check_width()?;
+        let KernelSource { function, mode, width, layout } = source;
+        let packet = rtsl_packet::lower(function, layout, mode, width);
+        let mut packet = packet.map_err(|error| errors::lowering(&function.name, &error))?;
+        packet.interleave = interleave::choose(&packet, self.options.interleave);
+        Ok(packet)
+    }
+
+    /// Makes kernels, all in one module, which costs less than one each.
+    ///
+    /// # Errors
+    /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by one.
+    pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
+        let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
+        nesting::with_stack_for(nesting, || match &self.llvm {
+            Some(llvm) => self.compiled(sources, llvm),
+            None => sources.iter().map(|source| self.interpreted(*source)).collect(),
+        })
+    }
+
+    fn compiled(
+        &self,
+        sources: &[KernelSource<'_>],
+        llvm: &Arc<Llvm>,
+    ) -> Result<Vec<Kernel>, Diagnostic> {
+        let packets = sources.iter().map(|source| self.packet(*source));
+        let packets = packets.collect::<Result<Vec<_>, _>>()?;
+        let features = target_features(llvm.host());
+        let kernels = CompiledKernel::compile(llvm, &packets, &features, self.options.optimization);
+        if let (&[source], Err(JitError::Frame { bytes, .. })) = (sources, &kernels)
+            && let Some(width) = source.narrower_width(*bytes)
+        {
+            return self.compiled(&[KernelSource { width, ..source }], llvm);
+        }
+        let first = sources.first();
+        let (name, width) = first.map_or(("", 1), |it| (it.function.name.as_str(), it.width));
+        let kernels = kernels.map_err(|error| errors::machine_code(name, width, &error))?;
+        Ok(kernels.into_iter().map(Kernel::compiled).collect())
+    }
+
+    /// Makes a kernel that runs on the interpreter.
+    ///
+    /// # Errors
+    /// If there are no kernels of the width, or the interpreter can't run the function.
+    pub fn interpreted(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
+        source.check_width()?;
+        let KernelSource { function, layout, .. } = source;
+        let kernel = nesting::with_stack_for(function.nesting(), || {
+            InterpretedKernel::new(function, layout, source.signature())
+        });
+        let failed = |error| errors::code_generation(&function.name, &error);
+        kernel.map(Kernel::interpreted).map_err(failed)
+    }
+
+    /// Makes a kernel that runs on the interpreter of packet code, which counts the work.
+    ///
+    /// # Errors
+    /// As for [`packet`](KernelCompiler::packet).
+    pub fn packet_kernel(&self, source: KernelSource<'_>) -> Result<PacketKernel, Diagnostic> {
+        let nesting = source.function.nesting();
+        let packet = nesting::with_stack_for(nesting, || self.packet(source))?;
+        Ok(PacketKernel::new(packet, source.layout, source.signature()))
+    }
+
+    /// Makes a function for a host's own packets: `intersect`, and the methods that follow a hit.
+    ///
+    /// # Errors
+    /// Without LLVM; if the class's methods do not set an output, or if linking or code generation fails.
+    pub fn callback(
+        &self,
+        tree: &ClassTree,
+        callback: &Callback,
+        layout: &Layout,
+    ) -> Result<CompiledCallback, Diagnostic> {
+        let llvm = self.llvm.as_ref().ok_or_else(|| errors::no_machine_code(&tree.class))?;
+        nesting::with_deep_stack(|| {
+            let packet = self.callback_packet(tree, callback, layout)?;
+            let (record, block_bytes) = (&callback.record, layout.block_words * 4);
+            let (features, level) = (target_features(llvm.host()), self.options.optimization);
+            let compiled =
+                CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
+            compiled.map_err(|error| errors::machine_code(&packet.name, packet.width, &error))
+        })
+    }
+
+    fn callback_packet(
+        &self,
+        tree: &ClassTree,
+        callback: &Callback,
+        layout: &Layout,
+    ) -> Result<rtsl_packet::Kernel, Diagnostic> {
+        let mut linked = link_hit(tree, &callback.record, callback.outputs)?;
+        let passes = rtsl_opt::Options { select: callback.width > 1, ..self.passes() };
+        rtsl_opt::optimize(&mut linked.function, &passes);
+        let (function, width) = (&linked.function, callback.width);
+        KernelSource { function, mode: CallMode::Packet, width, layout }.check_width()?;
+        let packet = rtsl_packet::lower_packet(function, layout, width);
+        packet.map_err(|error| errors::lowering(&function.name, &error))
+    }
+}
+
+/// Returns the text of packet code that LLVM compiles.
+pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
+    rtsl_jit::module_text(std::slice::from_ref(packet), &target_features(target))
+}
+
+/// Returns the features of a target that decide between LLVM's instructions.
+pub(crate) fn target_features(target: &Target) -> TargetFeatures {
+    TargetFeatures::new(target.triple(), target.cpu(), target.features())
+}
+
+/// Finds the variable of the ray's direction.
+pub(crate) fn ray_direction(function: &Function) -> Option<VariableId> {
+    function.find_variable(VariableKind::State, "rt_RayDirection")
+}
+
+/// True if callers that read `outputs` read this one.
+fn is_read(function: &Function, outputs: Outputs, output: &Output) -> bool {
+    let variable = function.variable(output.variable);
+    match variable.kind {
+        VariableKind::State => lookup_state(&variable.name).is_none_or(|it| outputs.has_state(it)),
+        VariableKind::Scratch => outputs.has_scratch(),
+        VariableKind::Accepted
+        | VariableKind::Member
+        | VariableKind::Parameter
+        | VariableKind::Buffer
+        | VariableKind::Local => true,
+    }
+}
+
+/// The known members of a variant as scalars of the function's variables.
+fn known_scalars(
+    function: &Function,
+    variant: &Variant,
+    layout: &Layout,
+) -> BTreeMap<(VariableId, u32), Constant> {
+    let members = (0..).map(VariableId).zip(&function.variables);
+    let members = members.filter(|(_, variable)| variable.kind == VariableKind::Member);
+    let known = members.flat_map(|(id, variable)| {
+        let first = layout.members[&variable.name];
+        (0..variable.len).filter_map(move |index| {
+            let bits = variant.known.get(first + index)?;
+            Some(((id, index), Constant::from_bits(variable.scalar, bits)))
+        })
+    });
+    known.collect()
+}
+
+/// The width of the host's vectors.
+fn natural_width(llvm: &Llvm) -> u32 {
+    let has = |feature: &str| llvm.host().features().split(',').any(|it| it == feature);
+    if has("+avx512f") && has("+avx512vl") {
+        16
+    } else if has("+avx2") {
+        8
+    } else {
+        4
+    }
+}

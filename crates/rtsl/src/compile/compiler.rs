@@ -1,0 +1,167 @@
+//! From text to classes.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rtsl_ir::class::Class;
+use rtsl_lower::lower_class;
+use rtsl_sema::check::check_unit;
+use rtsl_sema::hir::ClassId;
+use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_codes as codes};
+use rtsl_syntax::IncludeLoader;
+use rtsl_syntax::ast::TranslationUnit;
+
+use super::loader::{FileLoader, read_text};
+use super::prelude::{Prelude, prelude};
+use super::unit::{Compilation, Unit};
+
+/// The budget of loop iterations of a class's initial values if the host sets none. Every host that shows a default or
+/// makes a library computes them, so they must come to an end.
+const INITIAL_VALUES_BUDGET: u32 = 1 << 24;
+
+/// How text is compiled.
+///
+/// ```
+/// use rtsl::{Compiler, CompilerOptions};
+///
+/// // Text of strangers: their constructors end.
+/// let options = CompilerOptions { loop_budget: Some(100_000), ..CompilerOptions::default() };
+/// let text = "class A : rt_Texture; constructor() { while (true) {} }";
+/// let unit = Compiler::new(options).compile("a.rtsl", text).unit.expect("it compiles");
+/// let error = rtsl::Instance::new(unit.class("A")?, []).unwrap_err();
+/// assert_eq!(error.iter().next().map(|it| it.code.as_str()), Some("E0619"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CompilerOptions {
+    /// The greatest number of loop iterations of a constructor, all loops taken together;
+    /// unlimited where `None`. That of methods is the engine's. Initial values of members have this budget too, and one of
+    /// 16,777,216 where it is `None`.
+    pub loop_budget: Option<u32>,
+    /// The folders in which `#include` looks after that of the including file.
+    pub search_path: Vec<PathBuf>,
+}
+
+/// Compiles text to classes.
+///
+/// ```
+/// use rtsl::{Compiler, MemoryLoader};
+///
+/// // Includes come from where the host says: here from memory.
+/// let mut loader = MemoryLoader::default();
+/// loader.files.insert("grey.rtsl".to_owned(), "float grey() { return 0.5; }".to_owned());
+/// let text = "#include \"grey.rtsl\"\nclass A : rt_Texture; void lookup() { rt_TextureColor = color(grey()); }";
+/// let compilation = Compiler::default().compile_with("a.rtsl", text, &mut loader);
+/// assert_eq!(compilation.unit.expect("it compiles").classes().len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Compiler {
+    options: CompilerOptions,
+}
+
+impl Compiler {
+    /// A compiler with these options.
+    pub fn new(options: CompilerOptions) -> Compiler {
+        Compiler { options }
+    }
+
+    /// How it compiles.
+    pub fn options(&self) -> &CompilerOptions {
+        &self.options
+    }
+
+    /// Compiles text that is in no file; `name` is what diagnostics call it. What it includes is
+    /// looked for on the search path.
+    pub fn compile(&self, name: &str, text: &str) -> Compilation {
+        self.compile_with(name, text, &mut FileLoader::new(self.options.search_path.clone()))
+    }
+
+    /// Compiles text whose includes come from `loader`.
+    pub fn compile_with(
+        &self,
+        name: &str,
+        text: &str,
+        loader: &mut dyn IncludeLoader,
+    ) -> Compilation {
+        let prelude = prelude();
+        let mut sources = prelude.sources.clone();
+        let mut diagnostics = prelude.diagnostics.clone();
+        let file = sources.add(name, text);
+        let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
+        // Checks of a broken syntax tree would report errors that follow from the first ones.
+        if diagnostics.has_errors() {
+            return Compilation { unit: None, diagnostics, sources };
+        }
+        // The trees are dropped on the deep stack, too: dropping recurses.
+        let classes = deep_stack::run(|| self.classes(tree, prelude, &mut diagnostics));
+        let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
+        Compilation { unit, diagnostics, sources }
+    }
+
+    /// Checks a syntax tree and lowers its classes. Of classes with errors there is only a diagnostic.
+    fn classes(
+        &self,
+        tree: TranslationUnit,
+        prelude: &Prelude,
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<Arc<Class>> {
+        let module = check_unit(&tree, Some(&prelude.checked), diagnostics);
+        let mut classes = Vec::new();
+        if diagnostics.has_errors() {
+            return classes;
+        }
+        for index in prelude.checked.module().classes.len()..module.classes.len() {
+            match lower_class(&module, ClassId(index as u32)) {
+                Ok(class) => classes.push(Arc::new(self.with_budget(class))),
+                Err(problems) => diagnostics.extend(problems),
+            }
+        }
+        classes
+    }
+
+    /// Bounds the loops of a class's initial values and constructor. Linking bounds those of methods.
+    fn with_budget(&self, mut class: Class) -> Class {
+        let budget = self.options.loop_budget;
+        rtsl_opt::budget::run(&mut class.initializer, budget.unwrap_or(INITIAL_VALUES_BUDGET));
+        if let (Some(budget), Some(constructor)) = (budget, &mut class.constructor) {
+            rtsl_opt::budget::run(constructor, budget);
+        }
+        class
+    }
+
+    /// Compiles a file. Where it can't be read, that is the one diagnostic.
+    pub fn compile_file(&self, path: &Path) -> Compilation {
+        match read_text(path) {
+            Ok(text) => {
+                let mut loader = FileLoader::beside(path, self.options.search_path.clone());
+                self.compile_with(&path.display().to_string(), &text, &mut loader)
+            }
+            Err(reason) => unreadable(path, &reason),
+        }
+    }
+
+    /// The syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
+    pub fn print_syntax_tree(&self, path: &Path) -> (String, Compilation) {
+        let text = match read_text(path) {
+            Ok(text) => text,
+            Err(reason) => return (String::new(), unreadable(path, &reason)),
+        };
+        let mut loader = FileLoader::beside(path, self.options.search_path.clone());
+        let mut compilation =
+            Compilation { unit: None, diagnostics: Diagnostics::new(), sources: SourceMap::new() };
+        let Compilation { sources, diagnostics, .. } = &mut compilation;
+        let file = sources.add(path.display().to_string(), text);
+        let tree = rtsl_syntax::parse(sources, file, &mut loader, diagnostics);
+        (rtsl_syntax::print::print(&tree), compilation)
+    }
+}
+
+fn unreadable(path: &Path, reason: &str) -> Compilation {
+    let mut diagnostics = Diagnostics::new();
+    diagnostics.push(Diagnostic::new(
+        codes::UNREADABLE_FILE,
+        format!("`{}` can't be read: {reason}", path.display()),
+    ));
+    Compilation { unit: None, diagnostics, sources: SourceMap::new() }
+}

@@ -1,0 +1,16 @@
+//! The texts that are built into the program.
+
+/// A file of the library.
+#[derive(Clone, Copy, Debug)]
+pub struct LibraryFile {
+    /// Its name, as diagnostics show it: `shaders/primitives/sphere.rtsl`.
+    pub path: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// The standard library, sorted by name.
+pub(super) const SHADERS: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/shaders_files.rs"));
+
+/// The prelude, sorted by name.
+pub(super) const PRELUDE: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/prelude_files.rs"));

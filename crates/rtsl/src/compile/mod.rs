@@ -1,0 +1,10 @@
+//! From text to classes. [`compiler`] runs the steps in their order: `rtsl_syntax::parse` (preprocessor, lexer, parser),
+//! `check_unit` (names, types, roles), `lower_class` (single-ray representation). Every text is compiled over the
+//! [`prelude`].
+
+pub(crate) mod compiler;
+pub mod library;
+mod library_file;
+pub(crate) mod loader;
+pub(crate) mod prelude;
+pub(crate) mod unit;

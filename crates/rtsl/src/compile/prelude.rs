@@ -1,0 +1,34 @@
+//! The prelude, parsed and checked once for the whole process.
+
+use std::sync::LazyLock;
+
+use rtsl_source::{Diagnostics, SourceMap};
+use rtsl_syntax::NoIncludes;
+
+use super::library_file::PRELUDE;
+
+/// The checked prelude, and the map that holds its files. Every compilation's map starts with
+/// them, so that spans may point into the prelude.
+pub(crate) struct Prelude {
+    pub sources: SourceMap,
+    pub checked: rtsl_sema::check::Prelude,
+    /// What is wrong with it: nothing, as a test sees to.
+    pub diagnostics: Diagnostics,
+}
+
+/// The prelude; the first call makes it.
+pub(crate) fn prelude() -> &'static Prelude {
+    static CHECKED: LazyLock<Prelude> = LazyLock::new(|| {
+        let _span = tracing::debug_span!("prelude").entered();
+        let mut sources = SourceMap::new();
+        let mut diagnostics = Diagnostics::new();
+        let mut units = Vec::new();
+        for file in PRELUDE {
+            let id = sources.add(file.path, file.text);
+            units.push(rtsl_syntax::parse(&mut sources, id, &mut NoIncludes, &mut diagnostics));
+        }
+        let checked = rtsl_sema::check::check_prelude(&units, &mut diagnostics);
+        Prelude { sources, checked, diagnostics }
+    });
+    &CHECKED
+}

@@ -1,0 +1,245 @@
+//! Makes kernels.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+
+use rtsl_ir::class::Class;
+use rtsl_jit::{Llvm, OptLevel};
+use rtsl_source::{Diagnostic, Diagnostics};
+
+use super::background::Background;
+use super::specialised::SpecialisedKernel;
+use crate::aot::library::{AotLibrary, AotOptions};
+use crate::codegen::kernel::Kernel;
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::kernel_source::KernelSource;
+use crate::codegen::options::EngineOptions;
+use crate::instance::instance::Instance;
+use crate::link::class_tree::ClassTree;
+use crate::program::kernel_request::KernelRequest;
+use crate::program::program::Program;
+
+/// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
+/// threads.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// use rtsl::{Backend, Engine, EngineOptions, KernelRequest, Method, CallMode};
+///
+/// let (engine, warnings) = Engine::new(EngineOptions { backend: Backend::Auto, ..EngineOptions::default() })?;
+/// // Without LLVM everything runs on the interpreter, with a warning.
+/// assert_eq!(engine.llvm().is_none(), warnings.iter().next().is_some());
+/// # let ball = rtsl::Instance::new(class, [])?;
+/// let program = engine.program(&ball);
+/// // Kernels that are needed at once are made at once, on all processors.
+/// let methods = [Method::Intersect, Method::ComputeNormal];
+/// let requests = methods.map(|method| KernelRequest::new(&program, method, CallMode::Packet));
+/// assert!(engine.compile_all(&requests).iter().all(Result::is_ok));
+/// // An engine is for all threads.
+/// let engine = &engine;
+/// std::thread::scope(|scope| scope.spawn(|| assert!(engine.program(&ball).has(Method::Intersect))).join());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Engine {
+    compiler: Arc<KernelCompiler>,
+    programs: Arc<Mutex<BTreeMap<Vec<usize>, Weak<Program>>>>,
+    background: Arc<Background>,
+}
+
+impl Engine {
+    /// The widths that there are kernels for.
+    pub const WIDTHS: [u32; 4] = KernelSource::WIDTHS;
+
+    /// How many full chunks kernels can do at a time.
+    pub const INTERLEAVES: [u32; 3] = rtsl_packet::interleave::FACTORS;
+
+    /// An engine, and a warning if it falls back on the interpreter.
+    ///
+    /// # Errors
+    /// If machine code is asked for and there is no LLVM, or `RTSL_LLVM` names one that can't be
+    /// used, or the width is none of [`Engine::WIDTHS`], or the chunks at a time none of
+    /// [`Engine::INTERLEAVES`].
+    pub fn new(options: EngineOptions) -> Result<(Engine, Diagnostics), Diagnostic> {
+        let (compiler, warnings) = KernelCompiler::new(options)?;
+        let compiler = Arc::new(compiler);
+        let (programs, background) = (Arc::default(), Arc::default());
+        Ok((Engine { compiler, programs, background }, warnings))
+    }
+
+    /// Loads LLVM, if there is one, and has it compile something: the first compilation of a process
+    /// pages in and links LLVM's code, which takes longer than most kernels. A host may
+    /// call this from another thread while it reads its scene.
+    pub fn warm_up() {
+        // Whoever makes an engine hears of failures.
+        let Ok(llvm) = Llvm::load() else { return };
+        let text = "define <8 x float> @f(<8 x float> %a) {\n%b = fadd <8 x float> %a, %a\nret <8 x float> %b\n}";
+        let _ = llvm.compile(text, llvm.host(), OptLevel::default());
+    }
+
+    /// Gives back what memory LLVM holds for further compilations, 40 MB and more. A host may call this before it works with
+    /// its kernels for long; what it compiles afterwards takes some milliseconds longer.
+    pub fn cool_down() {
+        Llvm::release_memory();
+    }
+
+    /// How it makes kernels.
+    pub fn options(&self) -> &EngineOptions {
+        self.compiler.options()
+    }
+
+    /// Rays at a time.
+    pub fn width(&self) -> u32 {
+        self.compiler.width()
+    }
+
+    /// The LLVM that compiles; `None` where the interpreter runs kernels.
+    pub fn llvm(&self) -> Option<&Llvm> {
+        self.compiler.llvm()
+    }
+
+    /// The program of an instance: its class, linked with those of the instances that it refers
+    /// to. Instances of the same classes share it.
+    pub fn program(&self, instance: &Instance) -> Arc<Program> {
+        self.program_of(instance.tree())
+    }
+
+    /// The program of a class with no reference set: to look at its code.
+    pub fn program_of_class(&self, class: &Arc<Class>) -> Arc<Program> {
+        let count = |count: Option<u32>| count.map_or(1, |count| count as usize);
+        let references = class.references.iter().map(|it| vec![None; count(it.count)]);
+        self.program_of(ClassTree { class: class.clone(), references: references.collect() })
+    }
+
+    fn program_of(&self, tree: ClassTree) -> Arc<Program> {
+        let key = tree.key();
+        let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(program) = programs.get(&key).and_then(Weak::upgrade) {
+            return program;
+        }
+        // Dead entries go when they are the greater part, so that cleaning costs nothing on
+        // average. A dead entry's key may come back as that of other classes; it is replaced.
+        if programs.len().is_power_of_two() {
+            programs.retain(|_, program| program.strong_count() > 0);
+        }
+        let program = Arc::new(Program::new(self.compiler.clone(), tree));
+        programs.insert(key, Arc::downgrade(&program));
+        program
+    }
+
+    /// A library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
+    ///
+    /// # Errors
+    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
+    /// for, or a method can't be linked or lowered.
+    pub fn aot_library(
+        &self,
+        classes: &[Arc<Class>],
+        options: &AotOptions,
+    ) -> Result<AotLibrary, Diagnostic> {
+        let program = |tree| self.program_of(tree);
+        AotLibrary::new(classes, options, self.compiler.clone(), program)
+    }
+
+    /// Makes kernels on all processors; the results are in the order of the requests.
+    pub fn compile_all(&self, requests: &[KernelRequest]) -> Vec<Result<Arc<Kernel>, Diagnostic>> {
+        if self.compiler.llvm().is_some() {
+            self.compile_together(requests);
+        }
+        let kernels = requests.iter();
+        let kernels = kernels.map(|it| it.program.kernel(it.method, it.variant.clone()));
+        kernels.collect()
+    }
+
+    /// A kernel that becomes faster by itself: one that takes the members of `instance` for
+    /// constants is made in the background.
+    ///
+    /// All that an engine specialises is made by one thread, which ends with the engine and these
+    /// kernels; dropping the last of them waits for what has begun. What the request says is
+    /// known of members does not count.
+    ///
+    /// # Errors
+    /// As for [`Program::kernel`].
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn specialise(
+        &self,
+        request: &KernelRequest,
+        instance: &Instance,
+    ) -> Result<SpecialisedKernel, Diagnostic> {
+        SpecialisedKernel::new(&self.background, request, instance)
+    }
+
+    fn compile_together(&self, requests: &[KernelRequest]) {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let linked = requests.iter().map(|_| OnceLock::new()).collect::<Vec<_>>();
+        on_threads(threads, requests.len(), |index| {
+            let KernelRequest { program, method, variant } = &requests[index];
+            let Ok(method) = program.method(*method) else { return };
+            let size = method.function.values.len();
+            let _ = linked[index].set((size, program.canonical(&method, variant.clone())));
+        });
+        let mut missing: Vec<(usize, KernelRequest)> = Vec::new();
+        for (request, linked) in requests.iter().zip(linked) {
+            let Some((size, variant)) = linked.into_inner() else { continue };
+            let request = KernelRequest { variant, ..request.clone() };
+            let KernelRequest { program, method, variant } = &request;
+            if program.made(*method, variant).is_none()
+                && !missing.iter().any(|(_, other)| other.is_same(&request))
+            {
+                missing.push((size, request));
+            }
+        }
+        let sizes: Vec<usize> = missing.iter().map(|(size, _)| *size).collect();
+        let modules = into_modules(&sizes, threads);
+        on_threads(threads, modules.len(), |index| {
+            let module: Vec<_> = modules[index].iter().map(|index| &missing[*index].1).collect();
+            KernelRequest::make_together(&module, &self.compiler);
+        });
+    }
+}
+
+/// Shares kernels of these sizes out among modules of about equal work: enough modules to keep
+/// the threads busy to the end, few enough that what each costs by itself does not count.
+fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
+    /// What a kernel costs LLVM beyond its operations, in operations.
+    const KERNEL_COST: usize = 50;
+    const MODULES_PER_THREAD: usize = 2;
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|index| std::cmp::Reverse(sizes[*index]));
+    let count = (threads * MODULES_PER_THREAD).min(sizes.len());
+    let mut modules = vec![(0, Vec::new()); count];
+    for index in order {
+        if let Some((work, module)) = modules.iter_mut().min_by_key(|(work, _)| *work) {
+            *work += sizes[index] + KERNEL_COST;
+            module.push(index);
+        }
+    }
+    modules.into_iter().map(|(_, module)| module).collect()
+}
+
+/// Does the pieces of work `0..count` on threads, each piece once.
+fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            work(index);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads.min(count) {
+            scope.spawn(take);
+        }
+        take();
+    });
+}

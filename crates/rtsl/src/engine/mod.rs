@@ -1,0 +1,6 @@
+//! The engine: programs of instances, and kernels made on several threads or in the background.
+
+pub(crate) mod background;
+#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
+pub(crate) mod engine;
+pub(crate) mod specialised;

@@ -1,0 +1,115 @@
+//! Kernels for known values, made behind the general one.
+
+use std::sync::Arc;
+
+use rtsl_abi::InstanceBlock;
+use rtsl_source::Diagnostic;
+
+use super::background::{Answer, Background};
+use crate::codegen::kernel::Kernel;
+use crate::codegen::variant::{KnownMembers, Variant};
+use crate::instance::instance::Instance;
+use crate::program::kernel_request::KernelRequest;
+
+/// The kernel of a method for one instance: the general one at first, and as soon as a thread in the
+/// background has made it, one that takes the instance's members for constants. Both give the same
+/// bits, so it never matters which of them a call meets.
+///
+/// [`Engine::specialise`](crate::Engine::specialise) makes one. It may be called from many threads.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{KernelRequest, Method, CallMode};
+///
+/// let request = KernelRequest::new(&program, Method::ComputeNormal, CallMode::Packet);
+/// let mut normal = engine.specialise(&request, &ball)?;
+/// normal.wait();
+/// // A change never waits for a compiler: the next call is the general kernel's.
+/// let changed = rtsl::Instance::new(class, [("radius", 3.0.into())])?;
+/// normal.set_instance(&changed);
+/// let (kernel, block) = (normal.kernel(), normal.block());
+/// # let _ = (kernel, block);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct SpecialisedKernel {
+    request: KernelRequest,
+    general: Arc<Kernel>,
+    background: Arc<Background>,
+    block: InstanceBlock,
+    special: Answer<Arc<Kernel>>,
+}
+
+impl SpecialisedKernel {
+    pub(crate) fn new(
+        background: &Arc<Background>,
+        request: &KernelRequest,
+        instance: &Instance,
+    ) -> Result<SpecialisedKernel, Diagnostic> {
+        let known = KnownMembers::default();
+        let variant = Variant { known, ..request.variant.clone() };
+        let mut kernel = SpecialisedKernel {
+            general: request.program.kernel(request.method, variant.clone())?,
+            request: KernelRequest { variant, ..request.clone() },
+            background: background.clone(),
+            block: request.program.block(instance),
+            special: Answer::default(),
+        };
+        kernel.special = kernel.start(instance);
+        Ok(kernel)
+    }
+
+    /// The best kernel there is by now. Call it with [`SpecialisedKernel::block`]: for another
+    /// instance's data its results are unspecified.
+    pub fn kernel(&self) -> &Arc<Kernel> {
+        self.special.get().and_then(|it| it.as_ref().ok()).unwrap_or(&self.general)
+    }
+
+    /// The data of the instance.
+    pub fn block(&self) -> &InstanceBlock {
+        &self.block
+    }
+
+    /// Changes the instance. The next call already computes with it, by the general kernel until one
+    /// for the new values is there. Requests for values that have changed again meanwhile are
+    /// dropped; kernels for values used lately are still there.
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn set_instance(&mut self, instance: &Instance) {
+        self.block = self.request.program.block(instance);
+        self.special = self.start(instance);
+    }
+
+    /// Whether [`SpecialisedKernel::kernel`] is the one for the instance's values.
+    pub fn is_specialised(&self) -> bool {
+        self.special.get().is_some_and(Result::is_ok)
+    }
+
+    /// Why there is none: the general kernel stays in use.
+    pub fn error(&self) -> Option<&Diagnostic> {
+        self.special.get().and_then(|special| special.as_ref().err())
+    }
+
+    /// Waits until the background has made the kernel for the instance's values, or failed to.
+    pub fn wait(&self) {
+        self.special.wait();
+    }
+
+    fn start(&self, instance: &Instance) -> Answer<Arc<Kernel>> {
+        let KernelRequest { program, method, variant } = self.request.clone();
+        let known = program.known_members(instance);
+        let variant = Variant { known, ..variant };
+        match program.made(method, &variant) {
+            Some(made) => Arc::new(made.into()),
+            None => self.background.start(move || program.kernel(method, variant)),
+        }
+    }
+}

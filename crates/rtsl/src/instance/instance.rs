@@ -1,0 +1,244 @@
+//! Instances: a class with its parameters set.
+
+use std::sync::Arc;
+
+use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
+use rtsl_ir::class::{Class, Reference};
+use rtsl_ir::{Function, OpKind, VariableKind};
+use rtsl_source::Diagnostic;
+
+use super::environment::Environment;
+use super::words::Words;
+use crate::errors;
+use crate::link::class_tree::{ClassTree, element_path};
+
+/// An object of a scene: a class, values for its parameters, the instances that it refers to.
+/// It does not change; a changed parameter is a new instance, made in microseconds, and kernels
+/// stay as they are, since instances are data to them.
+///
+/// ```
+/// use rtsl::{Compiler, Instance, Value};
+///
+/// let text = "class Layer : rt_Texture; public color tint; public rt_Texture below;
+///     void lookup() { rt_TextureColor = tint * below.lookup(); }";
+/// let unit = Compiler::default().compile("layer.rtsl", text).unit.expect("it compiles");
+/// let class = unit.class("Layer")?;
+/// let lower = Instance::new(class, [("tint", [0.2, 0.4, 0.8].into())])?;
+/// // A reference is a value as others are.
+/// let upper = Instance::new(class, [("tint", 0.5.into()), ("below", Value::Instance(lower))])?;
+/// assert_eq!(upper.member("tint"), Some(&[0.5_f32.to_bits(); 3][..]));
+/// // All that is wrong is told at once: there is no `tind`, and so `tint` is missing.
+/// let problems = Instance::new(class, [("tind", 1.0.into())]).unwrap_err();
+/// assert_eq!(problems.iter().count(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Instance {
+    pub(super) class: Arc<Class>,
+    /// In the order of the class's members.
+    pub(super) members: Vec<Vec<u32>>,
+    /// In the order of the class's buffers.
+    pub(super) buffers: Vec<Arc<[u32]>>,
+    /// In the order of the class's references: one element, or those of the array.
+    pub(super) references: Vec<Vec<Option<Arc<Instance>>>>,
+    pub(super) tree_size: u64,
+    pub(super) depth: u32,
+    /// What the constructor started from, where hosts make [elements](Instance::element_count).
+    pub(super) unmade: Option<Box<Unmade>>,
+}
+
+/// An instance before its constructor ran.
+#[derive(Debug)]
+pub(super) struct Unmade {
+    /// In the order of the class's members.
+    members: Vec<Vec<u32>>,
+    /// The constructor's parameters.
+    parameters: Vec<(String, Vec<u32>)>,
+}
+
+impl Instance {
+    /// Its class.
+    pub fn class(&self) -> &Arc<Class> {
+        &self.class
+    }
+
+    /// Its class, with those of the instances that it refers to.
+    pub(crate) fn tree(&self) -> ClassTree {
+        class_tree(&self.class, &self.references)
+    }
+
+    /// What it refers to: for each of the class's references one element, or those of the array.
+    pub fn references(&self) -> &[Vec<Option<Arc<Instance>>>] {
+        &self.references
+    }
+
+    /// The instance that a reference, or an element of an array of references (`layers[2]`),
+    /// names.
+    pub fn reference(&self, path: &str) -> Option<&Arc<Instance>> {
+        let elements = self.class.references.iter().zip(&self.references);
+        let mut named = elements.flat_map(|(reference, elements)| {
+            elements.iter().enumerate().map(|(index, it)| (element_path(reference, index), it))
+        });
+        named.find(|(name, _)| name == path).and_then(|(_, element)| element.as_ref())
+    }
+
+    /// A warning for each reference that is not set, though a method of the class calls through it and none tests it.
+    pub fn unset_reference_warnings(&self) -> Vec<Diagnostic> {
+        let mut unset = Vec::new();
+        for (reference, elements) in self.class.references.iter().zip(&self.references) {
+            if !reference.tested && elements.iter().any(Option::is_none) && self.calls(reference) {
+                let paths = elements.iter().enumerate().filter(|(_, element)| element.is_none());
+                let warning = |(index, _)| {
+                    errors::unset_reference(&self.class.name, &element_path(reference, index))
+                };
+                unset.extend(paths.map(warning));
+            }
+        }
+        unset
+    }
+
+    /// Whether a method of the class calls through the reference.
+    fn calls(&self, reference: &Reference) -> bool {
+        let mut calls = false;
+        for function in self.class.methods.values() {
+            function.body.for_each_op(&mut |op| {
+                calls |= matches!(&op.kind, OpKind::ReferenceCall(call) if call.member == reference.name);
+            });
+        }
+        calls
+    }
+
+    /// The scalars of a member as bits, after the constructor; `None` for an unknown name.
+    pub fn member(&self, name: &str) -> Option<&[u32]> {
+        let index = self.class.members.iter().position(|variable| variable.name == name)?;
+        Some(&self.members[index])
+    }
+
+    /// The scalars of a buffer, which other instances may share; `None` for an unknown name.
+    pub fn buffer(&self, name: &str) -> Option<&Arc<[u32]>> {
+        let index = self.class.buffers.iter().position(|variable| variable.name == name)?;
+        Some(&self.buffers[index])
+    }
+
+    /// How many objects hosts make of this instance, where its class has an
+    /// [element parameter](Class::element): as many as its buffer has whole strides.
+    pub fn element_count(&self) -> Option<u32> {
+        let element = self.class.element()?;
+        let is_buffer = |name: &str| {
+            let rest = name.strip_prefix(element.buffer);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let index = self.class.buffers.iter().position(|variable| is_buffer(&variable.name))?;
+        let entry_words = self.class.buffers[index].len.max(1) as usize;
+        let entries = self.buffers[index].len() / entry_words;
+        // Element parameters are i32 or u32, and indices i32.
+        Some((entries / element.stride as usize).min(i32::MAX as usize) as u32)
+    }
+
+    /// The instance's data, with that of all it refers to, as kernels read it.
+    pub(crate) fn block(&self, layout: &Layout) -> InstanceBlock {
+        let mut words = vec![0; layout.block_words as usize];
+        let mut buffers = Vec::new();
+        self.fill_block(layout, "", &mut words, &mut buffers);
+        InstanceBlock::new(&words, buffers)
+    }
+
+    /// The same before the constructor ran, in a layout that has the constructor's parameters, too, by
+    /// their [names there](parameter_name).
+    pub(crate) fn unmade_block(&self, layout: &Layout) -> InstanceBlock {
+        let mut words = vec![0; layout.block_words as usize];
+        let mut buffers = Vec::new();
+        self.fill_block(layout, "", &mut words, &mut buffers);
+        let Some(Unmade { members, parameters }) = self.unmade.as_deref() else {
+            return InstanceBlock::new(&words, buffers);
+        };
+        let mut fill = |name: &str, data: &[u32]| {
+            if let Some(start) = layout.members.get(name).map(|word| *word as usize) {
+                words[start..start + data.len()].copy_from_slice(data);
+            }
+        };
+        for (variable, member) in self.class.members.iter().zip(members) {
+            fill(&variable.name, member);
+        }
+        for (name, data) in parameters {
+            fill(&parameter_name(name), data);
+        }
+        InstanceBlock::new(&words, buffers)
+    }
+
+    fn fill_block(
+        &self,
+        layout: &Layout,
+        prefix: &str,
+        words: &mut [u32],
+        buffers: &mut Vec<BoundBuffer>,
+    ) {
+        for (variable, member) in self.class.members.iter().zip(&self.members) {
+            let start = layout.members[&format!("{prefix}{}", variable.name)] as usize;
+            words[start..start + member.len()].copy_from_slice(member);
+        }
+        for (variable, words) in self.class.buffers.iter().zip(&self.buffers) {
+            let offset = layout.buffers[&format!("{prefix}{}", variable.name)];
+            let element_words = variable.len.max(1);
+            buffers.push(BoundBuffer { offset, words: words.clone(), element_words });
+        }
+        for_each_element(&self.class, &self.references, |path, instance| {
+            instance.fill_block(layout, &format!("{prefix}{path}."), words, buffers);
+        });
+    }
+
+    /// Lets a constructor that refers to this instance as `path` see its data.
+    pub(super) fn show(&self, path: &str, values: &mut Environment) {
+        for (variable, words) in self.class.members.iter().zip(&self.members) {
+            values.set(VariableKind::Member, &format!("{path}.{}", variable.name), words);
+        }
+        for (variable, words) in self.class.buffers.iter().zip(&self.buffers) {
+            values.set_buffer(&format!("{path}.{}", variable.name), Words::Shared(words.clone()));
+        }
+        for_each_element(&self.class, &self.references, |inner, instance| {
+            instance.show(&format!("{path}.{inner}"), values);
+        });
+    }
+}
+
+impl Unmade {
+    pub fn new(class: &Class, constructor: &Function, values: &Environment) -> Unmade {
+        let parameters =
+            constructor.variables.iter().filter(|it| it.kind == VariableKind::Parameter);
+        Unmade {
+            members: class.members.iter().map(|variable| values.words(variable)).collect(),
+            parameters: parameters.map(|it| (it.name.clone(), values.words(it))).collect(),
+        }
+    }
+}
+
+/// Returns a class whose references are set to these instances, with the classes of the instances.
+pub(super) fn class_tree(
+    class: &Arc<Class>,
+    references: &[Vec<Option<Arc<Instance>>>],
+) -> ClassTree {
+    let each = |elements: &Vec<Option<Arc<Instance>>>| {
+        elements.iter().map(|element| element.as_deref().map(Instance::tree)).collect()
+    };
+    ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
+}
+
+/// The name of a constructor's parameter among the members, none of which has such a name.
+pub(crate) fn parameter_name(name: &str) -> String {
+    format!("rt_Parameter.{name}")
+}
+
+/// Calls `visit` with the path and the instance of each reference that is set.
+pub(super) fn for_each_element(
+    class: &Class,
+    references: &[Vec<Option<Arc<Instance>>>],
+    mut visit: impl FnMut(&str, &Instance),
+) {
+    for (reference, elements) in class.references.iter().zip(references) {
+        for (index, element) in elements.iter().enumerate() {
+            if let Some(instance) = element {
+                visit(&element_path(reference, index), instance);
+            }
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Turns the values of hosts into the words of places.
+
+use std::sync::Arc;
+
+use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
+use rtsl_ir::{Constant, Scalar};
+use rtsl_spec::COLOR_COMPONENTS;
+
+use super::instance::Instance;
+use super::value::{Numbers, Value};
+use super::words::{Leaves, Words};
+use crate::errors::Mismatch;
+use crate::type_name::type_name;
+
+/// Nesting of types and values; no class comes near it.
+const DEPTH_LIMIT: usize = 64;
+
+/// What a value of a parameter says.
+pub(crate) enum Argument {
+    /// Data, leaf by leaf.
+    Data(Leaves),
+    /// The instances that a reference, or an array of references, names.
+    References(Vec<Arc<Instance>>),
+}
+
+/// The words that `value` gives for `parameter`.
+pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument, Mismatch> {
+    match &parameter.ty {
+        ParameterType::Reference(_) => references(&parameter.ty, value).map(Argument::References),
+        ParameterType::Array(element, _) if matches!(**element, ParameterType::Reference(_)) => {
+            references(&parameter.ty, value).map(Argument::References)
+        }
+        ty => {
+            let mut leaves = Leaves::new();
+            if let Some(shared) = shared_buffer(ty, value) {
+                leaves.insert(parameter.name.clone(), Words::Shared(shared));
+            } else {
+                add(ty, value, &parameter.name, &mut leaves, 0)?;
+            }
+            check_range(parameter, &leaves)?;
+            Ok(Argument::Data(leaves))
+        }
+    }
+}
+
+/// The words that `value` gives for a variable of type `ty` that is called `name`, by the names of
+/// its places; for hosts that set scratch.
+///
+/// # Errors
+/// Where the value has another type, a sentence that says so.
+pub fn place_words(
+    name: &str,
+    ty: &ParameterType,
+    value: &Value,
+) -> Result<Vec<(String, Vec<u32>)>, String> {
+    let mut leaves = Leaves::new();
+    add(ty, value, name, &mut leaves, 0).map_err(|mismatch| match mismatch {
+        Mismatch::Type { expected, found } => format!("expected {expected}, found {found}"),
+        Mismatch::Range(problem) => problem,
+        Mismatch::Role { class, role } => format!("`{class}` is no {role}"),
+    })?;
+    Ok(leaves.into_iter().map(|(name, words)| (name, words.as_slice().to_vec())).collect())
+}
+
+fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, Mismatch> {
+    match (ty, value) {
+        (ParameterType::Reference(role), Value::Instance(instance)) => {
+            if instance.class().roles.contains(role) {
+                Ok(vec![instance.clone()])
+            } else {
+                let class = instance.class().name.clone();
+                Err(Mismatch::Role { class, role: role.name() })
+            }
+        }
+        (ParameterType::Array(element, count), Value::List(values))
+            if values.len() == *count as usize =>
+        {
+            let each = values.iter().map(|value| references(element, value));
+            Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
+        }
+        _ => Err(mismatch(ty, value)),
+    }
+}
+
+/// The host's own words, where a buffer can use them as they are.
+fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<Arc<[u32]>> {
+    let (ParameterType::Buffer(element), Value::Numbers(numbers)) = (ty, value) else {
+        return None;
+    };
+    let (scalar, count) = flat(element)?;
+    let fits = scalar == numbers.scalar() && numbers.words().len().is_multiple_of(count as usize);
+    fits.then(|| numbers.words().clone())
+}
+
+/// For a type whose scalars are all of one type and lie in one place: that type, and how many.
+pub(crate) fn flat(ty: &ParameterType) -> Option<(Scalar, u32)> {
+    match ty {
+        ParameterType::Scalar(scalar) => Some((*scalar, 1)),
+        ParameterType::Vector(scalar, count) => Some((*scalar, u32::from(*count))),
+        ParameterType::Matrix(columns, rows) => {
+            Some((Scalar::F32, u32::from(*columns) * u32::from(*rows)))
+        }
+        ParameterType::Color => Some((Scalar::F32, COLOR_COMPONENTS)),
+        ParameterType::Array(element, count) => {
+            let (scalar, each) = flat(element)?;
+            Some((scalar, each.checked_mul(*count)?))
+        }
+        ParameterType::Struct(..) | ParameterType::Buffer(_) | ParameterType::Reference(_) => None,
+    }
+}
+
+fn add(
+    ty: &ParameterType,
+    value: &Value,
+    path: &str,
+    leaves: &mut Leaves,
+    depth: usize,
+) -> Result<(), Mismatch> {
+    if depth > DEPTH_LIMIT {
+        return Err(mismatch(ty, value));
+    }
+    match (ty, value) {
+        (ParameterType::Struct(_, fields), Value::Struct(values)) => {
+            add_fields(ty, fields, values, path, leaves, depth)
+        }
+        (ParameterType::Array(element, count), Value::List(values))
+            if values.len() == *count as usize && !is_flat_list(element, values) =>
+        {
+            values.iter().try_for_each(|value| add(element, value, path, leaves, depth + 1))
+        }
+        (ParameterType::Buffer(element), Value::List(values)) if !is_flat_list(element, values) => {
+            // A buffer without elements still has its places.
+            reserve(element, path, leaves);
+            values.iter().try_for_each(|value| add(element, value, path, leaves, depth + 1))
+        }
+        (ParameterType::Buffer(element), _) => match flat(element) {
+            Some((scalar, count)) => {
+                let words = scalars(scalar, value, depth).ok_or_else(|| mismatch(ty, value))?;
+                if !words.len().is_multiple_of(count as usize) {
+                    return Err(mismatch(ty, value));
+                }
+                extend(leaves, path, words);
+                Ok(())
+            }
+            None => Err(mismatch(ty, value)),
+        },
+        _ => {
+            let words = flat(ty).and_then(|(scalar, count)| {
+                let mut words = scalars(scalar, value, depth)?;
+                if *ty == ParameterType::Color && words.len() == 1 {
+                    words.resize(COLOR_COMPONENTS as usize, words[0]);
+                }
+                (words.len() == count as usize).then_some(words)
+            });
+            extend(leaves, path, words.ok_or_else(|| mismatch(ty, value))?);
+            Ok(())
+        }
+    }
+}
+
+fn add_fields(
+    ty: &ParameterType,
+    fields: &[(String, ParameterType)],
+    values: &[(String, Value)],
+    path: &str,
+    leaves: &mut Leaves,
+    depth: usize,
+) -> Result<(), Mismatch> {
+    let found = |text: String| Mismatch::Type { expected: type_name(ty), found: text };
+    let known = |name: &String| fields.iter().any(|(field, _)| field == name);
+    if let Some((name, _)) = values.iter().find(|(name, _)| !known(name)) {
+        return Err(found(format!("a struct with a field `{name}`")));
+    }
+    for (field, field_type) in fields {
+        let value = values.iter().find(|(name, _)| name == field);
+        let (_, value) = value.ok_or_else(|| found(format!("a struct without `{field}`")))?;
+        add(field_type, value, &format!("{path}.{field}"), leaves, depth + 1)?;
+    }
+    Ok(())
+}
+
+/// Whether a list gives the numbers of elements that are themselves made of numbers, all in one.
+fn is_flat_list(element: &ParameterType, values: &[Value]) -> bool {
+    let is_number = |value: &Value| {
+        matches!(value, Value::Bool(_) | Value::Int(_) | Value::Uint(_) | Value::Float(_))
+    };
+    let several = flat(element).is_some_and(|(_, count)| count > 1);
+    // One number for each element is a list of greys.
+    several && *element != ParameterType::Color && values.iter().all(is_number)
+}
+
+fn reserve(ty: &ParameterType, path: &str, leaves: &mut Leaves) {
+    match ty {
+        ParameterType::Struct(_, fields) => {
+            for (field, ty) in fields {
+                reserve(ty, &format!("{path}.{field}"), leaves);
+            }
+        }
+        ParameterType::Array(element, _) if flat(element).is_none() => {
+            reserve(element, path, leaves);
+        }
+        _ => extend(leaves, path, Vec::new()),
+    }
+}
+
+fn extend(leaves: &mut Leaves, path: &str, words: Vec<u32>) {
+    match leaves.get_mut(path) {
+        Some(Words::Owned(existing)) => existing.extend(words),
+        Some(Words::Shared(_)) | None => {
+            leaves.insert(path.to_owned(), Words::Owned(words));
+        }
+    }
+}
+
+/// All numbers of a value, converted to `scalar`, in order; `None` where one can't be.
+fn scalars(scalar: Scalar, value: &Value, depth: usize) -> Option<Vec<u32>> {
+    if depth > DEPTH_LIMIT {
+        return None;
+    }
+    match value {
+        Value::Bool(value) => convert(scalar, Constant::Bool(*value)).map(|word| vec![word]),
+        Value::Int(value) => convert(scalar, Constant::I32(*value)).map(|word| vec![word]),
+        Value::Uint(value) => convert(scalar, Constant::U32(*value)).map(|word| vec![word]),
+        Value::Float(value) => convert(scalar, Constant::F32(*value)).map(|word| vec![word]),
+        Value::List(values) => {
+            let each = values.iter().map(|value| scalars(scalar, value, depth + 1));
+            Some(each.collect::<Option<Vec<_>>>()?.concat())
+        }
+        Value::Numbers(numbers) => {
+            let constant = |word: &u32| Constant::from_bits(numbers.scalar(), *word);
+            numbers.words().iter().map(|word| convert(scalar, constant(word))).collect()
+        }
+        Value::Struct(_) | Value::Instance(_) => None,
+    }
+}
+
+/// The language's implicit conversions, and a non-negative int to uint.
+fn convert(to: Scalar, value: Constant) -> Option<u32> {
+    match (to, value) {
+        (Scalar::F32, Constant::I32(value)) => Some((value as f32).to_bits()),
+        (Scalar::F32, Constant::U32(value)) => Some((value as f32).to_bits()),
+        (Scalar::U32, Constant::I32(value)) => u32::try_from(value).ok(),
+        (Scalar::I32, Constant::U32(value)) => i32::try_from(value).ok().map(i32::cast_unsigned),
+        (to, value) if to == value.scalar() => Some(value.bits()),
+        (Scalar::F32 | Scalar::I32 | Scalar::U32 | Scalar::Bool, _) => None,
+    }
+}
+
+fn mismatch(ty: &ParameterType, value: &Value) -> Mismatch {
+    Mismatch::Type { expected: type_name(ty), found: value.describe() }
+}
+
+fn check_range(parameter: &Parameter, leaves: &Leaves) -> Result<(), Mismatch> {
+    let least = bound(&parameter.annotations, "min");
+    let greatest = bound(&parameter.annotations, "max");
+    let Some(scalar) = number_type(&parameter.ty) else { return Ok(()) };
+    if least.is_none() && greatest.is_none() {
+        return Ok(());
+    }
+    for word in leaves.values().flat_map(|words| words.as_slice()) {
+        let value = to_f64(Constant::from_bits(scalar, *word));
+        // A NaN is in no range.
+        let above = least.is_none_or(|least| value >= least);
+        let below = greatest.is_none_or(|greatest| value <= greatest);
+        if !(above && below) {
+            return Err(Mismatch::Range(format!("{value} is not {}", range_name(least, greatest))));
+        }
+    }
+    Ok(())
+}
+
+fn range_name(least: Option<f64>, greatest: Option<f64>) -> String {
+    match (least, greatest) {
+        (Some(least), Some(greatest)) => format!("between {least} and {greatest}"),
+        (Some(least), None) => format!("at least {least}"),
+        (None, Some(greatest)) => format!("at most {greatest}"),
+        (None, None) => "any number".to_owned(),
+    }
+}
+
+pub(crate) fn bound(annotations: &[Annotation], key: &str) -> Option<f64> {
+    annotations.iter().rev().find_map(|annotation| match annotation.value {
+        AnnotationValue::Constant(value) if annotation.key == key => Some(to_f64(value)),
+        _ => None,
+    })
+}
+
+fn to_f64(value: Constant) -> f64 {
+    match value {
+        // By its shortest decimal form, so that 0.1 is compared and printed as 0.1.
+        Constant::F32(value) => value.to_string().parse().unwrap_or(f64::from(value)),
+        Constant::I32(value) => f64::from(value),
+        Constant::U32(value) => f64::from(value),
+        Constant::Bool(value) => f64::from(u8::from(value)),
+    }
+}
+
+/// The type of the numbers that a range speaks of.
+fn number_type(ty: &ParameterType) -> Option<Scalar> {
+    match ty {
+        ParameterType::Buffer(element) => number_type(element),
+        ty => flat(ty).map(|(scalar, _)| scalar).filter(|scalar| *scalar != Scalar::Bool),
+    }
+}
+
+impl From<&Numbers> for Value {
+    fn from(numbers: &Numbers) -> Value {
+        Value::Numbers(numbers.clone())
+    }
+}

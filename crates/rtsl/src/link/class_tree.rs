@@ -1,0 +1,112 @@
+//! Which classes refer to which: what decides the code of a kernel.
+
+use std::sync::Arc;
+
+use rtsl_abi::Layout;
+use rtsl_ir::Variable;
+use rtsl_ir::class::Class;
+
+/// A class with those of the instances that it refers to. Instances with equal trees share
+/// their kernels; what sets them apart is data.
+#[derive(Clone, Debug)]
+pub(crate) struct ClassTree {
+    pub class: Arc<Class>,
+    /// For each reference of the class its instances: one, or those of the array.
+    pub references: Vec<Vec<Option<ClassTree>>>,
+}
+
+impl ClassTree {
+    /// Equal for trees of the same classes, as long as those classes are kept alive.
+    pub fn key(&self) -> Vec<usize> {
+        let mut key = Vec::new();
+        self.add_to_key(&mut key);
+        key
+    }
+
+    fn add_to_key(&self, key: &mut Vec<usize>) {
+        key.push(Arc::as_ptr(&self.class) as usize);
+        for element in self.references.iter().flatten() {
+            match element {
+                Some(tree) => tree.add_to_key(key),
+                None => key.push(0),
+            }
+        }
+    }
+
+    /// Every place of the tree, with the path to its instance in its name, in the order of the
+    /// blocks.
+    pub fn variables(&self) -> TreeVariables {
+        let mut variables = TreeVariables::default();
+        self.add_places("", &mut variables);
+        variables
+    }
+
+    fn add_places(&self, prefix: &str, variables: &mut TreeVariables) {
+        let renamed = |variable: &Variable| Variable {
+            name: format!("{prefix}{}", variable.name),
+            ..variable.clone()
+        };
+        variables.members.extend(self.class.members.iter().map(renamed));
+        variables.buffers.extend(self.class.buffers.iter().map(renamed));
+        variables.scratch.extend(self.class.scratch.iter().map(renamed));
+        for (path, element) in self.elements() {
+            if let Some(tree) = element {
+                tree.add_places(&format!("{prefix}{path}."), variables);
+            }
+        }
+    }
+
+    /// Visits every class of the tree with the path to it and a dot (`kd.`; nothing for the root), those behind a class before it.
+    pub fn for_each_node<E>(
+        &self,
+        visit: &mut impl FnMut(&ClassTree, &str) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.visit_nodes("", visit)
+    }
+
+    fn visit_nodes<E>(
+        &self,
+        prefix: &str,
+        visit: &mut impl FnMut(&ClassTree, &str) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for (path, element) in self.elements() {
+            if let Some(tree) = element {
+                tree.visit_nodes(&format!("{prefix}{path}."), visit)?;
+            }
+        }
+        visit(self, prefix)
+    }
+
+    /// The references and elements of arrays of references, by their paths: `kd`, `layers[2]`.
+    pub fn elements(&self) -> impl Iterator<Item = (String, Option<&ClassTree>)> {
+        let references = self.class.references.iter().zip(&self.references);
+        references.flat_map(|(reference, elements)| {
+            elements
+                .iter()
+                .enumerate()
+                .map(|(index, element)| (element_path(reference, index), element.as_ref()))
+        })
+    }
+}
+
+/// `kd`, or `layers[2]` for an array.
+pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) -> String {
+    match reference.count {
+        None => reference.name.clone(),
+        Some(_) => format!("{}[{index}]", reference.name),
+    }
+}
+
+/// The places of a tree, the root's first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TreeVariables {
+    pub members: Vec<Variable>,
+    pub buffers: Vec<Variable>,
+    pub scratch: Vec<Variable>,
+}
+
+impl TreeVariables {
+    pub fn layout(&self) -> Layout {
+        Layout::new(&self.members, &self.buffers, &self.scratch)
+    }
+}

@@ -1,0 +1,113 @@
+//! A linked and optimised method.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use rtsl_abi::CallMode;
+use rtsl_ir::{Function, OpKind, Output, Region, Value, VariableId, VariableKind};
+use rtsl_opt::unchanged::{self, VariableScalar};
+use rtsl_source::Diagnostic;
+use rtsl_spec::{StateVariable, lookup_state};
+
+use super::linker::Linked;
+
+/// A method without references, optimised.
+#[derive(Clone, Debug)]
+pub struct LinkedMethod {
+    /// What it does.
+    pub function: Arc<Function>,
+    /// What linking warned about.
+    pub warnings: Vec<Diagnostic>,
+    /// The state variables that it reads.
+    pub reads: Vec<&'static StateVariable>,
+    /// The state variables that it sets.
+    pub writes: Vec<&'static StateVariable>,
+    /// Whether it reads scratch.
+    pub reads_scratch: bool,
+    /// Whether it sets scratch.
+    pub sets_scratch: bool,
+    /// What it sets and leaves as it was.
+    unchanged: Vec<VariableScalar>,
+    /// How deep its regions nest.
+    pub(crate) nesting: usize,
+}
+
+impl LinkedMethod {
+    /// Whether it leaves a state variable zero whatever it is called for: as far as constants tell.
+    pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
+        let Function { variables, body, outputs, .. } = &*self.function;
+        let is_zero = |value: Value| {
+            body.ops.iter().any(|op| match op.kind {
+                OpKind::Constant(constant) => {
+                    constant.bits() == 0 && op.results.iter().any(|result| result == value)
+                }
+                _ => false,
+            })
+        };
+        let is_of = |place: VariableId| {
+            let place = &variables[place.0 as usize];
+            place.kind == VariableKind::State && place.name == variable.name
+        };
+        let left = outputs.iter().zip(&body.yields).filter(|(output, _)| is_of(output.variable));
+        left.map(|(_, value)| *value).all(is_zero)
+    }
+
+    /// Returns the method for kernels of a call mode. If lanes store elsewhere than they read, kernels also store the
+    /// values that the method leaves as they were.
+    pub(crate) fn in_mode(&self, mode: CallMode) -> Cow<'_, LinkedMethod> {
+        let kind = |output: &Output| self.function.variable(output.variable).kind;
+        let accepts = self.function.outputs.iter().any(|it| kind(it) == VariableKind::Accepted);
+        let moves = |(place, _): &&VariableScalar| !mode.stores_where_it_reads(place, accepts);
+        let mut moved = self.unchanged.iter().filter(moves).peekable();
+        if moved.peek().is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut function = Function::clone(&self.function);
+        unchanged::restore(&mut function, moved);
+        let (warnings, unchanged) = (self.warnings.clone(), Vec::new());
+        Cow::Owned(LinkedMethod::new(Linked { function, unchanged, warnings }))
+    }
+
+    pub(crate) fn new(Linked { function, unchanged, warnings }: Linked) -> LinkedMethod {
+        let reads = state_places(&function, |function, place| is_loaded(&function.body, place));
+        let writes = state_places(&function, |function, place| {
+            function.outputs.iter().any(|output| output.variable == place)
+        });
+        let is_scratch = |place: VariableId| function.variable(place).kind == VariableKind::Scratch;
+        let sets_scratch = function.outputs.iter().any(|output| is_scratch(output.variable));
+        let places = (0..function.variables.len() as u32).map(VariableId);
+        let reads_scratch =
+            places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
+        let (nesting, function) = (function.nesting(), Arc::new(function));
+        LinkedMethod {
+            function,
+            warnings,
+            reads,
+            writes,
+            reads_scratch,
+            sets_scratch,
+            unchanged,
+            nesting,
+        }
+    }
+}
+
+/// The variables of the state places for which `wanted` holds, in the order of the one table.
+fn state_places(
+    function: &Function,
+    wanted: impl Fn(&Function, VariableId) -> bool,
+) -> Vec<&'static StateVariable> {
+    let places = (0..).map(VariableId).zip(&function.variables);
+    let states =
+        places.filter(|(id, place)| place.kind == VariableKind::State && wanted(function, *id));
+    let mut variables: Vec<_> = states.filter_map(|(_, place)| lookup_state(&place.name)).collect();
+    variables.sort_by_key(|variable| variable.index);
+    variables
+}
+
+fn is_loaded(region: &Region, place: VariableId) -> bool {
+    region.ops.iter().any(|op| match &op.kind {
+        OpKind::Load(loaded, _) => *loaded == place,
+        kind => kind.regions().any(|region| is_loaded(region, place)),
+    })
+}

@@ -1,0 +1,589 @@
+//! Linking: a method with the methods that it calls through references becomes one function.
+//!
+//! The body of the referenced instance's method stands in place of each call, its members,
+//! buffers and scratch under the path of the reference (`kd.scale`), reading the caller's state
+//! as the caller sees it at that moment. Which instance an index into an array of references
+//! chooses is decided by comparisons. A reference that is not set gives the role's defaults.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rtsl_ir::class::Reference;
+use rtsl_ir::{
+    CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
+    ReferencePath, Region, Scalar, StateComponent, Value, Values, Variable, VariableId,
+    VariableKind,
+};
+use rtsl_opt::unchanged::VariableScalar;
+use rtsl_source::{Diagnostic, deep_stack};
+use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
+
+use super::class_tree::{ClassTree, element_path};
+use crate::errors;
+
+/// Operations of a linked function.
+const OPERATION_LIMIT: usize = 1 << 17;
+/// Slots up to this size are zeroed without a loop.
+const UNROLLED_SLOT: u32 = 16;
+
+/// A method without references, and what there is to warn about.
+#[derive(Clone, Debug)]
+pub(crate) struct Linked {
+    pub function: Function,
+    /// What the method sets and leaves as it was, which optimisation has found out.
+    pub unchanged: Vec<VariableScalar>,
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Links a function of the class at the tree's root.
+pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
+    let _span = tracing::debug_span!("link", function = function.name).entered();
+    let mut linker = Linker::new(Function::new(function.name.clone()));
+    linker.root(tree, function)?;
+    Ok(linker.finish())
+}
+
+pub(super) struct Linker {
+    pub out: Function,
+    /// The places of `out`.
+    variables: BTreeMap<(VariableKind, String), VariableId>,
+    operations: usize,
+    depth: usize,
+    locals: u32,
+    /// Class and reference path.
+    warnings: BTreeSet<(String, String)>,
+    /// Scalars of scratch that methods have set, the last one of each counting, where scratch is no memory but
+    /// values; zero where none has.
+    pub scratch: Option<Vec<((VariableId, u32), Value)>>,
+}
+
+/// One body that is being copied.
+pub(super) struct Site<'a> {
+    tree: &'a ClassTree,
+    function: &'a Function,
+    /// `""`, or `kd.`.
+    prefix: String,
+    pub is_root: bool,
+    /// State that differs from what the host's places hold.
+    pub overrides: Vec<(StateComponent, Value)>,
+    values: Vec<Option<Value>>,
+    variables: Vec<Option<VariableId>>,
+    in_loop: bool,
+    /// The first of the texts of its names in the linked function.
+    first_text: u32,
+}
+
+impl<'a> Site<'a> {
+    pub fn new(
+        tree: &'a ClassTree,
+        function: &'a Function,
+        prefix: String,
+        out: &mut Function,
+    ) -> Site<'a> {
+        Site {
+            first_text: out.names.add_texts(&function.names),
+            tree,
+            function,
+            is_root: prefix.is_empty(),
+            prefix,
+            overrides: Vec::new(),
+            values: vec![None; function.values.len()],
+            variables: vec![None; function.variables.len()],
+            in_loop: false,
+        }
+    }
+
+    pub fn value(&self, value: Value) -> Value {
+        self.values[value.0 as usize].expect("the verifier saw values defined before their use")
+    }
+
+    fn define(&mut self, value: Value, new: Value) {
+        self.values[value.0 as usize] = Some(new);
+    }
+}
+
+/// A site's index in the linked function.
+fn index_of_site(site: &Site<'_>, index: Index) -> Index {
+    match index {
+        Index::Constant(index) => Index::Constant(index),
+        Index::Dynamic(index) => Index::Dynamic(site.value(index)),
+    }
+}
+
+pub(super) fn find_override(
+    overrides: &[(StateComponent, Value)],
+    wanted: StateComponent,
+) -> Option<Value> {
+    overrides.iter().rev().find(|(component, _)| *component == wanted).map(|(_, value)| *value)
+}
+
+pub(super) type Linking<T> = Result<T, Diagnostic>;
+
+/// Adds the operations for one element of an array of references and gives their results.
+type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
+
+impl Linker {
+    pub fn new(out: Function) -> Linker {
+        let warnings = BTreeSet::new();
+        let variables = BTreeMap::new();
+        Linker { out, variables, operations: 0, depth: 0, locals: 0, warnings, scratch: None }
+    }
+
+    pub fn finish(self) -> Linked {
+        let warnings = self
+            .warnings
+            .into_iter()
+            .map(|(class, path)| errors::unset_reference(&class, &path))
+            .collect();
+        Linked { function: self.out, unchanged: Vec::new(), warnings }
+    }
+
+    fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
+        let mut site = Site::new(tree, function, String::new(), &mut self.out);
+        self.out.body = self.copy_region(&mut site, &function.body)?;
+        for output in &function.outputs {
+            let variable = self.variable(&mut site, output.variable);
+            self.out.outputs.push(Output { variable, component: output.component });
+        }
+        Ok(())
+    }
+
+    fn copy_region(&mut self, site: &mut Site<'_>, region: &Region) -> Linking<Region> {
+        self.nested(|linker| {
+            let mut copy = Region::default();
+            for param in &region.params {
+                let new = linker.out.new_values(&[site.function.scalar(*param)]).get(0);
+                site.define(*param, new);
+                linker.keep_name(site, *param, new);
+                copy.params.push(new);
+            }
+            linker.copy_ops(site, &region.ops, &mut copy.ops)?;
+            copy.yields = region.yields.iter().map(|value| site.value(*value)).collect();
+            Ok(copy)
+        })
+    }
+
+    pub fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
+        // All later stages recurse as deep.
+        if self.depth >= MAX_NESTING.min(deep_stack::depth()) {
+            return Err(errors::link_limit(&self.out.name, "is nested too deeply"));
+        }
+        self.depth += 1;
+        let result = work(self);
+        self.depth -= 1;
+        result
+    }
+
+    pub fn copy_ops(&mut self, site: &mut Site<'_>, from: &[Op], to: &mut Vec<Op>) -> Linking<()> {
+        from.iter().try_for_each(|op| self.copy_op(site, op, to))
+    }
+
+    fn copy_op(&mut self, site: &mut Site<'_>, op: &Op, to: &mut Vec<Op>) -> Linking<()> {
+        let kind = match &op.kind {
+            OpKind::ReferenceCall(call) => {
+                let results = self.reference_call(site, call, to)?;
+                for (old, new) in op.results.iter().zip(results) {
+                    site.define(old, new);
+                }
+                return Ok(());
+            }
+            OpKind::IsSet(member, path) => {
+                let result = self.is_set(site, member, *path, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::Load(variable, index)
+                if site.function.variable(*variable).kind == VariableKind::State
+                    && !site.overrides.is_empty() =>
+            {
+                let result = self.load_state(site, *variable, *index, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::Load(variable, index)
+                if site.function.variable(*variable).kind == VariableKind::Scratch
+                    && self.scratch.is_some() =>
+            {
+                let result = self.load_scratch(site, *variable, *index, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::If { condition, then, otherwise } => OpKind::If {
+                condition: site.value(*condition),
+                then: self.copy_region(site, then)?,
+                otherwise: self.copy_region(site, otherwise)?,
+            },
+            OpKind::Loop { initial, body } => {
+                let initial = initial.iter().map(|value| site.value(*value)).collect();
+                let was_in_loop = std::mem::replace(&mut site.in_loop, true);
+                let body = self.copy_region(site, body)?;
+                site.in_loop = was_in_loop;
+                OpKind::Loop { initial, body }
+            }
+            simple => self.copy_simple(site, simple),
+        };
+        let scalars: Vec<Scalar> =
+            op.results.iter().map(|value| site.function.scalar(value)).collect();
+        let results = self.emit(to, kind, &scalars, op.precise)?;
+        for (old, new) in op.results.iter().zip(results.iter()) {
+            site.define(old, new);
+            self.keep_name(site, old, new);
+        }
+        Ok(())
+    }
+
+    fn keep_name(&mut self, site: &Site<'_>, old: Value, new: Value) {
+        self.out.names.copy(&site.function.names, site.first_text, old, new);
+    }
+
+    /// Operations without regions and references: operands and places are renamed.
+    fn copy_simple(&mut self, site: &mut Site<'_>, kind: &OpKind) -> OpKind {
+        let mut kind = kind.clone();
+        kind.for_each_operand_mut(|value| *value = site.value(*value));
+        if let OpKind::Load(variable, _)
+        | OpKind::Store(variable, _, _)
+        | OpKind::Length(variable) = &mut kind
+        {
+            *variable = self.variable(site, *variable);
+        }
+        kind
+    }
+
+    /// The place in the linked function that stands for one of the site's.
+    pub fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
+        if let Some(known) = site.variables[id.0 as usize] {
+            return known;
+        }
+        let variable = site.function.variable(id);
+        let name = match variable.kind {
+            VariableKind::State | VariableKind::Parameter | VariableKind::Accepted => {
+                variable.name.clone()
+            }
+            VariableKind::Member | VariableKind::Scratch | VariableKind::Buffer => {
+                format!("{}{}", site.prefix, variable.name)
+            }
+            VariableKind::Local if site.is_root => variable.name.clone(),
+            VariableKind::Local => {
+                self.locals += 1;
+                format!("{}{}.{}", site.prefix, variable.name, self.locals)
+            }
+        };
+        let new = self.intern_variable(Variable { name, ..variable.clone() });
+        site.variables[id.0 as usize] = Some(new);
+        new
+    }
+
+    /// As [`Function::intern_variable`], which looks at all places one after another.
+    pub fn intern_variable(&mut self, variable: Variable) -> VariableId {
+        let next = VariableId(self.out.variables.len() as u32);
+        let id = *self.variables.entry((variable.kind, variable.name.clone())).or_insert(next);
+        if id == next {
+            self.out.variables.push(variable);
+        }
+        id
+    }
+
+    pub fn emit(
+        &mut self,
+        to: &mut Vec<Op>,
+        kind: OpKind,
+        results: &[Scalar],
+        precise: bool,
+    ) -> Linking<Values> {
+        self.operations += 1;
+        if self.operations > OPERATION_LIMIT {
+            return Err(errors::link_limit(&self.out.name, "is too large"));
+        }
+        let results = self.out.new_values(results);
+        to.push(Op { results, precise, kind });
+        Ok(results)
+    }
+
+    pub fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
+        Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
+    }
+
+    /// A state component as a callee sees it.
+    fn load_state(
+        &mut self,
+        site: &mut Site<'_>,
+        variable: VariableId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let info = site.function.variable(variable);
+        let state = lookup_state(&info.name).map(|state| state.index);
+        let len = info.len;
+        let wanted = |component| state.map(|variable| StateComponent { variable, component });
+        let new = self.variable(site, variable);
+        let overrides = &site.overrides;
+        let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| match wanted(component)
+            .and_then(|wanted| find_override(overrides, wanted))
+        {
+            Some(value) => Ok(value),
+            None => {
+                let kind = OpKind::Load(new, Index::Constant(component));
+                Ok(linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
+            }
+        };
+        let index = index_of_site(site, index);
+        self.load_component(index, len, Scalar::F32, load, to)
+    }
+
+    /// A scalar of scratch that is no memory.
+    fn load_scratch(
+        &mut self,
+        site: &mut Site<'_>,
+        variable: VariableId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let info = site.function.variable(variable);
+        let (scalar, len) = (info.scalar, info.len);
+        let variable = self.variable(site, variable);
+        let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| {
+            let mut set = linker.scratch.iter().flatten().rev();
+            match set.find(|(wanted, _)| *wanted == (variable, component)) {
+                Some((_, value)) => Ok(*value),
+                None => linker.constant(to, Constant::from_bits(scalar, 0)),
+            }
+        };
+        let index = index_of_site(site, index);
+        self.load_component(index, len, scalar, load, to)
+    }
+
+    /// The component of an index, clamped, of what `load` gives.
+    fn load_component(
+        &mut self,
+        index: Index,
+        len: u32,
+        scalar: Scalar,
+        load: impl Fn(&mut Self, &mut Vec<Op>, u32) -> Linking<Value>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let index = match index {
+            Index::Constant(component) => return load(self, to, component),
+            Index::Dynamic(index) => index,
+        };
+        let mut chosen = load(self, to, len - 1)?;
+        for component in (0..len - 1).rev() {
+            let value = load(self, to, component)?;
+            let bound = self.constant(to, Constant::I32(component as i32))?;
+            let kind = OpKind::Compare(CompareOp::LessEqual, index, bound);
+            let is_it = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+            let kind = OpKind::Select(is_it, value, chosen);
+            chosen = self.emit(to, kind, &[scalar], false)?.get(0);
+        }
+        Ok(chosen)
+    }
+
+    fn is_set(
+        &mut self,
+        site: &Site<'_>,
+        member: &str,
+        path: ReferencePath,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let (_, elements) = find_reference(site.tree, member);
+        let mut element = |linker: &mut Self, index: usize, to: &mut Vec<Op>| {
+            let is_set = elements.get(index).is_some_and(Option::is_some);
+            Ok(vec![linker.constant(to, Constant::Bool(is_set))?])
+        };
+        let chosen = match path {
+            ReferencePath::Single => element(self, 0, to)?,
+            ReferencePath::Element(index) => {
+                let choice = Choice { index: site.value(index), results: &[Scalar::Bool] };
+                self.choose(&choice, 0..elements.len(), &mut element, to)?
+            }
+        };
+        Ok(chosen[0])
+    }
+
+    fn reference_call(
+        &mut self,
+        site: &Site<'_>,
+        call: &ReferenceCall,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let (reference, elements) = find_reference(site.tree, &call.member);
+        let mut overrides = site.overrides.clone();
+        for (component, value) in &call.overrides {
+            overrides.retain(|(other, _)| other != component);
+            overrides.push((*component, site.value(*value)));
+        }
+        let mut element = |linker: &mut Self, index: usize, to: &mut Vec<Op>| {
+            let path = reference.map_or_else(String::new, |it| element_path(it, index));
+            match elements.get(index).and_then(Option::as_ref) {
+                Some(tree) => {
+                    let prefix = format!("{}{path}.", site.prefix);
+                    linker.inline(tree, prefix, call, &overrides, site.in_loop, to)
+                }
+                None => {
+                    if reference.is_some_and(|reference| !reference.tested) {
+                        let path = format!("{}{path}", site.prefix);
+                        linker.warnings.insert((site.tree.class.name.clone(), path));
+                    }
+                    linker.defaults(call, to)
+                }
+            }
+        };
+        match call.path {
+            ReferencePath::Single => element(self, 0, to),
+            ReferencePath::Element(index) => {
+                let results = vec![Scalar::F32; call.results.len()];
+                let choice = Choice { index: site.value(index), results: &results };
+                self.choose(&choice, 0..elements.len(), &mut element, to)
+            }
+        }
+    }
+
+    /// Puts the body of the called method here.
+    fn inline(
+        &mut self,
+        tree: &ClassTree,
+        prefix: String,
+        call: &ReferenceCall,
+        overrides: &[(StateComponent, Value)],
+        in_loop: bool,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let Some(function) = tree.class.methods.get(&call.method) else {
+            return self.defaults(call, to);
+        };
+        let mut site = Site::new(tree, function, prefix, &mut self.out);
+        site.overrides = overrides.to_vec();
+        site.in_loop = in_loop;
+        if in_loop {
+            self.zero_slots(&mut site, to)?;
+        }
+        self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        let result = |linker: &mut Self, wanted: &StateComponent, to: &mut Vec<Op>| {
+            let output = function.outputs.iter().position(|output| {
+                let variable = function.variable(output.variable);
+                let state = lookup_state(&variable.name).map(|state| state.index);
+                variable.kind == VariableKind::State
+                    && state == Some(wanted.variable)
+                    && output.component == wanted.component
+            });
+            match output {
+                Some(index) => Ok(site.value(function.body.yields[index])),
+                None => linker.constant(to, default_of(call.role, *wanted)),
+            }
+        };
+        call.results.iter().map(|wanted| result(self, wanted, to)).collect()
+    }
+
+    /// What the call of an unset reference, or of a method that the class lacks, gives.
+    fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
+        let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
+        defaults.map(|default| self.constant(to, default)).collect()
+    }
+
+    /// The slots of a body that runs more than once start at zero each time.
+    fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
+        let function = site.function;
+        for (id, variable) in (0..).map(VariableId).zip(&function.variables) {
+            if variable.kind != VariableKind::Local {
+                continue;
+            }
+            let local = self.variable(site, id);
+            let zero = self.constant(to, Constant::zero(variable.scalar))?;
+            if variable.len <= UNROLLED_SLOT {
+                for index in 0..variable.len {
+                    self.emit(to, OpKind::Store(local, Index::Constant(index), zero), &[], false)?;
+                }
+            } else {
+                self.zero_by_loop(local, variable.len, zero, to)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn zero_by_loop(
+        &mut self,
+        local: VariableId,
+        len: u32,
+        zero: Value,
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let first = self.constant(to, Constant::I32(0))?;
+        let one = self.constant(to, Constant::I32(1))?;
+        let end = self.constant(to, Constant::I32(i32::try_from(len).unwrap_or(i32::MAX)))?;
+        let index = self.out.new_values(&[Scalar::I32]).get(0);
+        let mut body = Region { params: vec![index], ..Region::default() };
+        let ops = &mut body.ops;
+        self.emit(ops, OpKind::Store(local, Index::Dynamic(index), zero), &[], false)?;
+        let next = OpKind::Binary(rtsl_ir::BinaryOp::Add, index, one);
+        let next = self.emit(ops, next, &[Scalar::I32], false)?.get(0);
+        let again = OpKind::Compare(CompareOp::Less, next, end);
+        let again = self.emit(ops, again, &[Scalar::Bool], false)?.get(0);
+        body.yields = vec![again, next];
+        self.emit(to, OpKind::Loop { initial: vec![first], body }, &[Scalar::I32], false)?;
+        Ok(())
+    }
+
+    /// Runs `element` for the one of `range` that the index, clamped, names: halves the range by a
+    /// comparison until one is left.
+    fn choose(
+        &mut self,
+        choice: &Choice<'_>,
+        range: std::ops::Range<usize>,
+        element: &mut ElementBody<'_>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        if range.len() <= 1 {
+            return element(self, range.start, to);
+        }
+        let middle = range.start + range.len() / 2;
+        let bound = self.constant(to, Constant::I32(i32::try_from(middle).unwrap_or(i32::MAX)))?;
+        let kind = OpKind::Compare(CompareOp::Less, choice.index, bound);
+        let condition = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+        let mut half = |linker: &mut Self, range| {
+            linker.nested(|linker| {
+                let mut region = Region::default();
+                region.yields = linker.choose(choice, range, element, &mut region.ops)?;
+                Ok(region)
+            })
+        };
+        let then = half(self, range.start..middle)?;
+        let otherwise = half(self, middle..range.end)?;
+        let kind = OpKind::If { condition, then, otherwise };
+        Ok(self.emit(to, kind, choice.results, false)?.iter().collect())
+    }
+}
+
+/// An index, clamped, that chooses one of several bodies with these results.
+struct Choice<'a> {
+    index: Value,
+    results: &'a [Scalar],
+}
+
+fn find_reference<'a>(
+    tree: &'a ClassTree,
+    member: &str,
+) -> (Option<&'a Reference>, &'a [Option<ClassTree>]) {
+    let index = tree.class.references.iter().position(|reference| reference.name == member);
+    match index {
+        Some(index) => (tree.class.references.get(index), &tree.references[index]),
+        None => (None, &[]),
+    }
+}
+
+/// The value of an `out` that its method leaves unset. Those whose default is another
+/// variable's value are zero, as that other one is.
+pub(super) fn default_of(role: Role, wanted: StateComponent) -> Constant {
+    let variable = state_variables().get(wanted.variable as usize);
+    let default = variable.and_then(|variable| role.row(variable.name)).map(|row| row.default);
+    Constant::F32(match default {
+        Some(StateDefault::Constant(value)) => value,
+        Some(StateDefault::Components(values)) => {
+            values.get(wanted.component as usize).copied().unwrap_or(0.0)
+        }
+        Some(
+            StateDefault::Variable(_)
+            | StateDefault::Grey(_)
+            | StateDefault::Luminance(_)
+            | StateDefault::Tangent(_),
+        )
+        | None => 0.0,
+    })
+}

@@ -1,0 +1,10 @@
+//! Linking: a method and the methods that it calls through references become one function, once the classes of the
+//! instances are known.
+
+pub(crate) mod class_tree;
+pub(crate) mod hit;
+pub(crate) mod linked_method;
+pub(crate) mod linker;
+pub(crate) mod outputs;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,9 @@
+//! Programs: a class, linked with the classes of the instances that it refers to, and its kernels.
+
+pub(crate) mod elements;
+pub(crate) mod kernel_cache;
+pub(crate) mod kernel_description;
+pub(crate) mod kernel_request;
+pub(crate) mod loop_owners;
+#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
+pub(crate) mod program;

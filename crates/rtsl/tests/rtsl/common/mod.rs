@@ -1,0 +1,194 @@
+//! The oracle against machine code, for shader texts.
+//!
+//! A text's class is a texture whose `lookup` computes scratch members from scratch members (which vary from
+//! ray to ray) and public members (which do not).
+
+use std::sync::Arc;
+
+use rtsl::{
+    Backend, CallArguments, CallMode, CallStatus, Class, Compiler, CompilerOptions, Engine,
+    EngineOptions, Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program,
+    Role, Scalar, Value, new_state,
+};
+use rtsl_ir::Function;
+use rtsl_testing::functions::{Entropy, HashHost};
+
+/// Rays of a call: not a multiple of any width but 1.
+pub const COUNT: usize = 37;
+
+/// The interpreter, packet code, and an engine for each width; none where there is no LLVM.
+pub struct Agreement {
+    oracle: Engine,
+    packets: Engine,
+    engines: Vec<Engine>,
+    compiler: Compiler,
+}
+
+impl Agreement {
+    /// Engines at this level of optimisation.
+    pub fn new(optimization: OptLevel) -> Agreement {
+        let engine = |backend, width, interleave| {
+            let width = Some(width);
+            let options =
+                EngineOptions { backend, width, interleave, optimization, ..Default::default() };
+            Engine::new(options).map(|(engine, _)| engine)
+        };
+        let packings = [(1, None), (4, Some(4)), (8, None), (8, Some(4)), (16, Some(2))];
+        let engines = packings
+            .iter()
+            .filter_map(|(width, interleave)| engine(Backend::Jit, *width, *interleave).ok());
+        let options = CompilerOptions { loop_budget: Some(10_000), ..Default::default() };
+        Agreement {
+            oracle: engine(Backend::Interpreter, 1, None).expect("the interpreter needs nothing"),
+            packets: engine(Backend::Interpreter, 8, None).expect("the interpreter needs nothing"),
+            engines: engines.collect(),
+            compiler: Compiler::new(options),
+        }
+    }
+
+    /// Compiles the text, which has no errors and one class, and compares all engines on random values.
+    ///
+    /// # Panics
+    /// If they disagree in a bit, NaNs being all the same.
+    pub fn check(&self, name: &str, text: &str, seed: u64) {
+        let compilation = self.compiler.compile(name, text);
+        let Some(unit) = &compilation.unit else {
+            panic!("{name}: {}\n{text}", compilation.report(false))
+        };
+        let class = unit.classes().last().expect("a class");
+        let bytes = Entropy::bytes(seed, 1 << 16);
+        let mut entropy = Entropy::new(&bytes);
+        let instance = instance(class, &mut entropy);
+        let scratch = random_scratch(class, &mut entropy);
+        let mask = entropy.chance(160).then(|| LaneMask::from_fn(COUNT, |_| entropy.chance(128)));
+        let mask = mask.as_ref();
+        let expected = call(&self.oracle, &instance, &scratch, mask);
+        let packets = call_packets(&self.packets, &instance, &scratch, mask);
+        if let Some(difference) = difference(class, &expected, &packets) {
+            panic!("{name} in packet code: {difference}\n{text}");
+        }
+        for engine in &self.engines {
+            let found = call(engine, &instance, &scratch, mask);
+            if let Some(difference) = difference(class, &expected, &found) {
+                panic!("{name} at width {}: {difference}\n{text}", engine.width());
+            }
+        }
+    }
+}
+
+/// A class with nothing but one method, in the text form of the IR.
+pub fn class(method: Method, text: &str) -> Arc<Class> {
+    Arc::new(Class {
+        name: "Test".to_owned(),
+        roles: vec![Role::Material],
+        documentation: None,
+        parameters: Vec::new(),
+        members: Vec::new(),
+        buffers: Vec::new(),
+        scratch: Vec::new(),
+        scratch_types: Vec::new(),
+        method_documentation: Default::default(),
+        references: Vec::new(),
+        initializer: Function::new("Test.initializer"),
+        constructor: None,
+        methods: [(method, text.parse().unwrap())].into(),
+    })
+}
+
+fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
+    (0..count).map(|_| entropy.constant(scalar).bits()).collect()
+}
+
+fn instance(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Arc<Instance> {
+    let arguments = class.members.iter().map(|variable| {
+        let words = words(entropy, variable.scalar, variable.len as usize);
+        (variable.name.as_str(), Value::from(Numbers::from_words(variable.scalar, words)))
+    });
+    Instance::new(class, arguments.collect::<Vec<_>>()).expect("the members are its parameters")
+}
+
+fn random_scratch(class: &Class, entropy: &mut Entropy<'_>) -> LaneBlock {
+    let scalars = scratch_scalars(class);
+    let mut block = LaneBlock::new(scalars.len(), COUNT);
+    for (array, scalar) in scalars.iter().enumerate() {
+        let mut random = words(entropy, *scalar, COUNT);
+        if *scalar == Scalar::Bool {
+            random.iter_mut().for_each(|word| *word = word.wrapping_neg());
+        }
+        block.words_mut(array).copy_from_slice(&random);
+    }
+    block
+}
+
+fn scratch_scalars(class: &Class) -> Vec<Scalar> {
+    let variables = class.scratch.iter();
+    variables
+        .flat_map(|variable| std::iter::repeat_n(variable.scalar, variable.len as usize))
+        .collect()
+}
+
+fn call(
+    engine: &Engine,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+) -> LaneBlock {
+    let program = engine.program(instance);
+    let kernel = program.kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
+    call_with(&program, instance, scratch, mask, |call| kernel.call(call))
+}
+
+/// The same on the interpreter of packet code.
+fn call_packets(
+    engine: &Engine,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+) -> LaneBlock {
+    let program = engine.program(instance);
+    let kernel = program.packet_kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
+    call_with(&program, instance, scratch, mask, |call| kernel.run(call, u64::MAX).status)
+}
+
+fn call_with(
+    program: &Program,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+    call: impl FnOnce(CallArguments<'_>) -> CallStatus,
+) -> LaneBlock {
+    let block = program.block(instance);
+    let mut scratch = scratch.clone();
+    let _budget_may_end = call(CallArguments {
+        state: &mut new_state(COUNT),
+        scratch: &mut scratch,
+        count: COUNT,
+        mask,
+        accepted: None,
+        instances: Instances::One(&block),
+        host: &mut HashHost::default(),
+    });
+    scratch
+}
+
+fn difference(class: &Class, expected: &LaneBlock, found: &LaneBlock) -> Option<String> {
+    let names = class.scratch.iter().flat_map(|variable| {
+        (0..variable.len)
+            .map(move |component| (format!("{}[{component}]", variable.name), variable.scalar))
+    });
+    for (array, (name, scalar)) in names.enumerate() {
+        for ray in 0..COUNT {
+            let (a, b) = (expected.words(array)[ray], found.words(array)[ray]);
+            let is_nan = |word| scalar == Scalar::F32 && f32::from_bits(word).is_nan();
+            if a != b && !(is_nan(a) && is_nan(b)) {
+                let show = |word| rtsl::Constant::from_bits(scalar, word);
+                return Some(format!(
+                    "{name} of ray {ray} is {:?} ({a:#x}), found {:?} ({b:#x})",
+                    show(a),
+                    show(b)
+                ));
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,30 @@
+//! The integration tests of `rtsl`, as one program: linking is most of the work of building tests.
+
+mod agreement;
+mod bounds;
+mod calls;
+mod common;
+mod cpp;
+mod cpp_text;
+mod deep_texts;
+mod docs;
+mod elements;
+mod examples;
+mod explain;
+mod fuzz;
+mod host_lanes;
+mod library;
+mod lvalues;
+mod manual;
+mod operations;
+mod placed;
+mod prelude;
+mod programs;
+mod requests;
+mod sampling;
+mod shade_tree;
+mod specialisation;
+mod tables;
+mod threads;
+mod unit_directions;
+mod weights;
