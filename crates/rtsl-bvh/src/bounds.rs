@@ -3,6 +3,16 @@
 use rtsl_math::{MovingTransform, Transform};
 
 /// An axis-aligned box with finite corners.
+///
+/// ```
+/// use rtsl_bvh::Bounds;
+/// use rtsl_math::Transform;
+///
+/// let cube = Bounds::new([-1.0; 3], [1.0; 3]).expect("the corners are finite and ordered");
+/// let moved = cube.transformed(Transform::translate([4.0, 0.0, 0.0])).expect("it stays finite");
+/// assert!(moved.min[0] <= 3.0 && moved.max[0] >= 5.0);
+/// assert!(Bounds::new([0.0; 3], [f32::INFINITY; 3]).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The least coordinates.

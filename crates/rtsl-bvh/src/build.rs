@@ -27,6 +27,7 @@ const MIN_REINSERTED: f32 = 0.03;
 impl Bvh8 {
     /// Builds the hierarchy over items, which are identified by their index.
     pub fn build(items: &[Item]) -> Bvh8 {
+        let _span = tracing::debug_span!("hierarchy", items = items.len()).entered();
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let bounded: Vec<u32> = bounded.map(|(index, _)| index as u32).collect();
         let binary = binary_tree(items, &bounded);

@@ -8,6 +8,17 @@ use rtsl_math::SIMD_LANES;
 use super::bounds::Bounds;
 
 /// A tree over items, which are identified by their index.
+///
+/// ```
+/// use rtsl_bvh::{Bounds, Bvh8, Item};
+///
+/// let cube = |x: f32| Bounds::new([x, 0.0, 0.0], [x + 1.0, 1.0, 1.0]);
+/// let items = (0..100).map(|index| Item { bounds: cube(2.0 * index as f32), class: 0 });
+/// let tree = Bvh8::build(&items.collect::<Vec<_>>());
+/// assert_eq!((tree.bounds.min, tree.bounds.max), ([0.0; 3], [199.0, 1.0, 1.0]));
+/// let known: u32 = tree.leaves.iter().map(|leaf| u32::from(leaf.count)).sum();
+/// assert_eq!(known, 100);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Bvh8 {
     /// The nodes, parents before their children.

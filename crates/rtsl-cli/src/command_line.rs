@@ -1,6 +1,6 @@
 //! The command line.
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 
 use crate::arguments::Color;
 use crate::commands::bench::BenchArguments;
@@ -21,6 +21,10 @@ pub struct Arguments {
     /// Colours of diagnostics; `auto`: on a terminal, unless NO_COLOR is set
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
     pub color: Color,
+    /// Write each stage of the work to standard error when it ends, with its time; twice: the passes of the compiler
+    /// and the wavefronts of the path renderer, too
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub verbose: u8,
     /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
@@ -49,4 +53,11 @@ pub enum Command {
     Explain(ExplainArguments),
     /// Print the help of a command, or a part of the book.
     Help(HelpArguments),
+}
+
+impl Command {
+    /// True if the command prints the times of its stages.
+    pub fn wants_timings(&self) -> bool {
+        matches!(self, Command::Build(arguments) if arguments.timings)
+    }
 }

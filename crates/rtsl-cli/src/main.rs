@@ -14,6 +14,8 @@ mod names;
 mod outcome;
 mod progress_line;
 mod report;
+mod spans;
+mod timings;
 
 use std::process::ExitCode;
 
@@ -22,13 +24,15 @@ use clap::{CommandFactory, Parser};
 use crate::command_line::{Arguments, Command};
 use crate::outcome::{Failure, INPUT_AT_FAULT, Outcome, WRONG_USAGE};
 use crate::report::Reporter;
+use crate::spans::Spans;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let reporter = Reporter::new(arguments.color);
+    let reporter = Reporter::new(arguments.color, arguments.verbose > 0);
+    let spans = Spans::record(arguments.verbose, arguments.command.wants_timings());
     let result = match arguments.command {
         Command::Check(arguments) => commands::check::run(&arguments, &reporter),
-        Command::Build(arguments) => commands::build::run(&arguments, &reporter),
+        Command::Build(arguments) => commands::build::run(&arguments, &reporter, &spans),
         Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
         Command::Test(arguments) => commands::test::run(&arguments, &reporter),
         Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),

@@ -11,11 +11,13 @@ use crate::arguments::Color;
 #[derive(Clone, Copy, Debug)]
 pub struct Reporter {
     color: bool,
+    /// True if lines of stages go to standard error.
+    is_verbose: bool,
 }
 
 impl Reporter {
-    /// Creates a reporter according to `--color` and the environment.
-    pub fn new(color: Color) -> Reporter {
+    /// Creates a reporter according to `--color`, `--verbose` and the environment.
+    pub fn new(color: Color, is_verbose: bool) -> Reporter {
         let color = match color {
             Color::Always => true,
             Color::Never => false,
@@ -25,12 +27,12 @@ impl Reporter {
                 !forbidden && !is_dumb && std::io::stderr().is_terminal()
             }
         };
-        Reporter { color }
+        Reporter { color, is_verbose }
     }
 
-    /// True if standard error supports a progress bar.
+    /// True if standard error supports a progress bar and shows nothing that would tear it.
     pub fn shows_progress(self) -> bool {
-        std::io::stderr().is_terminal()
+        !self.is_verbose && std::io::stderr().is_terminal()
     }
 
     /// Writes all diagnostics of a compilation.

@@ -238,36 +238,23 @@ fn sync_folder(path: &Path) {
 
 #[cfg(test)]
 mod tests {
+    use tempfile::TempDir;
 
     use super::*;
 
-    /// A folder that is removed when the test ends.
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let path =
-                std::env::temp_dir().join(format!("rtsl-replace-{name}-{}", std::process::id()));
-            std::fs::create_dir_all(&path).unwrap();
-            Folder(path)
-        }
-
-        fn files(&self) -> Vec<String> {
-            let entries = std::fs::read_dir(&self.0).unwrap();
-            entries.map(|it| it.unwrap().file_name().into_string().unwrap()).collect()
-        }
+    fn folder() -> TempDir {
+        tempfile::tempdir().unwrap()
     }
 
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
+    fn files(folder: &TempDir) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        entries.map(|it| it.unwrap().file_name().into_string().unwrap()).collect()
     }
 
     #[test]
     fn a_full_disk_loses_nothing() {
-        let folder = Folder::new("full");
-        let path = folder.0.join("kept");
+        let folder = folder();
+        let path = folder.path().join("kept");
         replace_file(&path, |file| file.write_all(b"earlier")).unwrap();
         let error = replace_file(&path, |file| {
             file.write_all(b"half of the n")?;
@@ -275,23 +262,23 @@ mod tests {
         });
         assert_eq!(error.unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(std::fs::read(&path).unwrap(), b"earlier");
-        assert_eq!(folder.files(), ["kept"]);
+        assert_eq!(files(&folder), ["kept"]);
     }
 
     #[test]
     fn what_a_killed_process_left_is_written_over() {
-        let folder = Folder::new("killed");
-        let path = folder.0.join("kept");
+        let folder = folder();
+        let path = folder.path().join("kept");
         std::fs::write(temporary_path(&path), b"much longer than what comes now").unwrap();
         replace_file(&path, |file| file.write_all(b"short")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"short");
-        assert_eq!(folder.files(), ["kept"]);
+        assert_eq!(files(&folder), ["kept"]);
     }
 
     #[test]
     fn a_file_that_took_its_place_is_not_opened_again() {
-        let folder = Folder::new("inode");
-        let path = folder.0.join("kept");
+        let folder = folder();
+        let path = folder.path().join("kept");
         let first = Replacement::begin(&path).unwrap();
         // A second process opens the file before the first renames it, and locks it afterwards.
         let late = File::open(temporary_path(&path)).unwrap();
@@ -306,18 +293,18 @@ mod tests {
 
     #[test]
     fn what_is_unfinished_leaves_nothing() {
-        let folder = Folder::new("unfinished");
-        drop(Replacement::begin(&folder.0.join("kept")).unwrap());
-        check_replaceable(&folder.0.join("kept")).unwrap();
-        assert_eq!(folder.files(), [""; 0]);
+        let folder = folder();
+        drop(Replacement::begin(&folder.path().join("kept")).unwrap());
+        check_replaceable(&folder.path().join("kept")).unwrap();
+        assert_eq!(files(&folder), [""; 0]);
     }
 
     #[cfg(unix)]
     #[test]
     fn links_stay_and_lead_to_what_is_replaced() {
         use std::os::unix::fs::symlink;
-        let folder = Folder::new("links");
-        let path = |name: &str| folder.0.join(name);
+        let folder = folder();
+        let path = |name: &str| folder.path().join(name);
         std::fs::create_dir(path("below")).unwrap();
         std::fs::write(path("below/file"), "earlier").unwrap();
         symlink("below/file", path("link")).unwrap();
@@ -343,8 +330,8 @@ mod tests {
     fn devices_are_written_to() {
         use std::os::unix::fs::FileTypeExt;
         // The test uses a link: if the code were wrong, only the link would be replaced and not the device.
-        let folder = Folder::new("devices");
-        let null = folder.0.join("null");
+        let folder = folder();
+        let null = folder.path().join("null");
         std::os::unix::fs::symlink("/dev/null", &null).unwrap();
         check_replaceable(&null).unwrap();
         replace_file(&null, |file| file.write_all(b"nothing")).unwrap();
@@ -356,8 +343,8 @@ mod tests {
 
     #[test]
     fn two_at_once_do_not_mix() {
-        let folder = Folder::new("two");
-        let path = folder.0.join("kept");
+        let folder = folder();
+        let path = folder.path().join("kept");
         replace_file(&path, |file| {
             let second = replace_file(&path, |file| file.write_all(b"second"));
             assert!(second.unwrap_err().to_string().contains("another process"));
@@ -369,13 +356,13 @@ mod tests {
 
     #[test]
     fn places_that_cannot_be_are_refused_first() {
-        let folder = Folder::new("places");
+        let folder = folder();
         let write = |path: &Path| {
             replace_file(path, |_| panic!("nothing is written")).unwrap_err().to_string()
         };
-        assert_eq!(write(&folder.0), "it is a folder, expected a file");
+        assert_eq!(write(folder.path()), "it is a folder, expected a file");
         assert_eq!(write(Path::new("..")), "the path does not end in the name of a file");
-        let missing = folder.0.join("missing").join("file");
+        let missing = folder.path().join("missing").join("file");
         assert_eq!(replace_file(&missing, |_| Ok(())).unwrap_err().kind(), io::ErrorKind::NotFound);
     }
 }

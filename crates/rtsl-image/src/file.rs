@@ -72,6 +72,17 @@ impl ImageError {
 }
 
 /// Writes an image in the format given by the file's extension.
+///
+/// ```
+/// use rtsl_image::{Image, ImageOptions, write_image};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let folder = folder.path();
+/// let image = Image::new(64, 48)?;
+/// write_image(&image, &folder.join("black.png"), &ImageOptions::default())?;
+/// assert!(write_image(&image, &folder.join("black.bmp"), &ImageOptions::default()).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_image(image: &Image, path: &Path, options: &ImageOptions) -> Result<(), ImageError> {
     write_image_with(image, &[], path, options)
 }
@@ -139,25 +150,10 @@ fn unwritable(path: &Path, error: &std::io::Error) -> ImageError {
 
 #[cfg(test)]
 mod tests {
+    use tempfile::tempdir;
+
     use super::*;
     use crate::{Aov, ExrPrecision};
-
-    /// A folder that is removed when the test ends.
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let path = std::env::temp_dir().join(format!("rtsl-{name}-{}", std::process::id()));
-            std::fs::create_dir_all(&path).unwrap();
-            Folder(path)
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
-    }
 
     fn picture() -> (Image, Vec<AovImage>) {
         let pixels =
@@ -179,10 +175,10 @@ mod tests {
     #[test]
     fn the_same_image_gives_the_same_bytes() {
         let (image, aovs) = picture();
-        let folder = Folder::new("image-file");
+        let folder = tempdir().unwrap();
         for (ending, multi_part) in [("exr", false), ("exr", true), ("png", false)] {
             let write = |name: &str| {
-                let path = folder.0.join(format!("{name}.{ending}"));
+                let path = folder.path().join(format!("{name}.{ending}"));
                 let options = options(ExrPrecision::Half, multi_part);
                 write_image_with(&image, &aovs, &path, &options).unwrap();
                 std::fs::read(path).unwrap()
@@ -195,9 +191,9 @@ mod tests {
     #[test]
     fn halves_are_for_colors_and_finite() {
         let (image, aovs) = picture();
-        let folder = Folder::new("image-half");
+        let folder = tempdir().unwrap();
         for multi_part in [false, true] {
-            let path = folder.0.join("half.exr");
+            let path = folder.path().join("half.exr");
             let options = options(ExrPrecision::Half, multi_part);
             write_image_with(&image, &aovs, &path, &options).unwrap();
             let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
@@ -232,8 +228,8 @@ mod tests {
     #[test]
     fn a_raw_picture_says_that_it_is_linear() {
         let (image, _) = picture();
-        let folder = Folder::new("image-raw");
-        let path = folder.0.join("raw.png");
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("raw.png");
         let options = ImageOptions { view: ViewTransform::Raw, ..ImageOptions::default() };
         write_image(&image, &path, &options).unwrap();
         let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
@@ -245,9 +241,9 @@ mod tests {
     #[test]
     fn an_image_that_cannot_be_written_keeps_others() {
         let (image, aovs) = picture();
-        let folder = Folder::new("image-others");
-        let path = folder.0.join("picture.png");
-        std::fs::create_dir(folder.0.join("picture.albedo.png")).unwrap();
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        std::fs::create_dir(folder.path().join("picture.albedo.png")).unwrap();
         let error = write_image_with(&image, &aovs, &path, &ImageOptions::default()).unwrap_err();
         assert!(
             error.to_string().ends_with("picture.albedo.png`: it is a folder, expected a file"),
@@ -255,19 +251,19 @@ mod tests {
         );
         assert_eq!(error.diagnostic().code, codes::UNWRITABLE_FILE);
         for name in ["picture.png", "picture.object.png", "picture.distance.png"] {
-            assert!(folder.0.join(name).is_file(), "{name}");
+            assert!(folder.path().join(name).is_file(), "{name}");
         }
     }
 
     #[test]
     fn what_cannot_be_written_is_found_before() {
-        let folder = Folder::new("image-before");
-        assert!(check_writable(&folder.0.join("picture.png")).is_ok());
-        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0);
+        let folder = tempdir().unwrap();
+        assert!(check_writable(&folder.path().join("picture.png")).is_ok());
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
         for path in ["picture", "missing/picture.png", "picture.tiff"] {
-            assert!(check_writable(&folder.0.join(path)).is_err(), "{path}");
+            assert!(check_writable(&folder.path().join(path)).is_err(), "{path}");
         }
-        std::fs::create_dir(folder.0.join("folder.png")).unwrap();
-        assert!(check_writable(&folder.0.join("folder.png")).is_err());
+        std::fs::create_dir(folder.path().join("folder.png")).unwrap();
+        assert!(check_writable(&folder.path().join("folder.png")).is_err());
     }
 }

@@ -5,6 +5,13 @@ use rtsl_memory::{OutOfMemory, collected, filled};
 use crate::view_transform::{ViewEncoder, ViewTransform};
 
 /// An image of linear RGB colours, rows from top to bottom.
+///
+/// ```
+/// let mut image = rtsl_image::Image::new(2, 1)?;
+/// image.pixels[1] = [1.0, 0.5, 0.25];
+/// assert_eq!(image.to_srgb(0.0)?, [0, 0, 0, 255, 188, 137]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Columns.

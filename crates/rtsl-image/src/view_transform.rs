@@ -42,6 +42,16 @@ impl ViewTransform {
 }
 
 /// Encodes colours for a display, after a multiplication by a power of two.
+///
+/// ```
+/// use rtsl_image::{ViewEncoder, ViewTransform};
+///
+/// let bright = [4.0, 4.0, 4.0];
+/// assert_eq!(ViewEncoder::new(ViewTransform::Standard, 0.0).encode(bright), [255; 3]);
+/// // Two stops darker.
+/// assert_eq!(ViewEncoder::new(ViewTransform::Raw, -2.0).encode(bright), [255; 3]);
+/// assert!(ViewEncoder::new(ViewTransform::Filmic, 0.0).encode(bright) < [255; 3]);
+/// ```
 #[derive(Clone, Debug)]
 pub struct ViewEncoder {
     view: ViewTransform,

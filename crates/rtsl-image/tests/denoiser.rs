@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rtsl_image::{Denoiser, DenoiserError, DenoiserInput};
+use tempfile::TempDir;
 
 /// A filter gives 2 color + albedo + normal, and adds 10 where `hdr` and 100 where `cleanAux` is set; without a color,
 /// its one image + 0.25. An image 13 wide is an error.
@@ -56,21 +57,11 @@ void oidnExecuteFilter(Filter *filter) {
 void oidnReleaseFilter(Filter *filter) { free(filter); }
 "#;
 
-/// A folder that is removed when the test ends.
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// The library with the names of a version, and the folder that it lies in.
-fn library(version: u32) -> Option<(PathBuf, Folder)> {
-    let name = format!("rtsl-denoiser-{version}-{}", std::process::id());
-    let folder = Folder(std::env::temp_dir().join(name));
-    std::fs::create_dir_all(&folder.0).unwrap();
-    let (source, library) = (folder.0.join("fake.c"), folder.0.join("libOpenImageDenoise.so.2"));
+fn library(version: u32) -> Option<(PathBuf, TempDir)> {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name| folder.path().join(name);
+    let (source, library) = (inside("fake.c"), inside("libOpenImageDenoise.so.2"));
     std::fs::write(&source, SOURCE).unwrap();
     let names = match version / 10_000 {
         1 => ["-DVERSION_NAME=oidnGetDevice1i", "-DSET_BOOL_NAME=oidnSetFilter1b"],
@@ -133,9 +124,9 @@ fn what_goes_wrong_is_said() {
         "the albedo has 12 pixels, expected 13"
     );
     let refused = |path: &Path| Denoiser::open(path).err().unwrap().to_string();
-    let missing = refused(&folder.0.join("missing.so"));
+    let missing = refused(&folder.path().join("missing.so"));
     assert!(missing.contains("missing.so` cannot be used as Open Image Denoise"), "{missing}");
-    let source = refused(&folder.0.join("fake.c"));
+    let source = refused(&folder.path().join("fake.c"));
     assert!(source.contains("cannot be used"), "{source}");
 }
 

@@ -112,6 +112,7 @@ impl Llvm {
         work: Work,
         output: Output,
     ) -> Result<Made, JitError> {
+        let _span = tracing::debug_span!("llvm_compile", target = target.triple()).entered();
         let (llvm, module, target) = (self.clone(), c_string(module), target.clone());
         worker::run(move || {
             let machine = Machine::take(&llvm, &target, level)?;

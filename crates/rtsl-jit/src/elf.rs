@@ -1,8 +1,8 @@
-//! Reads the object files (ELF, 64 bits, little endian) that LLVM generates and lays them out in memory.
+//! Lays out in memory the object files (ELF, 64 bits, little endian) that LLVM generates.
 //!
-//! A small linker suffices because kernels need little (code, constants, a few kinds of relocation). It works the same
-//! with every version of LLVM, takes microseconds, frees its memory with the module, and checks every symbol to which
-//! code refers. An object with other contents is refused.
+//! The crate `object` reads the tables. A small linker suffices because kernels need little (code, constants, a few
+//! kinds of relocation). It works the same with every version of LLVM, takes microseconds, frees its memory with the
+//! module, and checks every symbol to which code refers. An object with other contents is refused.
 
 use std::collections::BTreeMap;
 

@@ -103,7 +103,8 @@ mod tests {
 
     #[test]
     fn neighbours_lie_in_the_folder_or_one_below() {
-        let folder = std::env::temp_dir().join(format!("rtsl-library-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
         let below = folder.join("x86_64-unknown-linux-gnu");
         fs::create_dir_all(&below).unwrap();
         let library = folder.join("libLLVM.so.23.1");
@@ -119,6 +120,5 @@ mod tests {
         assert_eq!(found("libc++.so"), Some("x86_64-unknown-linux-gnu/libc++.so.1.0".into()));
         assert_eq!(found("libc++.so.10"), None);
         assert_eq!(found("libz.so.1"), None);
-        fs::remove_dir_all(&folder).unwrap();
     }
 }

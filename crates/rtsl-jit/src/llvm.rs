@@ -35,7 +35,11 @@ impl Llvm {
     /// The environment variable `RTSL_LLVM`, a library's file or its folder, overrides the search; if its library is
     /// unsuitable this is an error.
     pub fn load() -> Result<Arc<Llvm>, LlvmError> {
-        LOADED.get_or_init(search_and_open).clone()
+        let load = || {
+            let _span = tracing::debug_span!("load_llvm").entered();
+            search_and_open()
+        };
+        LOADED.get_or_init(load).clone()
     }
 
     /// Releases memory held only for further compilations: the library's code, if one is loaded. The next compilation

@@ -18,6 +18,7 @@ pub struct Module {
 impl Module {
     /// Loads an object file compiled for this machine, with the stack sizes `frames`.
     pub(crate) fn load(object: &[u8], frames: Frames) -> Result<Module, JitError> {
+        let _span = tracing::debug_span!("load_code", bytes = object.len()).entered();
         let object = Object::parse(object)?;
         let layout = object.layout()?;
         let mut memory = CodeMemory::new(layout.size)?;

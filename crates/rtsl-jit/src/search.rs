@@ -204,12 +204,11 @@ mod tests {
 
     #[test]
     fn a_linker_script_is_no_library() {
-        let folder = std::env::temp_dir().join(format!("rtsl-search-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
         std::fs::write(folder.join("libLLVM-22.so"), "INPUT(libLLVM.so.22.1)").unwrap();
         std::fs::write(folder.join("libLLVM.so.19.1"), b"\x7fELF....").unwrap();
-        let found = libraries_in([folder.clone()]);
+        let found = libraries_in([folder.to_owned()]);
         assert_eq!(found, [folder.join("libLLVM.so.19.1")]);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

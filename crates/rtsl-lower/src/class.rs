@@ -28,6 +28,8 @@ use crate::{Lowering, Purpose};
 /// If a limit on the size of types or functions is exceeded; one diagnostic for each function that
 /// exceeds one.
 pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<Diagnostic>> {
+    let class_name = &module.classes[class.0 as usize].name;
+    let _span = tracing::debug_span!("lower", class = %class_name).entered();
     deep_stack::run(|| {
         let layouts = Layouts::new(module);
         let class = &module.classes[class.0 as usize];

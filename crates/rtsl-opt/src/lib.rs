@@ -89,6 +89,7 @@ pub const PASSES: &[(&str, Pass)] = &[
 
 /// Runs the passes on a verified function, in order.
 pub fn optimize(function: &mut Function, options: &Options) {
+    let _span = tracing::debug_span!("optimize", function = function.name).entered();
     if options.contract {
         run("contract", function, contract::run);
     }
@@ -151,6 +152,7 @@ pub struct Contract(pub bool);
 /// Specialises an optimised function for this caller. Contraction and budget remain as they are: except for unit
 /// vectors and placed objects, results and reports are those of the function to the bit.
 pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
+    let _span = tracing::debug_span!("specialise", function = function.name).entered();
     if let Some(read) = &caller.read {
         run("dead_outputs", function, |function| dead_outputs::run(function, read));
     }
@@ -191,6 +193,7 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
 
 /// Runs a pass and, in debug builds, the verifier after it.
 fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
+    let _span = tracing::trace_span!("pass", name).entered();
     pass(function);
     if cfg!(debug_assertions)
         && let Err(error) = verify(function)

@@ -108,6 +108,27 @@ pub fn render_scene(request: &RenderRequest<'_>) -> Result<RenderResult, Message
 
 /// Renders a scene whose files come from `files`.
 ///
+/// ```
+/// use std::path::PathBuf;
+///
+/// use rtsl_render::RenderRequest;
+/// use rtsl_render::request::render_scene_from;
+/// use rtsl_scene::reader::MemoryFiles;
+///
+/// let text = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+///     LightSource \"infinite\" \"rgb L\" [1 1 1]\nShape \"Sphere\"\n";
+/// let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+/// let request = RenderRequest {
+///     scene: "scene.pbrt".into(),
+///     size: Some((16, 12)),
+///     samples: Some(1),
+///     ..RenderRequest::default()
+/// };
+/// let rendered = render_scene_from(&request, &files).expect("the scene has no errors");
+/// assert_eq!(rendered.image.pixels.len(), 16 * 12);
+/// assert!(rendered.statistics.rays.camera >= 16 * 12);
+/// ```
+///
 /// # Errors
 /// As for [`render_scene`].
 pub fn render_scene_from(

@@ -46,6 +46,19 @@ pub struct Loaded {
 
 /// Loads the scene in the file `path`.
 ///
+/// ```
+/// use std::path::{Path, PathBuf};
+///
+/// use rtsl_scene::reader::MemoryFiles;
+/// use rtsl_scene::{LoadOptions, load_scene};
+///
+/// let text = "Camera \"Pinhole\"\nWorldBegin\nShape \"Sphere\" \"float radius\" 2\n";
+/// let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+/// let loaded = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+/// let scene = loaded.expect("the scene has no errors").scene;
+/// assert_eq!(scene.objects[0].primitive.class().name, "Sphere");
+/// ```
+///
 /// # Errors
 /// All errors of the scene and its shaders, with the warnings among them.
 pub fn load_scene(
@@ -57,6 +70,23 @@ pub fn load_scene(
 }
 
 /// The text of a scene, and the instances made from it so far.
+///
+/// ```
+/// use std::path::{Path, PathBuf};
+///
+/// use rtsl_scene::reader::{MemoryFiles, Values};
+/// use rtsl_scene::{EntityId, LoadOptions, SceneSource};
+///
+/// let text = "Camera \"Pinhole\"\nWorldBegin\nShape \"Sphere\" \"float radius\" 2\n";
+/// let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+/// let mut source = SceneSource::read(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+/// let before = source.load().expect("the scene has no errors").scene;
+/// let sphere = source.description().entities.iter().position(|it| it.class == "Sphere");
+/// source.set_parameter(EntityId(sphere.unwrap()), "radius", Values::Numbers(vec![3.0]));
+/// let after = source.load().expect("the radius is a float").scene;
+/// assert!(std::sync::Arc::ptr_eq(&before.camera, &after.camera));
+/// assert!(!std::sync::Arc::ptr_eq(&before.objects[0].primitive, &after.objects[0].primitive));
+/// ```
 ///
 /// [`SceneSource::load`] may be called repeatedly. An instance is the same object as after the previous load if its
 /// parameters, its class and everything that it refers to did not change; renderers use this to see what they can keep.
@@ -99,6 +129,7 @@ impl<'f> SceneSource<'f> {
         options: &LoadOptions,
         mut classes: Classes<'f>,
     ) -> Self {
+        let _span = tracing::debug_span!("read_scene", file = %path.display()).entered();
         let start = Instant::now();
         let mut map = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
@@ -152,6 +183,7 @@ impl<'f> SceneSource<'f> {
     /// All errors of the scene and its shaders, with the warnings among them. Instances of the previous load are kept
     /// for the next one.
     pub fn load(&mut self) -> Result<Loaded, Messages> {
+        let _span = tracing::debug_span!("load_scene").entered();
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
         let earlier = Earlier { made: &self.made, changed: &self.changed };

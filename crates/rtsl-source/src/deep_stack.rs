@@ -32,12 +32,13 @@ pub fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         return work();
     }
     let work = Mutex::new(Some(work));
+    let span = tracing::Span::current();
     let take = || work.lock().unwrap_or_else(PoisonError::into_inner).take();
     let finished = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("rtsl-compile".into()).stack_size(SIZE);
         let started = thread.spawn_scoped(scope, || {
             IS_DEEP.set(true);
-            take().map(|work| work())
+            span.in_scope(|| take().map(|work| work()))
         });
         started.ok()?.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });

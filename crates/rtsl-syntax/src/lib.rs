@@ -28,6 +28,7 @@ pub fn parse(
     loader: &mut dyn IncludeLoader,
     diagnostics: &mut Diagnostics,
 ) -> ast::TranslationUnit {
+    let _span = tracing::debug_span!("parse", file = source_map.file(file).name).entered();
     let mut symbols = symbol::Interner::default();
     let tokens = preprocessor::preprocess(source_map, file, loader, &mut symbols, diagnostics);
     deep_stack::run(|| parser::parse_tokens(tokens, source_map, &symbols, diagnostics))

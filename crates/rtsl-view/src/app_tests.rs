@@ -1,8 +1,7 @@
 //! The viewer without a window: events in, pixels out.
 
-use std::path::PathBuf;
-
 use rtsl_render::session::SessionOptions;
+use tempfile::TempDir;
 
 use super::*;
 
@@ -28,17 +27,16 @@ void shade() { rt_SampleColor = color(size, 0.25, 0.25); }";
 
 /// A viewer of a scene in a temporary folder, which is removed at the end.
 struct Viewer {
-    folder: PathBuf,
+    folder: TempDir,
     app: App,
 }
 
 impl Viewer {
     fn new(name: &str) -> Viewer {
-        let folder = std::env::temp_dir().join(format!("rtsl-view-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("scene.pbrt"), SCENE).unwrap();
-        std::fs::write(folder.join("dots.rtsl"), DOTS).unwrap();
-        let opened = Session::open(&folder.join("scene.pbrt"), SessionOptions::default());
+        let folder = tempfile::Builder::new().prefix(name).tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.pbrt"), SCENE).unwrap();
+        std::fs::write(folder.path().join("dots.rtsl"), DOTS).unwrap();
+        let opened = Session::open(&folder.path().join("scene.pbrt"), SessionOptions::default());
         let (session, _) = opened.unwrap_or_else(|it| panic!("{}", it.to_text(false)));
         let mut app = App::new(session);
         // It would cover the image.
@@ -84,12 +82,6 @@ impl Viewer {
 
     fn position(&self) -> Vector {
         camera_control::position(self.app.session().camera())
-    }
-}
-
-impl Drop for Viewer {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -182,7 +174,7 @@ fn a_slider_changes_the_picture() {
 fn a_saved_shader_changes_the_picture_or_its_fault_is_shown() {
     let mut viewer = Viewer::new("saved");
     let (first, painted) = (viewer.image(), viewer.pixels());
-    let shader = viewer.folder.join("dots.rtsl");
+    let shader = viewer.folder.path().join("dots.rtsl");
     std::fs::write(&shader, DOTS.replace("color(size", "colour(size")).unwrap();
     viewer.events([Event::FilesChanged]);
     let message = viewer.app.message().expect("a diagnostic");
@@ -201,7 +193,7 @@ fn a_shader_that_never_ends_is_told() {
     let first = viewer.image();
     let endless = "float x = size; while (x > 0.0) x += 1.0; rt_SampleColor = color(x,";
     let text = DOTS.replace("rt_SampleColor = color(size,", endless);
-    std::fs::write(viewer.folder.join("dots.rtsl"), text).unwrap();
+    std::fs::write(viewer.folder.path().join("dots.rtsl"), text).unwrap();
     viewer.events([Event::FilesChanged]);
     let after = viewer.image();
     let message = viewer.app.message().expect("it ran past its budget");

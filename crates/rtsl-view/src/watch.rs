@@ -101,8 +101,8 @@ mod tests {
 
     #[test]
     fn a_saved_shader_is_told_and_a_read_one_is_not() {
-        let folder = std::env::temp_dir().join(format!("rtsl-watch-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
         let shader = folder.join("a.rtsl");
         std::fs::write(&shader, "one").unwrap();
         let (sender, receiver) = mpsc::channel();
@@ -119,6 +119,5 @@ mod tests {
         std::fs::write(folder.join("new"), "three").unwrap();
         std::fs::rename(folder.join("new"), &shader).unwrap();
         receiver.recv_timeout(Duration::from_secs(10)).expect("replaced by a rename");
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -94,7 +94,13 @@ pub use rtsl_spec::{
 };
 pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};
 
-// The example of the README is a test.
+// The Rust texts of the README and of the book are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/src/how-to/embed-rust.md")]
+struct EmbedRust;
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/src/reference/kernels.md")]
+struct Kernels;

@@ -11,6 +11,7 @@ use rtsl::{
     Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
     LaneMask, Numbers, Role, Scalar, Value, library, new_state, state_component_count,
 };
+use rtsl_testing::random::Random;
 
 use crate::compiler::{CProgram, has_compiler, shared_library};
 
@@ -50,7 +51,7 @@ fn check(form: Form, shapes: Vec<(CallMode, u32)>) {
     let options = AotOptions { modes: shapes, bindings, ..AotOptions::default() };
     let library = engine.aot_library(&classes, &options).unwrap();
     let mut requests = Vec::new();
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     for (number, description) in library.description().classes.iter().enumerate() {
         for kernel in 0..description.kernels.len() {
             requests.push(Request::random(number, kernel, description, &mut random));
@@ -119,14 +120,14 @@ impl Request {
             words: Vec::new(),
             buffers: Vec::new(),
             mask: (0..LANES).map(|_| random.below(4) > 0).collect(),
-            state: (0..state_component_count() as usize * LANES).map(|_| random.float()).collect(),
+            state: (0..state_component_count() as usize * LANES).map(|_| float(random)).collect(),
             scratch: (0..description.scratch_arrays as usize * LANES)
-                .map(|_| random.float())
+                .map(|_| float(random))
                 .collect(),
         };
         for parameter in &description.parameters {
             let count = if parameter.is_buffer { 6 * parameter.len } else { parameter.len };
-            let words: Vec<u32> = (0..count).map(|_| random.word(parameter)).collect();
+            let words: Vec<u32> = (0..count).map(|_| word(random, parameter)).collect();
             if parameter.is_buffer {
                 request.buffers.push((parameter.offset, 6, words.clone()));
             } else {
@@ -235,38 +236,26 @@ fn bindings(classes: &[Arc<Class>]) -> Bindings {
     bindings
 }
 
-/// A generator of Marsaglia's ("Xorshift RNGs", 2003): enough to vary inputs.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: u32) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 33) as u32 % end
+/// Returns the bits of a float: small ones, and now and then a special one.
+fn float(random: &mut Random) -> u32 {
+    const SPECIAL: [f32; 8] = [0.0, -0.0, 1.0, -1.0, f32::INFINITY, f32::NAN, 1e-40, f32::MAX];
+    match random.below(24) {
+        0 => SPECIAL[random.below(8) as usize].to_bits(),
+        _ => ((random.below(4001) as f32 - 2000.0) / 1000.0).to_bits(),
     }
+}
 
-    /// The bits of a float: small ones, and now and then a special one.
-    fn float(&mut self) -> u32 {
-        const SPECIAL: [f32; 8] = [0.0, -0.0, 1.0, -1.0, f32::INFINITY, f32::NAN, 1e-40, f32::MAX];
-        match self.below(24) {
-            0 => SPECIAL[self.below(8) as usize].to_bits(),
-            _ => ((self.below(4001) as f32 - 2000.0) / 1000.0).to_bits(),
-        }
-    }
-
-    /// A word that the parameter may have.
-    fn word(&mut self, parameter: &ParameterDescription) -> u32 {
-        let least = parameter.minimum.unwrap_or(-2.0);
-        let greatest = parameter.maximum.unwrap_or(least.max(0.0) + 2.0);
-        let part = self.below(1001) as f32 / 1000.0;
-        let value = (least + (greatest - least) * part).clamp(least, greatest);
-        match parameter.scalar {
-            Scalar::F32 => value.to_bits(),
-            Scalar::I32 => (value.ceil() as i32).cast_unsigned(),
-            Scalar::U32 => value.ceil().max(0.0) as u32,
-            Scalar::Bool => self.below(2),
-        }
+/// Returns a word that the parameter may have.
+fn word(random: &mut Random, parameter: &ParameterDescription) -> u32 {
+    let least = parameter.minimum.unwrap_or(-2.0);
+    let greatest = parameter.maximum.unwrap_or(least.max(0.0) + 2.0);
+    let part = random.below(1001) as f32 / 1000.0;
+    let value = (least + (greatest - least) * part).clamp(least, greatest);
+    match parameter.scalar {
+        Scalar::F32 => value.to_bits(),
+        Scalar::I32 => (value.ceil() as i32).cast_unsigned(),
+        Scalar::U32 => value.ceil().max(0.0) as u32,
+        Scalar::Bool => random.below(2),
     }
 }
 

@@ -11,6 +11,7 @@ use rtsl::{
     InstanceBlock, Instances, LaneBlock, LaneMask, Mark, MarkWord, Method, Outputs, Program,
     RayRecord, Role, StateVariable, library, lookup_state, new_state, set_defaults,
 };
+use rtsl_testing::random::Random;
 
 /// The variables that the host's rays have, in the order of their rows.
 const VARIABLES: [&str; 9] = [
@@ -127,13 +128,13 @@ impl Packet {
     fn new(width: usize, random: &mut Random) -> Packet {
         let mut packet = Packet {
             width,
-            words: (0..ROWS * width).map(|_| random.word()).collect(),
-            mask: from_fn(|_| -i32::from(random.word().is_multiple_of(4))),
+            words: (0..ROWS * width).map(|_| random.bits()).collect(),
+            mask: from_fn(|_| -i32::from(random.bits().is_multiple_of(4))),
         };
         packet.mask.iter_mut().for_each(|it| *it = !*it);
         for ray in 0..width {
-            let origin: [f32; 3] = from_fn(|_| random.float() * 3.0);
-            let target: [f32; 3] = from_fn(|_| random.float());
+            let origin: [f32; 3] = from_fn(|_| random.signed() * 3.0);
+            let target: [f32; 3] = from_fn(|_| random.signed());
             for axis in 0..3 {
                 packet.set(axis, ray, origin[axis]);
                 packet.set(3 + axis, ray, target[axis] - origin[axis]);
@@ -244,23 +245,6 @@ fn call(
     });
 }
 
-/// Numbers from 64 bits of state (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Random(u64);
-
-impl Random {
-    fn word(&mut self) -> u32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (mixed ^ mixed >> 31) as u32
-    }
-
-    /// In [-1,1).
-    fn float(&mut self) -> f32 {
-        (self.word() >> 8) as f32 / (1 << 23) as f32 - 1.0
-    }
-}
-
 /// An engine for machine code, if there can be one, and the oracle.
 fn engines() -> Option<(Engine, Engine)> {
     let engine = |backend| {
@@ -306,7 +290,7 @@ fn check(engines: &(Engine, Engine), instances: &[Arc<Instance>], random: &mut R
             let callback = callback(width, is_masked, wanted);
             let compiled = program.callback(&callback).expect("it compiles");
             for _ in 0..64 / width {
-                let number = random.word() as usize % instances.len();
+                let number = random.bits() as usize % instances.len();
                 let packet = Packet::new(width, random);
                 let found = packet.called(&compiled, words, number as u32);
                 let block = &blocks[number];
@@ -332,7 +316,7 @@ fn check(engines: &(Engine, Engine), instances: &[Arc<Instance>], random: &mut R
 #[test]
 fn every_primitive_of_the_library_gives_the_bits_of_the_oracle() {
     let Some(engines) = engines() else { return };
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let mut hit_classes = 0;
     for class in primitives() {
         let settings = rtsl_contract::settings(&class, &[]);
@@ -361,7 +345,7 @@ fn scratch_arrays_and_state_without_rows_are_values() {
     let Some(engines) = engines() else { return };
     let unit = Compiler::default().compile("others.rtsl", OTHERS).unit.expect("it compiles");
     let kept = Instance::new(unit.class("Kept").expect("there is one"), []).expect("an instance");
-    assert!(check(&engines, &[kept], &mut Random(5)) > 100);
+    assert!(check(&engines, &[kept], &mut Random::new(5)) > 100);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use crate::compiler::{CProgram, has_compiler, repository};
 use expect_test::expect_file;
+use rtsl_testing::digest::fnv1a;
 
 /// As in the test of the program in Rust.
 /// The test in Rust has the other sizes of packets.
@@ -36,7 +37,7 @@ fn packets_draw_the_picture() {
         let file = std::fs::read(&picture).expect("it was written");
         let pixels = file.strip_prefix(b"P6\n96 96\n255\n").expect("a PPM file");
         expect_file!["../../../../integrations/embree/picture.txt"]
-            .assert_eq(&format!("{:08x}\n", sum(pixels)));
+            .assert_eq(&format!("{:08x}\n", fnv1a(pixels)));
     }
 }
 
@@ -97,10 +98,4 @@ fn folder() -> PathBuf {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Fowler, Noll and Vo's hash (FNV-1a, 32 bits).
-fn sum(bytes: &[u8]) -> u32 {
-    let step = |sum: u32, byte: &u8| (sum ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-    bytes.iter().fold(0x811c_9dc5, step)
 }

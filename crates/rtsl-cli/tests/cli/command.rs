@@ -1,27 +1,25 @@
 //! A run of the command in a folder of its own, and what it printed.
 
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
 use expect_test::Expect;
+use tempfile::TempDir;
 
 pub const DONE: i32 = 0;
 pub const INPUT_AT_FAULT: i32 = 1;
 pub const WRONG_USAGE: i32 = 2;
 
 /// A folder of a test's own, gone when the test ends.
-pub struct Folder(pub PathBuf);
+pub struct Folder(pub TempDir);
 
 impl Folder {
     pub fn new(name: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("rtsl-cli-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Folder(path)
+        Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap())
     }
 
     pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.0.join(name), text).unwrap();
+        std::fs::write(self.0.path().join(name), text).unwrap();
     }
 
     /// Runs `rtsl` in this folder.
@@ -49,12 +47,6 @@ impl Folder {
         let output = child.wait_with_output().unwrap();
         writer.join().unwrap();
         Ran(output)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

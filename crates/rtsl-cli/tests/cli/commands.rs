@@ -267,15 +267,54 @@ fn every_form_can_be_built() {
 }
 
 #[test]
+fn the_times_of_stages_are_shown_on_request() {
+    let folder = Folder::new("timings");
+    folder.write("sphere.rtsl", SPHERE);
+    let build = ["build", "sphere.rtsl", "--emit", "ir"];
+    let timed = |rest: &[&str]| folder.run(&[&build[..], &["--timings"], rest].concat());
+    let table = timed(&[]).exits(DONE).output();
+    for stage in
+        ["stage ", "prelude ", "parse ", "lower ", "link ", "optimize ", "  dce ", "total "]
+    {
+        assert!(table.contains(stage), "{stage}: {table}");
+    }
+    let json = timed(&["--json", "-o", "sphere.ir"]).exits(DONE).output();
+    let json: serde_json::Value = serde_json::from_str(&json).expect("it is one object");
+    let stages = json["stages"].as_array().expect("it is a list");
+    assert!(stages.iter().all(|stage| stage["calls"].as_u64() > Some(0)), "{json}");
+    assert!(stages.iter().any(|stage| stage["name"] == "optimize"), "{json}");
+    // The form is the same, and without an output file it is not printed.
+    let form = folder.run(&build).exits(DONE).output();
+    assert_eq!(std::fs::read_to_string(folder.0.path().join("sphere.ir")).unwrap(), form);
+    assert!(!table.contains(&form));
+    folder.run(&[&build[..], &["--json"]].concat()).exits(WRONG_USAGE);
+}
+
+#[test]
+fn stages_are_lines_on_standard_error() {
+    let folder = Folder::new("verbose");
+    folder.write("sphere.rtsl", SPHERE);
+    let check = |flags: &[&str]| folder.run(&[&["check", "sphere.rtsl"], flags].concat());
+    assert_eq!(check(&[]).exits(DONE).errors(), "");
+    let lines = check(&["-v"]).exits(DONE).errors();
+    assert!(
+        lines.contains("parse file=sphere.rtsl: ") && lines.contains("lower class="),
+        "{lines}"
+    );
+    let build = folder.run(&["-vv", "build", "sphere.rtsl", "--emit", "ir"]).exits(DONE);
+    assert!(build.errors().contains("  dce: "), "{}", build.errors());
+}
+
+#[test]
 fn libraries_have_several_classes_shapes_and_widths() {
     let folder = Folder::new("library");
     folder.write("ball.rtsl", SPHERE);
     let library = ["build", "ball.rtsl", "Ward", "--bind", "Ward.kd=Constant"];
     let build = |rest: &[&str]| folder.run(&[&library[..], rest].concat());
     build(&["--emit", "obj", "-o", "ball.o"]).exits(DONE);
-    let object = std::fs::read(folder.0.join("ball.o")).unwrap();
+    let object = std::fs::read(folder.0.path().join("ball.o")).unwrap();
     assert_eq!(&object[..4], b"\x7fELF");
-    assert_eq!(entries(&folder.0), ["ball.o", "ball.rtsl"]);
+    assert_eq!(entries(folder.0.path()), ["ball.o", "ball.rtsl"]);
     let shapes = ["--shape", "single,packet", "--width", "4,16", "--prefix", "my"];
     let header = build(&[&["--emit", "header"], &shapes[..]].concat()).exits(DONE).output();
     for declared in [
@@ -327,12 +366,14 @@ fn render_writes_a_picture() {
         let ran = folder.run(&[&arguments[..], &["--stats", "stats.json"]].concat()).exits(DONE);
         assert_eq!(ran.output(), "");
     }
-    assert_eq!(&std::fs::read(folder.0.join("picture.png")).unwrap()[1..4], b"PNG");
-    let stats = std::fs::read_to_string(folder.0.join("stats.json")).unwrap();
+    assert_eq!(&std::fs::read(folder.0.path().join("picture.png")).unwrap()[1..4], b"PNG");
+    let stats = std::fs::read_to_string(folder.0.path().join("stats.json")).unwrap();
     assert!(stats.contains("cold_start_seconds"), "{stats}");
     let with_aovs = [&["render", "scene.pbrt", "-o", "x.png", "--aov", "normal,time"], &small[..]];
     folder.run(&with_aovs.concat()).exits(DONE);
-    assert!(["x.png", "x.normal.png", "x.time.png"].iter().all(|it| folder.0.join(it).exists()));
+    assert!(
+        ["x.png", "x.normal.png", "x.time.png"].iter().all(|it| folder.0.path().join(it).exists())
+    );
     folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "colour"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
@@ -373,7 +414,7 @@ fn pictures_are_kept_as_asked() {
     };
     let bytes = |output: &str, options: &[&str]| {
         render(output, options).exits(DONE);
-        std::fs::read(folder.0.join(output)).unwrap()
+        std::fs::read(folder.0.path().join(output)).unwrap()
     };
     let standard = bytes("a.png", &[]);
     assert_eq!(standard, bytes("b.png", &["--view", "standard"]));
@@ -385,12 +426,12 @@ fn pictures_are_kept_as_asked() {
     assert!(parts.windows(8).any(|name| name == b"distance"), "a part has this name");
     render("e.png", &["--view", "pale"]).exits(WRONG_USAGE);
     // A folder that has the picture's name.
-    std::fs::create_dir(folder.0.join("f.png")).unwrap();
+    std::fs::create_dir(folder.0.path().join("f.png")).unwrap();
     let ran = render("f.png", &[]).exits(WRONG_USAGE);
     assert!(ran.errors().contains("cannot write `f.png`: it is a folder"), "{}", ran.errors());
     render("g.png", &["--denoise"]).fails_with("E0704");
     render("h.exr", &["--aov", "variance"]).fails_with("E0624");
-    assert!(!folder.0.join("g.png").exists() && !folder.0.join("h.exr").exists());
+    assert!(!folder.0.path().join("g.png").exists() && !folder.0.path().join("h.exr").exists());
 }
 
 #[test]
@@ -440,7 +481,7 @@ fn explain_info_and_help_answer() {
     assert!(sphere.contains("float radius = 1.0;"), "{sphere}");
     let defaults = "class A : rt_Texture; struct S { int i; }; public S s; public rt_Texture t; public float data[];
         public int many[17]; constructor(bool on = true, mat2 m = mat2(2.0), color c, int n[2] = int[](-1, 7)) { }";
-    std::fs::write(folder.0.join("defaults.rtsl"), defaults).unwrap();
+    std::fs::write(folder.0.path().join("defaults.rtsl"), defaults).unwrap();
     expect![[r#"
         A: texture
         methods: 

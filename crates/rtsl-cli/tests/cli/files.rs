@@ -3,30 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use tempfile::TempDir;
+
 /// A folder that goes with the test.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("rtsl-files-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder for the test");
-        std::fs::write(path.join("scene.pbrt"), SCENE).expect("a scene for the test");
-        Folder(path)
+        let folder = tempfile::Builder::new().prefix(name).tempdir();
+        let folder = folder.expect("a folder for the test");
+        std::fs::write(folder.path().join("scene.pbrt"), SCENE).expect("a scene for the test");
+        Folder(folder)
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     fn bytes(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left behind is the system's to clear.
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

@@ -4,18 +4,19 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use tempfile::TempDir;
+
 /// A folder that goes with the test.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("rtsl-memory-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder for the test");
-        Folder(path)
+        let folder = tempfile::Builder::new().prefix(name).tempdir();
+        Folder(folder.expect("a folder for the test"))
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
@@ -32,13 +33,6 @@ impl Folder {
         command.current_dir(&self.0).env("MALLOC_ARENA_MAX", "1");
         let output = command.output().expect("it runs");
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left behind is the system's to clear.
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

@@ -5,26 +5,21 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use tempfile::TempDir;
+
 /// A folder that goes with the test.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("rtsl-resume-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder for the test");
-        std::fs::write(path.join("scene.pbrt"), SCENE).expect("a scene for the test");
-        Folder(path)
+        let folder = tempfile::Builder::new().prefix(name).tempdir();
+        let folder = folder.expect("a folder for the test");
+        std::fs::write(folder.path().join("scene.pbrt"), SCENE).expect("a scene for the test");
+        Folder(folder)
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left behind is the system's to clear.
-        let _ = std::fs::remove_dir_all(&self.0);
+        self.0.path().join(name)
     }
 }
 

@@ -7,11 +7,12 @@
 
 mod display;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use display::{Display, Pixels, Window};
+use tempfile::TempDir;
 
 /// Nothing here takes so long, on any machine.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -49,34 +50,26 @@ const SLIDER_Y: i16 = 4 * 19 + 9;
 const SLIDER: (i16, i16) = (420 - 300 + 116, 420 - 300 + 116 + 110);
 
 /// A scene in a folder of its own, removed in the end.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Folder {
-        let name = format!("rtsl-window-{name}-{}", std::process::id());
-        let folder = Folder(std::env::temp_dir().join(name));
-        std::fs::create_dir_all(&folder.0).unwrap();
-        std::fs::write(folder.0.join("scene.pbrt"), SCENE).unwrap();
+        let folder = Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap());
+        std::fs::write(folder.0.path().join("scene.pbrt"), SCENE).unwrap();
         folder.write_shader(DOTS);
         folder
     }
 
     fn write_shader(&self, text: &str) {
-        std::fs::write(self.0.join("dots.rtsl"), text).unwrap();
+        std::fs::write(self.0.path().join("dots.rtsl"), text).unwrap();
     }
 
     fn view(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
-        command.arg("view").arg(self.0.join("scene.pbrt"));
+        command.arg("view").arg(self.0.path().join("scene.pbrt"));
         command.arg("--size").arg(format!("{}x{}", SIZE.0, SIZE.1));
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
         command
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -250,7 +243,7 @@ fn a_resized_window_is_filled() {
 fn a_script_takes_a_picture() {
     let Some(display) = display() else { return };
     let folder = Folder::new("script");
-    let picture = folder.0.join("picture.png");
+    let picture = folder.0.path().join("picture.png");
     let mut command = folder.view();
     command.env("DISPLAY", display.name());
     let output = command.args(["--frames", "500", "--screenshot"]).arg(&picture).output().unwrap();

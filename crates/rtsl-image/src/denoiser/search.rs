@@ -57,14 +57,14 @@ mod tests {
 
     #[test]
     fn folders_give_the_libraries_in_them_and_other_paths_themselves() {
-        let folder = std::env::temp_dir().join(format!("rtsl-oidn-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
         let lib = folder.join("lib");
         std::fs::create_dir_all(&lib).unwrap();
-        assert_eq!(chosen(&folder), [folder.as_path()]);
+        assert_eq!(chosen(folder), [folder]);
         let file = lib.join(names()[0]);
         std::fs::write(&file, "a library").unwrap();
-        assert_eq!(chosen(&folder), [file.as_path()]);
+        assert_eq!(chosen(folder), [file.as_path()]);
         assert_eq!(chosen(&file), [file]);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -95,6 +95,8 @@ fn lower_for(
     width: u32,
     calls: Calls,
 ) -> Result<Kernel, LowerError> {
+    let (name, mode_name) = (function.name.as_str(), mode.name());
+    let _span = tracing::debug_span!("packet", function = name, mode = mode_name, width).entered();
     if !width.is_power_of_two() || width as usize > MAX_LANES {
         return Err(LowerError::Width(width));
     }

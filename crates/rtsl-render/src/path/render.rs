@@ -71,6 +71,7 @@ pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRend
     Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
     let threads = RenderThreads::new(options.execution.threads)?;
     let job = Job::new(scene, options)?;
+    let _span = tracing::debug_span!("render", threads = threads.count()).entered();
     let start = Instant::now();
     let (cancelled, rays) = job.run(&threads, start);
     job.finish(start.elapsed(), cancelled, rays, threads.count())
@@ -156,6 +157,7 @@ impl<'a> Job<'a> {
         if first >= end {
             return false;
         }
+        let _span = tracing::trace_span!("wavefront", tile, first, end).entered();
         let begun = Instant::now();
         let Job { scene, errors, with_features, .. } = self;
         let tracer = PathTracer { scene, errors, with_features: *with_features };

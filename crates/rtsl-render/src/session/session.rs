@@ -36,6 +36,25 @@ const FRAME_TARGET: Duration = Duration::from_millis(40);
 const MAX_REDUCTION: usize = 8;
 
 /// A scene that is rendered while it changes.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use rtsl_render::session::{Session, SessionOptions};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("scene.pbrt");
+/// # let text = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\n\
+/// #     Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 12\n\
+/// #     Sampler \"stratified\" \"integer pixelsamples\" 1\nWorldBegin\nShape \"Sphere\"\n";
+/// # std::fs::write(&path, text)?;
+/// let opened = Session::open(&path, SessionOptions::default());
+/// let (mut session, _warnings) = opened.expect("the scene has no errors");
+/// // A viewer shows the film after each slice of time.
+/// while session.advance(Duration::from_millis(20)) {}
+/// assert_eq!(session.film().size(), (16, 12));
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub struct Session {
     source: SceneSource<'static>,
     options: SessionOptions,

@@ -2,6 +2,7 @@
 
 use rtsl::Method;
 use rtsl_image::Image;
+use tempfile::TempDir;
 
 use super::*;
 use crate::request::{RenderRequest, render_scene};
@@ -33,42 +34,34 @@ void lookup() {
 const SLICE: Duration = Duration::from_millis(20);
 
 /// A folder with a scene, which is removed at the end.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Folder {
-        let name = format!("rtsl-session-{name}-{}", std::process::id());
-        let folder = Folder(std::env::temp_dir().join(name));
-        std::fs::create_dir_all(&folder.0).unwrap();
+        let folder = Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap());
         folder.write("scene.pbrt", SCENE);
         folder.write("stripes.rtsl", STRIPES);
         folder
     }
 
     fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.0.join(name), text).unwrap();
+        std::fs::write(self.0.path().join(name), text).unwrap();
     }
 
     fn open(&self) -> Session {
         let options = SessionOptions { threads: Some(2), ..SessionOptions::default() };
-        let opened = Session::open(&self.0.join("scene.pbrt"), options);
+        let opened = Session::open(&self.0.path().join("scene.pbrt"), options);
         opened.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).0
     }
 
     /// Renders the scene offline.
     fn render(&self, defines: &[&str]) -> Image {
         let request = RenderRequest {
-            scene: self.0.join("scene.pbrt"),
+            scene: self.0.path().join("scene.pbrt"),
             defines: defines.iter().map(|define| (*define).to_owned()).collect(),
             ..RenderRequest::default()
         };
         render_scene(&request).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

@@ -54,6 +54,7 @@ pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rende
     Aov::refuse_others(options.aovs, &AOVS, "interactive").map_err(Messages::one)?;
     let threads = RenderThreads::new(options.execution.threads)?;
     let job = Job::new(scene, options).map_err(|error| Messages::one(error.diagnostic()))?;
+    let _span = tracing::debug_span!("render", threads = threads.count()).entered();
     let start = Instant::now();
     let rays = job.run(&threads, start);
     job.finish(start.elapsed(), rays, threads.count())

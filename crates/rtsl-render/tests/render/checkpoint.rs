@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use rtsl_render::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Section};
 use rtsl_scene::reader::Digest;
+use tempfile::TempDir;
 
 fn fingerprint(seed: u64) -> Fingerprint {
     // Of its own, so that the format's pins do not change with the settings.
@@ -29,20 +30,15 @@ fn small() -> Vec<u8> {
 }
 
 /// The file of a test, in a folder that goes with it.
-struct Place(PathBuf);
+struct Place {
+    path: PathBuf,
+    _folder: TempDir,
+}
 
 impl Place {
     fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("rtsl-checkpoint-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Place(folder.join("render.ckpt"))
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(self.0.parent().unwrap());
+        let folder = tempfile::Builder::new().prefix(name).tempdir().unwrap();
+        Place { path: folder.path().join("render.ckpt"), _folder: folder }
     }
 }
 
@@ -56,8 +52,8 @@ fn numbers_come_back_by_name_and_kind() {
     let place = Place::new("names");
     let (sums, counts) = ([0.1, f64::NAN], [1, 2, 3]);
     let sections = vec![Section::f64("sums", &sums), Section::u32("counts", &counts)];
-    Checkpoint { fingerprint: fingerprint(3), sections }.write(&place.0).unwrap();
-    let checkpoint = Checkpoint::read_for(&place.0, &fingerprint(3)).unwrap();
+    Checkpoint { fingerprint: fingerprint(3), sections }.write(&place.path).unwrap();
+    let checkpoint = Checkpoint::read_for(&place.path, &fingerprint(3)).unwrap();
     assert_eq!(
         checkpoint.f64("sums").unwrap().iter().map(|it| it.to_bits()).collect::<Vec<_>>(),
         sums.map(f64::to_bits)
@@ -70,11 +66,11 @@ fn numbers_come_back_by_name_and_kind() {
 fn a_checkpoint_of_another_render_is_refused_with_the_difference() {
     let place = Place::new("foreign");
     let sections = Vec::new();
-    Checkpoint { fingerprint: fingerprint(3), sections }.write(&place.0).unwrap();
-    let error = Checkpoint::read_for(&place.0, &fingerprint(4)).unwrap_err();
+    Checkpoint { fingerprint: fingerprint(3), sections }.write(&place.path).unwrap();
+    let error = Checkpoint::read_for(&place.path, &fingerprint(4)).unwrap_err();
     let expected = format!(
         "E0622: `{}` belongs to another render: the checkpoint has seed 3, the render seed 4",
-        place.0.display()
+        place.path.display()
     );
     assert_eq!(said(&error), expected);
 }
@@ -91,11 +87,11 @@ fn what_is_no_checkpoint_is_said() {
         (small()[..100].to_vec(), "it is truncated: it has 100 of 211 bytes"),
         ([small(), vec![0]].concat(), "it has 212 bytes, expected 211"),
     ] {
-        std::fs::write(&place.0, bytes).unwrap();
-        let error = Checkpoint::read(&place.0).unwrap_err();
+        std::fs::write(&place.path, bytes).unwrap();
+        let error = Checkpoint::read(&place.path).unwrap_err();
         assert_eq!(
             said(&error),
-            format!("E0621: `{}` cannot be resumed: {reason}", place.0.display())
+            format!("E0621: `{}` cannot be resumed: {reason}", place.path.display())
         );
     }
 }
@@ -103,12 +99,12 @@ fn what_is_no_checkpoint_is_said() {
 #[test]
 fn files_that_cannot_be_read_or_written_are_said() {
     let place = Place::new("missing");
-    let error = Checkpoint::read(&place.0).unwrap_err();
+    let error = Checkpoint::read(&place.path).unwrap_err();
     assert!(said(&error).starts_with("E0601: cannot read the checkpoint"), "{error}");
-    let error = Checkpoint::read(place.0.parent().unwrap()).unwrap_err();
+    let error = Checkpoint::read(place.path.parent().unwrap()).unwrap_err();
     assert!(said(&error).ends_with("not a regular file"), "{error}");
     let checkpoint = Checkpoint { fingerprint: fingerprint(3), sections: Vec::new() };
-    let error = checkpoint.write(&place.0.join("below/a/file")).unwrap_err();
+    let error = checkpoint.write(&place.path.join("below/a/file")).unwrap_err();
     assert!(said(&error).starts_with("E0623: cannot write the checkpoint"), "{error}");
 }
 
@@ -116,14 +112,14 @@ fn files_that_cannot_be_read_or_written_are_said() {
 fn a_write_that_fails_leaves_the_earlier_checkpoint() {
     let place = Place::new("earlier");
     let earlier = Checkpoint { fingerprint: fingerprint(3), sections: Vec::new() };
-    earlier.write(&place.0).unwrap();
+    earlier.write(&place.path).unwrap();
     // A folder where the file would be made: as good as a disk that is full.
-    std::fs::create_dir(place.0.with_file_name(".render.ckpt.part")).unwrap();
+    std::fs::create_dir(place.path.with_file_name(".render.ckpt.part")).unwrap();
     let numbers = [1.0; 10];
     let later =
         Checkpoint { fingerprint: fingerprint(3), sections: vec![Section::f64("sums", &numbers)] };
-    assert!(matches!(later.write(&place.0), Err(CheckpointError::Unwritable { .. })));
-    assert_eq!(Checkpoint::read(&place.0), Ok(earlier));
+    assert!(matches!(later.write(&place.path), Err(CheckpointError::Unwritable { .. })));
+    assert_eq!(Checkpoint::read(&place.path), Ok(earlier));
 }
 
 /// A file of some hundred bytes that claims numbers for terabytes.
@@ -159,20 +155,20 @@ fn processes_that_write_one_checkpoint_leave_it_whole() {
     let place = Place::new("processes");
     let writer = || {
         let mut command = std::process::Command::new(std::env::current_exe().unwrap());
-        command.args(["checkpoint::writer_process", "--exact"]).env(WRITTEN, &place.0);
+        command.args(["checkpoint::writer_process", "--exact"]).env(WRITTEN, &place.path);
         command.stdout(std::process::Stdio::null()).spawn().unwrap()
     };
     let mut writers = [writer(), writer(), writer()];
     let mut read = 0;
     while writers.iter_mut().any(|writer| writer.try_wait().unwrap().is_none()) {
-        match Checkpoint::read_for(&place.0, &fingerprint(3)) {
+        match Checkpoint::read_for(&place.path, &fingerprint(3)) {
             Ok(_) => read += 1,
-            Err(error) => assert!(!place.0.exists() || read == 0, "after {read} reads: {error}"),
+            Err(error) => assert!(!place.path.exists() || read == 0, "after {read} reads: {error}"),
         }
     }
     assert!(read > 0);
     assert!(writers.into_iter().all(|mut writer| writer.wait().unwrap().success()));
-    assert!(Checkpoint::read_for(&place.0, &fingerprint(3)).is_ok());
+    assert!(Checkpoint::read_for(&place.path, &fingerprint(3)).is_ok());
 }
 
 #[test]

@@ -190,26 +190,16 @@ fn mixtures_and_textures_refer_to_their_parts() {
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings.to_text(false));
 }
 
-/// A scene and an image in a folder of their own, removed in the end.
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 #[test]
 fn images_are_read_for_textures_and_skies() {
-    let folder = Folder(std::env::temp_dir().join(format!("rtsl-images-{}", std::process::id())));
-    std::fs::create_dir_all(&folder.0).unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let mut image = Image::new(4, 2).unwrap();
     image.pixels[0] = [1.0, 0.0, 0.0];
     image.pixels[7] = [0.0, 0.0, 0.5];
     for name in ["image.exr", "image.png"] {
-        write_image(&image, &folder.0.join(name), &ImageOptions::default()).unwrap();
+        write_image(&image, &folder.path().join(name), &ImageOptions::default()).unwrap();
     }
-    let scene = folder.0.join("scene.pbrt");
+    let scene = folder.path().join("scene.pbrt");
     let text = "Camera \"perspective\"\nWorldBegin\n\
         LightSource \"infinite\" \"string filename\" \"image.exr\" \"float scale\" 3\n\
         Texture \"map\" \"spectrum\" \"imagemap\" \"string filename\" \"image.png\" \"string wrap\" \"clamp\" \"float vscale\" 2\n\

@@ -4,7 +4,7 @@
 //! that file. After each scene block its scene is rendered, with the files as they are by then.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rtsl_render::{RenderRequest, render_scene};
 
@@ -26,31 +26,10 @@ fn blocks(page: &str) -> Vec<(Vec<&str>, String)> {
     blocks
 }
 
-/// A folder that is removed when the test ends.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(page: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!(
-            "rtsl-{}-{}",
-            page.replace('/', "-"),
-            std::process::id()
-        ));
-        std::fs::create_dir_all(&path).expect("the folder can be made");
-        Folder(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Renders the scenes of pages that are read one after the other.
 fn render_scenes_of(pages: &[&str]) -> usize {
     let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src");
-    let folder = Folder::new(pages[0]);
+    let folder = tempfile::tempdir().expect("the folder can be made");
     let mut files: BTreeMap<String, String> = BTreeMap::new();
     let mut rendered = 0;
     for page in pages {
@@ -64,9 +43,10 @@ fn render_scenes_of(pages: &[&str]) -> usize {
                 file.clear();
             }
             file.push_str(&text);
-            std::fs::write(folder.0.join(name), file.as_str()).expect("the file can be written");
+            std::fs::write(folder.path().join(name), file.as_str())
+                .expect("the file can be written");
             if words[0] == "pbrt" {
-                render(page, &folder.0.join(name));
+                render(page, &folder.path().join(name));
                 rendered += 1;
             }
         }

@@ -1,10 +1,10 @@
 //! Instances that stay the same object when a scene is loaded again.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use rtsl_scene::reader::{DiskFiles, Values};
 use rtsl_scene::{EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
+use tempfile::TempDir;
 
 const SCENE: &str = r#"
 Camera "Pinhole" "float fov" 40
@@ -22,14 +22,11 @@ const STRIPES: &str = "#include \"shade.rtsl\"\nclass Stripes : rt_Texture;
 void lookup() { rt_TextureColor = color(shade()); }";
 
 /// A scene in a temporary folder, which is removed at the end.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Folder {
-        let folder =
-            std::env::temp_dir().join(format!("rtsl-source-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let folder = Folder(folder);
+        let folder = Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap());
         folder.write("scene.pbrt", SCENE);
         folder.write("stripes.rtsl", STRIPES);
         folder.write("shade.rtsl", "float shade() { return 0.5; }");
@@ -37,17 +34,11 @@ impl Folder {
     }
 
     fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.0.join(name), text).unwrap();
+        std::fs::write(self.0.path().join(name), text).unwrap();
     }
 
     fn source(&self) -> SceneSource<'static> {
-        SceneSource::read(&self.0.join("scene.pbrt"), &DiskFiles, &LoadOptions::default())
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        SceneSource::read(&self.0.path().join("scene.pbrt"), &DiskFiles, &LoadOptions::default())
     }
 }
 

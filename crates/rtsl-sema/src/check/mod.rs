@@ -117,6 +117,7 @@ pub fn check_unit(
     prelude: Option<&Prelude>,
     diagnostics: &mut Diagnostics,
 ) -> Module {
+    let _span = tracing::debug_span!("check").entered();
     deep_stack::run(|| {
         let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
         for item in &unit.items {

@@ -136,7 +136,8 @@ mod tests {
 
     #[test]
     fn files_are_found_beside_and_on_the_path_and_nowhere_else() {
-        let root = std::env::temp_dir().join(format!("rtsl-loader-{}", std::process::id()));
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
         let (program, library) = (root.join("program"), root.join("library"));
         std::fs::create_dir_all(program.join("parts")).unwrap();
         std::fs::create_dir_all(&library).unwrap();
@@ -160,6 +161,5 @@ mod tests {
         );
         assert!(matches!(loader.load("d.rtsl", &main), Err(IncludeError::Unreadable(_))));
         assert!(matches!(loader.load("parts", &main), Err(IncludeError::NotFound(_))));
-        std::fs::remove_dir_all(&root).unwrap();
     }
 }

@@ -19,6 +19,7 @@ pub(crate) struct Prelude {
 /// Returns the prelude; the first call checks it.
 pub(crate) fn prelude() -> &'static Prelude {
     static CHECKED: LazyLock<Prelude> = LazyLock::new(|| {
+        let _span = tracing::debug_span!("prelude").entered();
         let mut sources = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
         let mut units = Vec::new();

@@ -35,6 +35,7 @@ pub(crate) struct Linked {
 
 /// Links a function of the class at the tree's root.
 pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
+    let _span = tracing::debug_span!("link", function = function.name).entered();
     let mut linker = Linker::new(Function::new(function.name.clone()));
     linker.root(tree, function)?;
     Ok(linker.finish())

@@ -8,6 +8,7 @@ use rtsl::{
     Instance, Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Math, Method,
     Objects, Placement, Program, Value, Variant, host::NoHost, lookup_state, new_state,
 };
+use rtsl_testing::random::Random;
 
 /// Reads all of the ray, at a dynamic index, too.
 const SLAB: &str = r#"
@@ -34,16 +35,6 @@ const OBJECT: usize = 9;
 /// Origin and direction.
 type Ray = [[f32; 3]; 2];
 
-/// Numbers between -1 and 1 without a pattern.
-struct Noise(u32);
-
-impl Noise {
-    fn number(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(0x915f_77f5).wrapping_add(0x2545_f491);
-        (self.0 >> 8) as f32 / (1 << 23) as f32 - 1.0
-    }
-}
-
 struct Scene {
     program: Arc<Program>,
     instances: Vec<Arc<Instance>>,
@@ -61,15 +52,15 @@ fn class() -> Arc<Class> {
 
 impl Scene {
     fn new(engine: &Engine) -> Scene {
-        let (class, mut noise) = (class(), Noise(5));
+        let (class, mut random) = (class(), Random::new(5));
         let objects = FIRST as usize + COUNT;
-        let mut size = || Value::Float(0.75 + 0.5 * noise.number());
+        let mut size = || Value::Float(0.75 + 0.5 * random.signed());
         let instances: Vec<Arc<Instance>> =
             (0..objects).map(|_| Instance::new(&class, [("size", size())]).unwrap()).collect();
-        let placements = (0..objects).map(|_| std::array::from_fn(|_| noise.number())).collect();
+        let placements = (0..objects).map(|_| std::array::from_fn(|_| random.signed())).collect();
         let rays = (0..COUNT).map(|_| {
-            let origin = [noise.number(), noise.number(), -3.0];
-            [origin, [noise.number() * 0.4, noise.number() * 0.4, 1.0]]
+            let origin = [random.signed(), random.signed(), -3.0];
+            [origin, [random.signed() * 0.4, random.signed() * 0.4, 1.0]]
         });
         let rays = rays.collect();
         let mut indices = LaneIndices::new(COUNT);

@@ -25,6 +25,12 @@ pub struct BuildArguments {
     /// The output file; standard output if not given.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+    /// Print the time of each stage of the compiler to standard output; the form is then only written if `-o` is given.
+    #[arg(long)]
+    pub timings: bool,
+    /// With `--timings`: print one JSON object.
+    #[arg(long, requires = "timings")]
+    pub json: bool,
     /// The class, if the file has several; for a library its classes, separated by commas, or all if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub class: Vec<String>,

@@ -15,6 +15,7 @@ use super::shader::{choose_class, compiler, instance, unit_of};
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
+use crate::spans::Spans;
 
 /// The meaning of a form's name.
 enum Form {
@@ -39,15 +40,22 @@ impl Form {
     }
 }
 
-/// Prints or writes the form.
-pub fn run(arguments: &BuildArguments, reporter: &Reporter) -> CommandResult {
+/// Prints or writes the form, and the times of the stages if they are wanted.
+pub fn run(arguments: &BuildArguments, reporter: &Reporter, spans: &Spans) -> CommandResult {
     let contents = match Form::new(arguments.emit) {
         Form::Tree => syntax_tree(arguments, reporter)?,
         Form::Method(form) => emit_methods(arguments, form, reporter)?,
         Form::Library(form) => library::emit(arguments, form, reporter)?,
     };
     let Some(contents) = contents else { return Ok(Outcome::InputAtFault) };
-    write_result(arguments.output.as_deref(), &contents)?;
+    if arguments.output.is_some() || !arguments.timings {
+        write_result(arguments.output.as_deref(), &contents)?;
+    }
+    if arguments.timings {
+        let timings = spans.timings();
+        let text = if arguments.json { timings.to_json() } else { timings.to_text() };
+        write_result(None, text.as_bytes())?;
+    }
     Ok(Outcome::Done)
 }
 

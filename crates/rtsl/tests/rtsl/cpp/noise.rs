@@ -2,29 +2,27 @@
 
 use rtsl_ir::{Constant, Scalar};
 use rtsl_testing::functions::Entropy;
+use rtsl_testing::random::Random;
 
-/// A stream of them.
-pub struct Noise(u64);
+/// A stream of scalars.
+pub struct Noise(Random);
 
 impl Noise {
     pub fn new(seed: u64) -> Noise {
-        Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678)
+        Noise(Random::new(seed))
     }
 
     pub fn bits(&mut self) -> u32 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let word = self.0 >> 22 ^ self.0;
-        (word >> (22 + (self.0 >> 61))) as u32
+        self.0.bits()
     }
 
     pub fn below(&mut self, count: u32) -> u32 {
-        self.bits() % count
+        self.0.below(count)
     }
 
     /// In [0,1).
     pub fn unit(&mut self) -> f32 {
-        (self.bits() >> 8) as f32 / (1 << 24) as f32
+        self.0.unit()
     }
 
     /// The bits of a scalar, at an edge in one of `edges` cases: of sizes that scenes have else.
