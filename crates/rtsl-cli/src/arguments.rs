@@ -93,8 +93,8 @@ pub struct VariantArguments {
 
 impl VariantArguments {
     /// Returns the variant for callers that read these outputs, with instances of any members.
-    pub fn reading(&self, shape: CallMode) -> Variant {
-        let variant = Variant::new(shape);
+    pub fn reading(&self, mode: CallMode) -> Variant {
+        let variant = Variant::new(mode);
         match &self.reads {
             Some(variables) => variant.reading(Outputs::state(variables.iter().copied())),
             None => variant,
@@ -109,9 +109,9 @@ pub fn parse_width(text: &str) -> Result<u32, String> {
 }
 
 /// Parses the name of a call mode.
-pub fn parse_shape(name: &str) -> Result<CallMode, String> {
+pub fn parse_call_mode(name: &str) -> Result<CallMode, String> {
     CallMode::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = CallMode::ALL.iter().map(|shape| shape.name()).collect();
+        let names: Vec<&str> = CallMode::ALL.iter().map(|mode| mode.name()).collect();
         format!("the call modes are {}", names.join(", "))
     })
 }

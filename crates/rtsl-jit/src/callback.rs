@@ -7,11 +7,11 @@ use rtsl_abi::RayRecord;
 use rtsl_llvm::{Callback, TargetFeatures};
 use rtsl_packet::Kernel;
 
-use crate::compile::OptLevel;
 use crate::error::JitError;
 use crate::kernel::features_of_host;
 use crate::llvm::Llvm;
 use crate::module::Module;
+use crate::opt_level::OptLevel;
 
 const SYMBOL: &str = "callback";
 

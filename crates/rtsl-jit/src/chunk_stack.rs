@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use corosensei::stack::{DefaultStack, MIN_STACK_SIZE, STACK_ALIGNMENT, Stack, StackPointer};
 
-use crate::frames::MAX_FRAME_BYTES;
+use crate::limits::MAX_FRAME_BYTES;
 
 /// The room beyond the frame for host functions called on a chunk's stack: random numbers, ambient light, the number of
 /// lights. A caller's thread should leave as much to kernels.

@@ -19,7 +19,7 @@ use rtsl_ir::host::{
 use smallvec::SmallVec;
 
 use crate::chunk_stack::ChunkStack;
-use crate::kernel::Entry;
+use crate::entry::Entry;
 
 /// The greatest number of chunks that run as coroutines: a packet of 64 rays, four at a time.
 const MAX_CHUNKS: usize = 16;

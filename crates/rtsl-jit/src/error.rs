@@ -45,7 +45,7 @@ impl fmt::Display for LlvmError {
             f,
             "\n  install LLVM {} or newer (Debian: `apt install libllvm19`), or the Rust \
              toolchain, which holds one, or set RTSL_LLVM to the library's file or folder",
-            crate::llvm::OLDEST_MAJOR
+            crate::limits::OLDEST_MAJOR
         )
     }
 }
@@ -79,7 +79,7 @@ pub enum JitError {
     #[error(
         "`{function}` needs {} KiB of stack, where {} KiB are allowed",
         .bytes.div_ceil(1024),
-        crate::frames::MAX_FRAME_BYTES >> 10
+        crate::limits::MAX_FRAME_BYTES >> 10
     )]
     Frame {
         /// The function's symbol.

@@ -8,10 +8,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::JitError;
-
-/// The greatest stack size of a function, including the functions that it calls. Hosts call kernels on their threads'
-/// stacks, each of which should be at least twice this size.
-pub const MAX_FRAME_BYTES: usize = 256 << 10;
+use crate::limits::MAX_FRAME_BYTES;
 
 /// The attribute that makes LLVM report the frame of a function that is larger than the value: a warning to the
 /// diagnostic handler.

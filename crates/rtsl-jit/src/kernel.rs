@@ -12,14 +12,13 @@ use rtsl_abi::{
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
 
-use crate::compile::OptLevel;
 use crate::coroutines::{LARGE_FRAME_BYTES, call_in_coroutines, call_on_own_stack};
+use crate::entry::Entry;
 use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
+use crate::opt_level::OptLevel;
 use crate::target::Target;
-
-pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
 
 /// A compiled method. Cheap to clone; the code lives as long as any handle to it.
 #[derive(Clone, Debug)]

@@ -10,13 +10,11 @@ use crate::error::{LlvmError, LlvmVersion};
 use crate::ffi::{self, Api};
 use crate::library;
 use crate::library_pages::LibraryPages;
+use crate::limits::OLDEST_MAJOR;
 use crate::passes::Passes;
 use crate::search::{self, Candidates};
 use crate::target::Target;
 use crate::worker;
-
-/// The oldest LLVM with a suitable C API and syntax.
-pub(crate) const OLDEST_MAJOR: u32 = 17;
 
 /// An LLVM library in this process. It remains loaded until the process ends, since LLVM's globals do not support
 /// unloading.

@@ -9,7 +9,7 @@
 
 use std::sync::OnceLock;
 
-use crate::compile::OptLevel;
+use crate::opt_level::OptLevel;
 
 /// A pass with its spellings in versions of LLVM; the first that the library accepts is used.
 type Pass = &'static [&'static str];

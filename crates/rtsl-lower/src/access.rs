@@ -5,8 +5,8 @@ use rtsl_sema::hir::{Expression, ExpressionKind, StructId, Type};
 use rtsl_source::Span;
 
 use crate::Lowering;
-use crate::addresses::LeafPart;
 use crate::facts::{CHOICE, root_of};
+use crate::leaf_part::LeafPart;
 use crate::limits::Lowered;
 use crate::variables::{SourceVariableId, Storage};
 

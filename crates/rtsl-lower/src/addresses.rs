@@ -5,33 +5,9 @@ use rtsl_ir::{BinaryOp, Index, Scalar, Value, VariableKind};
 use crate::Lowering;
 use crate::access::{Access, Position, Step};
 use crate::layout::Leaf;
+use crate::leaf_part::{LeafPart, Positions};
 use crate::limits::Lowered;
 use crate::variables::SourceVariableId;
-
-/// Some of the scalars of one leaf.
-#[derive(Clone, Debug)]
-pub(crate) struct LeafPart {
-    pub leaf: usize,
-    /// The dynamic terms of the address: clamped indices, and their strides.
-    terms: Vec<(Value, u32)>,
-    /// The positions in the leaf, to which the terms are added.
-    pub positions: Positions,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) enum Positions {
-    Range { start: u32, len: u32 },
-    List(Vec<u32>),
-}
-
-impl Positions {
-    pub fn iter(&self) -> Box<dyn Iterator<Item = u32> + '_> {
-        match self {
-            Positions::Range { start, len } => Box::new(*start..start + len),
-            Positions::List(list) => Box::new(list.iter().copied()),
-        }
-    }
-}
 
 impl Lowering<'_> {
     /// Computes the addresses of the scalars of a part; every dynamic index left is one into

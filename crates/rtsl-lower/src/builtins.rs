@@ -8,7 +8,7 @@ use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Operation, Special}
 use crate::Lowering;
 use crate::calls::Argument;
 use crate::limits::Lowered;
-use crate::state::state_id;
+use crate::state_table::state_id;
 
 impl<'m> Lowering<'m> {
     pub fn lower_builtin(

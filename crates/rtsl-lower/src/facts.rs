@@ -8,7 +8,7 @@ use rtsl_sema::hir::{
 };
 use rtsl_spec::builtins::{self, Lowering, Special};
 
-use crate::state::{light_states, state_id};
+use crate::state_table::{light_states, state_id};
 use crate::walk::{Node, called, walk, walk_expression, walk_statements};
 
 /// The variable that an lvalue is part of.

@@ -13,7 +13,7 @@ use crate::calls::Jumps;
 use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::state::{light_states, state_id};
+use crate::state_table::{light_states, state_id};
 use crate::walk::Node;
 
 /// The arguments of the light query.

@@ -14,7 +14,7 @@ use rtsl_spec::{Direction, Method, Role};
 
 use crate::Lowering;
 use crate::limits::Lowered;
-use crate::state::{entry, state_id};
+use crate::state_table::{entry, state_id};
 use crate::variables::Storage;
 
 /// The state variables whose values the call overrides.

@@ -10,53 +10,14 @@
 use rtsl_ir::{Constant, Scalar, Value, Variable, VariableKind};
 use rtsl_sema::hir::{StateId, Type};
 use rtsl_source::Span;
-use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable};
+use rtsl_spec::{Default, Direction, Method, Role, Row};
 
 use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::variables::{RANK_OF_DATA, SourceVariable, SourceVariableId, Storage};
+use crate::state_table::{entry, state_id, type_of};
+use crate::variables::{ComputedDefault, RANK_OF_DATA, SourceVariable, SourceVariableId, Storage};
 use crate::{Lowering, Purpose};
-
-/// A default that depends on other variables.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ComputedDefault {
-    /// The flag that the variable has been set.
-    pub written: Cell,
-    default: Default,
-}
-
-/// The variables that hold the light's sample inside `illuminance`.
-pub(crate) fn light_states() -> impl Iterator<Item = StateId> {
-    let lit = |variable: &&StateVariable| {
-        Role::Material.row(variable.name).is_some_and(|row| row.illuminance)
-    };
-    rtsl_spec::state_variables().iter().filter(lit).map(|variable| StateId(variable.index))
-}
-
-/// The entry of the table's list of distinct variables.
-pub(crate) fn entry(id: StateId) -> &'static StateVariable {
-    &rtsl_spec::state_variables()[id.0 as usize]
-}
-
-/// The variable called `name`.
-///
-/// # Panics
-/// If the table has none.
-pub(crate) fn state_id(name: &str) -> StateId {
-    let variable = rtsl_spec::lookup_state(name);
-    StateId(variable.unwrap_or_else(|| panic!("the table has {name}")).index)
-}
-
-/// The type of a state variable.
-pub(crate) fn type_of(ty: StateType) -> Type {
-    match ty {
-        StateType::Float => Type::Scalar(Scalar::F32),
-        StateType::Vec2 => Type::Vector(Scalar::F32, 2),
-        StateType::Vec3 => Type::Vector(Scalar::F32, 3),
-        StateType::Color => Type::Color,
-    }
-}
 
 impl Lowering<'_> {
     /// Creates the variables for all state that the method may write or has to output.

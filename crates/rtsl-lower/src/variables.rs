@@ -6,12 +6,12 @@ use std::rc::Rc;
 use rtsl_ir::{Constant, Name, Scalar, Value, VariableId, VariableKind};
 use rtsl_sema::hir::Type;
 use rtsl_source::Span;
+use rtsl_spec::Default;
 
 use crate::Lowering;
 use crate::cells::Cell;
 use crate::layout::Layout;
 use crate::limits::{self, Lowered};
-use crate::state::ComputedDefault;
 
 /// An index into [`Lowering::variables`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,6 +27,14 @@ pub(crate) struct SourceVariable {
     pub default: Option<ComputedDefault>,
     /// The host's value, for state variables that are loaded at the start.
     pub input: Option<Vec<Value>>,
+}
+
+/// A default that depends on other variables.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ComputedDefault {
+    /// The flag that the variable has been set.
+    pub written: Cell,
+    pub default: Default,
 }
 
 /// The name rank of parameters and results of functions.

@@ -8,6 +8,7 @@ mod estimate;
 pub mod interleave;
 pub mod interpreter;
 pub mod kernel;
+mod locals;
 mod lower;
 mod print;
 pub mod profile;

@@ -20,7 +20,7 @@ use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
 use crate::kernel::{KernelVariable, Op, OpKind, Region, Type};
-use crate::lower::{MAX_LOCAL_WORDS, local_words};
+use crate::locals::{MAX_LOCAL_WORDS, local_words};
 
 /// A violated invariant: a bug in the compiler, never in a shader.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

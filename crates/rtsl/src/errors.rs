@@ -1,4 +1,4 @@
-//! The diagnostics of linking and parameters: one function each.
+//! The diagnostics of this crate, one function each.
 
 use rtsl_ir::class::{Class, Parameter};
 use rtsl_jit::{JitError, LlvmError, MAX_FRAME_BYTES};
@@ -8,7 +8,7 @@ use rtsl_spec::Method;
 
 use crate::type_name::type_name;
 
-/// How many names a message lists.
+/// The greatest number of names in a message.
 const LISTED: usize = 12;
 
 pub(crate) fn missing_parameters(class: &Class, missing: &[&Parameter]) -> Diagnostic {
@@ -38,7 +38,7 @@ pub(crate) fn unknown_parameter(class: &Class, name: &str) -> Diagnostic {
     }
 }
 
-/// A class of which there are no elements.
+/// An instance whose class has no element parameter.
 pub(crate) fn no_elements(class: &Class) -> Diagnostic {
     Diagnostic::new(
         codes::NO_SUCH_PARAMETER,
@@ -47,12 +47,12 @@ pub(crate) fn no_elements(class: &Class) -> Diagnostic {
     .help("annotate it with `[[element \"buffer\"]]`")
 }
 
-/// Why a value does not serve.
+/// The reason why a value does not fit a parameter.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Mismatch {
-    /// It has another type: what was expected, what was found.
+    /// The value has another type than `expected`.
     Type { expected: String, found: String },
-    /// A number lies outside the annotated range.
+    /// A number is outside the annotated range.
     Range(String),
     /// An instance lacks the role that a reference asks for.
     Role { class: String, role: &'static str },
@@ -83,7 +83,7 @@ pub(crate) fn too_many_references(class: &Class) -> Diagnostic {
     .note("an instance may reach 4096 others, through 64 references one behind the other")
 }
 
-/// A class that a host asked for and that is not there.
+/// The name of a class that does not exist.
 pub fn unknown_class<'a>(name: &str, classes: impl IntoIterator<Item = &'a str>) -> Diagnostic {
     let names: Vec<&str> = classes.into_iter().collect();
     let diagnostic = Diagnostic::new(codes::NO_SUCH_CLASS, format!("there is no class `{name}`"));
@@ -107,14 +107,14 @@ pub(crate) fn missing_method(class: &Class, method: Method) -> Diagnostic {
     }
 }
 
-/// Something that is nothing but machine code.
+/// A callback of an engine without machine code.
 pub(crate) fn no_machine_code(class: &Class) -> Diagnostic {
     let problem =
         format!("callbacks of `{}` are machine code, and this engine makes none", class.name);
     Diagnostic::new(codes::NO_LLVM, problem).help("make an engine with the backend `jit`")
 }
 
-/// State that no method sets where a ray has hit.
+/// A state variable that no method sets at hits.
 pub(crate) fn unset_at_hits(class: &Class, variable: &str) -> Diagnostic {
     Diagnostic::new(
         codes::NO_SUCH_METHOD,
@@ -122,12 +122,12 @@ pub(crate) fn unset_at_hits(class: &Class, variable: &str) -> Diagnostic {
     )
 }
 
-/// A method that has no code, for a reason that is not the author's doing.
+/// A method without code, for a reason that its author can't mend.
 pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Diagnostic {
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
 }
 
-/// A method that LLVM made no code of. `width` is how many rays its kernel does at a time.
+/// A method of which LLVM made no code. `width` is the number of rays that its kernel does at a time.
 pub(crate) fn machine_code(name: &str, width: u32, error: &JitError) -> Diagnostic {
     let diagnostic = |code| Diagnostic::new(code, format!("`{name}` can't be compiled: {error}"));
     match error {
@@ -149,7 +149,7 @@ pub(crate) fn machine_code(name: &str, width: u32, error: &JitError) -> Diagnost
     }
 }
 
-/// A method that has no packet code.
+/// A method without packet code.
 pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
     match error {
         LowerError::TooMuchCode(work) => too_much_code(name, *work),
@@ -186,7 +186,7 @@ fn too_large_frame(name: &str, width: u32, bytes: usize) -> Diagnostic {
     diagnostic.help("kernels for fewer rays at a time need less: `--width 1` needs the least")
 }
 
-/// A constructor that did not come to its end.
+/// A constructor that used up its budget.
 pub(crate) fn endless_constructor(name: &str) -> Diagnostic {
     Diagnostic::new(
         codes::BUDGET_EXHAUSTED,

@@ -1,6 +1,6 @@
-//! The state of rays, by the one table.
+//! The state of rays.
 //!
-//! State lives in a [`LaneBlock`] with an array for each component of each state variable;
+//! The state of a call is a [`LaneBlock`] with an array for each component of each state variable;
 //! `rt_RayOrigin` is the three arrays that start at its variable's
 //! [`first_component`](rtsl_spec::StateVariable::first_component). The same block serves
 //! methods of all roles.
@@ -13,8 +13,8 @@ pub fn new_state(lanes: usize) -> LaneBlock {
     LaneBlock::new(state_component_count() as usize, lanes)
 }
 
-/// Sets what a role's methods read to the values it has where no host sets any: constants of the
-/// one table. Those whose default is another variable's value are left alone.
+/// Sets the state that a role's methods read to its defaults, the constants of the table of state variables. Variables
+/// whose default is another variable's value are left alone.
 ///
 /// ```
 /// use rtsl::{Role, lookup_state};

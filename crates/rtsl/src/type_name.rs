@@ -3,7 +3,7 @@
 use rtsl_ir::Scalar;
 use rtsl_ir::class::ParameterType;
 
-/// The type as RTSL writes it.
+/// Returns the type as RTSL writes it.
 pub fn type_name(ty: &ParameterType) -> String {
     match ty {
         ParameterType::Scalar(scalar) => scalar_name(*scalar).to_owned(),
@@ -26,7 +26,7 @@ pub fn type_name(ty: &ParameterType) -> String {
     }
 }
 
-/// The type of a number as RTSL writes it.
+/// Returns the type of a number as RTSL writes it.
 pub fn scalar_name(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::F32 => "float",

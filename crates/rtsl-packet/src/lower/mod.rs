@@ -13,6 +13,7 @@ mod implied;
 mod memory;
 mod nan_bits;
 mod nan_shadow;
+mod sign_bit;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,13 +25,10 @@ use rtsl_ir::{
 };
 
 use crate::kernel::{Kernel, KernelOutput, KernelVariable, Op, OpKind, Region, Type};
+use crate::locals::{MAX_LOCAL_WORDS, local_words};
 use crate::uniformity::Uniformity;
 use crate::verify;
 use crate::work::MAX_WORK;
-
-/// The greatest size of the locals of a kernel of the greatest width, in words: they are on the stack, and kernels call
-/// hosts that call kernels. The limit is the same for every width, so that a shader compiles for all or for none.
-pub const MAX_LOCAL_WORDS: u64 = 1 << 16;
 
 /// The reason a function cannot be lowered.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -187,25 +185,6 @@ fn check_locals(kernel: &Kernel) -> Result<(), LowerError> {
         0..=MAX_LOCAL_WORDS => Ok(()),
         words => Err(LowerError::TooMuchMemory(words)),
     }
-}
-
-/// Returns the stack size of the locals of a kernel of the greatest width, in words.
-pub(crate) fn local_words(kernel: &Kernel) -> u64 {
-    // In the leaf mode scratch arrays are uniform and copied to the stack.
-    let is_local = |variable: &&KernelVariable| match variable.variable.kind {
-        VariableKind::Local => true,
-        VariableKind::Scratch => kernel.mode == CallMode::Leaf,
-        VariableKind::State
-        | VariableKind::Member
-        | VariableKind::Parameter
-        | VariableKind::Buffer
-        | VariableKind::Accepted => false,
-    };
-    let words = kernel.variables.iter().filter(is_local);
-    let words = words.map(|variable| {
-        u64::from(variable.variable.len) * if variable.varies { MAX_LANES as u64 } else { 1 }
-    });
-    words.sum()
 }
 
 /// The state of the traversal of the function.

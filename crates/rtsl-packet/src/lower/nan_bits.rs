@@ -4,10 +4,10 @@
 //! integers only have their sign changed and become an f32 again: a NaN remains some NaN whatever its bits, so they
 //! need not be canonical. The others are analysed by [`Shadow`].
 
-use super::nan_shadow::Shadow;
-use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, Value};
+use rtsl_ir::{BinaryOp, Function, OpKind, Region, Scalar, Value};
 
-const SIGN: u32 = 1 << 31;
+use super::nan_shadow::Shadow;
+use super::sign_bit::{SIGN, constant, is_sign};
 
 /// For each value of `function`, true if it is a bitcast of an f32 whose bits are unobservable for a NaN.
 pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
@@ -37,31 +37,6 @@ pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
     (0..function.values.len() as u32)
         .map(|index| uses.is_hidden_bitcast(Value(index)) || hides(Value(index)))
         .collect()
-}
-
-/// True if all bits of an integer except the highest are 0; `definitions` is indexed by value.
-pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
-    let constant = |value| constant(definitions, value);
-    match definitions[value.0 as usize] {
-        Some(OpKind::Constant(_)) => constant(value).is_some_and(|bits| bits & !SIGN == 0),
-        Some(OpKind::Binary(BinaryOp::And, a, b)) => {
-            [*a, *b].into_iter().any(|operand| constant(operand) == Some(SIGN))
-        }
-        Some(OpKind::Binary(BinaryOp::ShiftLeft, _, count)) => {
-            constant(*count).is_some_and(|count| count & 31 == 31)
-        }
-        _ => false,
-    }
-}
-
-/// Returns the bits of an integer constant.
-fn constant(definitions: &[Option<&OpKind>], value: Value) -> Option<u32> {
-    match definitions[value.0 as usize] {
-        Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
-            Some(constant.bits())
-        }
-        _ => None,
-    }
 }
 
 /// The uses of values.

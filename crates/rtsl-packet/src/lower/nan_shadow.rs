@@ -8,7 +8,7 @@ use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value,
 };
 
-use super::nan_bits::is_sign;
+use super::sign_bit::is_sign;
 
 /// The state of a value under the assumption that another is a NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -138,6 +138,12 @@ impl CompiledScene {
         &self.shaders[instance.shader]
     }
 
+    /// Returns a traversal class.
+    #[inline]
+    pub fn class(&self, index: u32) -> &ObjectClass {
+        &self.classes[index as usize]
+    }
+
     /// Returns the placement of an instance of the geometry.
     pub fn placement(&self, instance: u32) -> Option<Placement<'_>> {
         let forward = *self.instance_transforms.get(instance as usize)?;

@@ -67,7 +67,7 @@ impl<'a> Intersector<'a> {
     }
 
     fn class(&self, class: u32) -> &'a ObjectClass {
-        &self.scene.classes[class as usize]
+        self.scene.class(class)
     }
 
     fn intersect_of(&self, class: &'a ObjectClass) -> Callee<'a> {

@@ -58,7 +58,7 @@ impl PathTracer<'_> {
         let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
             return;
         };
-        let textures = &self.scene.alpha.classes[class as usize];
+        let textures = &self.scene.alpha[class];
         let name = &textures.program.class().name;
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;

@@ -40,7 +40,7 @@ impl PathTracer<'_> {
         let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
             return;
         };
-        let emitters = &self.scene.materials.classes[class as usize];
+        let emitters = &self.scene.materials[class];
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let weights = self.weights_of_hits(group, batch);
@@ -66,7 +66,7 @@ impl PathTracer<'_> {
         let callee = Callee { class: self.material_name(group), method, errors: self.errors };
         match source {
             MaterialSource::Own => {
-                let class = &self.scene.compiled.classes[group.key.class as usize];
+                let class = self.scene.compiled.class(group.key.class);
                 let instances = of.instances(&class.objects, objects);
                 callee.call_for_first(
                     kernel,
@@ -78,7 +78,7 @@ impl PathTracer<'_> {
                 );
             }
             MaterialSource::Class(class) => {
-                let class = &self.scene.materials.classes[class as usize];
+                let class = &self.scene.materials[class];
                 for array in 0..group.material_scratch {
                     scratch.words_mut(array).fill(0);
                 }

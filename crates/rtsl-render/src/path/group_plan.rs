@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rtsl::{Objects, Program};
 use rtsl_scene::Scene;
 
-use super::instance_classes::InstanceClasses;
+use super::instance_classes::{InstanceClassId, InstanceClasses};
 use super::kernels::Batching;
 use super::lights::is_sampled;
 use super::material::MaterialSource;
@@ -33,12 +33,13 @@ pub struct Classes<'a> {
 impl<'a> Classes<'a> {
     /// Returns the programs and instances of a group.
     pub fn parts_of(&self, key: &GroupKey) -> GroupParts<'a> {
-        let class = &self.compiled.classes[key.class as usize];
-        let class_sizes =
-            |classes: &'a InstanceClasses, class: u32| -> (&'a Arc<Program>, &'a Objects) {
-                let class = &classes.classes[class as usize];
-                (&class.program, &class.objects)
-            };
+        let class = self.compiled.class(key.class);
+        let class_sizes = |classes: &'a InstanceClasses,
+                           class: InstanceClassId|
+         -> (&'a Arc<Program>, &'a Objects) {
+            let class = &classes[class];
+            (&class.program, &class.objects)
+        };
         let material = match key.material.0 {
             MaterialSource::Own => (class.program(), &*class.objects),
             MaterialSource::Class(index) => class_sizes(self.materials, index),
@@ -116,8 +117,8 @@ struct GroupSeed {
     class: u32,
     shape: Batching,
     material: MaterialSource,
-    emitter: Option<u32>,
-    alpha: Option<u32>,
+    emitter: Option<InstanceClassId>,
+    alpha: Option<InstanceClassId>,
     is_sampled: bool,
 }
 
@@ -155,18 +156,18 @@ impl Planned {
     ) -> Self {
         let Classes { compiled, materials, alpha } = classes;
         let object = &scene.objects[member.object as usize];
-        let class = &compiled.classes[member.class as usize];
+        let class = compiled.class(member.class);
         let index = class.index_of(member.object, 0).unwrap_or(0);
         let is_one = is_alone && !class.has_elements();
         let (material, material_index) = match is_own_material(object) {
             true => (MaterialSource::Own, 0),
             false => {
-                let (class, index) = materials.indices[object.material as usize];
+                let (class, index) = materials.place(object.material as usize);
                 (MaterialSource::Class(class), index)
             }
         };
-        let emitter = object.emitter.map(|emitter| materials.indices[emitter as usize]);
-        let alpha = alpha_index.map(|texture| alpha.indices[texture]);
+        let emitter = object.emitter.map(|emitter| materials.place(emitter as usize));
+        let alpha = alpha_index.map(|texture| alpha.place(texture));
         Planned {
             seed: GroupSeed {
                 class: member.class,
@@ -175,7 +176,7 @@ impl Planned {
                 emitter: emitter.map(|(class, _)| class),
                 alpha: alpha.map(|(class, _)| class),
                 is_sampled: emitter.is_some_and(|(emitter, _)| {
-                    is_sampled(&materials.classes[emitter as usize].program, class.program())
+                    is_sampled(&materials[emitter].program, class.program())
                 }),
             },
             entry: ObjectEntry {

@@ -1,6 +1,7 @@
 //! Instances of one role, grouped by program.
 
 use std::collections::BTreeMap;
+use std::ops::Index;
 use std::sync::Arc;
 
 use rtsl::{Engine, Instance, Objects, Program};
@@ -16,10 +17,22 @@ pub struct InstanceClass {
 /// Instances by class.
 #[derive(Default)]
 pub struct InstanceClasses {
-    /// The classes.
-    pub classes: Vec<InstanceClass>,
+    classes: Vec<InstanceClass>,
     /// For each instance its class, and its index there.
-    pub indices: Vec<(u32, u32)>,
+    indices: Vec<(InstanceClassId, u32)>,
+}
+
+/// Identifies one of the classes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct InstanceClassId(u32);
+
+impl Index<InstanceClassId> for InstanceClasses {
+    type Output = InstanceClass;
+
+    #[inline]
+    fn index(&self, class: InstanceClassId) -> &InstanceClass {
+        &self.classes[class.0 as usize]
+    }
 }
 
 impl InstanceClasses {
@@ -36,7 +49,7 @@ impl InstanceClasses {
                 members.push((program, Vec::new()));
             }
             let (_, index_in_class) = &mut members[class as usize];
-            indices.push((class, index_in_class.len() as u32));
+            indices.push((InstanceClassId(class), index_in_class.len() as u32));
             index_in_class.push(instance);
         }
         let classes = members.into_iter().map(|(program, instances)| {
@@ -44,5 +57,15 @@ impl InstanceClasses {
             InstanceClass { program, objects }
         });
         InstanceClasses { classes: classes.collect(), indices }
+    }
+
+    /// True if there are no instances.
+    pub fn is_empty(&self) -> bool {
+        self.classes.is_empty()
+    }
+
+    /// Returns the class of an instance, and its index there.
+    pub fn place(&self, instance: usize) -> (InstanceClassId, u32) {
+        self.indices[instance]
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 
+use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
 
 /// The class whose methods are a surface's material.
@@ -12,7 +13,7 @@ pub enum MaterialSource {
     /// The shape's own class.
     Own,
     /// Materials of this class.
-    Class(u32),
+    Class(InstanceClassId),
 }
 
 /// The kernels of material methods.

@@ -22,10 +22,8 @@ impl PathTracer<'_> {
     /// Returns the name of the class whose methods are a group's material.
     pub fn material_name(&self, group: &SurfaceGroup) -> &str {
         match group.key.material.0 {
-            MaterialSource::Own => &self.scene.compiled.classes[group.key.class as usize].name,
-            MaterialSource::Class(class) => {
-                &self.scene.materials.classes[class as usize].program.class().name
-            }
+            MaterialSource::Own => &self.scene.compiled.class(group.key.class).name,
+            MaterialSource::Class(class) => &self.scene.materials[class].program.class().name,
         }
     }
 

@@ -29,7 +29,7 @@ pub struct BatchScene {
 impl BatchScene {
     /// True if rays may pass surfaces because of alpha textures.
     pub(super) fn has_alpha(&self) -> bool {
-        !self.alpha.classes.is_empty()
+        !self.alpha.is_empty()
     }
 
     /// True if any material has only `shade`.

@@ -100,10 +100,8 @@ fn warn_of_shade(
     let shading = groups.iter().filter(|group| group.material.shade.is_some());
     let classes: BTreeSet<&str> = shading
         .map(|group| match group.key.material.0 {
-            MaterialSource::Own => compiled.classes[group.key.class as usize].name.as_str(),
-            MaterialSource::Class(class) => {
-                materials.classes[class as usize].program.class().name.as_str()
-            }
+            MaterialSource::Own => compiled.class(group.key.class).name.as_str(),
+            MaterialSource::Class(class) => materials[class].program.class().name.as_str(),
         })
         .collect();
     for class in classes {

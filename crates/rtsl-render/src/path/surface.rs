@@ -52,7 +52,7 @@ struct BatchSurfaces<'a> {
 
 impl<'a> BatchSurfaces<'a> {
     fn class(&self) -> &'a ObjectClass {
-        &self.tracer.scene.compiled.classes[self.group.key.class as usize]
+        self.tracer.scene.compiled.class(self.group.key.class)
     }
 
     fn kernel(&self, method: Method) -> Option<&'a Kernel> {
@@ -187,7 +187,7 @@ fn set_instance_indices(scene: &BatchScene, group: &SurfaceGroup, batch: &mut Sh
     let entry = |hit: &PathHit| &scene.objects[hit.object as usize];
     let hits = &batch.hits[..count];
     if group.key.shape == Batching::Each {
-        let class = &scene.compiled.classes[group.key.class as usize];
+        let class = scene.compiled.class(group.key.class);
         let index = |hit: &PathHit| match class.has_elements() {
             true => class.index_of(hit.object, hit.element).unwrap_or(0),
             false => entry(hit).index,

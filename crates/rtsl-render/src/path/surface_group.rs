@@ -6,6 +6,7 @@ use rtsl::{
     Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant, lookup_state,
 };
 
+use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
 use super::material::{MaterialKernels, MaterialSource, called_methods};
 use crate::compiled::object_class::ObjectClass;
@@ -21,9 +22,9 @@ pub struct GroupKey {
     /// The materials.
     pub material: (MaterialSource, Batching),
     /// The materials of additional emission.
-    pub emitter: Option<(u32, Batching)>,
+    pub emitter: Option<(InstanceClassId, Batching)>,
     /// The alpha textures.
-    pub alpha: Option<(u32, Batching)>,
+    pub alpha: Option<(InstanceClassId, Batching)>,
     /// True if light sampling can select the surfaces, so that hits need densities.
     pub is_sampled: bool,
 }

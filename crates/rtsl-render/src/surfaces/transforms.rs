@@ -65,7 +65,7 @@ impl<'a> SurfaceTransforms<'a> {
             scene,
             object: is_one.then(|| &scene.objects[first.object as usize]),
             extents: is_one_element.then(|| scene.extents.lengths(first.object, first.element)),
-            is_placed: scene.classes[class as usize].is_placed(),
+            is_placed: scene.class(class).is_placed(),
             instances,
         }
     }

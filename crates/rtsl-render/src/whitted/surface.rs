@@ -56,7 +56,7 @@ fn hit_group<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
     let index = hit.member.object;
     let object = &scene.objects[index as usize];
-    let class = &scene.classes[hit.member.class as usize];
+    let class = scene.class(hit.member.class);
     Some(HitGroup { object, index, class, hit, lanes })
 }
 

@@ -6,12 +6,13 @@ use rtsl_spec::builtins::{self, Builtin, Lowering, Overload, Special, Usable};
 use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 
 use super::Checker;
+use super::access::Access;
 use super::candidates::{Candidate, Choice, choose};
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
 use super::foreign::{advise, counterpart, type_counterpart};
 use super::functions::Kind;
-use super::lvalues::{Access, root};
+use super::lvalues::root;
 use super::scope::Entity;
 use super::suggestions::suggest;
 use super::types::{FLOAT, TypePlace, builtin_type, from_spec};

@@ -7,7 +7,8 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast;
 
 use super::Checker;
-use super::evaluator::{Evaluator, Stop};
+use super::evaluated::Stop;
+use super::evaluator::Evaluator;
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {

@@ -8,6 +8,7 @@ use rtsl_ir::{BinaryOp, Constant, Scalar, UnaryOp};
 use rtsl_source::Span;
 use rtsl_spec::builtins::{self, Lowering};
 
+use super::evaluated::{Evaluated, Stop, Value};
 use super::folding::{
     apply_binary, apply_special, apply_unary, combine, converted, diagonal, operate, resized,
 };
@@ -22,22 +23,6 @@ const EXPRESSION_FUEL: u32 = 200_000;
 
 /// The limit on operations for all constant expressions of a unit.
 pub(super) const UNIT_FUEL: u32 = 20_000_000;
-
-/// The reason why an expression has no value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// The value at this span is not known at compile time.
-    NotConstant(Span),
-    /// The limit on operations was exceeded at this span.
-    TooLong(Span),
-    /// The tree contains an error that was reported.
-    Error,
-}
-
-/// The leaves of a value, in order.
-pub(super) type Value = Vec<Constant>;
-/// A value, or the reason why there is none.
-pub(super) type Evaluated<T> = Result<T, Stop>;
 
 /// The evaluation of one constant expression.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 
 use super::Checker;
-use super::lvalues::Access;
+use super::access::Access;
 use super::types::{BOOL, FLOAT, INT, UINT, component_scalar, converts};
 use crate::hir::{Expression, ExpressionKind, Type};
 

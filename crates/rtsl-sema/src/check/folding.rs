@@ -4,7 +4,7 @@ use rtsl_ir::evaluate;
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
 use rtsl_spec::builtins::{Operation, Special};
 
-use super::evaluator::{Evaluated, Stop, Value};
+use super::evaluated::{Evaluated, Stop, Value};
 use crate::hir::{BinaryOperator, Type};
 
 pub(super) fn converted(value: Constant, to: Scalar) -> Constant {

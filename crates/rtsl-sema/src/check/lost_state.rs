@@ -8,8 +8,8 @@ use rtsl_spec::{Direction, Method, Role, Row, rows, state_variables};
 
 use super::Checker;
 use super::facts::UseKind;
+use super::reached::{Reached, Root};
 use super::references::quoted_list;
-use super::roles::{Reached, Root};
 use crate::hir::StateId;
 
 /// The writes of state in the methods of a class. A helper's write is lost only if it is lost for

@@ -4,29 +4,12 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast;
 
 use super::Checker;
+use super::access::Access;
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
 use crate::hir::{
     BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
 };
-
-/// The kind of access to a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Access {
-    Read,
-    Write,
-    ReadWrite,
-}
-
-impl Access {
-    fn reads(self) -> bool {
-        self != Access::Write
-    }
-
-    fn writes(self) -> bool {
-        self != Access::Read
-    }
-}
 
 impl Checker<'_> {
     /// Notes an access to the variable, member or state variable that a place is part of.

@@ -22,6 +22,7 @@
 //! declarations without bound (calls, constants, structs, bases) are traversed without recursion or
 //! have their own limits.
 
+mod access;
 mod call_graph;
 mod calls;
 mod candidates;
@@ -32,6 +33,7 @@ mod control;
 mod declarations;
 mod effects;
 mod elements;
+mod evaluated;
 mod evaluator;
 mod expressions;
 mod facts;
@@ -48,11 +50,13 @@ mod nan;
 mod operators;
 mod order;
 mod places;
+mod reached;
 mod references;
 mod roles;
 mod scope;
 mod statements;
 mod suggestions;
+mod type_names;
 mod types;
 
 use std::collections::BTreeSet;
@@ -67,7 +71,7 @@ use functions::{FunctionContext, FunctionInfo};
 use scope::{Level, Scopes};
 use types::StructInfo;
 
-pub(crate) use types::plain_type_name;
+pub(crate) use type_names::plain_type_name;
 
 /// The functions that every unit may call, checked once for many units.
 #[derive(Debug, Default)]

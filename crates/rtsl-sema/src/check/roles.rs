@@ -20,35 +20,13 @@ use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
 use super::Checker;
 use super::expressions::error_of_type;
-use super::facts::{Facts, Use, UseKind};
+use super::facts::{Facts, UseKind};
 use super::functions::Kind;
 use super::lost_state::LostWrites;
+use super::reached::{Reached, Root};
 use super::references::quoted_list;
 use super::types::from_state;
 use crate::hir::{ClassId, Expression, ExpressionKind, FunctionId, MemberId, StateId, Storage};
-
-/// A method or constructor of a class, together with everything that it reaches.
-#[derive(Clone)]
-pub(super) struct Root {
-    pub(super) class: ClassId,
-    pub(super) function: FunctionId,
-    /// `None` for the constructor.
-    pub(super) method: Option<Method>,
-    /// The roles of the class that the method belongs to.
-    pub(super) roles: Vec<Role>,
-    /// The state variables that are written in its reach.
-    pub(super) written: BTreeSet<StateId>,
-}
-
-/// A use in the reach of a root.
-#[derive(Clone, Copy)]
-pub(super) struct Reached {
-    /// The function that contains the use.
-    pub(super) function: FunctionId,
-    pub(super) done: Use,
-    /// True inside the body of an `illuminance`, perhaps a caller's.
-    lit: bool,
-}
 
 impl Checker<'_> {
     /// Checks the name of a state variable in an expression.

@@ -6,7 +6,7 @@ use rtsl_spec::{Role, builtins, state_variables};
 
 use super::Checker;
 use super::scope::{Entity, Level};
-use super::types::builtin_type_names;
+use super::type_names::builtin_type_names;
 
 /// The limit on compared names for one unit. Past it no suggestions are made, so that a long text
 /// full of unknown names does not take quadratic time.

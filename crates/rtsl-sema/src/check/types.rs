@@ -1,7 +1,5 @@
 //! Types: their names in text and messages, conversions, sizes.
 
-use std::collections::BTreeMap;
-
 use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_spec::builtins::{self, SpecType};
@@ -12,6 +10,7 @@ use super::Checker;
 use super::foreign::{advise, type_counterpart};
 use super::scope::Entity;
 use super::suggestions::suggest;
+use super::type_names::plain_type_name;
 use crate::hir::{StructId, Type};
 
 /// The limit on scalars in one value.
@@ -405,53 +404,4 @@ pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
             component_count(ty).unwrap_or(0)
         }
     }
-}
-
-/// The name of a type that contains no struct. The caller formats arrays and structs.
-pub(crate) fn plain_type_name(ty: &Type) -> String {
-    match ty {
-        Type::Void => "void".into(),
-        Type::Scalar(scalar) => scalar_name(*scalar).into(),
-        Type::Vector(scalar, size) => {
-            let prefix = match scalar {
-                Scalar::F32 => "",
-                Scalar::I32 => "i",
-                Scalar::U32 => "u",
-                Scalar::Bool => "b",
-            };
-            format!("{prefix}vec{size}")
-        }
-        Type::Matrix(columns, rows) if columns == rows => format!("mat{columns}"),
-        Type::Matrix(columns, rows) => format!("mat{columns}x{rows}"),
-        Type::Color => "color".into(),
-        Type::Reference(role) => role.class().into(),
-        Type::Struct(_) => "struct".into(),
-        Type::Array(..) | Type::Buffer(_) => "array".into(),
-        Type::Error => "?".into(),
-    }
-}
-
-fn scalar_name(scalar: Scalar) -> &'static str {
-    match scalar {
-        Scalar::F32 => "float",
-        Scalar::I32 => "int",
-        Scalar::U32 => "uint",
-        Scalar::Bool => "bool",
-    }
-}
-
-/// The names of all built-in types, for suggestions.
-pub(super) fn builtin_type_names() -> Vec<String> {
-    let scalars = [Scalar::F32, Scalar::I32, Scalar::U32, Scalar::Bool];
-    let mut types = vec![Type::Void, Type::Color];
-    types.extend(scalars.map(Type::Scalar));
-    for scalar in scalars {
-        types.extend((2..=4).map(|size| Type::Vector(scalar, size)));
-    }
-    for columns in 2..=4 {
-        types.extend((2..=4).map(|rows| Type::Matrix(columns, rows)));
-    }
-    types.extend(Role::ALL.map(Type::Reference));
-    let names: BTreeMap<String, ()> = types.iter().map(|ty| (plain_type_name(ty), ())).collect();
-    names.into_keys().collect()
 }

@@ -1,4 +1,4 @@
-//! What the references of classes refer to.
+//! The classes of references in libraries.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,12 +9,11 @@ use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use crate::errors;
 use crate::link::class_tree::{ClassTree, element_path};
 
-/// How many classes stand behind one another, and how many in all: as for instances.
+/// The greatest depth and size of a class's tree, as for instances.
 const DEPTH_LIMIT: usize = 64;
 const TREE_LIMIT: usize = 4096;
 
-/// For references of classes the class of what they refer to, wherever an instance of that class occurs. A reference
-/// that is not bound is unset.
+/// The classes that references refer to, by class and reference. A reference that is not bound is unset.
 ///
 /// ```
 /// use rtsl::{Compiler, aot::Bindings, library};
@@ -36,8 +35,8 @@ pub struct Bindings {
 }
 
 impl Bindings {
-    /// Binds a reference of `class`: its name, or an element of an array of references, `layers[2]`. What was bound
-    /// before is forgotten.
+    /// Binds a reference of `class`: a name, or an element of an array of references, `layers[2]`. This replaces an
+    /// earlier binding.
     ///
     /// # Errors
     /// If the class has no such reference, or `to` lacks its role.
@@ -62,13 +61,13 @@ impl Bindings {
         Ok(())
     }
 
-    /// A class with those behind it.
+    /// Returns a class with the classes of its references.
     pub(super) fn tree(&self, class: &Arc<Class>) -> Result<ClassTree, Diagnostic> {
         let mut size = 0;
         self.subtree(class, 0, &mut size).ok_or_else(|| errors::too_many_references(class))
     }
 
-    /// `None` past a limit.
+    /// Returns `None` past a limit.
     fn subtree(&self, class: &Arc<Class>, depth: usize, size: &mut usize) -> Option<ClassTree> {
         *size += 1;
         if depth >= DEPTH_LIMIT || *size > TREE_LIMIT {
@@ -92,7 +91,7 @@ impl Bindings {
     }
 }
 
-/// The references of a class, elements of arrays by themselves.
+/// Returns the references of a class, with an entry for each element of an array.
 fn paths(class: &Class) -> impl Iterator<Item = (String, rtsl_spec::Role)> {
     class.references.iter().flat_map(|reference| {
         let count = reference.count.map_or(1, |count| count as usize);

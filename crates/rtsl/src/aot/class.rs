@@ -1,4 +1,4 @@
-//! What hosts are told of a class.
+//! Descriptions of classes.
 
 use rtsl_abi::Layout;
 use rtsl_abi::description::{
@@ -15,13 +15,14 @@ use crate::link::class_tree::ClassTree;
 use crate::program::program::Program;
 use crate::type_name::type_name;
 
-/// The layout of the block while an instance is made: the constructors' parameters stand behind the members, under
-/// the [names](parameter_name) that they have among members.
+/// The construction of an instance by a host.
 pub(super) struct Construction {
+    /// The layout of the block during construction: the constructors' parameters follow the members, by their
+    /// [names](parameter_name) among members.
     pub layout: Layout,
 }
 
-/// The description of a program's class but for its kernels and the constructor's symbol.
+/// Describes a program's class, except its kernels and the constructor's symbol.
 pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construction), Diagnostic> {
     let (class, layout) = (program.class(), program.layout());
     let mut describer = Describer {
@@ -168,7 +169,7 @@ fn field(variable: &Variable, kind: FieldKind) -> Field {
     Field { name, kind, scalar, len, offset: 0 }
 }
 
-/// A parameter, or one of the fields of one that is a struct.
+/// A parameter, or a field of a parameter that is a struct.
 struct Leaf {
     path: String,
     type_name: String,
@@ -179,7 +180,7 @@ struct Leaf {
 }
 
 impl Leaf {
-    /// Those of a parameter; none for references.
+    /// Returns the leaves of a parameter; none for references.
     fn all(parameter: &Parameter) -> Vec<Leaf> {
         let mut leaves = Vec::new();
         Leaf::add(&parameter.ty, &parameter.name, &mut leaves);

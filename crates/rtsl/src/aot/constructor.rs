@@ -1,4 +1,4 @@
-//! Constructors of a class and of those that its references are bound to, as kernels of one function.
+//! Constructors of a class and of the classes of its references, as kernels of one function.
 
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, Output, Scalar, Variable, VariableId, VariableKind};
@@ -11,7 +11,7 @@ use crate::codegen::kernel_source::KernelSource;
 use crate::instance::instance::parameter_name;
 use crate::program::program::Program;
 
-/// The constructor of a program's class, after those of the classes behind it; `None` where none has one.
+/// Returns the constructor of a program's class, after those of its references' classes; `None` if none has one.
 pub(super) fn constructor(
     program: &Program,
     construction: &Construction,
@@ -29,8 +29,8 @@ pub(super) fn constructor(
     Ok((!parts.is_empty()).then_some(Constructor { symbol, parts }))
 }
 
-/// The constructors of the classes behind a program's class, then its own, with data under the names that it has in the
-/// whole.
+/// Returns the constructors of the classes of a program's references, then that of its class. Variables have the names
+/// that they have in the tree.
 pub(super) fn constructor_functions(program: &Program) -> Result<Vec<Function>, Diagnostic> {
     let named = linked(program)?.into_iter().map(|(path, mut function)| {
         for variable in &mut function.variables {
@@ -46,10 +46,10 @@ pub(super) fn constructor_functions(program: &Program) -> Result<Vec<Function>, 
     Ok(named.filter(|function| !function.outputs.is_empty()).collect())
 }
 
-/// The constructors with the paths to their classes.
+/// Links the constructors, with the paths to their classes.
 fn linked(program: &Program) -> Result<Vec<(String, Function)>, Diagnostic> {
     let mut all = Vec::new();
-    // What an instance refers to is made before it.
+    // Instances are constructed after those they refer to.
     program.tree().for_each_node(&mut |tree, path| {
         let Some(constructor) = &tree.class.constructor else { return Ok(()) };
         all.push((path.to_owned(), KernelCompiler::link_constructor(tree, constructor)?));
@@ -61,7 +61,7 @@ fn linked(program: &Program) -> Result<Vec<(String, Function)>, Diagnostic> {
 /// A constructor that reads parameters as members, and stores members to scratch.
 struct Draft {
     function: Function,
-    /// For each output the member's place.
+    /// For each output, the member and its component.
     members: Vec<(Variable, u32)>,
 }
 

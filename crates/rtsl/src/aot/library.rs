@@ -24,18 +24,18 @@ use crate::program::kernel_description::describe_kernel;
 use crate::program::program::Program;
 use crate::{errors, nesting};
 
-/// What a library has.
+/// Options of a library.
 #[derive(Clone, Debug)]
 pub struct AotOptions {
-    /// What the names of symbols begin with, a C identifier. Libraries that go into one program have different ones.
+    /// The prefix of symbols, a C identifier. Libraries in one program have different prefixes.
     pub prefix: String,
     /// A kernel of each method for each of these call modes and widths; duplicates count once.
     pub modes: Vec<(CallMode, u32)>,
-    /// What hosts read of what methods leave.
+    /// The outputs of methods that hosts read.
     pub outputs: Outputs,
-    /// Of the methods that a class has these; all where `None`.
+    /// The methods; all methods of the classes if `None`.
     pub methods: Option<Vec<Method>>,
-    /// What references refer to.
+    /// The classes of references.
     pub bindings: Bindings,
 }
 
@@ -51,7 +51,7 @@ impl Default for AotOptions {
     }
 }
 
-/// Classes on their way to an object file.
+/// Classes that are compiled to an object file.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -95,8 +95,8 @@ impl AotLibrary {
     /// Makes a library of classes, each by its program. No LLVM is needed until its [object](AotLibrary::object) is.
     ///
     /// # Errors
-    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
-    /// for, or a method can't be linked or lowered.
+    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a requested
+    /// method, or a method can't be linked or lowered.
     pub(crate) fn new(
         classes: &[Arc<Class>],
         options: &AotOptions,
@@ -122,29 +122,29 @@ impl AotLibrary {
         })
     }
 
-    /// What hosts are told.
+    /// The description of the library for hosts.
     pub fn description(&self) -> &LibraryDescription {
         &self.description
     }
 
-    /// What linking warned about.
+    /// The warnings of linking.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
 
-    /// The C header: the [kernel interface](kernel_header), which stands there under a guard of its own, and what this
-    /// library has. C99 and C++11.
+    /// Returns the C header: the [kernel interface](rtsl_cpp::kernel_header), which has a separate guard, and the
+    /// symbols of this library. C99 and C++11.
     pub fn header(&self) -> String {
         rtsl_cpp::library_header(&self.description)
     }
 
-    /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It
+    /// Returns the classes as self-contained C++17: a struct for each, with a member function for each method. It
     /// computes the same bits.
     pub fn cpp(&self) -> String {
         nesting::with_deep_stack(|| rtsl_cpp::emit(&self.description, &self.code()))
     }
 
-    /// The code of each class, linked and optimised.
+    /// Returns the code of each class, linked and optimised.
     pub fn code(&self) -> Vec<ClassCode<'_>> {
         let classes = self.functions.iter().map(|functions| ClassCode {
             constructors: functions.constructors.iter().collect(),
@@ -153,8 +153,8 @@ impl AotLibrary {
         classes.collect()
     }
 
-    /// An object file (ELF, position independent) for a machine, this one where `None`. It needs nothing but `memcpy`
-    /// and its like, and on machines without fused multiply-add an exact `fmaf`.
+    /// Returns an object file (ELF, position independent) for a machine, this one if `None`. It needs only `memcpy`,
+    /// `memmove` and `memset`, and an exact `fmaf` on machines without fused multiply-add.
     ///
     /// # Errors
     /// Without LLVM, or if LLVM fails.
@@ -175,7 +175,7 @@ impl AotLibrary {
         errors::machine_code(function, kernel.map_or(1, |(_, kernel)| kernel.width), error)
     }
 
-    /// The work that the largest kernel is.
+    /// Returns the work of the largest kernel.
     fn work(&self) -> u64 {
         let parts = self.constructors.iter().flat_map(|constructor| &constructor.parts);
         let kernels = self.kernels.iter().map(|(_, kernel)| kernel);
@@ -183,7 +183,7 @@ impl AotLibrary {
         all.map(Kernel::work).max().unwrap_or(0)
     }
 
-    /// The text that LLVM gets.
+    /// Returns the text that LLVM compiles.
     fn llvm_text(&self, target: &Target) -> String {
         let library = Library {
             description: &self.description,
@@ -244,7 +244,7 @@ impl AotLibrary {
         Ok(descriptions)
     }
 
-    /// Two things of one name would be one.
+    /// Checks that symbols are distinct.
     fn check_symbols(&self) -> Result<(), Diagnostic> {
         let description = &self.description;
         let classes = description.classes.iter().map(|class| description.class_symbol(class));
@@ -262,7 +262,7 @@ impl AotLibrary {
     }
 }
 
-/// `rtsl_Sphere_intersect_single`, `rtsl_Sphere_intersect_packet8`.
+/// Returns the symbol of a kernel: `rtsl_Sphere_intersect_single`, `rtsl_Sphere_intersect_packet8`.
 fn kernel_symbol(prefix: &str, method: Method, mode: CallMode, width: u32) -> String {
     let (method, name) = (method.name(), mode.name().replace('-', "_"));
     match mode {
@@ -273,7 +273,7 @@ fn kernel_symbol(prefix: &str, method: Method, mode: CallMode, width: u32) -> St
     }
 }
 
-/// A method that no class has is asked for by mistake.
+/// Checks that each requested method exists in a class.
 fn check_methods(classes: &[Arc<Class>], options: &AotOptions) -> Result<(), Diagnostic> {
     let methods = options.methods.iter().flatten();
     for method in methods {

@@ -1,16 +1,16 @@
-//! What a host wants to be called back for.
+//! Functions for a host's own packets of rays.
 
 use rtsl_abi::RayRecord;
 
 use crate::link::outputs::Outputs;
 
-/// A function that tests a packet of a host's own rays with an object, as callbacks of acceleration structures do: in one call it does
-/// `intersect`, and for rays with a hit what [`outputs`](Callback::outputs) ask for of `computeNormal`,
-/// `computeTextureCoordinates` and `computeDerivatives`. It reads and writes the rays where they lie.
+/// A function that tests a packet of a host's own rays with an object, for the callbacks of acceleration structures.
+/// One call runs `intersect` and, for rays with a hit, the parts of `computeNormal`, `computeTextureCoordinates` and
+/// `computeDerivatives` that the [`outputs`](Callback::outputs) need. It reads and writes the rays in place.
 ///
-/// Rays with a hit get the outputs and the [marks](RayRecord::marks); nothing else is written. State that the record has no rows
-/// for holds its default, but for `rt_InverseRayDirection`, which is computed. `rt_HitPoint` is origin + distance * direction, each
-/// operation rounded.
+/// Rays with a hit get the outputs and the [marks](RayRecord::marks); nothing else is written. State that the record
+/// has no rows for has its default, except `rt_InverseRayDirection`, which is computed. `rt_HitPoint` is origin +
+/// distance * direction, each operation rounded.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -22,7 +22,7 @@ use crate::link::outputs::Outputs;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// use rtsl::{Callback, Mark, MarkWord, Outputs, RayRecord, lookup_state};
 ///
-/// /// What the host hands to its callbacks.
+/// /// The argument of the host's callbacks.
 /// #[repr(C)]
 /// struct Question {
 ///     rays: *mut [[f32; 4]; 8],
@@ -56,7 +56,7 @@ use crate::link::outputs::Outputs;
 /// (rays[2], rays[6]) = ([-5.0; 4], [9.0, 9.0, 2.0, 9.0]);
 /// let block = program.block(&ball);
 /// let question = Question { rays: &mut rays, ball: block.words().as_ptr(), object: 7.0_f32.to_bits() };
-/// // Safety: the record says where in the question everything is, and the code is kept.
+/// // Safety: the record describes the question, and the code is kept.
 /// unsafe {
 ///     let function: unsafe extern "C" fn(&Question) = std::mem::transmute(compiled.address());
 ///     function(&question);
@@ -68,8 +68,9 @@ use crate::link::outputs::Outputs;
 pub struct Callback {
     /// Rays in a packet, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS).
     pub width: u32,
-    /// What is written for rays with a hit, of state; scratch is kept nowhere. [`Outputs::ALL`] is all that methods set and the record has rows for.
+    /// The state that is written for rays with a hit; scratch is discarded. [`Outputs::ALL`] is all state that methods
+    /// set and the record has rows for.
     pub outputs: Outputs,
-    /// Where rays and instances are.
+    /// The locations of rays and instances.
     pub record: RayRecord,
 }

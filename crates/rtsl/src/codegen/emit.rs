@@ -1,4 +1,4 @@
-//! What the compiler makes on the way, for people to look at.
+//! The forms of a method between text and machine code, for people to read.
 
 use rtsl_jit::{Llvm, Target};
 use rtsl_source::Diagnostic;
@@ -9,14 +9,14 @@ use super::kernel_source::KernelSource;
 use super::variant::Variant;
 use crate::errors;
 
-/// A form of a method on its way to machine code.
+/// A form of a method between text and machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Emit {
     /// The single-ray representation, linked and optimised.
     Ir,
     /// Packet code.
     Packet,
-    /// LLVM text, as LLVM gets it.
+    /// LLVM text before LLVM's passes.
     Llvm,
     /// LLVM text after LLVM's passes.
     OptimizedLlvm,
@@ -24,7 +24,7 @@ pub enum Emit {
     Assembly,
 }
 
-/// What to emit and for what.
+/// A request for a form of a method.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -37,7 +37,8 @@ pub enum Emit {
 /// # let program = engine.program(&ball);
 /// use rtsl::{Emit, EmitRequest, Method, CallMode};
 ///
-/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: CallMode::Packet.into(), target: None };
+/// let (emit, method, variant) = (Emit::Ir, Method::Intersect, CallMode::Packet.into());
+/// let request = EmitRequest { emit, method, variant, target: None };
 /// let text = String::from_utf8(program.emit(&request)?)?;
 /// assert!(text.starts_with("function Ball.intersect"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -48,15 +49,15 @@ pub struct EmitRequest {
     pub emit: Emit,
     /// The method.
     pub method: Method,
-    /// For which callers.
+    /// The callers.
     pub variant: Variant,
     /// The machine; the host where `None`.
     pub target: Option<Target>,
 }
 
 impl EmitRequest {
-    /// Returns the form of a function, the one of the request's method and variant. The caller's stack must bear the
-    /// nesting of the function.
+    /// Returns the form; `source` is that of the method and variant. The caller's stack must bear the nesting of the
+    /// function.
     pub(crate) fn emit(
         &self,
         source: KernelSource<'_>,
@@ -69,7 +70,7 @@ impl EmitRequest {
         if self.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
         }
-        // The host's features are known by LLVM alone; text for a named target needs none.
+        // Only LLVM knows the host's features; text for a named target needs no LLVM.
         let llvm = Llvm::load();
         let target = match (&self.target, &llvm) {
             (Some(target), _) => target,

@@ -1,4 +1,4 @@
-//! Methods on the interpreter, called as machine code is called.
+//! Methods on the interpreter, called like machine code.
 
 use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
@@ -10,14 +10,13 @@ use rtsl_spec::state_component_count;
 
 use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
 
-/// A method, run ray by ray.
+/// A method that runs ray by ray.
 #[derive(Clone, Debug)]
 pub(crate) struct InterpretedKernel {
-    /// Copied for each call: a call needs registers of its own, since hosts call kernels from
-    /// within calls.
+    /// Copied for each call: each call needs registers, since hosts call kernels within calls.
     interpreter: Interpreter,
     variables: LaneVariables,
-    /// That of `rt_HitDistance`.
+    /// The variable of `rt_HitDistance`.
     distance: Option<VariableId>,
     signature: Signature,
 }
@@ -50,7 +49,7 @@ impl InterpretedKernel {
         Ok(self.run(call))
     }
 
-    /// The same for arguments that were found to fit.
+    /// Runs the method with checked arguments.
     fn run(&self, call: CallArguments<'_>) -> CallStatus {
         if self.signature.mode == CallMode::Leaf && self.signature.accepts {
             self.keep_nearest(call, 0)
@@ -59,7 +58,7 @@ impl InterpretedKernel {
         }
     }
 
-    /// Runs the method for all rays of a host's arrays, whose values are copied.
+    /// Runs the method for all rays of a host's arrays, whose values it copies.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         self.signature.check_host(&call, 1)?;
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
@@ -130,7 +129,7 @@ impl InterpretedKernel {
         status
     }
 
-    /// Tests each object with the ray of a lane as the call found it, and stores what the nearest hit gave.
+    /// Tests each object with the unchanged ray of a lane, and stores the outputs of the closest hit.
     fn keep_nearest(&self, call: CallArguments<'_>, ray: usize) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted: _, instances, host } = call;
         let mut storage =
@@ -158,7 +157,7 @@ impl InterpretedKernel {
         status
     }
 
-    /// What hits are compared by: at most infinity, which it is for NaN, too.
+    /// Returns the distance by which hits are compared; infinity for NaN.
     fn distance_of(&self, outputs: &[Output]) -> f32 {
         let distance = outputs.iter().find(|(variable, ..)| Some(*variable) == self.distance);
         let distance = distance.map_or(0.0, |(_, _, bits)| f32::from_bits(*bits));
@@ -176,7 +175,7 @@ struct Hit {
     outputs: Vec<Output>,
 }
 
-/// The places of a lane whose outputs may be those of the nearest hit.
+/// The variables of a lane, with outputs held back until the closest hit is known.
 struct HeldOutputs<'a, 'call> {
     inputs: LaneStorage<'a, 'call>,
     outputs: Vec<Output>,

@@ -1,4 +1,4 @@
-//! A method, ready to be called for many rays.
+//! Kernels: methods that are called for many rays.
 
 use std::sync::Arc;
 
@@ -9,8 +9,7 @@ use rtsl_jit::CompiledKernel;
 
 use super::interpreted::InterpretedKernel;
 
-/// A method, ready to be called. Machine code and the interpreter are called alike and give
-/// the same bits.
+/// A method that is called for many rays. Machine code and the interpreter are called alike and give the same bits.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -65,9 +64,9 @@ impl Kernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a panic of the
-    /// host.
-    // Inlined for the same reason as that of `CompiledKernel`.
+    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a
+    /// panic of the host.
+    // Inlined for the same reason as `CompiledKernel::call`.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         match self.try_call(call) {
@@ -76,7 +75,7 @@ impl Kernel {
         }
     }
 
-    /// The same, where what makes a call impossible is an error and nothing is called.
+    /// Like [`Kernel::call`], but returns an error if the call is not possible.
     ///
     /// # Errors
     /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
@@ -91,7 +90,7 @@ impl Kernel {
         }
     }
 
-    /// Runs the method for all rays of a host's own arrays; machine code works on them where they are.
+    /// Runs the method for all rays of a host's own arrays; machine code works on them in place.
     ///
     /// ```
     /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -138,8 +137,8 @@ impl Kernel {
         }
     }
 
-    /// The address of the machine code, a function that takes a pointer to a call as the C header describes it
-    /// ([`kernel_header`](crate::aot::kernel_header)); `None` on the interpreter. It is good as long as the kernel is kept.
+    /// Returns the address of the machine code, a function that takes a pointer to a call as described by the C header
+    /// ([`kernel_header`](crate::aot::kernel_header)); `None` on the interpreter. The code lives as long as the kernel.
     pub fn address(&self) -> Option<*const std::ffi::c_void> {
         match &self.kind {
             Kind::Compiled(kernel) => Some(kernel.address()),
@@ -164,7 +163,7 @@ impl Kernel {
         LeafKernel { kind }
     }
 
-    /// The state components whose arrays a call must bring.
+    /// Returns the state components whose arrays a call must have.
     pub fn state_components(&self) -> ComponentSet {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.signature().state,
@@ -172,7 +171,7 @@ impl Kernel {
         }
     }
 
-    /// Whether it is machine code.
+    /// True for machine code.
     pub fn is_compiled(&self) -> bool {
         match self.kind {
             Kind::Compiled(_) => true,
@@ -222,7 +221,7 @@ enum LeafKind {
 }
 
 impl LeafKernel {
-    /// Makes the tests.
+    /// Runs the tests.
     ///
     /// # Panics
     /// If there are no such objects, the rays' blocks do not fit the kernel, and with a panic of the

@@ -189,7 +189,8 @@ impl KernelCompiler {
     /// Makes kernels, all in one module, which costs less than one each.
     ///
     /// # Errors
-    /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by one.
+    /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by
+    /// one.
     pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
         let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
         nesting::with_stack_for(nesting, || match &self.llvm {

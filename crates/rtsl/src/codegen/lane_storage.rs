@@ -1,4 +1,4 @@
-//! The places of a method in the arguments of a call, as interpreters see them.
+//! The variables of a method in the arguments of a call, for interpreters.
 
 use rtsl_abi::{
     ComponentSet, DataLocation, InstanceBlock, Instances, LaneBlock, LaneMask, Layout, ObjectForm,
@@ -11,20 +11,20 @@ use rtsl_spec::lookup_state;
 #[derive(Clone, Debug)]
 pub(crate) struct LaneVariables {
     variables: Vec<LanePlace>,
-    /// The components of the state that the method touches: calls need bring no others.
+    /// The components of the state that the method reads or writes; calls may lack others.
     touched: ComponentSet,
 }
 
-/// One of a method's places.
+/// The location of a variable.
 #[derive(Clone, Copy, Debug)]
 struct LanePlace {
     location: Location,
     len: u32,
-    /// It differs from lane to lane; else what one lane had before the call counts for all.
+    /// True if the variable differs between lanes; otherwise all lanes have the value of one lane before the call.
     varies: bool,
 }
 
-/// Where the scalars of a place lie.
+/// The location of the scalars of a variable.
 #[derive(Clone, Copy, Debug)]
 enum Location {
     /// The state arrays from this one on.
@@ -41,12 +41,12 @@ enum Location {
     ObjectBuffer(u32),
     /// The mask of accepted hits.
     Accepted,
-    /// Slots are the interpreter's, parameters the constructor's.
+    /// Not in the call: locals belong to the interpreter, parameters to the constructor.
     Nowhere,
 }
 
 impl LaneVariables {
-    /// The places of a function whose calls the signature describes.
+    /// Locates the variables of a function whose calls the signature describes.
     pub fn new(variables: &[Variable], layout: &Layout, signature: &Signature) -> LaneVariables {
         let mode = signature.mode;
         let form = layout.object_form(mode);
@@ -156,7 +156,7 @@ impl<'a> CallStorage<'a> {
         CallStorage::of_ray(0, variables, state, scratch, accepted, instances)
     }
 
-    /// Where the ray that lanes share is not the first.
+    /// Creates the storage of a call whose lanes share a ray other than the first.
     pub fn of_ray(
         ray: usize,
         variables: &'a LaneVariables,

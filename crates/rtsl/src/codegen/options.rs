@@ -1,11 +1,11 @@
-//! How programs are compiled and run.
+//! Options of code generation.
 
 use rtsl_jit::OptLevel;
 
-/// How exact arithmetic is.
+/// The exactness of arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Math {
-    /// `a * b + c` is rounded once where one rule in the IR says so; the same on every machine.
+    /// `a * b + c` is rounded once if a rule of the IR contracts it; results are the same on every machine.
     #[default]
     Contract,
     /// Every operation is rounded.
@@ -16,7 +16,7 @@ pub enum Math {
 }
 
 impl Math {
-    /// The name on command lines.
+    /// Returns the name on command lines.
     pub const fn name(self) -> &'static str {
         match self {
             Math::Contract => "contract",
@@ -25,16 +25,16 @@ impl Math {
         }
     }
 
-    /// The mode of this name.
+    /// Returns the mode of this name.
     pub fn from_name(name: &str) -> Option<Math> {
         [Math::Contract, Math::Strict, Math::Fast].into_iter().find(|math| math.name() == name)
     }
 }
 
-/// What runs kernels.
+/// The means to run kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Backend {
-    /// Machine code where there is an LLVM, else the interpreter, with a warning.
+    /// Machine code if there is an LLVM, else the interpreter, with a warning.
     #[default]
     Auto,
     /// Machine code; without LLVM an error.
@@ -43,12 +43,12 @@ pub enum Backend {
     Interpreter,
 }
 
-/// How an [`Engine`](crate::Engine) makes kernels.
+/// Options of an [`Engine`](crate::Engine).
 ///
 /// ```
 /// use rtsl::{Backend, Engine, EngineOptions, Math};
 ///
-/// // Text of strangers, rounded as it is written, on the interpreter.
+/// // Untrusted text on the interpreter, each operation rounded.
 /// let options = EngineOptions {
 ///     backend: Backend::Interpreter,
 ///     math: Math::Strict,
@@ -61,19 +61,19 @@ pub enum Backend {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EngineOptions {
-    /// What runs them.
+    /// The means to run kernels.
     pub backend: Backend,
-    /// Rays at a time: 1, 4, 8 or 16; what suits the machine where `None`. Never changes results.
+    /// Rays at a time: 1, 4, 8 or 16; if `None`, the width of the machine's vectors. Never changes results.
     pub width: Option<u32>,
-    /// How many vectors full chunks are done at a time: 1, 2 or 4; where `None`, each kernel has
-    /// what suits its code. Never changes results.
+    /// The number of full chunks at a time: 1, 2 or 4; if `None`, an estimate chooses for each kernel. Never changes
+    /// results.
     pub interleave: Option<u32>,
-    /// How exact arithmetic is.
+    /// The exactness of arithmetic.
     pub math: Math,
-    /// The greatest number of loop iterations of one ray in one call, all loops taken together;
-    /// unlimited where `None`. A call that passes it says so in its status. Hosts that run text
-    /// they do not know set it here and in [`CompilerOptions`](crate::CompilerOptions).
+    /// The greatest number of loop iterations of one ray in one call, all loops taken together; unlimited if `None`.
+    /// The status of a call that uses it up has a flag. Hosts that run untrusted text set it here and in
+    /// [`CompilerOptions`](crate::CompilerOptions).
     pub loop_budget: Option<u32>,
-    /// How much work goes into machine code. Never changes results.
+    /// The level of optimisation of machine code. Never changes results.
     pub optimization: OptLevel,
 }

@@ -1,4 +1,4 @@
-//! A method's packet code, to be run and counted.
+//! Packet code with an interpreter that counts its operations.
 
 use rtsl_abi::{CallArguments, CallStatus, Layout, Signature};
 use rtsl_packet::Profile;
@@ -6,8 +6,8 @@ use rtsl_packet::interpreter::{self, Rays};
 
 use super::lane_storage::{CallStorage, LaneVariables};
 
-/// A method's packet code. It is called as machine code is, gives the same bits, takes far
-/// longer, and says what it did.
+/// A method's packet code on an interpreter. It is called like machine code and gives the same bits, takes far longer,
+/// and counts its operations.
 #[derive(Clone, Debug)]
 pub struct PacketKernel {
     packet: rtsl_packet::Kernel,
@@ -15,15 +15,15 @@ pub struct PacketKernel {
     signature: Signature,
 }
 
-/// How a run of packet code ended.
+/// The result of a run of packet code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[must_use]
 pub struct PacketRun {
-    /// As of machine code.
+    /// The status, as of machine code.
     pub status: CallStatus,
-    /// The limit of rounds ended it; what it gave means nothing.
+    /// True if the limit of iterations ended the run; then the stored values are meaningless.
     pub cut_short: bool,
-    /// What it did.
+    /// The counts.
     pub profile: Profile,
 }
 
@@ -39,8 +39,8 @@ impl PacketKernel {
         PacketKernel { packet, variables, signature }
     }
 
-    /// Runs the method for all rays of the call, until it is done or its loops went round
-    /// `round_limit` times, all together.
+    /// Runs the method for all rays of the call. The run ends after `round_limit` loop iterations, all loops taken
+    /// together.
     ///
     /// # Panics
     /// If the arguments' sizes do not fit the kernel.

@@ -1,10 +1,10 @@
-//! What of the state a method touches.
+//! The state that a method reads or writes.
 
 use rtsl_abi::ComponentSet;
 use rtsl_ir::{Function, Index, OpKind, VariableId, VariableKind};
 use rtsl_spec::lookup_state;
 
-/// The state components that a linked method loads or stores: those whose arrays its kernels need.
+/// Returns the state components that a linked method loads or stores, whose arrays its kernels need.
 pub(crate) fn state_components(function: &Function) -> ComponentSet {
     let mut components = ComponentSet::default();
     let mut touch = |place: VariableId, indices: std::ops::Range<u32>| {

@@ -1,4 +1,4 @@
-//! Which of a method's kernels a caller wants.
+//! Variants of kernels.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -11,8 +11,9 @@ use rtsl_spec::lookup_state;
 
 use crate::link::outputs::Outputs;
 
-/// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
-/// the bit unless results may differ between machines anyway. The plain one of a [`CallMode`] serves every caller; what else is said makes it faster.
+/// One of the kernels of a method. The outputs that a caller reads are the same in all of them, to the bit unless
+/// results may differ between machines anyway. The general kernel of a [`CallMode`] serves every caller; further
+/// properties of the callers make it faster.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -33,28 +34,27 @@ use crate::link::outputs::Outputs;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
-    /// What the rays of a call have in common.
+    /// The call mode: the data that the rays of a call share.
     pub mode: CallMode,
-    /// What the caller reads.
+    /// The outputs that the caller reads.
     pub outputs: Outputs,
-    /// What is known of the instances of every call.
+    /// The known members of the instances of every call.
     pub known: KnownMembers,
-    /// `rt_RayDirection` has unit length. Of use with [`Math::Fast`](crate::Math::Fast) only:
-    /// otherwise results would depend on who asks.
+    /// True if `rt_RayDirection` has unit length. Only [`Math::Fast`](crate::Math::Fast) makes use of it: otherwise
+    /// results would depend on the variant.
     pub unit_directions: bool,
     /// The words that differ between the objects of a call. If `None`, kernels of the call modes `stream` and `leaf`
     /// take objects that share nothing, and those of the other modes take one instance.
     pub objects: Option<ObjectForm>,
-    /// The method meets rays of another space than its object's: the object's data has a
-    /// [`Placement`](crate::Placement).
+    /// True if rays are in another space than the object, whose data has a [`Placement`](crate::Placement).
     pub placed: bool,
-    /// Rays at a time, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS); those of the engine where `None`. Kernels of the
+    /// Rays at a time, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS); that of the engine if `None`. Kernels of the
     /// call mode `single` have 1.
     pub width: Option<u32>,
 }
 
 impl Variant {
-    /// The kernel for every caller.
+    /// The general kernel.
     pub fn new(mode: CallMode) -> Variant {
         Variant {
             mode,
@@ -67,58 +67,57 @@ impl Variant {
         }
     }
 
-    /// The same for a caller that reads no more than this.
+    /// The variant for callers that read only these outputs.
     #[must_use]
     pub fn reading(self, outputs: Outputs) -> Variant {
         Variant { outputs, ..self }
     }
 
-    /// The same for instances with these members.
+    /// The variant for instances with these members.
     #[must_use]
     pub fn knowing(self, known: KnownMembers) -> Variant {
         Variant { known, ..self }
     }
 
-    /// The same for rays whose directions have unit length.
+    /// The variant for rays whose directions have unit length.
     #[must_use]
     pub fn with_unit_directions(self) -> Variant {
         Variant { unit_directions: true, ..self }
     }
 
-    /// The same for objects of this form, also in the call modes with one object, which is then one of
+    /// The variant for objects of this form, also in the call modes with one object, which is then one of
     /// [`Objects`](crate::Objects).
     #[must_use]
     pub fn of_objects(self, form: ObjectForm) -> Variant {
         Variant { objects: Some(form), ..self }
     }
 
-    /// The same for objects with a placement, made by
-    /// [`Program::placed_objects`](crate::Program::placed_objects) and its like: what the method reads of
-    /// the ray, it reads in the object's space. What it sets stays there; distances along the ray
-    /// are the same in both.
+    /// The variant for objects with a placement, such as those of
+    /// [`Program::placed_objects`](crate::Program::placed_objects). The method reads the ray in the object's space, and
+    /// its outputs are in that space; distances along the ray are the same in both spaces.
     #[must_use]
     pub fn placed(self) -> Variant {
         Variant { placed: true, ..self }
     }
 
-    /// The same for so many rays at a time, whatever the engine's width is.
+    /// The variant for so many rays at a time, regardless of the engine's width.
     #[must_use]
     pub fn with_width(self, width: u32) -> Variant {
         Variant { width: Some(width), ..self }
     }
 
-    /// Rays at a time in an engine of this width.
+    /// Returns the rays at a time in an engine of this width.
     pub(crate) fn width_in(&self, engine: u32) -> u32 {
         self.mode.width(self.width.unwrap_or(engine))
     }
 
-    /// Where data lies in calls of the kernel.
+    /// Returns the layout of the data in calls of the kernel.
     pub(crate) fn layout(&self, layout: &Layout) -> Layout {
         let layout = if self.placed { placed_layout(layout) } else { layout.clone() };
         Layout { objects: self.objects.clone(), ..layout }
     }
 
-    /// What the kernel stores of what its method sets: what the caller reads, and in the
+    /// Returns the outputs that the kernel stores: those that the caller reads, and in the
     /// call mode `leaf` the distance, which decides whose outputs are kept.
     pub(crate) fn stored(&self) -> Outputs {
         let distance = lookup_state(HIT_DISTANCE).filter(|_| self.mode == CallMode::Leaf);
@@ -127,7 +126,7 @@ impl Variant {
     }
 }
 
-/// The layout with the placement at its end.
+/// Adds the placement at the end of a layout.
 pub(crate) fn placed_layout(layout: &Layout) -> Layout {
     let mut layout = layout.clone();
     layout.members.insert(PLACEMENT.to_owned(), layout.block_words);
@@ -141,11 +140,10 @@ impl From<CallMode> for Variant {
     }
 }
 
-/// Members of known value: scalars of an instance's block that code may take for constants.
-/// Buffers stay data.
+/// Members with known values: scalars of an instance's block that code may treat as constants. Buffers remain data.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KnownMembers {
-    /// Words of the block and what they hold, sorted by word.
+    /// Indices of words of the block and their values, sorted by index.
     words: Option<Arc<[(u32, u32)]>>,
 }
 
@@ -155,7 +153,7 @@ impl KnownMembers {
         KnownMembers { words: (!words.is_empty()).then(|| words.into()) }
     }
 
-    /// Whether nothing is known.
+    /// True if no member is known.
     pub fn is_empty(&self) -> bool {
         self.words.is_none()
     }
@@ -164,14 +162,14 @@ impl KnownMembers {
         self.words.as_deref().unwrap_or_default()
     }
 
-    /// The bits of a word of the block.
+    /// Returns the bits of a word of the block, if known.
     pub(crate) fn get(&self, word: u32) -> Option<u32> {
         let words = self.words();
         let index = words.binary_search_by_key(&word, |(word, _)| *word).ok()?;
         Some(words[index].1)
     }
 
-    /// Of these the ones that the function reads.
+    /// Returns those that the function reads.
     pub(crate) fn of_function(&self, function: &Function, layout: &Layout) -> KnownMembers {
         if self.is_empty() {
             return KnownMembers::default();
@@ -186,7 +184,7 @@ impl KnownMembers {
             let first = layout.members[&place.name];
             match index {
                 Index::Constant(index) => words.extend([first + index]),
-                // Unrolling may make a constant of it.
+                // Unrolling may make the index constant.
                 Index::Dynamic(_) => words.extend(first..first + place.len),
             }
         });

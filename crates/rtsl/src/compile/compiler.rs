@@ -1,4 +1,4 @@
-//! From text to classes.
+//! The pipeline from text to classes: parsing, checking, lowering.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use super::unit::{Compilation, Unit};
 /// shows a default or makes a library computes them, so they must come to an end.
 pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
 
-/// How text is compiled.
+/// Options of compilation.
 ///
 /// ```
 /// use rtsl::{Compiler, CompilerOptions};
 ///
-/// // Text of strangers: their constructors end.
+/// // Untrusted text: constructors end.
 /// let options = CompilerOptions { loop_budget: Some(100_000), ..CompilerOptions::default() };
 /// let text = "class A : rt_Texture; constructor() { while (true) {} }";
 /// let unit = Compiler::new(options).compile("a.rtsl", text).unit.expect("it compiles");
@@ -35,11 +35,10 @@ pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CompilerOptions {
-    /// The greatest number of loop iterations of a constructor, all loops taken together;
-    /// unlimited where `None`. That of methods is the engine's. Initial values of members have this budget too, and one of
-    /// 16,777,216 where it is `None`.
+    /// The greatest number of loop iterations of a constructor, all loops taken together; unlimited if `None`. Methods
+    /// have the budget of the engine. Initial values of members have this budget too, or 16,777,216 if it is `None`.
     pub loop_budget: Option<u32>,
-    /// The folders in which `#include` looks after that of the including file.
+    /// The folders that `#include` searches after that of the including file.
     pub search_path: Vec<PathBuf>,
 }
 
@@ -48,7 +47,7 @@ pub struct CompilerOptions {
 /// ```
 /// use rtsl::{Compiler, MemoryLoader};
 ///
-/// // Includes come from where the host says: here from memory.
+/// // The host loads includes: here from memory.
 /// let mut loader = MemoryLoader::default();
 /// loader.files.insert("grey.rtsl".to_owned(), "float grey() { return 0.5; }".to_owned());
 /// let text = "#include \"grey.rtsl\"\nclass A : rt_Texture; void lookup() { rt_TextureColor = color(grey()); }";
@@ -62,18 +61,17 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// A compiler with these options.
+    /// Creates a compiler with these options.
     pub fn new(options: CompilerOptions) -> Compiler {
         Compiler { options }
     }
 
-    /// How it compiles.
+    /// The options.
     pub fn options(&self) -> &CompilerOptions {
         &self.options
     }
 
-    /// Compiles text that is in no file; `name` is what diagnostics call it. What it includes is
-    /// looked for on the search path.
+    /// Compiles text that is in no file; diagnostics call it `name`. Includes are searched on the search path.
     pub fn compile(&self, name: &str, text: &str) -> Compilation {
         self.compile_with(name, text, &mut FileLoader::new(self.options.search_path.clone()))
     }
@@ -131,7 +129,7 @@ impl Compiler {
         class
     }
 
-    /// Compiles a file. Where it can't be read, that is the one diagnostic.
+    /// Compiles a file. If it can't be read, the one diagnostic reports that.
     pub fn compile_file(&self, path: &Path) -> Compilation {
         match read_text(path) {
             Ok(text) => {
@@ -142,7 +140,7 @@ impl Compiler {
         }
     }
 
-    /// The syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
+    /// Returns the syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
     pub fn print_syntax_tree(&self, path: &Path) -> (String, Compilation) {
         let text = match read_text(path) {
             Ok(text) => text,

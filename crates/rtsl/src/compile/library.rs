@@ -1,4 +1,4 @@
-//! RTSL text that is built in: the standard library of shaders, and the prelude.
+//! The standard library of shaders, which is built in.
 
 use rtsl_source::Diagnostic;
 
@@ -9,12 +9,12 @@ use crate::errors::unknown_class;
 pub use super::library_file::LibraryFile;
 use super::library_file::SHADERS;
 
-/// The standard library's files, sorted by name.
+/// Returns the standard library's files, sorted by name.
 pub fn files() -> &'static [LibraryFile] {
     SHADERS
 }
 
-/// The unit of the standard library that has a class.
+/// Compiles the file of the standard library that has a class.
 ///
 /// ```
 /// use rtsl::{Compiler, Instance, library};
@@ -27,7 +27,7 @@ pub fn files() -> &'static [LibraryFile] {
 /// ```
 ///
 /// # Errors
-/// If no file of the library has it; the message names what may be meant.
+/// If no file of the library has it; the diagnostic suggests a similar name.
 pub fn unit_of_class(compiler: &Compiler, name: &str) -> Result<Unit, Diagnostic> {
     let mut names = Vec::new();
     for file in files() {

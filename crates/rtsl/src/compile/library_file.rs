@@ -1,6 +1,6 @@
 //! The texts that are built into the program.
 
-/// A file of the library.
+/// A file that is built into the program.
 #[derive(Clone, Copy, Debug)]
 pub struct LibraryFile {
     /// Its name, as diagnostics show it: `shaders/primitives/sphere.rtsl`.

@@ -1,24 +1,24 @@
-//! Reads files for programs.
+//! The loader of files.
 
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile};
 
-/// Larger files are refused.
+/// The greatest size of a file in bytes.
 const SIZE_LIMIT: u64 = 16 << 20;
 
-/// Finds what `#include` names: beside the including file, then on the search path. Nothing
-/// outside these folders and that of the first file is read, whatever paths and links say.
+/// Loads the files of `#include`: from the folder of the including file, then from the search path. It reads no file
+/// outside these folders and that of the first file, through paths or links.
 #[derive(Clone, Debug, Default)]
 pub struct FileLoader {
-    /// The folder of the file that is compiled, if it is one.
+    /// The folder of the compiled file, if there is one.
     folder: Option<PathBuf>,
     search_path: Vec<PathBuf>,
 }
 
 impl FileLoader {
-    /// For text that is in no file: only the search path counts.
+    /// A loader for text that is in no file, with the search path only.
     pub fn new(search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
         let mut search_path = search_path.into();
         for folder in &mut search_path {
@@ -30,12 +30,12 @@ impl FileLoader {
         FileLoader { folder: None, search_path }
     }
 
-    /// For the program in `file`.
+    /// A loader for the text in `file`.
     pub fn beside(file: &Path, search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
         FileLoader { folder: Some(folder_of(file).to_owned()), ..FileLoader::new(search_path) }
     }
 
-    /// The folders to look in, that of the including file first.
+    /// Returns the folders to search, that of the including file first.
     fn folders(&self, including: &str) -> Vec<PathBuf> {
         let beside = self.folder.as_ref().map(|_| folder_of(Path::new(including)).to_owned());
         beside.into_iter().chain(self.search_path.iter().cloned()).collect()
@@ -69,15 +69,14 @@ impl IncludeLoader for FileLoader {
     }
 }
 
-/// The text of a file, or why there is none: it is missing, no regular file, too large, not
-/// UTF-8.
+/// Reads a text file. The error is a reason: it is missing, not a regular file, too large, or not UTF-8.
 pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     let describe = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         std::io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
         _ => error.to_string(),
     };
-    // Opening a pipe or a device could wait for ever.
+    // Opening a pipe or a device could block.
     let kind = std::fs::metadata(path).map_err(describe)?;
     if !kind.is_file() {
         return Err("it is no regular file".to_owned());
@@ -98,7 +97,7 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Without `.`, and without `..` behind a folder's name.
+/// Removes `.`, and `..` after a folder's name.
 fn without_detours(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {

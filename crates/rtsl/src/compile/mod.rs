@@ -1,6 +1,6 @@
-//! From text to classes. [`compiler`] runs the steps in their order: `rtsl_syntax::parse` (preprocessor, lexer, parser),
-//! `check_unit` (names, types, roles), `lower_class` (single-ray representation). Every text is compiled over the
-//! [`prelude`].
+//! From text to classes. [`compiler`] runs the steps in their order: `rtsl_syntax::parse` (preprocessor, lexer,
+//! parser), `check_unit` (names, types, roles), `lower_class` (single-ray representation). Every text is compiled over
+//! the [`prelude`].
 
 pub(crate) mod compiler;
 pub mod library;

@@ -1,4 +1,4 @@
-//! The prelude, parsed and checked once for the whole process.
+//! The prelude, parsed and checked once per process.
 
 use std::sync::LazyLock;
 
@@ -7,16 +7,16 @@ use rtsl_syntax::NoIncludes;
 
 use super::library_file::PRELUDE;
 
-/// The checked prelude, and the map that holds its files. Every compilation's map starts with
-/// them, so that spans may point into the prelude.
+/// The checked prelude and the map of its files. The map of every compilation starts with them, so that spans may refer
+/// to the prelude.
 pub(crate) struct Prelude {
     pub sources: SourceMap,
     pub checked: rtsl_sema::check::Prelude,
-    /// What is wrong with it: nothing, as a test sees to.
+    /// The errors of the prelude: none, as a test ensures.
     pub diagnostics: Diagnostics,
 }
 
-/// The prelude; the first call makes it.
+/// Returns the prelude; the first call checks it.
 pub(crate) fn prelude() -> &'static Prelude {
     static CHECKED: LazyLock<Prelude> = LazyLock::new(|| {
         let _span = tracing::debug_span!("prelude").entered();

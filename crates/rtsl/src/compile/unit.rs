@@ -15,7 +15,7 @@ use crate::errors;
 /// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
 /// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
 /// # let class = unit.class("Ball")?;
-/// // What a user interface shows of a class.
+/// // The parameters of a class, for a user interface.
 /// for parameter in &class.parameters {
 ///     assert_eq!((parameter.name.as_str(), rtsl::type_name(&parameter.ty)), ("radius", "float".to_owned()));
 ///     assert!(parameter.annotation("min").is_some() && !parameter.required);
@@ -36,10 +36,10 @@ impl Unit {
         &self.classes
     }
 
-    /// The class of this name.
+    /// Returns the class of this name.
     ///
     /// # Errors
-    /// Where there is none, with the name that was probably meant.
+    /// If there is none; the diagnostic suggests a similar name.
     pub fn class(&self, name: &str) -> Result<&Arc<Class>, Diagnostic> {
         let names = self.classes.iter().map(|class| class.name.as_str());
         let found = self.classes.iter().find(|class| class.name == name);
@@ -47,12 +47,12 @@ impl Unit {
     }
 }
 
-/// What compiling a file gave.
+/// The result of compiling a file.
 ///
 /// ```
 /// let compilation = rtsl::Compiler::default().compile("a.rtsl", "class A : rt_Texture;\nvoid lookup() { x = 1; }");
 /// assert!(compilation.unit.is_none());
-/// // For people, and as data.
+/// // As text and as data.
 /// assert!(compilation.report(false).contains("a.rtsl:2:"));
 /// let first = compilation.diagnostics.iter().next().expect("there is an error");
 /// let span = first.primary.as_ref().expect("it has a place").span;
@@ -71,7 +71,7 @@ pub struct Compilation {
 }
 
 impl Compilation {
-    /// All diagnostics as text for a terminal.
+    /// Returns all diagnostics as text for a terminal.
     pub fn report(&self, color: bool) -> String {
         rtsl_source::render::all_to_text(&self.sources, self.diagnostics.iter(), color)
     }

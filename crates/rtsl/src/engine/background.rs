@@ -1,4 +1,4 @@
-//! One thread for work that nobody waits for.
+//! A background thread.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Sender, channel};
@@ -7,12 +7,10 @@ use std::thread::JoinHandle;
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
-/// Where the result of some work will be. Who drops it has lost interest: work not begun is then not
-/// done.
+/// A handle to the result of work. Dropping the handle cancels the work if it has not started.
 pub(crate) type Answer<T> = Arc<OnceLock<Result<T, Diagnostic>>>;
 
-/// Does work in the order in which it comes, on a thread that starts with the first and ends with
-/// this value.
+/// Does work in order on a thread, which starts with the first work and ends with this value.
 #[derive(Debug, Default)]
 pub(crate) struct Background {
     worker: OnceLock<Result<Worker, Diagnostic>>,
@@ -22,13 +20,13 @@ type Work = Box<dyn FnOnce() + Send>;
 
 #[derive(Debug)]
 struct Worker {
-    /// `None` at the end: closes the thread's queue.
+    /// `None` while the worker is dropped, which closes the thread's queue.
     queue: Option<Sender<Work>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Background {
-    /// Lets the thread do `work`, unless it fails to start, which is an answer too.
+    /// Queues work. If the thread can't start, the answer is an error.
     pub fn start<T: Send + Sync + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, Diagnostic> + Send + 'static,
@@ -38,7 +36,7 @@ impl Background {
         let work = move || {
             let Some(answer) = wanted.upgrade() else { return };
             let result = catch_unwind(AssertUnwindSafe(work));
-            // Nobody else answers.
+            // Only this closure sets the answer.
             let _ = answer.set(result.unwrap_or_else(|_| Err(failed("the compiler panicked"))));
         };
         let sent = match self.worker.get_or_init(Worker::start) {
@@ -68,8 +66,7 @@ impl Worker {
 impl Drop for Worker {
     fn drop(&mut self) {
         self.queue = None;
-        // Code generation must not outlive what holds it: a process that ends would pull LLVM's
-        // globals from under it.
+        // Code generation must not outlive the worker: the end of a process destroys LLVM's globals.
         if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {
             debug_assert!(false, "work is guarded against panics");
         }

@@ -1,4 +1,4 @@
-//! Makes kernels.
+//! The engine of a host.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,8 +20,7 @@ use crate::link::class_tree::ClassTree;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
 
-/// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
-/// threads.
+/// Links instances and makes their kernels, each once. Engines are cheap to clone, and threads can share them.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -32,15 +31,15 @@ use crate::program::program::Program;
 /// use rtsl::{Backend, Engine, EngineOptions, KernelRequest, Method, CallMode};
 ///
 /// let (engine, warnings) = Engine::new(EngineOptions { backend: Backend::Auto, ..EngineOptions::default() })?;
-/// // Without LLVM everything runs on the interpreter, with a warning.
+/// // Without LLVM the interpreter runs all kernels, and there is a warning.
 /// assert_eq!(engine.llvm().is_none(), warnings.iter().next().is_some());
 /// # let ball = rtsl::Instance::new(class, [])?;
 /// let program = engine.program(&ball);
-/// // Kernels that are needed at once are made at once, on all processors.
+/// // All processors make the kernels.
 /// let methods = [Method::Intersect, Method::ComputeNormal];
 /// let requests = methods.map(|method| KernelRequest::new(&program, method, CallMode::Packet));
 /// assert!(engine.compile_all(&requests).iter().all(Result::is_ok));
-/// // An engine is for all threads.
+/// // Threads share an engine.
 /// let engine = &engine;
 /// std::thread::scope(|scope| scope.spawn(|| assert!(engine.program(&ball).has(Method::Intersect))).join());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -53,18 +52,17 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// The widths that there are kernels for.
+    /// The widths of kernels, in rays.
     pub const WIDTHS: [u32; 4] = KernelSource::WIDTHS;
 
-    /// How many full chunks kernels can do at a time.
+    /// The numbers of full chunks that kernels can do at a time.
     pub const INTERLEAVES: [u32; 3] = rtsl_packet::interleave::FACTORS;
 
-    /// An engine, and a warning if it falls back on the interpreter.
+    /// Creates an engine, and a warning if it falls back on the interpreter.
     ///
     /// # Errors
-    /// If machine code is asked for and there is no LLVM, or `RTSL_LLVM` names one that can't be
-    /// used, or the width is none of [`Engine::WIDTHS`], or the chunks at a time none of
-    /// [`Engine::INTERLEAVES`].
+    /// If the options ask for machine code and there is no LLVM, if `RTSL_LLVM` names a library that can't be used, if
+    /// the width is not one of [`Engine::WIDTHS`], or the number of chunks not one of [`Engine::INTERLEAVES`].
     pub fn new(options: EngineOptions) -> Result<(Engine, Diagnostics), Diagnostic> {
         let (compiler, warnings) = KernelCompiler::new(options)?;
         let compiler = Arc::new(compiler);
@@ -72,44 +70,44 @@ impl Engine {
         Ok((Engine { compiler, programs, background }, warnings))
     }
 
-    /// Loads LLVM, if there is one, and has it compile something: the first compilation of a process
-    /// pages in and links LLVM's code, which takes longer than most kernels. A host may
-    /// call this from another thread while it reads its scene.
+    /// Loads LLVM, if there is one, and compiles a small function: the first compilation of a process pages in and
+    /// links LLVM's code, which takes longer than most kernels. A host may call this from another thread while it reads
+    /// its scene.
     pub fn warm_up() {
-        // Whoever makes an engine hears of failures.
+        // `Engine::new` reports failures.
         let Ok(llvm) = Llvm::load() else { return };
         let text = "define <8 x float> @f(<8 x float> %a) {\n%b = fadd <8 x float> %a, %a\nret <8 x float> %b\n}";
         let _ = llvm.compile(text, llvm.host(), OptLevel::default());
     }
 
-    /// Gives back what memory LLVM holds for further compilations, 40 MB and more. A host may call this before it works with
-    /// its kernels for long; what it compiles afterwards takes some milliseconds longer.
+    /// Releases the memory that LLVM holds for further compilations, 40 MB and more. A host may call this before it
+    /// works with its kernels for long; the next compilation takes some milliseconds longer.
     pub fn cool_down() {
         Llvm::release_memory();
     }
 
-    /// How it makes kernels.
+    /// The options.
     pub fn options(&self) -> &EngineOptions {
         self.compiler.options()
     }
 
-    /// Rays at a time.
+    /// Rays at a time in kernels of variants without a width.
     pub fn width(&self) -> u32 {
         self.compiler.width()
     }
 
-    /// The LLVM that compiles; `None` where the interpreter runs kernels.
+    /// LLVM; `None` if the interpreter runs kernels.
     pub fn llvm(&self) -> Option<&Llvm> {
         self.compiler.llvm()
     }
 
-    /// The program of an instance: its class, linked with those of the instances that it refers
-    /// to. Instances of the same classes share it.
+    /// Returns the program of an instance: its class, linked with the classes of the instances that it refers to.
+    /// Instances of the same classes share it.
     pub fn program(&self, instance: &Instance) -> Arc<Program> {
         self.program_of(instance.tree())
     }
 
-    /// The program of a class with no reference set: to look at its code.
+    /// Returns the program of a class with no reference set, for tools that show its code.
     pub fn program_of_class(&self, class: &Arc<Class>) -> Arc<Program> {
         let count = |count: Option<u32>| count.map_or(1, |count| count as usize);
         let references = class.references.iter().map(|it| vec![None; count(it.count)]);
@@ -122,8 +120,8 @@ impl Engine {
         if let Some(program) = programs.get(&key).and_then(Weak::upgrade) {
             return program;
         }
-        // Dead entries go when they are the greater part, so that cleaning costs nothing on
-        // average. A dead entry's key may come back as that of other classes; it is replaced.
+        // The cost of a cleaning is spread over the entries since the last one. The key of a dead entry may be that of
+        // new classes, which replaces it.
         if programs.len().is_power_of_two() {
             programs.retain(|_, program| program.strong_count() > 0);
         }
@@ -132,11 +130,11 @@ impl Engine {
         program
     }
 
-    /// A library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
+    /// Makes a library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
     ///
     /// # Errors
-    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
-    /// for, or a method can't be linked or lowered.
+    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a requested
+    /// method, or a method can't be linked or lowered.
     pub fn aot_library(
         &self,
         classes: &[Arc<Class>],
@@ -156,12 +154,11 @@ impl Engine {
         kernels.collect()
     }
 
-    /// A kernel that becomes faster by itself: one that takes the members of `instance` for
-    /// constants is made in the background.
+    /// Returns a kernel of the request, which a kernel that takes the members of `instance` for constants replaces once
+    /// a background thread has made it.
     ///
-    /// All that an engine specialises is made by one thread, which ends with the engine and these
-    /// kernels; dropping the last of them waits for what has begun. What the request says is
-    /// known of members does not count.
+    /// One thread makes all specialised kernels of an engine. It ends with the engine and these kernels; dropping the
+    /// last of them waits for the kernel in progress. Known members of the request are ignored.
     ///
     /// # Errors
     /// As for [`Program::kernel`].
@@ -205,10 +202,10 @@ impl Engine {
     }
 }
 
-/// Shares kernels of these sizes out among modules of about equal work: enough modules to keep
-/// the threads busy to the end, few enough that what each costs by itself does not count.
+/// Distributes kernels of these sizes over modules of about equal work. There are enough modules to keep the threads
+/// busy to the end, and few enough that the cost of a module does not matter.
 fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
-    /// What a kernel costs LLVM beyond its operations, in operations.
+    /// The cost of a kernel for LLVM beyond its operations, in operations.
     const KERNEL_COST: usize = 50;
     const MODULES_PER_THREAD: usize = 2;
     let mut order: Vec<usize> = (0..sizes.len()).collect();
@@ -224,7 +221,7 @@ fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
     modules.into_iter().map(|(_, module)| module).collect()
 }
 
-/// Does the pieces of work `0..count` on threads, each piece once.
+/// Does the pieces of work `0..count` on threads.
 fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
     let next = AtomicUsize::new(0);
     let take = || {

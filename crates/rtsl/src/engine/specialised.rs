@@ -1,4 +1,4 @@
-//! Kernels for known values, made behind the general one.
+//! Specialised kernels, made in the background.
 
 use std::sync::Arc;
 
@@ -11,9 +11,8 @@ use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::program::kernel_request::KernelRequest;
 
-/// The kernel of a method for one instance: the general one at first, and as soon as a thread in the
-/// background has made it, one that takes the instance's members for constants. Both give the same
-/// bits, so it never matters which of them a call meets.
+/// The kernel of a method for one instance: the general kernel at first, and once a background thread has made it, one
+/// that takes the instance's members for constants. Both give the same bits.
 ///
 /// [`Engine::specialise`](crate::Engine::specialise) makes one. It may be called from many threads.
 ///
@@ -31,7 +30,7 @@ use crate::program::kernel_request::KernelRequest;
 /// let request = KernelRequest::new(&program, Method::ComputeNormal, CallMode::Packet);
 /// let mut normal = engine.specialise(&request, &ball)?;
 /// normal.wait();
-/// // A change never waits for a compiler: the next call is the general kernel's.
+/// // A change never waits for the compiler: the next call uses the general kernel.
 /// let changed = rtsl::Instance::new(class, [("radius", 3.0.into())])?;
 /// normal.set_instance(&changed);
 /// let (kernel, block) = (normal.kernel(), normal.block());
@@ -66,7 +65,7 @@ impl SpecialisedKernel {
         Ok(kernel)
     }
 
-    /// The best kernel there is by now. Call it with [`SpecialisedKernel::block`]: for another
+    /// Returns the fastest kernel made so far. Call it with [`SpecialisedKernel::block`]: for another
     /// instance's data its results are unspecified.
     pub fn kernel(&self) -> &Arc<Kernel> {
         self.special.get().and_then(|it| it.as_ref().ok()).unwrap_or(&self.general)
@@ -77,9 +76,8 @@ impl SpecialisedKernel {
         &self.block
     }
 
-    /// Changes the instance. The next call already computes with it, by the general kernel until one
-    /// for the new values is there. Requests for values that have changed again meanwhile are
-    /// dropped; kernels for values used lately are still there.
+    /// Changes the instance. Calls use the general kernel until the one for the new values is made. Requests for values
+    /// that have changed again meanwhile are cancelled; kernels for recent values are kept.
     ///
     /// # Panics
     /// If the instance belongs to another program.
@@ -88,12 +86,12 @@ impl SpecialisedKernel {
         self.special = self.start(instance);
     }
 
-    /// Whether [`SpecialisedKernel::kernel`] is the one for the instance's values.
+    /// True if [`SpecialisedKernel::kernel`] is the one for the instance's values.
     pub fn is_specialised(&self) -> bool {
         self.special.get().is_some_and(Result::is_ok)
     }
 
-    /// Why there is none: the general kernel stays in use.
+    /// The reason why the specialised kernel could not be made; the general kernel remains in use.
     pub fn error(&self) -> Option<&Diagnostic> {
         self.special.get().and_then(|special| special.as_ref().err())
     }

@@ -17,10 +17,10 @@ use super::words::{Leaves, Words};
 use crate::errors;
 use crate::link::linker::link_function;
 
-/// Instances that an instance refers to, and those that these refer to, each counted as often as
-/// it is reached: what a linked kernel may hold.
+/// The greatest number of instances that an instance reaches through references, each counted as often as it is
+/// reached: a linked kernel may contain the code of all.
 const TREE_LIMIT: u64 = 4096;
-/// References behind references.
+/// The greatest depth of references.
 const DEPTH_LIMIT: u32 = 64;
 
 impl Instance {
@@ -43,7 +43,7 @@ impl Instance {
     }
 }
 
-/// Gathers arguments and what is wrong with them.
+/// Collects arguments and their errors.
 struct Builder<'a> {
     class: &'a Arc<Class>,
     given: Vec<&'a str>,
@@ -126,7 +126,7 @@ impl<'a> Builder<'a> {
         Ok(Instance { class, members, buffers, references, tree_size, depth, unmade })
     }
 
-    /// Initialisers, then the host's values, then the constructor.
+    /// Runs the initialisers, sets the host's values, and runs the constructor.
     fn run(
         &self,
         constructor: Option<&Function>,
@@ -168,7 +168,7 @@ impl<'a> Builder<'a> {
         references.collect()
     }
 
-    /// The constructor without references, if there is one and all is well so far.
+    /// Links the constructor, if there is one and no error so far.
     fn link_constructor(
         &self,
         references: &[Vec<Option<Arc<Instance>>>],

@@ -1,12 +1,12 @@
-//! What parameters are where a host does not set them.
+//! Defaults of parameters.
 
 use rtsl_ir::VariableKind;
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
 
 use super::environment::Environment;
 
-/// The scalars that a parameter of `class` has by default, as bits, for hosts that show them; `None`
-/// where they lie in several places (structs) or nowhere (references, buffers).
+/// Returns the scalars that a parameter of `class` has by default, as bits, for hosts that show them; `None` for
+/// structs, which have several variables, and for references and buffers, which have none.
 pub fn default_value(class: &Class, parameter: &Parameter) -> Option<Vec<u32>> {
     let kind = match parameter.target {
         ParameterTarget::Constructor => VariableKind::Parameter,

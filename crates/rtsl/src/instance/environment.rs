@@ -1,4 +1,4 @@
-//! The values of places while an instance is made.
+//! The values of variables while an instance is made.
 
 use std::collections::BTreeMap;
 
@@ -13,12 +13,12 @@ use crate::{errors, nesting};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Environment {
     values: BTreeMap<(VariableKind, String), Vec<u32>>,
-    /// Those of buffers, which are shared where they can be: meshes have millions.
+    /// The scalars of buffers, shared if possible: meshes have millions.
     buffers: BTreeMap<String, Words>,
 }
 
 impl Environment {
-    /// Sets the scalars of a place that is no buffer.
+    /// Sets the scalars of a variable other than a buffer.
     pub fn set(&mut self, kind: VariableKind, name: &str, words: &[u32]) {
         self.values.insert((kind, name.to_owned()), words.to_vec());
     }
@@ -28,7 +28,7 @@ impl Environment {
         self.buffers.insert(name.to_owned(), words);
     }
 
-    /// The scalars of a member; zeros where nobody set it.
+    /// Removes and returns the scalars of a member; zeros if it was not set.
     pub fn take(&mut self, variable: &Variable) -> Vec<u32> {
         let key = (variable.kind, variable.name.clone());
         let mut words = self.values.remove(&key).unwrap_or_default();
@@ -36,10 +36,10 @@ impl Environment {
         words
     }
 
-    /// Runs a linked initialiser or constructor, which reads places and then sets others.
+    /// Runs a linked initialiser or constructor.
     ///
     /// # Errors
-    /// Where it is not linked, or ran past its budget.
+    /// If the function is not linked, or used up its budget.
     pub fn run(&mut self, function: &Function) -> Result<(), Diagnostic> {
         let interpreter =
             nesting::with_stack_for(function.nesting(), || Interpreter::prepare(function));
@@ -62,7 +62,7 @@ impl Environment {
         Ok(())
     }
 
-    /// The scalars of a place that is no buffer; zeros where nobody set it.
+    /// Returns the scalars of a variable other than a buffer; zeros if it was not set.
     pub fn words(&self, variable: &Variable) -> Vec<u32> {
         let known = self.values.get(&(variable.kind, variable.name.clone()));
         let mut words = known.cloned().unwrap_or_default();
@@ -80,7 +80,7 @@ impl Environment {
 
 struct FunctionStorage<'a> {
     variables: &'a [Variable],
-    /// In the order of the places.
+    /// In the order of the variables.
     values: Vec<Words>,
 }
 

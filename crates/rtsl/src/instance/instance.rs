@@ -12,9 +12,9 @@ use super::words::Words;
 use crate::errors;
 use crate::link::class_tree::{ClassTree, element_path};
 
-/// An object of a scene: a class, values for its parameters, the instances that it refers to.
-/// It does not change; a changed parameter is a new instance, made in microseconds, and kernels
-/// stay as they are, since instances are data to them.
+/// An object of a scene: a class, values for its parameters, and the instances that it refers to. Instances are
+/// immutable; a changed parameter is a new instance, made in microseconds, and no kernel is compiled, since instances
+/// are data.
 ///
 /// ```
 /// use rtsl::{Compiler, Instance, Value};
@@ -24,10 +24,10 @@ use crate::link::class_tree::{ClassTree, element_path};
 /// let unit = Compiler::default().compile("layer.rtsl", text).unit.expect("it compiles");
 /// let class = unit.class("Layer")?;
 /// let lower = Instance::new(class, [("tint", [0.2, 0.4, 0.8].into())])?;
-/// // A reference is a value as others are.
+/// // A reference is a value, too.
 /// let upper = Instance::new(class, [("tint", 0.5.into()), ("below", Value::Instance(lower))])?;
 /// assert_eq!(upper.member("tint"), Some(&[0.5_f32.to_bits(); 3][..]));
-/// // All that is wrong is told at once: there is no `tind`, and so `tint` is missing.
+/// // All errors are reported at once: there is no `tind`, and so `tint` is missing.
 /// let problems = Instance::new(class, [("tind", 1.0.into())]).unwrap_err();
 /// assert_eq!(problems.iter().count(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -43,7 +43,7 @@ pub struct Instance {
     pub(super) references: Vec<Vec<Option<Arc<Instance>>>>,
     pub(super) tree_size: u64,
     pub(super) depth: u32,
-    /// What the constructor started from, where hosts make [elements](Instance::element_count).
+    /// The state before the constructor ran, if the class has [elements](Instance::element_count).
     pub(super) unmade: Option<Box<Unmade>>,
 }
 
@@ -57,23 +57,22 @@ pub(super) struct Unmade {
 }
 
 impl Instance {
-    /// Its class.
+    /// The class.
     pub fn class(&self) -> &Arc<Class> {
         &self.class
     }
 
-    /// Its class, with those of the instances that it refers to.
+    /// Returns the class with the classes of the instances that it refers to.
     pub(crate) fn tree(&self) -> ClassTree {
         class_tree(&self.class, &self.references)
     }
 
-    /// What it refers to: for each of the class's references one element, or those of the array.
+    /// The instances that it refers to: for each of the class's references one element, or those of the array.
     pub fn references(&self) -> &[Vec<Option<Arc<Instance>>>] {
         &self.references
     }
 
-    /// The instance that a reference, or an element of an array of references (`layers[2]`),
-    /// names.
+    /// Returns the instance of a reference, or of an element of an array of references (`layers[2]`).
     pub fn reference(&self, path: &str) -> Option<&Arc<Instance>> {
         let elements = self.class.references.iter().zip(&self.references);
         let mut named = elements.flat_map(|(reference, elements)| {
@@ -82,7 +81,7 @@ impl Instance {
         named.find(|(name, _)| name == path).and_then(|(_, element)| element.as_ref())
     }
 
-    /// A warning for each reference that is not set, though a method of the class calls through it and none tests it.
+    /// Returns a warning for each unset reference that a method of the class calls through and none tests.
     pub fn unset_reference_warnings(&self) -> Vec<Diagnostic> {
         let mut unset = Vec::new();
         for (reference, elements) in self.class.references.iter().zip(&self.references) {
@@ -97,7 +96,7 @@ impl Instance {
         unset
     }
 
-    /// Whether a method of the class calls through the reference.
+    /// True if a method of the class calls through the reference.
     fn calls(&self, reference: &Reference) -> bool {
         let mut calls = false;
         for function in self.class.methods.values() {
@@ -120,8 +119,8 @@ impl Instance {
         Some(&self.buffers[index])
     }
 
-    /// How many objects hosts make of this instance, where its class has an
-    /// [element parameter](Class::element): as many as its buffer has whole strides.
+    /// Returns the number of objects that hosts make of this instance if its class has an
+    /// [element parameter](Class::element): the number of whole strides of its buffer.
     pub fn element_count(&self) -> Option<u32> {
         let element = self.class.element()?;
         let is_buffer = |name: &str| {
@@ -135,7 +134,7 @@ impl Instance {
         Some((entries / element.stride as usize).min(i32::MAX as usize) as u32)
     }
 
-    /// The instance's data, with that of all it refers to, as kernels read it.
+    /// Returns the data of the instance and of all it refers to, as kernels read it.
     pub(crate) fn block(&self, layout: &Layout) -> InstanceBlock {
         let mut words = vec![0; layout.block_words as usize];
         let mut buffers = Vec::new();
@@ -143,8 +142,8 @@ impl Instance {
         InstanceBlock::new(&words, buffers)
     }
 
-    /// The same before the constructor ran, in a layout that has the constructor's parameters, too, by
-    /// their [names there](parameter_name).
+    /// Returns the data before the constructor ran, in a layout that also has the constructor's parameters, by their
+    /// [names among members](parameter_name).
     pub(crate) fn unmade_block(&self, layout: &Layout) -> InstanceBlock {
         let mut words = vec![0; layout.block_words as usize];
         let mut buffers = Vec::new();
@@ -187,7 +186,7 @@ impl Instance {
         });
     }
 
-    /// Lets a constructor that refers to this instance as `path` see its data.
+    /// Adds the data of this instance, to which a constructor refers as `path`.
     pub(super) fn show(&self, path: &str, values: &mut Environment) {
         for (variable, words) in self.class.members.iter().zip(&self.members) {
             values.set(VariableKind::Member, &format!("{path}.{}", variable.name), words);
@@ -223,7 +222,7 @@ pub(super) fn class_tree(
     ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
 }
 
-/// The name of a constructor's parameter among the members, none of which has such a name.
+/// Returns the name of a constructor's parameter among the members, none of which has such a name.
 pub(crate) fn parameter_name(name: &str) -> String {
     format!("rt_Parameter.{name}")
 }

@@ -1,4 +1,4 @@
-//! Turns the values of hosts into the words of places.
+//! Converts values of parameters to words.
 
 use std::sync::Arc;
 
@@ -12,18 +12,18 @@ use super::words::{Leaves, Words};
 use crate::errors::Mismatch;
 use crate::type_name::type_name;
 
-/// Nesting of types and values; no class comes near it.
+/// The greatest nesting of types and values; no class comes near it.
 const DEPTH_LIMIT: usize = 64;
 
-/// What a value of a parameter says.
+/// The converted value of a parameter.
 pub(crate) enum Argument {
     /// Data, leaf by leaf.
     Data(Leaves),
-    /// The instances that a reference, or an array of references, names.
+    /// The instances of a reference or of an array of references.
     References(Vec<Arc<Instance>>),
 }
 
-/// The words that `value` gives for `parameter`.
+/// Converts `value` for `parameter`.
 pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument, Mismatch> {
     match &parameter.ty {
         ParameterType::Reference(_) => references(&parameter.ty, value).map(Argument::References),
@@ -43,11 +43,10 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
     }
 }
 
-/// The words that `value` gives for a variable of type `ty` that is called `name`, by the names of
-/// its places; for hosts that set scratch.
+/// Converts `value` for a variable `name` of type `ty`, by the names of its leaves; for hosts that set scratch.
 ///
 /// # Errors
-/// Where the value has another type, a sentence that says so.
+/// If the value has another type, as a sentence.
 pub fn place_words(
     name: &str,
     ty: &ParameterType,
@@ -82,7 +81,7 @@ fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, M
     }
 }
 
-/// The host's own words, where a buffer can use them as they are.
+/// Returns the host's words if a buffer can use them as they are.
 fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<Arc<[u32]>> {
     let (ParameterType::Buffer(element), Value::Numbers(numbers)) = (ty, value) else {
         return None;
@@ -92,7 +91,7 @@ fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<Arc<[u32]>> {
     fits.then(|| numbers.words().clone())
 }
 
-/// For a type whose scalars are all of one type and lie in one place: that type, and how many.
+/// Returns the scalar type and the number of scalars of a type with one leaf.
 pub(crate) fn flat(ty: &ParameterType) -> Option<(Scalar, u32)> {
     match ty {
         ParameterType::Scalar(scalar) => Some((*scalar, 1)),
@@ -179,7 +178,7 @@ fn add_fields(
     Ok(())
 }
 
-/// Whether a list gives the numbers of elements that are themselves made of numbers, all in one.
+/// True if a list has the numbers of all elements, which are themselves lists of numbers, in one list.
 fn is_flat_list(element: &ParameterType, values: &[Value]) -> bool {
     let is_number = |value: &Value| {
         matches!(value, Value::Bool(_) | Value::Int(_) | Value::Uint(_) | Value::Float(_))
@@ -295,7 +294,7 @@ fn to_f64(value: Constant) -> f64 {
     }
 }
 
-/// The type of the numbers that a range speaks of.
+/// Returns the type of the numbers that a range bounds.
 fn number_type(ty: &ParameterType) -> Option<Scalar> {
     match ty {
         ParameterType::Buffer(element) => number_type(element),

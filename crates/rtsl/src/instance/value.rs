@@ -1,4 +1,4 @@
-//! The values that hosts give to parameters.
+//! Values of parameters.
 
 use std::sync::Arc;
 
@@ -6,15 +6,15 @@ use rtsl_ir::Scalar;
 
 use super::instance::Instance;
 
-/// A value, loosely typed: the class says what type it must have, and numbers convert as the
-/// language converts them (int to uint to float).
+/// A value of a parameter. It must have the type of the parameter; numbers convert as in the language (int to uint to
+/// float).
 ///
 /// ```
 /// use rtsl::{Numbers, Value};
 ///
 /// let number: Value = 2.5.into();
 /// let vector: Value = [1.0, 2.0, 3.0].into();
-/// // For buffers: shared, not copied, where the type is that of the buffer.
+/// // Buffers share numbers of their type.
 /// let positions = Value::Numbers(Numbers::floats([0.0; 9]));
 /// let light = Value::Struct(vec![("position".to_owned(), vector), ("power".to_owned(), number)]);
 /// # let _ = (positions, light);
@@ -77,7 +77,7 @@ impl Numbers {
 }
 
 impl Value {
-    /// What messages call it.
+    /// Describes the value for diagnostics.
     pub(crate) fn describe(&self) -> String {
         match self {
             Value::Bool(_) => "a bool".to_owned(),

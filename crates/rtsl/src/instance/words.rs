@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Words by the name of their place: `center`, `s.a`.
+/// Words by the names of their variables: `center`, `s.a`.
 pub(crate) type Leaves = BTreeMap<String, Words>;
 
-/// The scalars of one place, as they lie in memory.
+/// The scalars of one variable, as they are in memory.
 #[derive(Clone, Debug)]
 pub(crate) enum Words {
-    /// Made here.
+    /// Words of this instance.
     Owned(Vec<u32>),
-    /// The host's, which other instances may share.
+    /// Words of the host, which other instances may share.
     Shared(Arc<[u32]>),
 }
 

@@ -1,4 +1,4 @@
-//! Which classes refer to which: what decides the code of a kernel.
+//! The classes of an instance and of those it refers to, which determine the code of its kernels.
 
 use std::sync::Arc;
 
@@ -6,17 +6,17 @@ use rtsl_abi::Layout;
 use rtsl_ir::Variable;
 use rtsl_ir::class::Class;
 
-/// A class with those of the instances that it refers to. Instances with equal trees share
-/// their kernels; what sets them apart is data.
+/// A class with the classes of the instances that it refers to. Instances with equal trees share their kernels and
+/// differ in data.
 #[derive(Clone, Debug)]
 pub(crate) struct ClassTree {
     pub class: Arc<Class>,
-    /// For each reference of the class its instances: one, or those of the array.
+    /// For each reference of the class, its elements: one, or those of the array.
     pub references: Vec<Vec<Option<ClassTree>>>,
 }
 
 impl ClassTree {
-    /// Equal for trees of the same classes, as long as those classes are kept alive.
+    /// Returns a key that is equal for trees of the same classes, as long as these classes are alive.
     pub fn key(&self) -> Vec<usize> {
         let mut key = Vec::new();
         self.add_to_key(&mut key);
@@ -33,8 +33,7 @@ impl ClassTree {
         }
     }
 
-    /// Every place of the tree, with the path to its instance in its name, in the order of the
-    /// blocks.
+    /// Returns all variables of the tree in the order of the blocks. Their names begin with the path to the instance.
     pub fn variables(&self) -> TreeVariables {
         let mut variables = TreeVariables::default();
         self.add_places("", &mut variables);
@@ -56,7 +55,8 @@ impl ClassTree {
         }
     }
 
-    /// Visits every class of the tree with the path to it and a dot (`kd.`; nothing for the root), those behind a class before it.
+    /// Visits every class of the tree, children first, with the path to it and a dot (`kd.`; an empty path for the
+    /// root).
     pub fn for_each_node<E>(
         &self,
         visit: &mut impl FnMut(&ClassTree, &str) -> Result<(), E>,
@@ -77,7 +77,7 @@ impl ClassTree {
         visit(self, prefix)
     }
 
-    /// The references and elements of arrays of references, by their paths: `kd`, `layers[2]`.
+    /// Returns the references and the elements of arrays of references, with their paths: `kd`, `layers[2]`.
     pub fn elements(&self) -> impl Iterator<Item = (String, Option<&ClassTree>)> {
         let references = self.class.references.iter().zip(&self.references);
         references.flat_map(|(reference, elements)| {
@@ -89,7 +89,7 @@ impl ClassTree {
     }
 }
 
-/// `kd`, or `layers[2]` for an array.
+/// Returns the path of an element: `kd`, or `layers[2]` for an array.
 pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) -> String {
     match reference.count {
         None => reference.name.clone(),
@@ -97,7 +97,7 @@ pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) 
     }
 }
 
-/// The places of a tree, the root's first.
+/// The variables of a tree, the root's first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TreeVariables {
     pub members: Vec<Variable>,

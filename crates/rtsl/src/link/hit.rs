@@ -1,8 +1,7 @@
-//! Linking what hosts want to know of a hit: `intersect`, and behind it the methods that say what the surface is like
-//! there, as one function.
+//! Linking `intersect` and the methods that describe the surface at a hit to one function.
 //!
-//! What one of them sets the next ones read as a value, scratch included, so that nothing passes through memory but
-//! what the host's record has rows for. What it has none for holds its default.
+//! The values that one method sets, scratch included, are operands of the next ones. Only state for which the host's
+//! record has rows passes through memory; other state has its default.
 
 use rtsl_abi::RayRecord;
 use rtsl_ir::{
@@ -41,7 +40,8 @@ struct HitLinker<'a, 'l> {
     linker: &'l mut Linker,
     tree: &'a ClassTree,
     record: &'a RayRecord,
-    /// State that is not what the record's rows hold: what has none, and what methods have set. The last one counts.
+    /// The values of state that is not in the record's rows: state without rows, and state that methods have set. The
+    /// last one counts.
     known: Vec<(StateComponent, Value)>,
 }
 
@@ -81,7 +81,7 @@ impl HitLinker<'_, '_> {
         Ok(())
     }
 
-    /// What the record has no rows for.
+    /// Sets state for which the record has no rows.
     fn set_unbound(&mut self, to: &mut Vec<Op>) -> Linking<()> {
         let unbound = state_variables().iter().filter(|it| !has_rows(self.record, it));
         for variable in unbound.filter(|variable| Role::Primitive.row(variable.name).is_some()) {
@@ -101,11 +101,10 @@ impl HitLinker<'_, '_> {
         Ok(())
     }
 
-    /// Puts a method's body here, and knows from then on what it has set; whether it accepts a hit, if it
-    /// is of that kind.
+    /// Copies a method's body and notes the values that it sets. Returns the flag of an accepted hit, if it has one.
     fn method(&mut self, function: &Function, to: &mut Vec<Op>) -> Linking<Option<Value>> {
         let mut site = Site::new(self.tree, function, String::new(), &mut self.linker.out);
-        // Each method has its own slots.
+        // The locals of each method are distinct.
         site.is_root = false;
         site.overrides.clone_from(&self.known);
         self.linker.copy_ops(&mut site, &function.body.ops, to)?;
@@ -132,7 +131,7 @@ impl HitLinker<'_, '_> {
         Ok(accepted)
     }
 
-    /// What is known where a ray has hit.
+    /// Computes the state at a hit.
     fn surface(&mut self, to: &mut Vec<Op>) -> Linking<()> {
         for axis in 0..3 {
             let origin = self.load("rt_RayOrigin", axis, to)?;
@@ -151,14 +150,14 @@ impl HitLinker<'_, '_> {
         Ok(())
     }
 
-    /// What is stored for a hit.
+    /// Returns the values to store for a hit.
     fn stored(&self, outputs: Outputs) -> Linking<Vec<(StateComponent, Value)>> {
         let mut stored = Vec::new();
         for variable in outputs.variables() {
             for component in 0..variable.ty.components() {
                 let wanted = StateComponent { variable: variable.index, component };
                 match find_override(&self.known, wanted) {
-                    // Of all that there is, what the record can take.
+                    // `Outputs::ALL` means all outputs for which the record has rows.
                     _ if outputs == Outputs::ALL && !has_rows(self.record, variable) => {}
                     Some(value) => stored.push((wanted, value)),
                     None if outputs == Outputs::ALL => {}
@@ -169,7 +168,7 @@ impl HitLinker<'_, '_> {
         Ok(stored)
     }
 
-    /// Does what `surface` holds where a hit was accepted; its yields.
+    /// Runs `surface` if a hit was accepted, and returns its yields.
     fn describe_hits(
         &mut self,
         accepted: Value,
@@ -178,14 +177,14 @@ impl HitLinker<'_, '_> {
     ) -> Linking<Vec<Value>> {
         let results = vec![Scalar::F32; surface.yields.len()];
         let mut otherwise = Region::default();
-        // Nobody sees it: nothing is stored where there is no hit.
+        // Unobservable: nothing is stored without a hit.
         let zero = self.linker.constant(&mut otherwise.ops, Constant::F32(0.0))?;
         otherwise.yields = vec![zero; results.len()];
         let kind = OpKind::If { condition: accepted, then: surface, otherwise };
         Ok(self.linker.emit(to, kind, &results, false)?.iter().collect())
     }
 
-    /// A component as it is known here.
+    /// Returns the current value of a component.
     fn load(&mut self, name: &str, wanted: u32, to: &mut Vec<Op>) -> Linking<Value> {
         let known = component(name, wanted).and_then(|it| find_override(&self.known, it));
         if let Some(value) = known {
@@ -197,7 +196,7 @@ impl HitLinker<'_, '_> {
         Ok(self.linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
     }
 
-    /// Precise, so that a host that computes the same gets the same bits.
+    /// Adds a precise operation, so that a host that computes the same gets the same bits.
     fn binary(&mut self, op: BinaryOp, a: Value, b: Value, to: &mut Vec<Op>) -> Linking<Value> {
         Ok(self.linker.emit(to, OpKind::Binary(op, a, b), &[Scalar::F32], true)?.get(0))
     }
@@ -207,7 +206,7 @@ impl HitLinker<'_, '_> {
     }
 }
 
-/// Whether the record has rows for all of a variable.
+/// True if the record has rows for all components of a variable.
 fn has_rows(record: &RayRecord, variable: &StateVariable) -> bool {
     let first = variable.first_component;
     (first..first + variable.ty.components()).all(|it| record.rows.contains_key(&it))

@@ -11,29 +11,29 @@ use rtsl_spec::{StateVariable, lookup_state};
 
 use super::linker::Linked;
 
-/// A method without references, optimised.
+/// An optimised method without references.
 #[derive(Clone, Debug)]
 pub struct LinkedMethod {
-    /// What it does.
+    /// The code.
     pub function: Arc<Function>,
-    /// What linking warned about.
+    /// The warnings of linking.
     pub warnings: Vec<Diagnostic>,
-    /// The state variables that it reads.
+    /// The state variables that the method reads.
     pub reads: Vec<&'static StateVariable>,
-    /// The state variables that it sets.
+    /// The state variables that the method sets.
     pub writes: Vec<&'static StateVariable>,
-    /// Whether it reads scratch.
+    /// True if the method reads scratch.
     pub reads_scratch: bool,
-    /// Whether it sets scratch.
+    /// True if the method sets scratch.
     pub sets_scratch: bool,
-    /// What it sets and leaves as it was.
+    /// Scalars that the method sets to the values that they had.
     unchanged: Vec<VariableScalar>,
-    /// How deep its regions nest.
+    /// The nesting of the regions.
     pub(crate) nesting: usize,
 }
 
 impl LinkedMethod {
-    /// Whether it leaves a state variable zero whatever it is called for: as far as constants tell.
+    /// True if constants show that every call leaves a state variable zero.
     pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
         let Function { variables, body, outputs, .. } = &*self.function;
         let is_zero = |value: Value| {
@@ -92,7 +92,7 @@ impl LinkedMethod {
     }
 }
 
-/// The variables of the state places for which `wanted` holds, in the order of the one table.
+/// Returns the state variables for which `wanted` holds, in the order of the table of state variables.
 fn state_places(
     function: &Function,
     wanted: impl Fn(&Function, VariableId) -> bool,

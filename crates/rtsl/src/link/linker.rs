@@ -1,9 +1,8 @@
 //! Linking: a method with the methods that it calls through references becomes one function.
 //!
-//! The body of the referenced instance's method stands in place of each call, its members,
-//! buffers and scratch under the path of the reference (`kd.scale`), reading the caller's state
-//! as the caller sees it at that moment. Which instance an index into an array of references
-//! chooses is decided by comparisons. A reference that is not set gives the role's defaults.
+//! The body of the called method replaces each call. Its members, buffers and scratch get the path of the reference as
+//! prefix (`kd.scale`), and it reads the caller's state as of the call. Comparisons select the element of an array of
+//! references. A call through a reference that is not set gives the role's defaults.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,16 +19,16 @@ use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 use super::class_tree::{ClassTree, element_path};
 use crate::errors;
 
-/// Operations of a linked function.
+/// The greatest number of operations of a linked function.
 const OPERATION_LIMIT: usize = 1 << 17;
-/// Slots up to this size are zeroed without a loop.
+/// The greatest length of a local that is zeroed without a loop.
 const UNROLLED_SLOT: u32 = 16;
 
-/// A method without references, and what there is to warn about.
+/// A function without references.
 #[derive(Clone, Debug)]
 pub(crate) struct Linked {
     pub function: Function,
-    /// What the method sets and leaves as it was, which optimisation has found out.
+    /// Scalars that the function sets to the values that they had, as optimisation has found.
     pub unchanged: Vec<VariableScalar>,
     pub warnings: Vec<Diagnostic>,
 }
@@ -44,31 +43,31 @@ pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Lin
 
 pub(super) struct Linker {
     pub out: Function,
-    /// The places of `out`.
+    /// The variables of `out`.
     variables: BTreeMap<(VariableKind, String), VariableId>,
     operations: usize,
     depth: usize,
     locals: u32,
-    /// Class and reference path.
+    /// Unset references, by class and path.
     warnings: BTreeSet<(String, String)>,
-    /// Scalars of scratch that methods have set, the last one of each counting, where scratch is no memory but
-    /// values; zero where none has.
+    /// If scratch is not in memory: the values of its scalars in the order of their assignments, of which the last
+    /// counts. Others are zero.
     pub scratch: Option<Vec<((VariableId, u32), Value)>>,
 }
 
-/// One body that is being copied.
+/// A function body that is being copied.
 pub(super) struct Site<'a> {
     tree: &'a ClassTree,
     function: &'a Function,
     /// `""`, or `kd.`.
     prefix: String,
     pub is_root: bool,
-    /// State that differs from what the host's places hold.
+    /// State that differs from that of the call.
     pub overrides: Vec<(StateComponent, Value)>,
     values: Vec<Option<Value>>,
     variables: Vec<Option<VariableId>>,
     in_loop: bool,
-    /// The first of the texts of its names in the linked function.
+    /// The index of the function's first name in the linked function.
     first_text: u32,
 }
 
@@ -101,7 +100,7 @@ impl<'a> Site<'a> {
     }
 }
 
-/// A site's index in the linked function.
+/// Maps an index of a site to one of the linked function.
 fn index_of_site(site: &Site<'_>, index: Index) -> Index {
     match index {
         Index::Constant(index) => Index::Constant(index),
@@ -118,7 +117,7 @@ pub(super) fn find_override(
 
 pub(super) type Linking<T> = Result<T, Diagnostic>;
 
-/// Adds the operations for one element of an array of references and gives their results.
+/// Adds the operations for one element of an array of references and returns their results.
 type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
 
 impl Linker {
@@ -235,7 +234,7 @@ impl Linker {
         self.out.names.copy(&site.function.names, site.first_text, old, new);
     }
 
-    /// Operations without regions and references: operands and places are renamed.
+    /// Copies an operation without regions and references, with its operands and variables mapped.
     fn copy_simple(&mut self, site: &mut Site<'_>, kind: &OpKind) -> OpKind {
         let mut kind = kind.clone();
         kind.for_each_operand_mut(|value| *value = site.value(*value));
@@ -248,7 +247,7 @@ impl Linker {
         kind
     }
 
-    /// The place in the linked function that stands for one of the site's.
+    /// Returns the variable of the linked function for one of the site's.
     pub fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
         if let Some(known) = site.variables[id.0 as usize] {
             return known;
@@ -272,7 +271,7 @@ impl Linker {
         new
     }
 
-    /// As [`Function::intern_variable`], which looks at all places one after another.
+    /// Like [`Function::intern_variable`], without its linear search.
     pub fn intern_variable(&mut self, variable: Variable) -> VariableId {
         let next = VariableId(self.out.variables.len() as u32);
         let id = *self.variables.entry((variable.kind, variable.name.clone())).or_insert(next);
@@ -302,7 +301,7 @@ impl Linker {
         Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
     }
 
-    /// A state component as a callee sees it.
+    /// Loads a state component as a callee sees it.
     fn load_state(
         &mut self,
         site: &mut Site<'_>,
@@ -329,7 +328,7 @@ impl Linker {
         self.load_component(index, len, Scalar::F32, load, to)
     }
 
-    /// A scalar of scratch that is no memory.
+    /// Returns a scalar of scratch that is not in memory.
     fn load_scratch(
         &mut self,
         site: &mut Site<'_>,
@@ -351,7 +350,7 @@ impl Linker {
         self.load_component(index, len, scalar, load, to)
     }
 
-    /// The component of an index, clamped, of what `load` gives.
+    /// Loads the component that an index selects, clamped.
     fn load_component(
         &mut self,
         index: Index,
@@ -436,7 +435,7 @@ impl Linker {
         }
     }
 
-    /// Puts the body of the called method here.
+    /// Copies the body of the called method.
     fn inline(
         &mut self,
         tree: &ClassTree,
@@ -472,13 +471,13 @@ impl Linker {
         call.results.iter().map(|wanted| result(self, wanted, to)).collect()
     }
 
-    /// What the call of an unset reference, or of a method that the class lacks, gives.
+    /// Returns the results of a call of an unset reference, or of a method that the class lacks.
     fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
         let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
         defaults.map(|default| self.constant(to, default)).collect()
     }
 
-    /// The slots of a body that runs more than once start at zero each time.
+    /// Zeroes the locals of a body that may run several times.
     fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
         let function = site.function;
         for (id, variable) in (0..).map(VariableId).zip(&function.variables) {
@@ -521,8 +520,8 @@ impl Linker {
         Ok(())
     }
 
-    /// Runs `element` for the one of `range` that the index, clamped, names: halves the range by a
-    /// comparison until one is left.
+    /// Calls `element` for each index of `range` and makes comparisons that select one by the clamped index: each
+    /// halves the range.
     fn choose(
         &mut self,
         choice: &Choice<'_>,
@@ -551,7 +550,7 @@ impl Linker {
     }
 }
 
-/// An index, clamped, that chooses one of several bodies with these results.
+/// An index that selects, clamped, one of several bodies with these results.
 struct Choice<'a> {
     index: Value,
     results: &'a [Scalar],
@@ -568,8 +567,8 @@ fn find_reference<'a>(
     }
 }
 
-/// The value of an `out` that its method leaves unset. Those whose default is another
-/// variable's value are zero, as that other one is.
+/// Returns the value of an output that its method leaves unset. If the default is another variable's value it is zero,
+/// as that of the other variable is.
 pub(super) fn default_of(role: Role, wanted: StateComponent) -> Constant {
     let variable = state_variables().get(wanted.variable as usize);
     let default = variable.and_then(|variable| role.row(variable.name)).map(|row| row.default);

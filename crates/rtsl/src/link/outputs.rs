@@ -1,12 +1,12 @@
-//! Which results of a method a caller reads.
+//! The outputs of a method that a caller reads.
 
 use rtsl_spec::{StateVariable, state_variables};
 
 use super::linked_method::LinkedMethod;
 
-/// What a caller reads of what a method leaves. The kernel does not store the rest: there the
-/// blocks stay as they are. The mask of accepted hits is always stored, and kernels of the call mode `leaf` always
-/// store the distance, by which they find the closest hit.
+/// The outputs of a method that a caller reads. The kernel does not store the others: their arrays do not change. The
+/// mask of accepted hits is always stored, and kernels of the call mode `leaf` always store the distance, by which they
+/// find the closest hit.
 ///
 /// ```
 /// use rtsl::{Outputs, lookup_state};
@@ -24,13 +24,13 @@ pub struct Outputs {
     scratch: bool,
 }
 
-// A variable each bit.
+// One bit for each variable.
 const _: () = assert!(u128::BITS as usize >= rtsl_spec::MAX_STATE_VARIABLES);
 
 impl Outputs {
-    /// All there is.
+    /// All outputs.
     pub const ALL: Outputs = Outputs { state: u128::MAX, scratch: true };
-    /// Nothing but which rays accepted a hit.
+    /// No outputs except the mask of accepted hits.
     pub const NONE: Outputs = Outputs { state: 0, scratch: false };
 
     /// These state variables, and no scratch.
@@ -39,46 +39,46 @@ impl Outputs {
         Outputs { state: bits.fold(0, |all, bit: u128| all | bit), scratch: false }
     }
 
-    /// The same with scratch.
+    /// Adds scratch.
     #[must_use]
     pub const fn with_scratch(self) -> Outputs {
         Outputs { scratch: true, ..self }
     }
 
-    /// The same without scratch.
+    /// Removes scratch.
     #[must_use]
     pub const fn without_scratch(self) -> Outputs {
         Outputs { scratch: false, ..self }
     }
 
-    /// What either has.
+    /// Returns the outputs that are in either.
     #[must_use]
     pub const fn union(self, other: Outputs) -> Outputs {
         Outputs { state: self.state | other.state, scratch: self.scratch || other.scratch }
     }
 
-    /// What both have.
+    /// Returns the outputs that are in both.
     #[must_use]
     pub const fn intersection(self, other: Outputs) -> Outputs {
         Outputs { state: self.state & other.state, scratch: self.scratch && other.scratch }
     }
 
-    /// Whether the variable is read.
+    /// True if the caller reads the variable.
     pub const fn has_state(self, variable: &StateVariable) -> bool {
         self.state >> variable.index & 1 != 0
     }
 
-    /// Whether scratch is read.
+    /// True if the caller reads scratch.
     pub const fn has_scratch(self) -> bool {
         self.scratch
     }
 
-    /// The variables that are read, in the order of the one table.
+    /// Returns the variables that the caller reads, in the order of the table of state variables.
     pub fn variables(self) -> impl Iterator<Item = &'static StateVariable> {
         state_variables().iter().filter(move |variable| self.has_state(variable))
     }
 
-    /// Of these the ones that the method sets; all there is where that is all that it sets.
+    /// Returns those of these that the method sets; [`Outputs::ALL`] if the caller reads all that it sets.
     pub(crate) fn of_method(self, method: &LinkedMethod) -> Outputs {
         let set = Outputs::state(method.writes.iter().copied());
         let set = Outputs { scratch: method.sets_scratch, ..set };

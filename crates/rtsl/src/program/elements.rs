@@ -1,10 +1,9 @@
 //! Elements: the many objects that hosts make of one instance, such as the triangles of a mesh.
 //!
-//! Their constructor runs as a packet kernel whose lanes are elements: the element
-//! parameter is read from a lane array and members are stored to others, which are then copied into blocks
-//! of objects. Everything else that the constructor reads is the same for all of them. The constructor
-//! is not contracted, as it is not where a single instance is made, so that the bits are the
-//! same.
+//! Their constructor runs as a packet kernel whose lanes are elements. The kernel reads the element parameter from a
+//! lane array and stores members to others, which are then copied into blocks of objects. All other inputs of the
+//! constructor are the same for all elements. The constructor is not contracted, as for a single instance, so that the
+//! bits are the same.
 
 use std::sync::OnceLock;
 
@@ -27,25 +26,25 @@ use crate::errors;
 use crate::instance::instance::{Instance, parameter_name};
 use crate::link::class_tree::ClassTree;
 
-/// Elements that one call makes: their arrays fit into the first cache, and a call costs next to
-/// nothing beside them.
+/// The number of elements of one call: their arrays fit into the first-level cache, and the overhead of a call is small
+/// beside them.
 const ELEMENTS_PER_CALL: usize = 512;
 
-/// Up to so many elements the interpreter makes: code takes as long to compile.
+/// The greatest number of elements that the interpreter makes; the compilation of a kernel takes as long.
 const MAX_INTERPRETED: usize = 1024;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
 
-/// Where the constructor's kernel finds the number of each element.
+/// The scratch variable of the constructor's kernel that holds the number of each element.
 const NUMBER: &str = "rt_Element";
 
 /// Makes the elements of instances of one program.
 #[derive(Debug)]
 pub(crate) struct ElementMaker {
     form: ObjectForm,
-    /// The constructor; `None` where nothing that it does depends on the element.
+    /// The constructor; `None` if none of its outputs depends on the element.
     constructor: Option<Constructor>,
-    /// The word of each object that is its number.
+    /// The word of each object that holds its number.
     number: Option<usize>,
 }
 
@@ -55,21 +54,20 @@ struct Constructor {
     function: Function,
     interpreted: OnceLock<Result<Kernel, Diagnostic>>,
     compiled: OnceLock<Result<Kernel, Diagnostic>>,
-    /// Of the instance's data before its constructor ran, the constructor's parameters behind the
-    /// members.
+    /// The layout of the instance's data before its constructor ran: members, then the constructor's parameters.
     layout: Layout,
-    /// Where each output goes.
+    /// The destinations of the outputs.
     outputs: Vec<MadeWord>,
 }
 
-/// A word of a member that the constructor gives each element.
+/// A word of a member that the constructor sets for each element.
 #[derive(Clone, Copy, Debug)]
 struct MadeWord {
     /// The scratch array.
     array: usize,
     /// The word of each object.
     position: usize,
-    /// Bools are 0 and -1 in lane arrays.
+    /// True for bools, which are 0 and -1 in lane arrays.
     is_bool: bool,
 }
 
@@ -101,8 +99,7 @@ impl ElementMaker {
         Ok(ElementMaker { form, constructor, number })
     }
 
-    /// `count` elements of an instance whose data is `block`; the element parameter of the `i`th is
-    /// `number(i)`.
+    /// Makes `count` elements of an instance whose data is `block`; the element parameter of the `i`th is `number(i)`.
     ///
     /// # Errors
     /// If the constructor has no code, or runs past its budget.
@@ -116,7 +113,7 @@ impl ElementMaker {
         let words: Vec<u32> =
             self.form.words().iter().map(|word| block.words()[*word as usize]).collect();
         let mut objects = Objects::new(self.form.clone(), block.into(), count);
-        // The lanes past the last element are some element, too.
+        // The lanes past the last element repeat it.
         let number = |index: usize| number(index.min(count.saturating_sub(1)));
         for (block, rows) in objects.rows_mut().chunks_exact_mut(words.len().max(1)).enumerate() {
             rows.iter_mut().zip(&words).for_each(|(row, word)| row.0.fill(*word));
@@ -133,7 +130,7 @@ impl ElementMaker {
 }
 
 impl Constructor {
-    /// The kernel for so many elements.
+    /// Returns the kernel for so many elements.
     fn kernel(&self, count: usize, compiler: &KernelCompiler) -> Result<&Kernel, Diagnostic> {
         let (function, layout, width) = (&self.function, &self.layout, compiler.width());
         let source = KernelSource { function, mode: CallMode::Packet, width, layout };
@@ -184,16 +181,16 @@ impl Constructor {
     }
 }
 
-/// A constructor on its way to a kernel.
+/// A constructor that is being turned into a kernel.
 struct Draft {
     function: Function,
-    /// For each output the member's place in the class.
+    /// For each output, the member and its component.
     members: Vec<(Variable, u32)>,
 }
 
 impl Draft {
-    /// Reads the element from a lane array and stores members to others. What the constructor gives to all
-    /// elements alike is left out.
+    /// Makes the constructor read the element from a lane array and store members to others. Outputs that are the same
+    /// for all elements are removed.
     fn new(mut function: Function, (element, parameter): (VariableKind, &str)) -> Draft {
         for variable in &mut function.variables {
             if variable.kind == element && variable.name == parameter {
@@ -222,7 +219,7 @@ impl Draft {
         Draft { function, members }
     }
 
-    /// The members that differ from element to element.
+    /// Returns the members that differ from element to element.
     fn members(&self) -> impl Iterator<Item = &Variable> {
         self.members.iter().map(|(variable, _)| variable)
     }
@@ -259,7 +256,7 @@ impl Draft {
     }
 }
 
-/// Leaves out what the function gives to all elements alike.
+/// Removes outputs that are the same for all elements.
 fn leave_out_uniform(function: &mut Function) {
     let variables = function.variables.iter().map(|variable| KernelVariable {
         variable: variable.clone(),

@@ -1,5 +1,4 @@
-//! The kernels of a program: those for any instance for as long as it lives, of those for known
-//! members the ones used last.
+//! The kernels of a program: all kernels for any instance, and the most recently used of those for known members.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -13,7 +12,7 @@ use crate::codegen::variant::Variant;
 /// A kernel, once it is made.
 pub(crate) type KernelCell = OnceLock<Result<Arc<Kernel>, Diagnostic>>;
 
-/// Kernels by what was asked for.
+/// Kernels by method and variant.
 #[derive(Debug, Default)]
 pub(crate) struct KernelCache {
     kernels: Mutex<Kernels>,
@@ -24,16 +23,15 @@ type Key = (Method, Variant);
 #[derive(Debug, Default)]
 struct Kernels {
     for_any: BTreeMap<Key, Arc<KernelCell>>,
-    /// The one used last at the end.
+    /// In the order of their last use.
     for_known: VecDeque<(Key, Arc<KernelCell>)>,
 }
 
 impl KernelCache {
-    /// How many kernels for known members are kept: values come without end where somebody drags
-    /// a slider.
+    /// The number of kernels for known members that are kept: a slider in a user interface makes many values.
     pub const KNOWN_LIMIT: usize = 64;
 
-    /// The place of a kernel; a new one if it is not known, or no longer.
+    /// Returns the cell of a kernel, a new one if the cache has none.
     pub fn cell(&self, method: Method, variant: &Variant) -> Arc<KernelCell> {
         let key = (method, variant.clone());
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);

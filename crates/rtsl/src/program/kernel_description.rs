@@ -6,7 +6,7 @@ use rtsl_spec::{Method, StateVariable};
 use crate::codegen::variant::Variant;
 use crate::link::linked_method::LinkedMethod;
 
-/// The description of a kernel.
+/// Describes a kernel of a canonical variant.
 pub(crate) fn describe_kernel(
     method: Method,
     linked: &LinkedMethod,

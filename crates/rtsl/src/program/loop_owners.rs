@@ -1,5 +1,5 @@
-//! Whose loops a call runs: its own, and those of the instances that it refers to. The loop of an `illuminance` is none of
-//! them, since it ends with the lights.
+//! The methods whose loops a call runs: the called one, and those that it calls through references. The loop of an
+//! `illuminance` does not count, since it ends with the lights.
 
 use std::collections::BTreeSet;
 
@@ -14,12 +14,12 @@ use crate::link::class_tree::ClassTree;
 pub struct LoopOwners {
     /// The class and method that were called.
     called: (String, Method),
-    /// Those that have loops, each once.
+    /// The methods with loops, each once.
     owners: Vec<(String, Method)>,
 }
 
 impl LoopOwners {
-    /// The owners for a call of `method` of the class, whose linked forms are `programs`.
+    /// Finds the owners for a call of `method` of the class; `programs` are its linked forms.
     pub fn of<'a>(
         class: &str,
         method: Method,
@@ -32,7 +32,7 @@ impl LoopOwners {
         LoopOwners { called: (class.to_owned(), method), owners }
     }
 
-    /// The method to name first: the only one with loops, or else the one that was called.
+    /// Returns the method to name first: the only one with loops, or else the called one.
     pub fn subject(&self) -> String {
         match self.owners.as_slice() {
             [only] if *only != self.called => {
@@ -42,7 +42,7 @@ impl LoopOwners {
         }
     }
 
-    /// Which methods have loops, where they are several.
+    /// Lists the methods with loops, if there are several.
     pub fn note(&self) -> Option<String> {
         const SHOWN: usize = 4;
         let (first, more) =
@@ -57,7 +57,7 @@ fn shown((class, method): &(String, Method)) -> String {
     format!("`{}` of `{class}`", method.name())
 }
 
-/// Whether the loop is that of an `illuminance`.
+/// True if the loop is that of an `illuminance`.
 fn is_over_lights(body: &Region) -> bool {
     body.ops.iter().any(|op| match &op.kind {
         OpKind::LightSample { .. } => true,
@@ -71,7 +71,7 @@ fn add_owners(tree: &ClassTree, method: Method, owners: &mut Vec<(String, Method
     let mut seen = BTreeSet::new();
     let mut pending = vec![(tree, method)];
     while let Some((tree, method)) = pending.pop() {
-        // A tree is no larger than the limit of links, and each of its methods is read once.
+        // The limit of links bounds the tree, and each of its methods is read once.
         if !seen.insert((std::ptr::from_ref(tree).addr(), method)) {
             continue;
         }

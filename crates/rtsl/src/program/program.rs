@@ -1,4 +1,4 @@
-//! A class linked with those it refers to, and its kernels.
+//! A linked class and its kernels.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -28,8 +28,7 @@ use crate::link::class_tree::{ClassTree, TreeVariables};
 use crate::link::linked_method::LinkedMethod;
 use crate::{errors, nesting};
 
-/// A class, linked with the classes of the instances that it refers to. Its methods become
-/// kernels when they are first asked for.
+/// A class, linked with the classes of the instances that it refers to. A kernel is made when it is first requested.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -42,10 +41,10 @@ use crate::{errors, nesting};
 /// use rtsl::{Method, CallMode, Variant, lookup_state};
 ///
 /// let program = engine.program(&ball);
-/// // Instances of one class share a program, as long as somebody keeps it; so a changed parameter compiles nothing.
+/// // Instances of one class share a program as long as a handle to it lives, so a changed parameter compiles nothing.
 /// let other = rtsl::Instance::new(class, [("radius", 3.0.into())])?;
 /// assert!(std::sync::Arc::ptr_eq(&program, &engine.program(&other)));
-/// // What a method reads and sets, for hosts that compute no more than that.
+/// // The state that a method reads and sets, for hosts that compute no more than that.
 /// let intersect = program.method(Method::Intersect)?;
 /// assert!(intersect.writes.iter().any(|it| it.name == "rt_HitDistance"));
 /// // Kernels by call mode and width.
@@ -66,8 +65,7 @@ pub struct Program {
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
 
-/// An affine map from the space of rays into an object's own: the images of the three axes, then that
-/// of the origin.
+/// An affine map from the space of rays into object space: the images of the three axes, then that of the origin.
 pub type Placement = [f32; PLACEMENT_SCALARS as usize];
 
 impl Program {
@@ -85,33 +83,32 @@ impl Program {
         &self.tree.class
     }
 
-    /// Rays at a time.
+    /// Rays at a time in kernels of variants without a width.
     pub fn width(&self) -> u32 {
         self.compiler.width()
     }
 
-    /// Whether the class has the method, itself or implied by others.
+    /// True if the class has the method, written or implied by others.
     pub fn has(&self, method: Method) -> bool {
         self.methods.contains_key(&method)
     }
 
-    /// Where data lies.
+    /// The layout of instances and scratch.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The per-ray storage of the class, leaf by leaf; a leaf's arrays start at
-    /// [`Layout::scratch`].
+    /// The scratch variables of the class, leaf by leaf. A leaf's arrays start at [`Layout::scratch`].
     pub fn scratch(&self) -> &[Variable] {
         &self.variables.scratch
     }
 
-    /// Scratch for `lanes` rays, all zero.
+    /// Creates scratch for `lanes` rays, all zero.
     pub fn new_scratch(&self, lanes: usize) -> LaneBlock {
         LaneBlock::new(self.layout.scratch_arrays as usize, lanes)
     }
 
-    /// The data of an instance, as this program's kernels read it.
+    /// Returns the data of an instance, as this program's kernels read it.
     ///
     /// # Panics
     /// If the instance belongs to another program.
@@ -120,8 +117,8 @@ impl Program {
         instance.block(&self.layout)
     }
 
-    /// The data of instances by number, as this program's kernels for many objects read it. The instances
-    /// share nothing.
+    /// Returns the data of instances by index, as this program's kernels for many objects read it. The objects share
+    /// nothing.
     ///
     /// # Panics
     /// If one belongs to another program.
@@ -130,8 +127,8 @@ impl Program {
         Objects::of_instances(self.separate_objects(false), blocks)
     }
 
-    /// The same, with once what none of them has for itself: their [form](Objects::form) has the members in which
-    /// they differ.
+    /// Like [`Program::objects`], but words that all instances have in common are stored once: the objects'
+    /// [form](Objects::form) has the members in which the instances differ.
     ///
     /// # Panics
     /// If one belongs to another program.
@@ -150,7 +147,7 @@ impl Program {
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
 
-    /// The same with placements, for kernels that are [placed](Variant::placed).
+    /// Like [`Program::objects`] with placements, for kernels that are [placed](Variant::placed).
     ///
     /// # Panics
     /// If one belongs to another program.
@@ -162,7 +159,7 @@ impl Program {
         Objects::of_instances(self.separate_objects(true), blocks)
     }
 
-    /// The data of an instance with its placement, for kernels that are [placed](Variant::placed).
+    /// Returns the data of an instance with its placement, for kernels that are [placed](Variant::placed).
     ///
     /// # Panics
     /// If the instance belongs to another program.
@@ -173,10 +170,9 @@ impl Program {
         InstanceBlock::new(&words, block.buffers().to_vec())
     }
 
-    /// The elements of an instance of a class with an [element parameter](Class::element), as many as
-    /// [`Instance::element_count`] says, made by one kernel. They share buffers, and all members that
-    /// do not depend on the element. What each has, to the bit, is what an instance with its number
-    /// would have.
+    /// Makes the [`Instance::element_count`] elements of an instance of a class with an
+    /// [element parameter](Class::element), by one kernel. They share buffers and all members that do not depend on the
+    /// element. Each has the same bits as an instance with the element's number.
     ///
     /// # Errors
     /// If the class has no element parameter, its constructor has no code, or runs past its
@@ -189,7 +185,7 @@ impl Program {
         self.make_elements(instance, self.block(instance), count, |index| index as u32)
     }
 
-    /// The same with one placement for all of them, for kernels that are [placed](Variant::placed).
+    /// Like [`Program::elements`] with one placement for all of them, for kernels that are [placed](Variant::placed).
     ///
     /// # Errors
     /// As for [`Program::elements`].
@@ -206,10 +202,10 @@ impl Program {
         self.make_elements(instance, block, count, |index| index as u32)
     }
 
-    /// Elements in an order of the host's, such as that of a hierarchy's leaves: object `i` is the element
-    /// of number `numbers[i]`, however often that occurs. It takes as long as
-    /// [`Program::elements`], where [`Objects::in_order`] would be another pass over all of them. With a
-    /// placement they are for kernels that are [placed](Variant::placed).
+    /// Makes elements in the order of a host, such as that of a hierarchy's leaves: object `i` is the element
+    /// `numbers[i]`, and numbers may repeat. This takes as long as [`Program::elements`], whereas [`Objects::in_order`]
+    /// would be another pass over all objects. With a placement they are for kernels that are
+    /// [placed](Variant::placed).
     ///
     /// # Errors
     /// As for [`Program::elements`].
@@ -251,18 +247,18 @@ impl Program {
         maker.make((instance, block), count, number, &self.compiler)
     }
 
-    /// The form of objects that share nothing, with placements or without.
+    /// Returns the form of objects that share nothing, with placements or without.
     pub fn separate_objects(&self, placed: bool) -> ObjectForm {
         let words = self.layout.block_words;
         ObjectForm::new(0..if placed { words + PLACEMENT_SCALARS } else { words })
     }
 
-    /// Whether an instance is of this program: of its class, referring to instances of the same classes.
+    /// True if an instance belongs to this program: it is of the class and refers to instances of the same classes.
     pub fn serves(&self, instance: &Instance) -> bool {
         instance.tree().key() == self.tree.key()
     }
 
-    /// What hosts without a compiler are told of a kernel; its symbol is empty.
+    /// Describes a kernel for hosts without a compiler; its symbol is empty.
     ///
     /// # Errors
     /// As for [`Program::method`].
@@ -279,7 +275,7 @@ impl Program {
         }))
     }
 
-    /// A method, linked.
+    /// Returns a linked method.
     ///
     /// # Errors
     /// If the class has no such method, or linking passes a limit.
@@ -290,7 +286,7 @@ impl Program {
         cell.get_or_init(|| self.compiler.link(&self.tree, method).map(Arc::new)).clone()
     }
 
-    /// The members of an instance as known values, for [`Variant::knowing`].
+    /// Returns the members of an instance as known values, for [`Variant::knowing`].
     ///
     /// # Panics
     /// If the instance belongs to another program.
@@ -303,10 +299,10 @@ impl Program {
         KnownMembers::new(words.collect())
     }
 
-    /// A kernel of a method, made at the first call.
+    /// Returns a kernel of a method, made at the first call.
     ///
-    /// A kernel that [knows](Variant::known) members must be called for instances that have
-    /// them: for others its results are unspecified.
+    /// A kernel with [known](Variant::known) members must be called for instances that have them: for others its
+    /// results are unspecified.
     ///
     /// # Errors
     /// As for [`Program::method`], or if code generation fails.
@@ -328,12 +324,13 @@ impl Program {
         .clone()
     }
 
-    /// A function for a host's own packets, made at the first call. It serves all instances of the program, whose
-    /// blocks are [`Layout::block_words`] long.
+    /// Returns a function for a host's own packets, made at the first call. It serves all instances of the program,
+    /// whose blocks are [`Layout::block_words`] long.
     ///
     /// # Errors
-    /// If the engine makes no machine code, the class has no `intersect` or asks its host for something there, no method sets
-    /// what is wanted, the record has no row for it, there are no packets of that width, or linking or code generation fails.
+    /// If the engine makes no machine code, the class has no `intersect`, its `intersect` requests something of the
+    /// host, no method sets an output, the record has no row for it, there are no packets of that width, or linking or
+    /// code generation fails.
     pub fn callback(&self, callback: &Callback) -> Result<CompiledCallback, Diagnostic> {
         let mut callbacks = self.callbacks.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(compiled) = callbacks.get(callback) {
@@ -344,7 +341,7 @@ impl Program {
         Ok(compiled)
     }
 
-    /// The packet code of a kernel, to be run on an interpreter that counts what it does.
+    /// Returns the packet code of a kernel, for the interpreter that counts its operations.
     ///
     /// # Errors
     /// As for [`Program::method`], or if there is no packet code.
@@ -361,7 +358,7 @@ impl Program {
         self.compiler.packet_kernel(source)
     }
 
-    /// A method in one of the forms that it takes on its way to machine code, as text.
+    /// Returns a method in one of its forms, as text.
     ///
     /// # Errors
     /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
@@ -376,7 +373,7 @@ impl Program {
         })
     }
 
-    /// The function of a variant.
+    /// Returns the function of a variant.
     pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
         nesting::with_stack_for(method.nesting, || {
             let method = method.in_mode(variant.mode);
@@ -384,8 +381,8 @@ impl Program {
         })
     }
 
-    /// The variant without what makes no difference to the method, so that equal kernels are
-    /// made once.
+    /// Returns the variant without properties that make no difference to the method, so that equal kernels are made
+    /// once.
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
         nesting::with_stack_for(method.nesting, || self.canonical_of_shallow(method, variant))
     }
@@ -404,7 +401,7 @@ impl Program {
         Variant { mode, outputs, known, unit_directions, objects, placed, width }
     }
 
-    /// The kernel of a variant, or the error, if it has been made and kept.
+    /// Returns the kernel of a variant, or its error, if the cache has it.
     pub(crate) fn made(
         &self,
         method: Method,
@@ -420,7 +417,7 @@ impl Program {
         let _ = self.kernels.cell(method, variant).set(Ok(Arc::new(kernel)));
     }
 
-    /// The packet code of a canonical variant.
+    /// Returns the packet code of a canonical variant.
     pub(crate) fn packet(
         &self,
         method: &LinkedMethod,

@@ -7,7 +7,7 @@ use rtsl::CallMode;
 use serde_json::Value as JsonValue;
 
 use crate::arguments::{
-    CodeArguments, InputArguments, SearchPath, VariantArguments, parse_shape, parse_width,
+    CodeArguments, InputArguments, SearchPath, VariantArguments, parse_call_mode, parse_width,
 };
 use crate::commands::render::{parse_size, parse_threads};
 use crate::eval::parse_setting;
@@ -35,8 +35,8 @@ pub struct BenchArguments {
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub lanes: u32,
     /// A call mode to measure; may be repeated; all call modes if not given.
-    #[arg(long = "call-mode", alias = "shape", value_name = "MODE", value_parser = parse_shape)]
-    pub shapes: Vec<CallMode>,
+    #[arg(long = "call-mode", alias = "shape", value_name = "MODE", value_parser = parse_call_mode)]
+    pub modes: Vec<CallMode>,
     /// A width to measure; may be repeated; all widths if not given.
     #[arg(long = "width", value_parser = parse_width)]
     pub widths: Vec<u32>,

@@ -37,7 +37,7 @@ pub fn covering_inputs(
     round_limit: u64,
 ) -> Option<Inputs> {
     let run = |rays: &Inputs, round_limit: u64| {
-        let run = count(kernel, objects.of_shape(CallMode::Packet), rays, round_limit);
+        let run = count(kernel, objects.of_mode(CallMode::Packet), rays, round_limit);
         (!run.cut_short).then_some(run.profile)
     };
     let mut inputs = source.usual(lanes);

@@ -153,7 +153,7 @@ impl<'a> RaySource<'a> {
             count,
             mask: None,
             accepted: Some(&mut accepted),
-            instances: self.objects.of_shape(CallMode::Packet),
+            instances: self.objects.of_mode(CallMode::Packet),
             host: &mut BenchHost,
         };
         let run = self.intersect.as_ref().map(|it| it.run(call, ROUNDS_FOR_A_HIT * count as u64));

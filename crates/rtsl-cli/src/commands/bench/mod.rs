@@ -130,10 +130,10 @@ impl<'a> Bench<'a> {
             Objects::new(self.scalar_program(), &self.instance, self.arguments.lanes as usize);
         let inputs = self.inputs(method, &objects)?;
         let (mut subjects, mut vectors) = (Vec::new(), Vec::new());
-        for (shape, width) in self.kernels(method)? {
+        for (mode, width) in self.kernels(method)? {
             let program = &self.machines[&width].program;
-            let inputs = inputs.of_shape(shape);
-            let variant = self.variant(program, shape);
+            let inputs = inputs.of_mode(mode);
+            let variant = self.variant(program, mode);
             subjects.push(KernelSubject::new(program, method, &variant, &objects, inputs)?);
             vectors.push(floats_at_once(program, method, variant)?);
         }
@@ -145,8 +145,8 @@ impl<'a> Bench<'a> {
         self.print(method, &kernels, inputs.coverage)
     }
 
-    fn variant(&self, program: &Program, shape: CallMode) -> Variant {
-        let variant = self.arguments.variant.reading(shape);
+    fn variant(&self, program: &Program, mode: CallMode) -> Variant {
+        let variant = self.arguments.variant.reading(mode);
         if self.arguments.variant.specialise {
             variant.knowing(program.known_members(&self.instance))
         } else {
@@ -158,25 +158,25 @@ impl<'a> Bench<'a> {
     /// comparison.
     fn kernels(&self, method: Method) -> Result<Vec<(CallMode, u32)>, Failure> {
         let reads = &self.scalar_program().method(method)?.reads;
-        let is_of_use = |shape: CallMode| match shape {
+        let is_of_use = |mode: CallMode| match mode {
             // Otherwise it is the same as the packet call mode.
             CallMode::CommonOrigin => reads.iter().any(|variable| variable.name == ORIGIN),
             CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => true,
         };
-        let mut shapes = CallMode::ALL.to_vec();
-        match &self.arguments.shapes[..] {
-            [] => shapes.retain(|shape| is_of_use(*shape)),
-            asked => shapes.retain(|shape| asked.contains(shape)),
+        let mut modes = CallMode::ALL.to_vec();
+        match &self.arguments.modes[..] {
+            [] => modes.retain(|mode| is_of_use(*mode)),
+            asked => modes.retain(|mode| asked.contains(mode)),
         }
         let widths = self.machines.keys();
-        let kernels = shapes.iter().flat_map(|shape| widths.clone().map(|width| (*shape, *width)));
-        Ok(kernels.filter(|(shape, width)| shape.width(*width) == *width).collect())
+        let kernels = modes.iter().flat_map(|mode| widths.clone().map(|width| (*mode, *width)));
+        Ok(kernels.filter(|(mode, width)| mode.width(*width) == *width).collect())
     }
 
     /// True if a kernel was requested: call modes with a single width are always shown.
-    fn is_width_asked(&self, shape: CallMode, width: u32) -> bool {
+    fn is_width_asked(&self, mode: CallMode, width: u32) -> bool {
         let asked = &self.arguments.widths;
-        asked.is_empty() || asked.iter().any(|asked| shape.width(*asked) == width)
+        asked.is_empty() || asked.iter().any(|asked| mode.width(*asked) == width)
     }
 
     fn inputs(&self, method: Method, objects: &Objects) -> Result<MethodInputs, Failure> {
@@ -194,7 +194,7 @@ impl<'a> Bench<'a> {
         rays.start_at_one_point();
         let common_origin = inputs(&mut rays)?;
         let profile =
-            count(&packets, objects.of_shape(CallMode::Packet), &general, u64::MAX).profile;
+            count(&packets, objects.of_mode(CallMode::Packet), &general, u64::MAX).profile;
         Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
     }
 
@@ -212,17 +212,17 @@ impl<'a> Bench<'a> {
         }
         let mut one = f64::NAN;
         for (subject, times, vector) in kernels {
-            let KernelSubject { shape, width, profile, .. } = subject;
+            let KernelSubject { mode, width, profile, .. } = subject;
             if *width == 1 {
                 one = times.median;
             }
-            if !self.is_width_asked(*shape, *width) {
+            if !self.is_width_asked(*mode, *width) {
                 continue;
             }
             let row = Row::new(&Measurement {
                 class,
                 method: method.name(),
-                shape: *shape,
+                mode: *mode,
                 width: *width,
                 vector: *vector,
                 calls: subject.calls(),
@@ -239,8 +239,8 @@ impl<'a> Bench<'a> {
 }
 
 impl MethodInputs {
-    fn of_shape(&self, shape: CallMode) -> &Inputs {
-        match shape {
+    fn of_mode(&self, mode: CallMode) -> &Inputs {
+        match mode {
             CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => {
                 &self.general
             }

@@ -24,8 +24,8 @@ impl Objects {
     }
 
     /// Returns the form that kernels of the call mode take.
-    pub fn of_shape(&self, shape: CallMode) -> Instances<'_> {
-        match shape {
+    pub fn of_mode(&self, mode: CallMode) -> Instances<'_> {
+        match mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
                 Instances::One(&self.block)
             }

@@ -48,7 +48,7 @@ fn check(arguments: &BenchArguments) -> Result<(), Failure> {
         ("`--class`", arguments.class.is_some()),
         ("`--param`", !arguments.params.is_empty()),
         ("`--state`", !arguments.state.is_empty()),
-        ("`--call-mode`", !arguments.shapes.is_empty()),
+        ("`--call-mode`", !arguments.modes.is_empty()),
     ];
     match given.into_iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::Usage(format!("{name} does not apply to scenes"))),

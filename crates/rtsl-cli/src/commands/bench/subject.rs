@@ -20,7 +20,7 @@ const LEAF_RAYS: usize = 4;
 /// A kernel and its calls.
 pub struct KernelSubject<'a> {
     /// The kernel's call mode.
-    pub shape: CallMode,
+    pub mode: CallMode,
     /// The kernel's width.
     pub width: u32,
     /// The operations of the same kernel's packet code in the same calls.
@@ -42,14 +42,14 @@ impl<'a> KernelSubject<'a> {
         objects: &'a Objects,
         inputs: &Inputs,
     ) -> Result<KernelSubject<'a>, Diagnostic> {
-        let shape = variant.mode;
+        let mode = variant.mode;
         let kernel = program.kernel(method, variant.clone())?;
         let profile = profile(program, method, variant, objects, inputs)?;
         let method = program.method(method)?;
-        let calls = inputs_of_calls(shape, inputs).into_iter();
+        let calls = inputs_of_calls(mode, inputs).into_iter();
         let calls = calls.map(|inputs| Call::new(&method, inputs)).collect();
-        let width = shape.width(program.width());
-        Ok(KernelSubject { shape, width, profile, kernel, objects, calls })
+        let width = mode.width(program.width());
+        Ok(KernelSubject { mode, width, profile, kernel, objects, calls })
     }
 
     /// Returns the number of calls that are timed together.
@@ -65,17 +65,17 @@ fn profile(
     objects: &Objects,
     inputs: &Inputs,
 ) -> Result<Profile, Diagnostic> {
-    let (shape, packets) = (variant.mode, program.packet_kernel(method, variant.clone())?);
+    let (mode, packets) = (variant.mode, program.packet_kernel(method, variant.clone())?);
     let mut whole = Profile::default();
-    for inputs in inputs_of_calls(shape, inputs) {
-        whole.add(&count(&packets, objects.of_shape(shape), &inputs, u64::MAX).profile);
+    for inputs in inputs_of_calls(mode, inputs) {
+        whole.add(&count(&packets, objects.of_mode(mode), &inputs, u64::MAX).profile);
     }
     Ok(whole)
 }
 
 /// The inputs of calls that are timed together: for all rays or, if a call takes one ray, for some.
-fn inputs_of_calls(shape: CallMode, inputs: &Inputs) -> Vec<Inputs> {
-    match shape {
+fn inputs_of_calls(mode: CallMode, inputs: &Inputs) -> Vec<Inputs> {
+    match mode {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
             let calls = (RAYS_TOGETHER / inputs.lanes()).clamp(1, MAX_CALLS);
             vec![inputs.clone(); calls]
@@ -105,7 +105,7 @@ impl Subject for KernelSubject<'_> {
     }
 
     fn call(&mut self) {
-        let instances = self.objects.of_shape(self.shape);
+        let instances = self.objects.of_mode(self.mode);
         for call in &mut self.calls {
             call.run(&self.kernel, instances);
         }

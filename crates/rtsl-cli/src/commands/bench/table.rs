@@ -15,7 +15,9 @@ use super::timing::Times;
 pub struct Row {
     class: String,
     method: &'static str,
-    shape: &'static str,
+    /// Named `shape` in JSON, as scripts expect.
+    #[serde(rename = "shape")]
+    mode: &'static str,
     width: u32,
     /// The number of floats that the machine code computes at once; null without float arithmetic.
     vector: Option<u32>,
@@ -50,7 +52,7 @@ pub struct Row {
 pub struct Measurement<'a> {
     pub class: &'a str,
     pub method: &'static str,
-    pub shape: CallMode,
+    pub mode: CallMode,
     pub width: u32,
     /// The number of floats that the machine code computes at once.
     pub vector: Option<u32>,
@@ -66,7 +68,7 @@ pub struct Measurement<'a> {
 
 impl Row {
     pub fn new(measurement: &Measurement<'_>) -> Row {
-        let Measurement { class, method, shape, width, vector, calls, .. } = measurement;
+        let Measurement { class, method, mode, width, vector, calls, .. } = measurement;
         let Measurement { times, one, profile, peak, coverage, .. } = measurement;
         let per_lane = |count: u64| count as f64 / profile.rays.max(1) as f64;
         let operations = per_lane(profile.float_operations.active);
@@ -76,7 +78,7 @@ impl Row {
         Row {
             class: (*class).to_owned(),
             method,
-            shape: shape.name(),
+            mode: mode.name(),
             width: *width,
             vector: *vector,
             lanes: profile.rays / (*calls).max(1) as u64,
@@ -118,7 +120,7 @@ impl Row {
         let spread = [self.tenth_percentile, self.ninetieth_percentile].map(nanoseconds);
         let percent = |share: f64| format!("{:.1}%", 100.0 * share);
         let cells = [
-            self.shape.to_owned(),
+            self.mode.to_owned(),
             self.width.to_string(),
             self.vector.map_or("-".to_owned(), |floats| floats.to_string()),
             nanoseconds(self.nanoseconds_per_lane),
@@ -138,10 +140,10 @@ impl Row {
 
 /// Aligns cells in columns.
 fn line<Cell: Display>(cells: [Cell; 13]) -> String {
-    let [shape, rest @ ..] = cells;
+    let [mode, rest @ ..] = cells;
     const WIDTHS: [usize; 12] = [5, 7, 9, 15, 8, 6, 9, 6, 7, 7, 7, 7];
     let rest = rest.iter().zip(WIDTHS).map(|(cell, width)| format!("{cell:>width$}"));
-    format!("{shape:<13}{}\n", rest.collect::<String>())
+    format!("{mode:<13}{}\n", rest.collect::<String>())
 }
 
 /// Returns the heading above the rows of a method.

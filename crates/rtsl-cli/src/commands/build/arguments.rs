@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use rtsl::{CallMode, Engine, EngineOptions, Method, OptLevel, Target};
 use serde_json::Value as JsonValue;
 
-use crate::arguments::{CodeArguments, SearchPath, VariantArguments, parse_shape, parse_width};
+use crate::arguments::{CodeArguments, SearchPath, VariantArguments, parse_call_mode, parse_width};
 use crate::commands::shader::{engine, is_file_name};
 use crate::eval::parse_setting;
 use crate::names::find_method;
@@ -40,8 +40,8 @@ pub struct BuildArguments {
     /// The call mode: the rays of a `packet` call have one object, those of `common-origin` also a common origin, those
     /// of `stream` one object each; `leaf` is for one ray and several objects, `single` for one ray and one object. For
     /// a library several, separated by commas. `packet` if not given, for a library `single`.
-    #[arg(long = "call-mode", alias = "shape", value_name = "MODES", value_delimiter = ',', value_parser = parse_shape)]
-    pub shape: Vec<CallMode>,
+    #[arg(long = "call-mode", alias = "shape", value_name = "MODES", value_delimiter = ',', value_parser = parse_call_mode)]
+    pub mode: Vec<CallMode>,
     /// The SIMD width in rays, for a library several, separated by commas; selected for the machine if not given. Never
     /// changes results.
     #[arg(long, value_name = "WIDTHS", value_delimiter = ',', value_parser = parse_width)]

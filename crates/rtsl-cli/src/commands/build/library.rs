@@ -56,7 +56,7 @@ fn make_library(
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;
     let options = AotOptions {
-        modes: shapes(arguments, &engine),
+        modes: modes(arguments, &engine),
         outputs: arguments
             .variant
             .reads
@@ -70,11 +70,11 @@ fn make_library(
 }
 
 /// Combines each of the call modes with each of the widths.
-fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(CallMode, u32)> {
-    let shapes = if arguments.shape.is_empty() { &[CallMode::Single] } else { &*arguments.shape };
+fn modes(arguments: &BuildArguments, engine: &Engine) -> Vec<(CallMode, u32)> {
+    let modes = if arguments.mode.is_empty() { &[CallMode::Single] } else { &*arguments.mode };
     let widths =
         if arguments.width.is_empty() { vec![engine.width()] } else { arguments.width.clone() };
-    shapes.iter().flat_map(|shape| widths.iter().map(|width| (*shape, *width))).collect()
+    modes.iter().flat_map(|mode| widths.iter().map(|width| (*mode, *width))).collect()
 }
 
 /// The classes of a command line.

@@ -93,7 +93,7 @@ fn emit_methods(
 ) -> Result<Option<Vec<u8>>, Failure> {
     let source = source_of(arguments)?;
     only("class", &arguments.class)?;
-    only("call mode", &arguments.shape)?;
+    only("call mode", &arguments.mode)?;
     only("width", &arguments.width)?;
     if arguments.library.is_given() {
         let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`, `cpp`";
@@ -122,8 +122,8 @@ fn emit_class(
     };
     let engine = arguments.engine(reporter)?;
     let mut program = engine.program_of_class(class);
-    let shape = arguments.shape.first().copied().unwrap_or(CallMode::Packet);
-    let mut variant = arguments.variant.reading(shape);
+    let mode = arguments.mode.first().copied().unwrap_or(CallMode::Packet);
+    let mut variant = arguments.variant.reading(mode);
     if arguments.variant.specialise {
         let instance = instance(&arguments.params, class, unit)?;
         program = engine.program(&instance);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 use rtsl_scene::Scene;
 
-use super::instance_classes::InstanceClasses;
+use super::instance_classes::{InstanceClassId, InstanceClasses};
 use super::kernels::{Batching, KernelMaker};
 use super::object_entry::ObjectEntry;
 use super::wavefront::{NO_INSTANCE, PathHit};
@@ -57,7 +57,7 @@ pub struct ShapeLightClass {
     of: Batching,
     generate: Arc<Kernel>,
     /// The emitters' class and their `emission`.
-    emitter: (u32, Batching),
+    emitter: (InstanceClassId, Batching),
     emission: Arc<Kernel>,
 }
 
@@ -138,7 +138,7 @@ impl Lights {
             Some(class) => (&class.program.class().name, Method::Illumination),
             None => {
                 let (emitter, _) = self.shapes[class - self.classes.len()].emitter;
-                let program = &emitters.classes[emitter as usize].program;
+                let program = &emitters[emitter].program;
                 (&program.class().name, Method::Emission)
             }
         }
@@ -238,13 +238,13 @@ impl Lights {
         materials: &InstanceClasses,
         objects: &[ObjectEntry],
     ) {
-        let mut by_key: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
+        let mut by_key: BTreeMap<(u32, InstanceClassId), Vec<u32>> = BTreeMap::new();
         for (object, placed) in (0..).zip(&scene.objects) {
             let Some(emitter) = placed.emitter else { continue };
             let class = objects[object as usize].class;
-            let program = compiled.classes[class as usize].program();
-            let (emitter, _) = materials.indices[emitter as usize];
-            if is_sampled(&materials.classes[emitter as usize].program, program) {
+            let program = compiled.class(class).program();
+            let (emitter, _) = materials.place(emitter as usize);
+            if is_sampled(&materials[emitter].program, program) {
                 by_key.entry((class, emitter)).or_default().push(object);
             }
         }
@@ -294,7 +294,7 @@ impl Lights {
             None => Vec::new(),
         };
         let elements = scene.objects[object as usize].elements.unwrap_or(1);
-        let class = &compiled.classes[class as usize];
+        let class = compiled.class(class);
         for instance in places {
             self.first_of_object.insert((object, instance), self.entries.len() as u32);
             self.entries.extend((0..elements).map(|element| LightEntry {
@@ -311,11 +311,11 @@ fn shape_class(
     maker: &mut KernelMaker<'_>,
     compiled: &CompiledScene,
     materials: &InstanceClasses,
-    (class, emitter): (u32, u32),
+    (class, emitter): (u32, InstanceClassId),
     [of, of_emitter]: [Batching; 2],
 ) -> Option<ShapeLightClass> {
-    let shapes = &compiled.classes[class as usize];
-    let emitters = &materials.classes[emitter as usize];
+    let shapes = compiled.class(class);
+    let emitters = &materials[emitter];
     let outputs = Outputs::ALL.without_scratch();
     let form = shapes.objects.form();
     let generate = maker.kernel(shapes.program(), Method::GenerateSample, (of, form), outputs);

@@ -327,7 +327,7 @@ impl PathTracer<'_> {
             memory.set_light_indices(&lights.entries);
         }
         let count = memory.lanes.count();
-        let shapes = &self.scene.compiled.classes[class.class as usize];
+        let shapes = self.scene.compiled.class(class.class);
         let sampled = SampledShapes {
             transforms: SurfaceTransforms::new(
                 &self.scene.compiled,
@@ -344,7 +344,7 @@ impl PathTracer<'_> {
         callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         let (emitter, of) = class.emitter;
-        let emitters = &self.scene.materials.classes[emitter as usize];
+        let emitters = &self.scene.materials[emitter];
         if of == Batching::Each {
             let hits = memory.hits[..count].iter();
             let indices = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
