@@ -16,8 +16,8 @@ use super::prelude::{Prelude, prelude};
 use super::unit::{Compilation, Unit};
 
 /// The number of loop iterations of a ray in a call, or of a constructor, after which a loop is taken for endless: the
-/// usual loop budget of a host. It is also that of a class's initial values if the host sets none, because every host that
-/// shows a default or makes a library computes them, so they must come to an end.
+/// usual loop budget of a host. A class's initial values have it if the host sets none, because every host that shows
+/// a default or makes a library computes them, so they must come to an end.
 pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
 
 /// Options of compilation.
