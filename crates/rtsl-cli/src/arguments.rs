@@ -8,10 +8,6 @@ use rtsl_memory::Amount;
 
 use crate::names::find_state;
 
-/// The number of loop iterations of one ray in one call, or of one constructor, after which a command treats a loop as
-/// endless.
-pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
-
 /// The use of colours in output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Color {

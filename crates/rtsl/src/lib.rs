@@ -48,7 +48,7 @@ pub use codegen::kernel::{Kernel, LeafKernel};
 pub use codegen::options::{Backend, EngineOptions, Math};
 pub use codegen::packet_kernel::{PacketKernel, PacketRun};
 pub use codegen::variant::{KnownMembers, Variant};
-pub use compile::compiler::{Compiler, CompilerOptions};
+pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
 pub use compile::library;
 pub use compile::loader::FileLoader;
 pub use compile::unit::{Compilation, Unit};

@@ -4,9 +4,10 @@ use std::io::BufReader;
 use std::path::PathBuf;
 
 use clap::Args;
+use rtsl::DEFAULT_LOOP_BUDGET;
 use serde_json::Value as JsonValue;
 
-use crate::arguments::{BackendName, DEFAULT_LOOP_BUDGET, EngineArguments, MathName, SearchPath};
+use crate::arguments::{BackendName, EngineArguments, MathName, SearchPath};
 use crate::eval::{Answer, Evaluation, Request, Session, answer_lines, parse_setting};
 use crate::files::write_result;
 use crate::json::Json;

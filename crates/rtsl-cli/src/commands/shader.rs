@@ -4,11 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Unit, library,
+    Class, Compilation, Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET, Engine, EngineOptions,
+    Instance, Unit, library,
 };
 use serde_json::Value as JsonValue;
 
-use crate::arguments::{DEFAULT_LOOP_BUDGET, SearchPath};
+use crate::arguments::SearchPath;
 use crate::eval::{ValueError, make_instance};
 use crate::outcome::Failure;
 use crate::report::Reporter;

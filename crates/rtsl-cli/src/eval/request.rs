@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use rtsl::{Compilation, Diagnostic};
+use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
 
-use crate::arguments::DEFAULT_LOOP_BUDGET;
 use crate::json::Json;
 use crate::report::JsonDiagnostic;
 

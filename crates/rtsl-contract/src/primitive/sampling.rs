@@ -228,7 +228,8 @@ impl Tests<'_> {
         )
     }
 
-    /// True if the surface is not seen at a grazing angle, so that the sample counts. Always true without `computeNormal`.
+    /// True if the surface is not seen at a grazing angle, so that the sample counts. Always true without
+    /// `computeNormal`.
     fn is_aslant(&self, normal: Vec3, direction: Vec3) -> bool {
         !self.subject.has(Method::ComputeNormal)
             || normal.dot(direction.normalize()).abs() >= MIN_COSINE

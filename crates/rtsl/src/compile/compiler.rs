@@ -15,9 +15,10 @@ use super::loader::{FileLoader, read_text};
 use super::prelude::{Prelude, prelude};
 use super::unit::{Compilation, Unit};
 
-/// The budget of loop iterations of a class's initial values if the host sets none. Every host that shows a default or
-/// makes a library computes them, so they must come to an end.
-const INITIAL_VALUES_BUDGET: u32 = 1 << 24;
+/// The number of loop iterations of a ray in a call, or of a constructor, after which a loop is taken for endless: the
+/// usual loop budget of a host. A class's initial values have it if the host sets none, because every host that shows
+/// a default or makes a library computes them, so they must come to an end.
+pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
 
 /// Options of compilation.
 ///
@@ -121,7 +122,7 @@ impl Compiler {
     /// Bounds the loops of a class's initial values and constructor. Linking bounds those of methods.
     fn with_budget(&self, mut class: Class) -> Class {
         let budget = self.options.loop_budget;
-        rtsl_opt::budget::run(&mut class.initializer, budget.unwrap_or(INITIAL_VALUES_BUDGET));
+        rtsl_opt::budget::run(&mut class.initializer, budget.unwrap_or(DEFAULT_LOOP_BUDGET));
         if let (Some(budget), Some(constructor)) = (budget, &mut class.constructor) {
             rtsl_opt::budget::run(constructor, budget);
         }
