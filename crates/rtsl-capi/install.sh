@@ -1,18 +1,26 @@
 #!/usr/bin/env bash
 # Builds the C interface and installs it: headers, a static and a shared library, and a file for pkg-config.
 #
-#     crates/rtsl-capi/install.sh [--profile PROFILE] PREFIX
+#     crates/rtsl-capi/install.sh [--profile PROFILE | --archive LIBRARY] PREFIX
 #
 # It needs Rust and a C compiler (CC, or cc), which makes the shared library of the static one: so its symbols have versions.
+# With --archive the static library is LIBRARY, and nothing is built.
 set -euo pipefail
 
 profile=release
-if [ "${1:-}" = --profile ]; then
+archive=
+case ${1:-} in
+--profile)
     profile=$2
     shift 2
-fi
+    ;;
+--archive)
+    archive=$(realpath "$2")
+    shift 2
+    ;;
+esac
 if [ $# != 1 ] || [ "${1#-}" != "$1" ]; then
-    sed -n '2,6s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
     exit 2
 fi
 mkdir -p "$1"
@@ -20,11 +28,13 @@ prefix=$(cd "$1" && pwd)
 crate=$(cd "$(dirname "$0")" && pwd)
 cd "$crate"
 
-cargo build --quiet --profile "$profile" --lib
-target=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
-folder=$profile
-[ "$profile" = dev ] && folder=debug
-archive=$target/$folder/librtsl_capi.a
+if [ -z "$archive" ]; then
+    cargo build --quiet --profile "$profile" --lib
+    target=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+    folder=$profile
+    [ "$profile" = dev ] && folder=debug
+    archive=$target/$folder/librtsl_capi.a
+fi
 version=$(cargo pkgid | sed 's/.*[#@]//')
 # The version of the interface: programs that were linked with another do not start with this one.
 abi=1

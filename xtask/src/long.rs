@@ -11,6 +11,10 @@ The tests that take too long for every day: for nights, and before a release.
   contracts   every class of the library against its contract, with 200 seeds
   functions   every float for every mathematical function, against the manual's table of errors
   mutations   the fuzz targets on 50 times as many mutations as in ordinary tests
+  repetitions the comparisons of machine code and C++ with the interpreter, at every width, in every call mode and with
+              every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that its
+              script builds
+  texts       the longest texts and the largest frames that are accepted; takes more than an hour
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
   fuzz        every fuzz target with cargo-fuzz, which needs a nightly toolchain
 
@@ -20,7 +24,8 @@ Without a part all of them run, one after another; the parts that fail are liste
   --seconds N      how long `fuzz` runs each target; default: 600
 ";
 
-const PARTS: [&str; 6] = ["scenes", "contracts", "functions", "mutations", "llvm", "fuzz"];
+const PARTS: [&str; 8] =
+    ["scenes", "contracts", "functions", "mutations", "repetitions", "texts", "llvm", "fuzz"];
 
 struct Options {
     llvm: String,
@@ -93,6 +98,17 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
             functions.args(["--", "--ignored", "--nocapture", "prelude::exhaustive"]).run()
         }
         "mutations" => test("rtsl", "rtsl").args(["fuzz::"]).env("RTSL_FUZZ", "50").run(),
+        "repetitions" => {
+            let compiled = ["--", "operations::", "agreement::", "library::", "cpp::"];
+            test("rtsl", "rtsl").args(compiled).env("RTSL_LONG", "1").run()?;
+            test("rtsl-jit", "jit").args(["--", "oracle::"]).env("RTSL_LONG", "1").run()?;
+            test("rtsl-capi", "capi").args(["--", "install::"]).env("RTSL_LONG", "1").run()
+        }
+        "texts" => {
+            let texts =
+                ["--", "--ignored", "values_or_refuse", "deep_texts::the_longest_texts_end"];
+            test("rtsl", "rtsl").args(texts).run()
+        }
         "llvm" => Command::new(".ci/every-llvm").args(["--fetch", &options.llvm]).run(),
         "fuzz" => fuzz(options.seconds),
         other => unreachable!("{other} is no part"),

@@ -11,6 +11,8 @@ use rtsl::{
 use rtsl_ir::{Function, VariableKind};
 use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
 
+use crate::common::is_long_run;
+
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
 /// The leaf shape takes as many as rays, from this one on.
@@ -223,6 +225,10 @@ fn engine_of(options: EngineOptions) -> Option<Engine> {
     }
 }
 
+/// The kinds of machine code that an ordinary run compares for one function; the next function has others.
+const PACKINGS_OF_A_FUNCTION: usize = 3;
+
+/// Compares functions of these seeds on all backends. Long runs compare all packings for each function.
 fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
     let oracle = engine(Backend::Interpreter, 1, optimization).unwrap();
     let engines = |backend, packings: &[(u32, Option<u32>)]| {
@@ -264,11 +270,21 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
             for engine in &packets {
                 check(engine, "packet code", call_packets(engine, &variant, &inputs));
             }
-            for engine in &machine_code {
+            for engine in packings_of(seed, &machine_code) {
                 check(engine, "machine code", call(engine, &variant, &inputs));
             }
         }
     }
+}
+
+/// The engines whose packings are compared for a function.
+fn packings_of(seed: u64, engines: &[Engine]) -> impl Iterator<Item = &Engine> {
+    let count = if is_long_run() { engines.len() } else { PACKINGS_OF_A_FUNCTION };
+    engines
+        .iter()
+        .cycle()
+        .skip(seed as usize % engines.len().max(1) * PACKINGS_OF_A_FUNCTION)
+        .take(count)
 }
 
 /// The oracle's results if it stores only the outputs that are read; all others keep their values from before the call.

@@ -10,6 +10,8 @@ use rtsl::{
     library, new_state,
 };
 
+use crate::common::is_long_run;
+
 const COUNT: usize = 37;
 /// The first object in the leaf shape.
 const FIRST: u32 = 8;
@@ -248,38 +250,82 @@ fn call_all(
     each.collect()
 }
 
-#[test]
-fn every_method_gives_the_oracles_bits() {
+/// All classes of the library.
+fn classes() -> Vec<Arc<Class>> {
     let compiler = Compiler::default();
     let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
-    let classes: Vec<Arc<Class>> = units.flat_map(|unit| unit.classes().to_vec()).collect();
+    units.flat_map(|unit| unit.classes().to_vec()).collect()
+}
+
+/// Compares the methods of the classes with the oracle.
+fn check(classes: &[Arc<Class>], shape: CallMode, runs: &[(u32, Code)]) {
     let oracle = engine(Backend::Interpreter, 1).unwrap();
-    for shape in CallMode::ALL {
-        let expected = call_all(&oracle, &classes, shape, Code::Kernel);
-        let widths: &[u32] = match shape {
-            CallMode::Packet => &Engine::WIDTHS,
-            CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => &[8],
-            CallMode::Single => &[1],
+    let expected = call_all(&oracle, classes, shape, Code::Kernel);
+    for (width, code) in runs {
+        let backend = match code {
+            Code::Kernel | Code::Specialised => Backend::Jit,
+            Code::Packets => Backend::Interpreter,
         };
-        let runs = widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)]);
-        for (width, code) in runs.chain([(&8, Code::Specialised)]) {
-            let backend = match code {
-                Code::Kernel | Code::Specialised => Backend::Jit,
-                Code::Packets => Backend::Interpreter,
-            };
-            let Some(engine) = engine(backend, *width) else { continue };
-            let found = call_all(&engine, &classes, shape, code);
-            for ((name, expected), (_, found)) in expected.iter().zip(&found) {
-                if let Some(at) = (0..expected.len()).find(|at| expected[*at] != found[*at]) {
-                    panic!(
-                        "{name}, {code:?} at width {width}: component {}, ray {}: {:#x}, {:#x}",
-                        at / COUNT,
-                        at % COUNT,
-                        expected[at],
-                        found[at],
-                    );
-                }
+        let Some(engine) = engine(backend, *width) else { continue };
+        let found = call_all(&engine, classes, shape, *code);
+        for ((name, expected), (_, found)) in expected.iter().zip(&found) {
+            if let Some(at) = (0..expected.len()).find(|at| expected[*at] != found[*at]) {
+                panic!(
+                    "{name}, {code:?} at width {width}: component {}, ray {}: {:#x}, {:#x}",
+                    at / COUNT,
+                    at % COUNT,
+                    expected[at],
+                    found[at],
+                );
             }
         }
     }
+}
+
+/// The usual width, on packet code and machine code, and in long runs with known members.
+fn check_at(width: u32, shape: CallMode) {
+    let mut runs = vec![(width, Code::Packets), (width, Code::Kernel)];
+    if is_long_run() {
+        runs.push((8, Code::Specialised));
+    }
+    check(&classes(), shape, &runs);
+}
+
+#[test]
+fn every_method_gives_the_oracles_bits_for_packets() {
+    let usual = [(8, Code::Packets), (8, Code::Kernel), (8, Code::Specialised)];
+    check(&classes(), CallMode::Packet, &usual);
+}
+
+/// Ordinary runs try each class at one other width, long runs at all.
+#[test]
+fn every_method_gives_the_oracles_bits_at_other_widths() {
+    let (classes, widths) = (classes(), [1, 4, 16]);
+    for (first, width) in widths.into_iter().enumerate() {
+        let some: Vec<_> = match is_long_run() {
+            true => classes.clone(),
+            false => classes.iter().skip(first).step_by(widths.len()).cloned().collect(),
+        };
+        check(&some, CallMode::Packet, &[(width, Code::Packets), (width, Code::Kernel)]);
+    }
+}
+
+#[test]
+fn every_method_gives_the_oracles_bits_for_rays_of_one_origin() {
+    check_at(8, CallMode::CommonOrigin);
+}
+
+#[test]
+fn every_method_gives_the_oracles_bits_for_streams() {
+    check_at(8, CallMode::Stream);
+}
+
+#[test]
+fn every_method_gives_the_oracles_bits_for_leaves() {
+    check_at(8, CallMode::Leaf);
+}
+
+#[test]
+fn every_method_gives_the_oracles_bits_for_single_rays() {
+    check_at(1, CallMode::Single);
 }

@@ -175,7 +175,7 @@ fn tests() -> PathBuf {
 }
 
 /// The newest static library beside this test: the one that was built with it.
-fn static_library() -> PathBuf {
+pub fn static_library() -> PathBuf {
     let test = std::env::current_exe().expect("the test has a path");
     let entries =
         std::fs::read_dir(test.parent().expect("it is in a folder")).expect("it can be read");

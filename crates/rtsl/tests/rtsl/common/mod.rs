@@ -3,6 +3,7 @@
 //! A text's class is a texture whose `lookup` computes scratch members from scratch members (which vary from
 //! ray to ray) and public members (which do not).
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use rtsl::{
@@ -16,11 +17,21 @@ use rtsl_testing::functions::{Entropy, HashHost};
 /// Rays of a call: not a multiple of any width but 1.
 pub const COUNT: usize = 37;
 
-/// The interpreter, packet code, and an engine for each width; none where there is no LLVM.
+/// True if `RTSL_LONG` is set: repetitions that ordinary runs leave out run, too.
+pub fn is_long_run() -> bool {
+    std::env::var_os("RTSL_LONG").is_some()
+}
+
+/// The interpreter, packet code, and machine code for several widths; no machine code where there is no LLVM.
 pub struct Agreement {
     oracle: Engine,
     packets: Engine,
-    engines: Vec<Engine>,
+    /// The engine for the usual width, which runs every text.
+    usual: Option<Engine>,
+    /// Engines that ordinary runs take in turn.
+    others: Vec<Engine>,
+    /// The number of texts checked.
+    checked: Cell<usize>,
     compiler: Compiler,
 }
 
@@ -33,20 +44,23 @@ impl Agreement {
                 EngineOptions { backend, width, interleave, optimization, ..Default::default() };
             Engine::new(options).map(|(engine, _)| engine)
         };
-        let packings = [(1, None), (4, Some(4)), (8, None), (8, Some(4)), (16, Some(2))];
-        let engines = packings
+        let others = [(1, None), (4, Some(4)), (8, Some(4)), (16, Some(2))];
+        let others = others
             .iter()
             .filter_map(|(width, interleave)| engine(Backend::Jit, *width, *interleave).ok());
         let options = CompilerOptions { loop_budget: Some(10_000), ..Default::default() };
         Agreement {
             oracle: engine(Backend::Interpreter, 1, None).expect("the interpreter needs nothing"),
             packets: engine(Backend::Interpreter, 8, None).expect("the interpreter needs nothing"),
-            engines: engines.collect(),
+            usual: engine(Backend::Jit, 8, None).ok(),
+            others: others.collect(),
+            checked: Cell::new(0),
             compiler: Compiler::new(options),
         }
     }
 
-    /// Compiles the text, which has no errors and one class, and compares all engines on random values.
+    /// Compiles the text, which has no errors and one class, and compares engines on random values: all of them in long
+    /// runs, else the usual one and one of the others.
     ///
     /// # Panics
     /// If they disagree in a bit, NaNs being all the same.
@@ -67,12 +81,21 @@ impl Agreement {
         if let Some(difference) = difference(class, &expected, &packets) {
             panic!("{name} in packet code: {difference}\n{text}");
         }
-        for engine in &self.engines {
+        for engine in self.engines() {
             let found = call(engine, &instance, &scratch, mask);
             if let Some(difference) = difference(class, &expected, &found) {
                 panic!("{name} at width {}: {difference}\n{text}", engine.width());
             }
         }
+    }
+
+    /// Returns the engines for the next text.
+    fn engines(&self) -> impl Iterator<Item = &Engine> {
+        let (checked, count) = (self.checked.get(), self.others.len());
+        self.checked.set(checked + 1);
+        let is_due = move |index| is_long_run() || index == checked % count;
+        let others = self.others.iter().enumerate().filter(move |(index, _)| is_due(*index));
+        self.usual.iter().chain(others.map(|(_, engine)| engine))
     }
 }
 

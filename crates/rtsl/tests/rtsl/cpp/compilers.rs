@@ -5,6 +5,8 @@ use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 use std::process::Command;
 
+use crate::common::is_long_run;
+
 /// A compiler with its flags.
 #[derive(Debug)]
 pub struct Setting {
@@ -12,7 +14,17 @@ pub struct Setting {
     flags: &'static [&'static str],
 }
 
-const SETTINGS: [Setting; 4] = [
+/// The settings of ordinary runs: one compiler may contract and use all of the machine, the other optimises little.
+const SETTINGS: [Setting; 2] = [
+    Setting {
+        compiler: "g++",
+        flags: &["-std=gnu++17", "-O2", "-march=native", "-ffp-contract=fast"],
+    },
+    Setting { compiler: "clang++", flags: &["-std=c++17", "-O0", "-DKERNELS"] },
+];
+
+/// The settings of long runs.
+const ALL_SETTINGS: [Setting; 4] = [
     Setting { compiler: "g++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
     Setting { compiler: "clang++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
     Setting {
@@ -40,7 +52,8 @@ pub fn settings() -> Vec<Setting> {
         }
         is_there
     };
-    SETTINGS.into_iter().filter(is_there).collect()
+    let settings = if is_long_run() { Vec::from(ALL_SETTINGS) } else { Vec::from(SETTINGS) };
+    settings.into_iter().filter(is_there).collect()
 }
 
 impl Setting {
