@@ -15,7 +15,8 @@ use super::ray_space::TraversalRay;
 pub struct Geometry {
     /// The groups. Only the first contains instances, and these refer to the other groups.
     pub groups: Vec<Group>,
-    /// The instances: the items of the first group with the class [`INSTANCE`](super::INSTANCE), in the order of these items.
+    /// The instances: the items of the first group with the class [`INSTANCE`](super::INSTANCE), in the order of these
+    /// items.
     pub instances: Vec<Instance>,
     /// The index of the first of those items; instances come after all other items.
     pub first_instance: u32,

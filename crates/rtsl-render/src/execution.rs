@@ -1,4 +1,4 @@
-//! How renders are carried out, and their results.
+//! The execution of renders, and their results.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

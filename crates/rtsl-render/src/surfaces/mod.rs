@@ -1,6 +1,6 @@
-//! The surface properties that materials and lights read at hits. The shapes' methods run in object space; their results
-//! are then transformed to world space. Both renderers use this module, the interactive one for packets, the batch one
-//! for shading batches.
+//! The surface properties that materials and lights read at hits. The shapes' methods run in object space; their
+//! results are then transformed to world space. Both renderers use this module, the interactive one for packets, the
+//! batch one for shading batches.
 
 mod hit_lanes;
 mod state;
