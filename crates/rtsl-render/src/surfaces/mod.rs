@@ -143,7 +143,8 @@ impl Surfaces<'_> {
             eight.store_vectors(state, v.geometric_normal, &geometric_normal);
             eight.store_vectors(state, v.shading_normal, &shading_normal);
             if self.transforms.are_local() {
-                rays.store(eight, state);
+                eight.store_vectors(state, v.ray_origin, &rays.origin);
+                eight.store_vectors(state, v.ray_direction, &rays.direction);
                 eight.store_vectors(state, v.hit_point, &point);
                 if inverse_directions {
                     set_inverse_directions(eight, state, &rays.direction);

@@ -159,7 +159,11 @@ impl<'a> SurfaceTransforms<'a> {
         lanes: &impl HitLanes,
         map: impl Fn(&'a Object) -> &'a Affine,
     ) -> Option<LaneMaps<S>> {
-        self.is_placed.then(|| match self.object {
+        // Without a closure around it, so that the maps stay in registers.
+        if !self.is_placed {
+            return None;
+        }
+        Some(match self.object {
             Some(object) => LaneMaps::same(eight, map(object)),
             None => LaneMaps::gathered(eight, |lane| map(self.object_of(lanes, lane))),
         })
