@@ -210,7 +210,7 @@ pub(crate) fn link_limit(name: &str, problem: &str) -> Diagnostic {
         codes::LINK_LIMIT,
         format!("`{name}`, linked with the methods it calls, {problem}"),
     )
-    .help("refer to fewer or simpler instances")
+    .help("shorten the method, or refer to fewer or simpler instances")
 }
 
 pub(crate) fn no_llvm(error: &LlvmError) -> Diagnostic {
