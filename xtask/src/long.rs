@@ -14,7 +14,7 @@ The tests that take too long for every day: for nights, and before a release.
   repetitions the comparisons of machine code and C++ with the interpreter, at every width, in every call mode and with
               every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that its
               script builds
-  texts       the longest texts and the largest frames that are accepted; takes more than an hour
+  texts       the longest texts and the largest frames that are accepted; takes about an hour
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
   fuzz        every fuzz target with cargo-fuzz, which needs a nightly toolchain
 
