@@ -159,7 +159,7 @@ fn bench_takes_inputs_by_name() {
     let folder = Folder::new("bench-inputs");
     folder.write("rare.rtsl", RARE);
     let bench_with = |state: &str| {
-        let arguments = ["rare.rtsl", "--width", "4", "--shape", "packet", "--lanes", "32"];
+        let arguments = ["rare.rtsl", "--width", "4", "--call-mode", "packet", "--lanes", "32"];
         let rows = bench(&folder, &[&arguments[..], &["--state", state]].concat());
         assert_eq!(rows.len(), 1);
         (rows[0]["branchSidesReached"].clone(), rows[0]["divisionsPerLane"].clone())

@@ -306,7 +306,7 @@ fn stages_are_lines_on_standard_error() {
 }
 
 #[test]
-fn libraries_have_several_classes_shapes_and_widths() {
+fn libraries_have_several_classes_call_modes_and_widths() {
     let folder = Folder::new("library");
     folder.write("ball.rtsl", SPHERE);
     let library = ["build", "ball.rtsl", "Ward", "--bind", "Ward.kd=Constant"];
@@ -315,8 +315,8 @@ fn libraries_have_several_classes_shapes_and_widths() {
     let object = std::fs::read(folder.0.path().join("ball.o")).unwrap();
     assert_eq!(&object[..4], b"\x7fELF");
     assert_eq!(entries(folder.0.path()), ["ball.o", "ball.rtsl"]);
-    let shapes = ["--shape", "single,packet", "--width", "4,16", "--prefix", "my"];
-    let header = build(&[&["--emit", "header"], &shapes[..]].concat()).exits(DONE).output();
+    let modes = ["--call-mode", "single,packet", "--width", "4,16", "--prefix", "my"];
+    let header = build(&[&["--emit", "header"], &modes[..]].concat()).exits(DONE).output();
     for declared in [
         "extern const RtslLibrary my_library;",
         "    float radius; /* float */\n",
