@@ -1,15 +1,15 @@
-//! `rtsl view`: shows a scene in a window.
+//! `rtsl view`: shows a scene in a window, if the program is built with the feature `view`.
+
+#[cfg(feature = "view")]
+mod window;
 
 use std::path::PathBuf;
 
 use clap::Args;
-use rtsl_image::ImageFormat;
-use rtsl_render::session::{Session, SessionOptions};
-use rtsl_view::{ViewError, ViewOptions, view};
 
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
-use crate::commands::render::{parse_size, parse_threads, report};
-use crate::outcome::{CommandResult, Failure, Outcome};
+use crate::commands::render::{parse_size, parse_threads};
+use crate::outcome::CommandResult;
 use crate::report::Reporter;
 
 /// The command line of `rtsl view`.
@@ -51,42 +51,17 @@ pub struct ViewArguments {
 }
 
 /// Opens the window and waits until it is closed.
+#[cfg(feature = "view")]
 pub fn run(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
-    let is_png = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Png));
-    if let Some(path) = arguments.screenshot.as_ref().filter(|path| !is_png(path)) {
-        return Err(Failure::Usage(format!("`{}` does not end in .png", path.display())));
-    }
-    let options = SessionOptions {
-        defines: arguments.defines.clone(),
-        search_path: arguments.search_path.search_path.clone(),
-        input_memory: arguments.input.input_memory,
-        size: arguments.size,
-        samples: arguments.spp,
-        threads: arguments.threads,
-        engine: arguments.engine.options(),
-        exposure: arguments.exposure,
-    };
-    let (session, warnings) = match Session::open(&arguments.scene, options) {
-        Ok(opened) => opened,
-        Err(messages) => {
-            report(&messages, reporter);
-            return Ok(Outcome::InputAtFault);
-        }
-    };
-    report(&warnings, reporter);
-    let options = ViewOptions {
-        title: format!("{} - RTSL", arguments.scene.display()),
-        frames: arguments.frames,
-        screenshot: arguments.screenshot.clone(),
-    };
-    match view(session, options) {
-        Ok(()) => Ok(Outcome::Done),
-        Err(error @ ViewError::NoDisplay(_)) => {
-            reporter.message("error", &error.to_string());
-            reporter
-                .message("help", "`rtsl render` needs no display; `xvfb-run rtsl view` brings one");
-            Ok(Outcome::InputAtFault)
-        }
-        Err(error @ ViewError::Screenshot(_)) => Err(Failure::Output(std::io::Error::other(error))),
-    }
+    window::show(arguments, reporter)
+}
+
+/// Tells how to build a program that has the viewer.
+#[cfg(not(feature = "view"))]
+pub fn run(_: &ViewArguments, reporter: &Reporter) -> CommandResult {
+    reporter.message("error", "this `rtsl` was built without its viewer");
+    let help = "`cargo view SCENE` in RTSL's repository builds and opens it; for other builds of `rtsl`, add \
+                `--features view`";
+    reporter.message("help", help);
+    Ok(crate::outcome::Outcome::InputAtFault)
 }

@@ -1,0 +1,53 @@
+//! The session of a viewer, and its window.
+
+use std::path::PathBuf;
+
+use rtsl_image::ImageFormat;
+use rtsl_render::session::{Session, SessionOptions};
+use rtsl_view::{ViewError, ViewOptions, view};
+
+use super::ViewArguments;
+use crate::commands::render::report;
+use crate::outcome::{CommandResult, Failure, Outcome};
+use crate::report::Reporter;
+
+/// Opens the window and waits until it is closed.
+pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
+    let is_png = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Png));
+    if let Some(path) = arguments.screenshot.as_ref().filter(|path| !is_png(path)) {
+        return Err(Failure::Usage(format!("`{}` does not end in .png", path.display())));
+    }
+    let options = SessionOptions {
+        defines: arguments.defines.clone(),
+        search_path: arguments.search_path.search_path.clone(),
+        input_memory: arguments.input.input_memory,
+        size: arguments.size,
+        samples: arguments.spp,
+        threads: arguments.threads,
+        engine: arguments.engine.options(),
+        exposure: arguments.exposure,
+    };
+    let (session, warnings) = match Session::open(&arguments.scene, options) {
+        Ok(opened) => opened,
+        Err(messages) => {
+            report(&messages, reporter);
+            return Ok(Outcome::InputAtFault);
+        }
+    };
+    report(&warnings, reporter);
+    let options = ViewOptions {
+        title: format!("{} - RTSL", arguments.scene.display()),
+        frames: arguments.frames,
+        screenshot: arguments.screenshot.clone(),
+    };
+    match view(session, options) {
+        Ok(()) => Ok(Outcome::Done),
+        Err(error @ ViewError::NoDisplay(_)) => {
+            reporter.message("error", &error.to_string());
+            reporter
+                .message("help", "`rtsl render` needs no display; `xvfb-run rtsl view` brings one");
+            Ok(Outcome::InputAtFault)
+        }
+        Err(error @ ViewError::Screenshot(_)) => Err(Failure::Output(std::io::Error::other(error))),
+    }
+}

@@ -1,0 +1,68 @@
+//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract` and `rtsl-render`, and with the feature
+//! `view` over `rtsl-view`.
+//!
+//! Exit codes: 0 done; 1 the input has errors, which diagnostics report; 2 wrong usage. Diagnostics go to standard
+//! error, results to standard output or to the file that `-o` names.
+
+mod arguments;
+mod command_line;
+mod commands;
+mod eval;
+mod files;
+mod json;
+mod layout_json;
+mod names;
+mod outcome;
+mod progress_line;
+mod report;
+mod spans;
+mod timings;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use crate::command_line::{Arguments, Command};
+use crate::outcome::{Failure, INPUT_AT_FAULT, Outcome, WRONG_USAGE};
+use crate::report::Reporter;
+use crate::spans::Spans;
+
+/// Runs the command line of this process and returns its exit code.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let reporter = Reporter::new(arguments.color, arguments.verbose > 0);
+    let spans = Spans::record(arguments.verbose, arguments.command.wants_timings());
+    let result = match arguments.command {
+        Command::Check(arguments) => commands::check::run(&arguments, &reporter),
+        Command::Build(arguments) => commands::build::run(&arguments, &reporter, &spans),
+        Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
+        Command::Test(arguments) => commands::test::run(&arguments, &reporter),
+        Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),
+        Command::Render(arguments) => commands::render::run(&arguments, &reporter),
+        Command::View(arguments) => commands::view::run(&arguments, &reporter),
+        Command::Info(arguments) => commands::info::run(&arguments, &reporter),
+        Command::Explain(arguments) => commands::explain::run(&arguments),
+        Command::Help(arguments) => commands::help::run(&arguments, Arguments::command()),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::InputAtFault) => ExitCode::from(INPUT_AT_FAULT),
+        Err(Failure::Usage(message)) => {
+            reporter.message("error", &message);
+            reporter.message("help", "`rtsl help` lists the commands and topics");
+            ExitCode::from(WRONG_USAGE)
+        }
+        Err(Failure::Diagnostics(diagnostics)) => {
+            diagnostics.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
+            ExitCode::from(INPUT_AT_FAULT)
+        }
+        // The reader of the output has closed it: `rtsl explain | head`.
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
+        Err(Failure::Output(error)) => {
+            reporter.message("error", &format!("cannot write the result: {error}"));
+            ExitCode::from(INPUT_AT_FAULT)
+        }
+    }
+}
