@@ -91,6 +91,7 @@ fn dependencies() -> Result<BTreeMap<String, BTreeSet<String>>> {
     let tree = [
         "tree",
         "--workspace",
+        "--all-features",
         "--edges",
         "normal",
         "--depth",
