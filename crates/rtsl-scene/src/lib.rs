@@ -6,12 +6,10 @@
 mod arguments;
 mod classes;
 mod description;
-mod format_parameters;
 mod load;
 pub mod mesh;
-mod mesh_shape;
-mod parallelogram;
 mod parts;
+mod pbrt;
 pub mod reader;
 mod renderer;
 mod scene;
@@ -19,7 +17,6 @@ mod settings;
 mod shutter;
 mod source;
 pub mod spectrum;
-mod standard_names;
 
 pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,

@@ -13,13 +13,11 @@ use rtsl_math::Transform;
 use super::arguments::{Resolve, argument, texture};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
-use super::format_parameters::{image_values, translated, without_effect};
-use super::mesh_shape::MeshShape;
 use super::parts::SceneParts;
+use super::pbrt::{MeshShape, PbrtName, translated, without_effect};
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::shutter::{SHUTTER, Shutter};
-use super::standard_names::StandardName;
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
@@ -223,7 +221,7 @@ impl<'a, 'f> Loader<'a, 'f> {
                 None => None,
             };
             let entity = &self.description.entities[shape.shape.0];
-            let placement = self.standard_name(entity).map(StandardName::placement);
+            let placement = self.pbrt_name(entity).map(PbrtName::placement);
             let placement = placement.unwrap_or(Transform::IDENTITY);
             let (transform, motion) = parts.place_entity(entity, placement);
             indices.push(parts.objects.len() as u32);
@@ -401,7 +399,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         if let Some(made) = self.unchanged(id, &class) {
             return Some(made.clone());
         }
-        let mesh = self.standard_name(entity).and_then(|_| MeshShape::named(&entity.class));
+        let mesh = self.pbrt_name(entity).and_then(|_| MeshShape::named(&entity.class));
         let mut arguments = match mesh {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
@@ -457,8 +455,8 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        if let Some(standard) = self.standard_name(entity) {
-            match image_values(entity, standard, self.files) {
+        if let Some(standard) = self.pbrt_name(entity) {
+            match standard.make(entity, self.files) {
                 Ok(values) => arguments.values = values,
                 Err(diagnostic) => {
                     self.diagnostics.push(*diagnostic);
@@ -530,7 +528,7 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     /// The parameters of an entity translated to those of its class.
     fn parameters<'e>(&mut self, entity: &'e Entity, class: &Class) -> Vec<Cow<'e, Parameter>> {
-        match self.standard_name(entity) {
+        match self.pbrt_name(entity) {
             Some(standard) => translated(entity, standard, class),
             None => entity.parameters.iter().map(Cow::Borrowed).collect(),
         }
@@ -538,7 +536,7 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     /// Warns once about each parameter of a pbrt name that has no effect.
     fn check_format(&mut self, entity: &Entity, class: &Class) {
-        let Some(standard) = self.standard_name(entity) else { return };
+        let Some(standard) = self.pbrt_name(entity) else { return };
         let (kind, name) = (entity.kind.word(), &entity.class);
         if standard.is_replaced() {
             let message =
@@ -554,7 +552,7 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     /// True if no class implements the entity's pbrt name; warns once about each name.
     fn is_left_out(&mut self, entity: &Entity) -> bool {
-        let left_out = StandardName::is_left_out(entity)
+        let left_out = PbrtName::is_left_out(entity)
             && matches!(self.classes.find(&entity.class), Found::Nothing);
         if left_out && entity.kind != EntityKind::Material {
             let (kind, name) = (entity.kind.word(), &entity.class);
@@ -581,8 +579,8 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 
     /// The meaning of a pbrt name. A class of the same name in the scene's folder takes precedence.
-    fn standard_name(&mut self, entity: &Entity) -> Option<&'static StandardName> {
-        let standard = StandardName::of(entity)?;
+    fn pbrt_name(&mut self, entity: &Entity) -> Option<&'static PbrtName> {
+        let standard = PbrtName::of(entity)?;
         match self.classes.find(&entity.class) {
             Found::Nothing => Some(standard),
             Found::Class(_) | Found::Broken => None,
@@ -600,7 +598,7 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 
     fn class(&mut self, entity: &Entity) -> Option<Arc<Class>> {
-        let standard = self.standard_name(entity);
+        let standard = self.pbrt_name(entity);
         let class = self.classes.find(standard.map_or(&entity.class, |standard| standard.class));
         let class = match class {
             Found::Class(class) => class,

@@ -11,9 +11,9 @@ use rtsl_memory::{Amount, InputBudget};
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId};
 use super::load::{Earlier, Loader, Made, Origins};
+use super::pbrt::PbrtName;
 use super::scene::Scene;
 use super::settings::Settings;
-use super::standard_names::StandardName;
 use crate::reader::{
     FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
 };
@@ -244,7 +244,7 @@ impl<'f> SceneSource<'f> {
         let entity = &self.description.entities[index];
         let given = entity.parameters.iter().find(|it| class_name(entity, &it.name) == name);
         given.map(|parameter| parameter.values.clone()).or_else(|| {
-            let mut defaults = StandardName::of(entity)?.defaults();
+            let mut defaults = PbrtName::of(entity)?.defaults();
             let (_, numbers) = defaults.find(|(other, _)| *other == name)?;
             Some(Values::Numbers(numbers.to_vec()))
         })
@@ -298,5 +298,5 @@ fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
 
 /// The class's name of an entity's parameter.
 fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
-    StandardName::of(entity).map_or(name, |standard| standard.parameter(name))
+    PbrtName::of(entity).map_or(name, |standard| standard.parameter(name))
 }

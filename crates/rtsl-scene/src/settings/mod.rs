@@ -3,7 +3,7 @@
 use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 
-use super::description::{Description, Entity, EntityId};
+use crate::description::{Description, Entity, EntityId};
 use crate::reader::{Parameter, ParameterType, Values};
 use crate::renderer::Renderer;
 

@@ -4,7 +4,7 @@
 
 use rtsl::Value;
 
-use super::description::{Entity, EntityKind};
+use crate::description::{Entity, EntityKind};
 use crate::reader::{Parameter, Values};
 
 /// The permitted deviation of the fourth corner from a parallelogram, as a fraction of the largest coordinate. Files

@@ -7,9 +7,9 @@ use std::path::Path;
 use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
 use rtsl_memory::{Held, InputBudget};
 
-use super::description::Entity;
+use super::name::PbrtName;
 use super::parallelogram::Parallelogram;
-use super::standard_names::StandardName;
+use crate::description::Entity;
 use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
 use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
@@ -71,7 +71,7 @@ impl MeshShape {
 }
 
 fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
-    let standard = StandardName::of(entity);
+    let standard = PbrtName::of(entity);
     let is_unknown = |parameter: &&Parameter| {
         let name = parameter.name.as_str();
         !known.contains(&name) && !standard.is_some_and(|standard| standard.has_no_effect(name))

@@ -1,0 +1,68 @@
+//! Materials.
+
+use std::borrow::Cow;
+
+use super::name::{Names, PbrtName};
+use super::translation::Translation;
+use crate::description::EntityKind;
+use crate::reader::{Parameter, Values};
+
+pub static NAMES: Names = Names {
+    kind: EntityKind::Material,
+    implemented: &[
+        material("diffuse", "Lambertian").renaming(&[("reflectance", "kd")]),
+        material("conductor", "Conductor").renaming(ROUGHNESS),
+        material("dielectric", "Dielectric").renaming(ROUGHNESS),
+        material("thindielectric", "ThinDielectric"),
+        material("coateddiffuse", "CoatedDiffuse").renaming(ROUGHNESS).without(LAYERS),
+        material("coatedconductor", "CoatedConductor")
+            .renaming(&[
+                ("conductor.eta", "eta"),
+                ("conductor.k", "k"),
+                ("conductor.roughness", "roughness"),
+                ("conductor.uroughness", "roughnessU"),
+                ("conductor.vroughness", "roughnessV"),
+                ("interface.eta", "coatEta"),
+                ("interface.roughness", "coatRoughness"),
+                ("interface.uroughness", "coatRoughnessU"),
+                ("interface.vroughness", "coatRoughnessV"),
+                ("remaproughness", "remapRoughness"),
+            ])
+            .without(LAYERS),
+        material("diffusetransmission", "DiffuseTransmission"),
+        material("mix", "Mix").translated_by(split_materials),
+        PbrtName::replacing(EntityKind::Material, "hair", "Lambertian"),
+        PbrtName::replacing(EntityKind::Material, "measured", "Lambertian"),
+        PbrtName::replacing(EntityKind::Material, "subsurface", "Lambertian"),
+    ],
+    // Boundaries of media, which are invisible, by their name and by former names.
+    left_out: &["interface", "none", ""],
+    without_effect: &["displacement", "normalmap"],
+    choose: |_| None,
+};
+
+const ROUGHNESS: &[(&str, &str)] = &[
+    ("uroughness", "roughnessU"),
+    ("vroughness", "roughnessV"),
+    ("remaproughness", "remapRoughness"),
+];
+
+/// Parameters of the layer between a coat and its base, and of pbrt's random walk in it.
+const LAYERS: &[&str] = &["thickness", "albedo", "g", "maxdepth", "nsamples"];
+
+const fn material(name: &'static str, class: &'static str) -> PbrtName {
+    PbrtName::new(EntityKind::Material, name, class)
+}
+
+/// Splits `"string materials" ["a" "b"]` of mixtures into the first and the second material.
+fn split_materials(translation: &mut Translation<'_>) {
+    let Some(materials) = translation.find("materials") else { return };
+    let Values::Texts(names) = &materials.values else { return };
+    let [first, second] = names.as_slice() else { return };
+    let pair = [("first", first.clone()), ("second", second.clone())];
+    let Some(both) = translation.take("materials").map(Cow::into_owned) else { return };
+    for (name, material) in pair {
+        let values = Values::Texts(vec![material]);
+        translation.push(Parameter { name: name.to_owned(), values, ..both.clone() });
+    }
+}

@@ -1,0 +1,17 @@
+//! The names of pbrt, and how the classes of the standard library implement them: a table for each kind of entity, and
+//! the translation of parameters that differ by more than their names.
+
+mod cameras;
+mod images;
+mod lights;
+mod materials;
+mod mesh_shape;
+mod name;
+mod parallelogram;
+mod shapes;
+mod textures;
+mod translation;
+
+pub use mesh_shape::MeshShape;
+pub use name::PbrtName;
+pub use translation::{translated, without_effect};
