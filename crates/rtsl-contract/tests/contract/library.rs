@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
-use rtsl_contract::{Options, check, engine_options, settings};
+use rtsl_contract::{Contract, Options, check, engine_options, settings};
 
 use crate::common::seeds::seeds;
 
@@ -16,6 +16,17 @@ fn classes(role: Role) -> Vec<Arc<Class>> {
     classes.filter(|class| class.roles.contains(&role)).collect()
 }
 
+/// Contracts that a model cannot keep.
+fn exceptions(class: &str) -> &'static [Contract] {
+    match class {
+        // A curve faces each ray, so that rays have no surface in common.
+        "Curve" => &[Contract::Points, Contract::Normals, Contract::Derivatives],
+        // The place across a strand belongs to the viewer alone.
+        "Hair" => &[Contract::Reciprocity],
+        _ => &[],
+    }
+}
+
 /// The broken contracts of a class, as text.
 fn broken(engine: &Engine, name: &str, instance: &Arc<Instance>, options: &Options) -> String {
     let report = check(engine, instance, options);
@@ -23,7 +34,9 @@ fn broken(engine: &Engine, name: &str, instance: &Arc<Instance>, options: &Optio
     if std::env::var_os("RTSL_SHOW_REPORTS").is_some() {
         eprintln!("{name}\n{report}");
     }
-    if report.holds() { String::new() } else { format!("{name}\n{report}\n") }
+    let exceptions = exceptions(&instance.class().name);
+    let holds = report.broken().all(|(contract, _)| exceptions.contains(&contract));
+    if holds { String::new() } else { format!("{name}\n{report}\n") }
 }
 
 fn check_role(role: Role, options: &Options) {
@@ -100,6 +113,34 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         "Cylinder" => {
             vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("yMax", 1.1.into())]]
         }
+        "PartialSphere" => vec![
+            vec![("radius", 1.3.into()), ("yMin", (-0.4).into()), ("yMax", 1.1.into())],
+            vec![("sweep", 200.0.into()), ("yMax", 0.3.into())],
+        ],
+        "PartialDisk" => vec![
+            vec![],
+            vec![("radius", 1.3.into()), ("innerRadius", 0.6.into()), ("height", 0.4.into())],
+        ],
+        "PartialCylinder" => {
+            vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("sweep", 300.0.into())]]
+        }
+        "Curve" => {
+            let points = [0.0, 0.0, 0.0, 0.4, 1.0, 0.3, 0.9, 0.2, -0.2, 1.4, 1.0, 0.5];
+            let curve = |normals: &[f32], piece: i32| {
+                vec![
+                    ("points", floats(&points)),
+                    ("widths", floats(&[0.2, 0.1])),
+                    ("normals", floats(normals)),
+                    ("pieces", ints(&[0, 1, 2, 3])),
+                    ("piece", piece.into()),
+                    ("splits", 2.into()),
+                ]
+            };
+            let mut round = curve(&[], 3);
+            round.push(("round", true.into()));
+            vec![curve(&[], 1), round, curve(&[0.0, 0.1, 1.0, 0.8, 0.0, 0.6], 2)]
+        }
+        "Hair" => vec![vec![], vec![("reflectance", constant(0.7)), ("betaN", 0.6.into())]],
         "Torus" => vec![vec![], vec![("majorRadius", 1.1.into()), ("minorRadius", 0.5.into())]],
         "Plane" => vec![
             vec![],

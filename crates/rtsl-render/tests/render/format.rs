@@ -151,8 +151,8 @@ fn wrong_spectra_are_errors() {
 fn what_is_not_supported_is_said_once_and_left_out() {
     let loaded = loaded(
         "Texture \"rough\" \"float\" \"dots\" \"float inside\" 1\n\
-         Material \"hair\" \"float beta_m\" 0.3\nShape \"sphere\"\nShape \"curve\" \"string type\" \"flat\"\n\
-         Shape \"curve\"\nShape \"disk\" \"float phimax\" 90\nShape \"disk\" \"float phimax\" 90\n\
+         Material \"measured\" \"string filename\" \"cloth.bsdf\"\nShape \"sphere\"\n\
+         Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
          Material \"conductor\" \"texture roughness\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\nLightSource \"projection\"\n",
     );
@@ -162,17 +162,16 @@ fn what_is_not_supported_is_said_once_and_left_out() {
     assert_eq!(classes, ["Lambertian", "Conductor"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
-        "material `hair` is not supported: `Lambertian` takes its place",
+        "material `measured` is not supported: `Lambertian` takes its place",
         "texture `dots` is not supported: `Constant` takes its place",
-        "shape `curve` is not supported: it is left out",
         "light `projection` is not supported: it is left out",
-        "`phimax` of shape `disk` has no effect",
+        "`shadowalpha` of shape `disk` has no effect",
         "`roughness` of material `conductor` has no effect",
         "`normalmap` of material `conductor` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
-    assert_eq!(warnings.matches("warning[").count(), 7, "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 6, "{warnings}");
 }
 
 #[test]

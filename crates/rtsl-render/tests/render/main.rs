@@ -21,3 +21,4 @@ mod radiance;
 mod refit;
 mod scenes;
 mod scratch;
+mod shapes;

@@ -11,8 +11,10 @@ mod builder;
 mod error;
 mod gltf;
 mod ply;
+mod subdivision;
 
 pub use builder::{Mesh, MeshBuilder};
 pub use error::MeshError;
 pub use gltf::{read_gltf, read_gltf_within};
 pub use ply::{read_ply, read_ply_within};
+pub use subdivision::subdivide;

@@ -31,7 +31,15 @@ pub static NAMES: Names = Names {
             .without(LAYERS),
         material("diffusetransmission", "DiffuseTransmission"),
         material("mix", "Mix").translated_by(split_materials),
-        PbrtName::replacing(EntityKind::Material, "hair", "Lambertian"),
+        material("hair", "Hair")
+            .renaming(&[
+                ("sigma_a", "sigmaA"),
+                ("color", "reflectance"),
+                ("beta_m", "betaM"),
+                ("beta_n", "betaN"),
+                ("alpha", "tilt"),
+            ])
+            .translated_by(choose_melanins),
         PbrtName::replacing(EntityKind::Material, "measured", "Lambertian"),
         PbrtName::replacing(EntityKind::Material, "subsurface", "Lambertian"),
     ],
@@ -52,6 +60,14 @@ const LAYERS: &[&str] = &["thickness", "albedo", "g", "maxdepth", "nsamples"];
 
 const fn material(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Material, name, class)
+}
+
+/// Sets the melanin of hair that is not given to 0, where the other is.
+fn choose_melanins(hair: &mut Translation<'_>) {
+    let given = ["eumelanin", "pheomelanin"].map(|name| hair.find(name).is_some());
+    if given == [false, true] {
+        hair.set("eumelanin", vec![0.0]);
+    }
 }
 
 /// Splits `"string materials" ["a" "b"]` of mixtures into the first and the second material.

@@ -10,7 +10,7 @@ use rtsl_memory::{Held, InputBudget};
 use super::name::PbrtName;
 use super::parallelogram::Parallelogram;
 use crate::description::Entity;
-use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within, subdivide};
 use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
 /// A mesh shape.
@@ -24,6 +24,8 @@ pub enum MeshShape {
     Ply,
     /// `gltf`: a glTF file.
     Gltf,
+    /// `loopsubdiv`: the triangles that control a subdivision surface.
+    Subdivision,
 }
 
 impl MeshShape {
@@ -34,6 +36,7 @@ impl MeshShape {
             "bilinearmesh" => Some(MeshShape::Quadrilaterals),
             "plymesh" => Some(MeshShape::Ply),
             "gltf" => Some(MeshShape::Gltf),
+            "loopsubdiv" => Some(MeshShape::Subdivision),
             _ => None,
         }
     }
@@ -44,6 +47,7 @@ impl MeshShape {
                 &["P", "N", "uv", "indices", "alpha"]
             }
             MeshShape::Ply | MeshShape::Gltf => &["filename", "alpha"],
+            MeshShape::Subdivision => &["P", "indices", "levels", "scheme", "alpha"],
         }
     }
 
@@ -62,6 +66,7 @@ impl MeshShape {
             MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
             MeshShape::Ply => file(entity, files, ply),
             MeshShape::Gltf => file(entity, files, gltf),
+            MeshShape::Subdivision => subdivision(entity, files.budget),
         }?;
         let Mesh { positions, normals, uvs, indices } = mesh;
         let buffers =
@@ -122,6 +127,22 @@ fn quadrilaterals(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Dia
     let mesh = builder.finish_quadrilaterals();
     let mesh = mesh.map_err(|error| unusable(entity, entity.class_span, &error))?;
     held.keep(mesh.memory());
+    Ok(mesh)
+}
+
+fn subdivision(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagnostic>> {
+    let held = hold(entity, budget)?;
+    let control = MeshBuilder { indices: indices(entity, &[0, 1, 2])?, ..vertices(entity)? };
+    let levels = match find(entity, "levels") {
+        Some(parameter) => match numbers(parameter)? {
+            [levels] if *levels >= 0.0 && levels.fract() == 0.0 => *levels as u32,
+            _ => return Err(wrong(parameter, "a whole number from 0")),
+        },
+        None => 3,
+    };
+    let mesh = subdivide(control, levels, budget)
+        .map_err(|error| unusable(entity, entity.class_span, &error))?;
+    drop(held);
     Ok(mesh)
 }
 
