@@ -137,8 +137,10 @@ fn of_library(path: &str, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Ins
 
 /// Returns a texture whose values vary over a surface.
 fn varying_texture() -> Arc<Instance> {
-    static TEXTURE: LazyLock<Arc<Instance>> =
-        LazyLock::new(|| of_library("shaders/textures/checker.rtsl", "Checker", vec![]));
+    static TEXTURE: LazyLock<Arc<Instance>> = LazyLock::new(|| {
+        let values = vec![("even", Value::Float(0.4)), ("odd", Value::Float(0.1))];
+        of_library("shaders/textures/checker.rtsl", "Checker", values)
+    });
     TEXTURE.clone()
 }
 
