@@ -166,6 +166,7 @@ fn some_value(ty: &ParameterType) -> Value {
             Value::List(vec![some_value(element); *count as usize])
         }
         ParameterType::Buffer(element) => Value::List(vec![some_value(element); 5]),
+        ParameterType::Textured(value) => some_value(value),
         ParameterType::Reference(_) => Value::List(Vec::new()),
     }
 }

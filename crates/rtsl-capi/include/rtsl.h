@@ -440,7 +440,8 @@ RtslResult rtsl_instance_set_uints(RtslInstanceId instance, const char *path, co
 // `path` is null or a text; `values` is null or leads to so many numbers.
 RtslResult rtsl_instance_set_bools(RtslInstanceId instance, const char *path, const uint8_t *values, size_t count);
 
-// Sets a reference, or an array of references, to what instances are now. Later commits of theirs do not change it.
+// Sets a reference, an array of references, or a `texture` parameter to what instances are now. Later commits of theirs
+// do not change it.
 //
 // # Safety
 // `path` is null or a text; `instances` is null or leads to so many ids.

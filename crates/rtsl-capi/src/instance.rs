@@ -131,7 +131,8 @@ fn has_path(parameter: &Parameter, path: &str) -> bool {
             | ParameterType::Vector(..)
             | ParameterType::Matrix(..)
             | ParameterType::Color
-            | ParameterType::Reference(_) => rest.is_empty(),
+            | ParameterType::Reference(_)
+            | ParameterType::Textured(_) => rest.is_empty(),
         }
     }
     path.strip_prefix(parameter.name.as_str()).is_some_and(|rest| leads(&parameter.ty, rest))
@@ -192,7 +193,9 @@ fn value_at(ty: &ParameterType, path: &str, values: &BTreeMap<String, Given>, pa
         _ => match values.get(path) {
             Some(Given::Numbers(numbers)) => Value::Numbers(part.of(numbers)),
             Some(Given::Instances(instances)) => match (ty, &instances[..]) {
-                (ParameterType::Reference(_), [only]) => Value::Instance(only.clone()),
+                (ParameterType::Reference(_) | ParameterType::Textured(_), [only]) => {
+                    Value::Instance(only.clone())
+                }
                 (_, instances) => {
                     Value::List(instances.iter().cloned().map(Value::Instance).collect())
                 }
@@ -210,7 +213,8 @@ fn has_struct(ty: &ParameterType) -> bool {
         | ParameterType::Vector(..)
         | ParameterType::Matrix(..)
         | ParameterType::Color
-        | ParameterType::Reference(_) => false,
+        | ParameterType::Reference(_)
+        | ParameterType::Textured(_) => false,
     }
 }
 
@@ -232,6 +236,7 @@ fn element_count(ty: &ParameterType, path: &str, values: &BTreeMap<String, Given
             number_count(path, values) / (usize::from(*columns) * usize::from(*rows))
         }
         ParameterType::Color => number_count(path, values) / rtsl::COLOR_COMPONENTS as usize,
+        ParameterType::Textured(value) => element_count(value, path, values),
         ParameterType::Reference(_) => 0,
     }
 }
@@ -347,7 +352,8 @@ unsafe fn set_numbers<T>(
     instance.get()?.set(path, Given::Numbers(Numbers::from_words(scalar, words)))
 }
 
-/// Sets a reference, or an array of references, to what instances are now. Later commits of theirs do not change it.
+/// Sets a reference, an array of references, or a `texture` parameter to what instances are now. Later commits of theirs
+/// do not change it.
 ///
 /// # Safety
 /// `path` is null or a text; `instances` is null or leads to so many ids.

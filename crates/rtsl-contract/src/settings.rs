@@ -15,7 +15,7 @@ const RANDOM_SETTINGS: u64 = 3;
 /// Values for some parameters of a class.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Names and values in the syntax of the command line.
+    /// Names and values in the syntax of the command line; textures are shown as `texture`.
     pub shown: Vec<(String, String)>,
     /// The same as arguments of instances, with references.
     pub arguments: Vec<(String, Value)>,
@@ -50,7 +50,7 @@ impl std::fmt::Display for Setting {
 }
 
 /// Returns settings: the defaults; then all numbers with a range at its least, middle and greatest value; then random
-/// numbers and bools. Parameters that are `given` are not set. References that the class requires are set to simple
+/// numbers and bools; then a texture for all parameters that may be one. Parameters that are `given` are not set. References that the class requires are set to simple
 /// shaders.
 pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     let references = references(class);
@@ -59,19 +59,39 @@ pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
         Setting { shown, arguments }
     };
     let mut all = vec![of(Vec::new(), Vec::new())];
+    all.extend(of_numbers(class, given).into_iter().map(|(shown, values)| of(shown, values)));
+    let textured = class.parameters.iter().filter(|it| {
+        matches!(it.ty, ParameterType::Textured(_)) && !given.contains(&it.name.as_str())
+    });
+    let textured = textured.map(|it| {
+        let texture = Value::Instance(varying_texture());
+        ((it.name.clone(), "texture".to_owned()), (it.name.clone(), texture))
+    });
+    let (shown, values): (Vec<_>, Vec<_>) = textured.unzip();
+    if !shown.is_empty() {
+        all.push(of(shown, values));
+    }
+    all
+}
+
+/// Parameters as text and as arguments.
+type Values = (Vec<(String, String)>, Vec<(String, Value)>);
+
+/// Returns values of the parameters with a range.
+fn of_numbers(class: &Class, given: &[&str]) -> Vec<Values> {
     let free = class.parameters.iter().filter(|it| !given.contains(&it.name.as_str()));
     let ranged: Vec<_> = free.filter_map(|it| Some((it, Range::of(it)?))).collect();
     if ranged.is_empty() {
-        return all;
+        return Vec::new();
     }
     let setting = |part: &dyn Fn(usize, &Range) -> f64| {
         let values = ranged.iter().enumerate().map(|(index, (parameter, range))| {
             let (shown, value) = range.at(part(index, range));
             ((parameter.name.clone(), shown), (parameter.name.clone(), value))
         });
-        let (shown, values) = values.unzip();
-        of(shown, values)
+        values.unzip()
     };
+    let mut all = Vec::new();
     let has_numbers = ranged.iter().any(|(_, range)| range.scalar != Scalar::Bool);
     for part in [0.0, 0.5, 1.0].into_iter().filter(|part| has_numbers || *part != 0.5) {
         all.push(setting(&|_, _| part));
@@ -94,18 +114,34 @@ pub fn stand_in(role: Role) -> Arc<Instance> {
 }
 
 fn make_stand_in(role: Role) -> Arc<Instance> {
-    let (path, arguments) = match role {
-        Role::Camera => ("shaders/cameras/pinhole.rtsl", vec![]),
-        Role::Primitive => ("shaders/primitives/sphere.rtsl", vec![]),
-        Role::Texture => ("shaders/textures/constant.rtsl", vec![("value", Value::Float(0.5))]),
-        Role::Light => ("shaders/lights/point_light.rtsl", vec![]),
-        Role::Material => ("shaders/materials/lambertian.rtsl", vec![]),
-    };
+    match role {
+        Role::Camera => of_library("shaders/cameras/pinhole.rtsl", "Pinhole", vec![]),
+        Role::Primitive => of_library("shaders/primitives/sphere.rtsl", "Sphere", vec![]),
+        Role::Texture => {
+            let grey = vec![("value", Value::Float(0.5))];
+            of_library("shaders/textures/constant.rtsl", "Constant", grey)
+        }
+        Role::Light => of_library("shaders/lights/point_light.rtsl", "PointLight", vec![]),
+        Role::Material => of_library("shaders/materials/lambertian.rtsl", "Lambertian", vec![]),
+    }
+}
+
+fn of_library(path: &str, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
     let file = library::files().iter().find(|file| file.path == path);
     let text = file.expect("the library has it").text;
     let compilation = Compiler::default().compile(path, text);
     let unit = compilation.unit.expect("the library compiles");
-    Instance::new(&unit.classes()[0], arguments).expect("its parameters are right")
+    Instance::new(unit.class(class).expect("the file has it"), arguments)
+        .expect("its parameters are right")
+}
+
+/// Returns a texture whose values vary over a surface.
+fn varying_texture() -> Arc<Instance> {
+    static TEXTURE: LazyLock<Arc<Instance>> = LazyLock::new(|| {
+        let values = vec![("even", Value::Float(0.4)), ("odd", Value::Float(0.1))];
+        of_library("shaders/textures/checker.rtsl", "Checker", values)
+    });
+    TEXTURE.clone()
 }
 
 /// The references that the class uses without testing if they are set.
@@ -133,7 +169,7 @@ struct Range {
 impl Range {
     /// The range of a bool, or of a number with both ends annotated.
     fn of(parameter: &Parameter) -> Option<Range> {
-        let ParameterType::Scalar(scalar) = parameter.ty else { return None };
+        let ParameterType::Scalar(scalar) = *parameter.ty.value_type() else { return None };
         if scalar == Scalar::Bool {
             return Some(Range { scalar, least: 0.0, greatest: 1.0 });
         }

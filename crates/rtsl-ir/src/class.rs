@@ -120,9 +120,21 @@ pub enum ParameterType {
     Buffer(Box<ParameterType>),
     /// A reference to an instance with this role.
     Reference(Role),
+    /// A float, a colour or a vector with 3 components, or a texture that gives it at each hit.
+    Textured(Box<ParameterType>),
 }
 
-/// A reference member.
+impl ParameterType {
+    /// Returns the type of the values that the parameter takes: for a textured one, that of its texture's values.
+    pub fn value_type(&self) -> &ParameterType {
+        match self {
+            ParameterType::Textured(value) => value,
+            other => other,
+        }
+    }
+}
+
+/// A reference member, or the texture of a parameter that may be one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
     /// The name.

@@ -85,7 +85,7 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        if special == Special::IsSet {
+        if matches!(special, Special::IsSet | Special::IsTextured) {
             return self.lower_is_set(&arguments[0]);
         }
         let values = self.lower_all(arguments)?;
@@ -113,7 +113,7 @@ impl<'m> Lowering<'m> {
                 let Type::Matrix(_, rows) = arguments[0].ty else { return Ok(values.concat()) };
                 Ok(transpose(&values[0], usize::from(rows)))
             }
-            Special::IsSet => unreachable!("lowered above"),
+            Special::IsSet | Special::IsTextured => unreachable!("lowered above"),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::layout::Layouts;
 use crate::limits::{self, Lowered};
 use crate::members::ConstantTables;
 use crate::parameters::{parameters_of, reference_role, scratch_types};
+use crate::textured;
 use crate::variables::{LocalPool, SourceVariableId};
 use crate::{Lowering, Purpose};
 
@@ -152,6 +153,9 @@ impl<'m> Maker<'m> {
 
     fn references(&self) -> Vec<Reference> {
         let references = self.class.members.iter().filter_map(|member| {
+            if member.textured {
+                return Some(textured::reference(member));
+            }
             let role = reference_role(&member.ty)?;
             let count = match &member.ty {
                 Type::Array(_, count) => Some(*count),
@@ -179,6 +183,7 @@ impl<'m> Maker<'m> {
                     storage: Storage::Public,
                     initializer: None,
                     annotations: Vec::new(),
+                    textured: false,
                     tested: false,
                     span: self.class.span,
                 };
@@ -252,6 +257,7 @@ impl<'m> Maker<'m> {
                 jumps: None,
                 calls: 0,
             },
+            looked_up: Vec::new(),
             visits: 0,
             depth: 0,
         }

@@ -62,9 +62,11 @@ impl Lowering<'_> {
     ) -> Lowered<Way> {
         self.check_regions(span)?;
         let mark = self.cells.mark();
+        let looked_up = self.looked_up.len();
         self.builder.begin_region();
         let values = fill(self)?;
         let region = self.builder.end_region(Vec::new());
+        self.looked_up.truncate(looked_up);
         Ok(Way { region, values, changes: self.cells.take_back(mark) })
     }
 

@@ -26,6 +26,7 @@ impl<'m> Lowering<'m> {
             ExpressionKind::Local(_) | ExpressionKind::Member(_) | ExpressionKind::State(_) => {
                 self.lower_variable(expression)
             }
+            ExpressionKind::Textured(id) => self.lower_textured(*id, expression.span),
             ExpressionKind::Swizzle(whole, _)
             | ExpressionKind::Field(whole, _)
             | ExpressionKind::Index(whole, _) => self.lower_part(whole, expression),
@@ -367,6 +368,7 @@ pub(crate) fn is_cheap(expression: &Expression) -> bool {
             | ExpressionKind::Step { .. }
             | ExpressionKind::Sequence(..)
             | ExpressionKind::Call(..)
+            | ExpressionKind::Textured(_)
             | ExpressionKind::ReferenceCall(_)
             | ExpressionKind::Error => false,
         };
@@ -380,6 +382,7 @@ fn is_cheap_builtin(name: &str) -> bool {
         Some(BuiltinLowering::Special(special)) => match special {
             Special::Inside
             | Special::IsSet
+            | Special::IsTextured
             | Special::Rgb
             | Special::Any
             | Special::All

@@ -42,13 +42,14 @@ mod state;
 mod state_table;
 mod statements;
 mod switch;
+mod textured;
 mod variables;
 mod walk;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::Builder;
+use rtsl_ir::{Builder, Value};
 use rtsl_sema::hir::{self, MemberId, Module, StateId};
 use rtsl_spec::Method;
 
@@ -92,6 +93,8 @@ struct Lowering<'m> {
     accepted: Cell,
     /// The call whose body is being lowered.
     frame: Frame<'m>,
+    /// The textured members that have been looked up on the way to here, with their values.
+    looked_up: Vec<(MemberId, Vec<Value>)>,
     /// The number of statements and expressions visited.
     visits: u32,
     /// The nesting of statements, expressions and calls that are being visited.

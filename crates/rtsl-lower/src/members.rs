@@ -132,7 +132,7 @@ impl<'m> Lowering<'m> {
         &self.class.members[id.0 as usize]
     }
 
-    fn member_variable(&mut self, id: MemberId) -> Lowered<SourceVariableId> {
+    pub fn member_variable(&mut self, id: MemberId) -> Lowered<SourceVariableId> {
         if let Some(made) = self.members.get(&id) {
             return Ok(*made);
         }

@@ -18,7 +18,10 @@ pub(crate) fn parameters_of(module: &Module, layouts: &Layouts, class: &Class) -
         let reference = reference_role(&member.ty).is_some();
         parameters.push(Parameter {
             name: member.name.clone(),
-            ty: parameter_type(layouts, &member.ty),
+            ty: match member.textured {
+                true => ParameterType::Textured(Box::new(parameter_type(layouts, &member.ty))),
+                false => parameter_type(layouts, &member.ty),
+            },
             target: ParameterTarget::Member,
             required: of_constructor == 0
                 && member.initializer.is_none()

@@ -6,10 +6,10 @@
 //! and the defaults of variables that the caller does not have. Linking therefore needs no
 //! information about the caller.
 
-use rtsl_ir::{OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
-use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId, Type};
+use rtsl_ir::{BinaryOp, OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
+use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId};
 use rtsl_source::Span;
-use rtsl_spec::builtins::{ReferenceMethod, SpecType, reference_method};
+use rtsl_spec::builtins::{ReferenceMethod, reference_method};
 use rtsl_spec::{Direction, Method, Role};
 
 use crate::Lowering;
@@ -18,7 +18,7 @@ use crate::state_table::{entry, state_id};
 use crate::variables::Storage;
 
 /// The state variables whose values the call overrides.
-type Overrides = Vec<(StateComponent, Value)>;
+pub(crate) type Overrides = Vec<(StateComponent, Value)>;
 
 impl<'m> Lowering<'m> {
     pub fn lower_reference_call(
@@ -30,9 +30,9 @@ impl<'m> Lowering<'m> {
         let method = registry_entry(call);
         let mut arguments = Vec::new();
         for argument in &call.arguments {
-            let state = if argument.ty == type_of_uv() { "rt_TextureUV" } else { "rt_TextureUVW" };
-            arguments.push((state_id(state), self.lower_expression(argument)?));
+            arguments.push((argument.state, self.lower_expression(&argument.value)?));
         }
+        self.add_inverse_direction(&mut arguments);
         let overrides = self.overrides(call.role, method.runs, &arguments, span)?;
 
         let given: Vec<StateId> = std::iter::once(&method.returns)
@@ -74,6 +74,10 @@ impl<'m> Lowering<'m> {
                 let member = &self.class.members[id.0 as usize];
                 Ok((member.name.clone(), ReferencePath::Single))
             }
+            ExpressionKind::Textured(id) => {
+                let member = &self.class.members[id.0 as usize];
+                Ok((member.name.clone(), ReferencePath::Single))
+            }
             ExpressionKind::Index(array, index) => {
                 let (name, _) = self.lower_reference(array)?;
                 let index = self.lower_scalar(index)?;
@@ -84,7 +88,23 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    fn overrides(
+    /// Adds the inverse of a ray's direction that the arguments give, as hosts do.
+    fn add_inverse_direction(&mut self, arguments: &mut Vec<(StateId, Vec<Value>)>) {
+        let inverse = state_id("rt_InverseRayDirection");
+        let find = |state| arguments.iter().find(|(argument, _)| *argument == state);
+        let (Some((_, direction)), None) = (find(state_id("rt_RayDirection")), find(inverse))
+        else {
+            return;
+        };
+        let direction = direction.clone();
+        let one = self.builder.f32(1.0);
+        let divide = |value| self.builder.binary(BinaryOp::Divide, one, value);
+        arguments.push((inverse, direction.into_iter().map(divide).collect()));
+    }
+
+    /// The values that a call passes to the callee instead of those in the host's storage: `arguments`, and what the
+    /// caller has changed.
+    pub fn overrides(
         &mut self,
         role: Role,
         method: Method,
@@ -145,23 +165,12 @@ fn registry_entry(call: &hir::ReferenceCall) -> &'static ReferenceMethod {
         ReferenceFunction::EvaluatePdf => "evaluatePDF",
         ReferenceFunction::Emission => "emission",
     };
-    let parameters: Vec<SpecType> = call
-        .arguments
-        .iter()
-        .map(|argument| {
-            let size = if argument.ty == type_of_uv() { 2 } else { 3 };
-            SpecType::Vec(rtsl_spec::builtins::Scalar::Float, size)
-        })
-        .collect();
-    reference_method(call.role, name, &parameters).expect("the checker found it in the registry")
-}
-
-fn type_of_uv() -> Type {
-    Type::Vector(rtsl_ir::Scalar::F32, 2)
+    // All methods of this name have the same results.
+    reference_method(call.role, name, &[]).expect("the checker found it in the registry")
 }
 
 /// All components of a state variable.
-fn components(state: StateId) -> Vec<StateComponent> {
+pub(crate) fn components(state: StateId) -> Vec<StateComponent> {
     let count = entry(state).ty.components();
     (0..count).map(|component| StateComponent { variable: state.0, component }).collect()
 }

@@ -69,6 +69,7 @@ pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
         ExpressionKind::Constant(_)
         | ExpressionKind::Local(_)
         | ExpressionKind::Member(_)
+        | ExpressionKind::Textured(_)
         | ExpressionKind::State(_)
         | ExpressionKind::Error => Vec::new(),
         ExpressionKind::Swizzle(a, _)
@@ -88,7 +89,8 @@ pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
         ExpressionKind::Construct(list) | ExpressionKind::Call(_, list) => list.iter().collect(),
         ExpressionKind::Builtin(call) => call.arguments.iter().collect(),
         ExpressionKind::ReferenceCall(call) => {
-            std::iter::once(&call.reference).chain(&call.arguments).collect()
+            let values = call.arguments.iter().map(|argument| &argument.value);
+            std::iter::once(&call.reference).chain(values).collect()
         }
     }
 }

@@ -27,6 +27,9 @@ pub fn argument(
     let Some(expected) = class.parameters.iter().find(|it| it.name == parameter.name) else {
         return Err(unknown_parameter(class, parameter));
     };
+    if matches!(expected.ty, ClassType::Textured(_)) {
+        return textured(parameter, &expected.ty, resolve);
+    }
     match reference_role(&expected.ty) {
         Some((role, count)) => references(parameter, role, count, resolve),
         None => data(parameter, &expected.ty),
@@ -43,6 +46,18 @@ pub fn texture(
     }
     let names = reference_names(parameter, ReferenceKind::Texture, 1)?;
     named(parameter, ReferenceKind::Texture, &names[0], resolve)
+}
+
+/// Returns the texture that a parameter names, or its values.
+fn textured(
+    parameter: &Parameter,
+    ty: &ClassType,
+    resolve: &mut dyn Resolve,
+) -> Result<Value, Box<Diagnostic>> {
+    match parameter.values {
+        Values::Texts(_) => references(parameter, Role::Texture, None, resolve),
+        Values::Numbers(_) | Values::Booleans(_) => data(parameter, ty.value_type()),
+    }
 }
 
 /// For references and arrays of them, the role and the array's length.
@@ -198,7 +213,7 @@ fn scalars_of(ty: &ClassType) -> Option<(Scalar, Option<usize>)> {
             Some((scalar, Some(each?.checked_mul(*count as usize)?)))
         }
         ClassType::Buffer(element) => scalars_of(element).map(|(scalar, _)| (scalar, None)),
-        ClassType::Struct(..) | ClassType::Reference(_) => None,
+        ClassType::Struct(..) | ClassType::Reference(_) | ClassType::Textured(_) => None,
     }
 }
 
@@ -257,7 +272,9 @@ fn mismatch(parameter: &Parameter, ty: &ClassType) -> Box<Diagnostic> {
         let (name, ty, kind) = (&parameter.name, type_name(ty), kind.word());
         let message = format!("`{name}` is of type `{ty}`, found a {kind}");
         let help = match kind {
-            "texture" => "give a value; a class takes textures by members of type `rt_Texture`",
+            "texture" => {
+                "give a value; a class takes textures by members of type `rt_Texture` or with the qualifier `texture`"
+            }
             _ => "give a value",
         };
         return Box::new(wrong(parameter, message).help(help));

@@ -117,7 +117,10 @@ pub struct Member {
     pub initializer: Option<Expression>,
     /// The annotations, with values folded.
     pub annotations: Vec<Annotation>,
-    /// For references: true if the class tests it with `isSet`.
+    /// True if the host may set a texture instead of a value.
+    pub textured: bool,
+    /// For references: true if the class tests it with `isSet`. For textured members: true if it tests it with
+    /// `isTextured`.
     pub tested: bool,
     /// The span of the declarator.
     pub span: Span,
@@ -380,6 +383,9 @@ pub enum ExpressionKind {
     Local(LocalId),
     /// A member of the class: data, scratch, buffer or reference.
     Member(MemberId),
+    /// The value of a textured member, or that of its texture at the hit. In the constructor, the value, even if there
+    /// is a texture.
+    Textured(MemberId),
     /// A state variable.
     State(StateId),
     /// Components of a vector, scalar swizzles not included: `v.zyx`, `v.x`.
@@ -440,7 +446,7 @@ pub enum ExpressionKind {
     Builtin(BuiltinCall),
     /// A call of a method of a referenced instance.
     ReferenceCall(Box<ReferenceCall>),
-    /// `isSet(reference)`; the operand is a reference.
+    /// `isSet(reference)` or `isTextured(parameter)`; the operand is a reference or a textured member.
     IsSet(Box<Expression>),
     /// `a.length()` of a buffer; other lengths are constants.
     Length(Box<Expression>),
@@ -472,8 +478,18 @@ pub struct ReferenceCall {
     pub role: Role,
     /// The function that is called.
     pub function: ReferenceFunction,
-    /// The arguments of `lookup(uv)`, `lookup(uvw)`: none, a vec2 or a vec3.
-    pub arguments: Vec<Expression>,
+    /// The state variables that the callee sees with another value than the caller, in the order of the arguments. The
+    /// argument of `lookup(uv)` is one for `rt_TextureUV`.
+    pub arguments: Vec<StateArgument>,
+}
+
+/// An argument of a call of a reference: the value of a state variable.
+#[derive(Clone, Debug)]
+pub struct StateArgument {
+    /// The state variable, an input of the callee.
+    pub state: StateId,
+    /// The value, of the variable's type.
+    pub value: Expression,
 }
 
 /// A function that can be called on a reference.

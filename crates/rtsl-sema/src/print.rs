@@ -12,7 +12,8 @@ use rtsl_ir::Constant;
 use crate::check::plain_type_name;
 use crate::hir::{
     Class, Expression, ExpressionKind, Function, FunctionId, Illuminance, Loop, Module, Passing,
-    ReferenceFunction, Statement, StatementKind, StepOperator, Storage, SwitchCase, Type,
+    ReferenceFunction, StateArgument, Statement, StatementKind, StepOperator, Storage, SwitchCase,
+    Type,
 };
 
 /// Prints a class with its members, methods and constructor.
@@ -79,6 +80,7 @@ impl<'m> Printer<'m> {
         self.line(&format!("class {} : {}", class.name, roles.join(", ")));
         for member in &class.members {
             let storage = match member.storage {
+                Storage::Public if member.textured => "public texture",
                 Storage::Public => "public",
                 Storage::Private => "private",
                 Storage::Scratch => "scratch",
@@ -240,6 +242,10 @@ impl<'m> Printer<'m> {
                 let name = self.class.map(|class| class.members[id.0 as usize].name.as_str());
                 format!("self.{}", name.unwrap_or("?"))
             }
+            ExpressionKind::Textured(id) => {
+                let name = self.class.map(|class| class.members[id.0 as usize].name.as_str());
+                format!("self.{}?", name.unwrap_or("?"))
+            }
             ExpressionKind::State(id) => {
                 rtsl_spec::state_variables()[id.0 as usize].name.to_owned()
             }
@@ -284,12 +290,20 @@ impl<'m> Printer<'m> {
                 "{}.{}({})",
                 self.expression(&call.reference),
                 reference_function_name(call.function),
-                self.list(&call.arguments)
+                self.state_arguments(&call.arguments)
             ),
             ExpressionKind::IsSet(reference) => format!("isSet({})", self.expression(reference)),
             ExpressionKind::Length(array) => format!("{}.length()", self.expression(array)),
             ExpressionKind::Error => "<error>".to_owned(),
         }
+    }
+
+    fn state_arguments(&self, arguments: &[StateArgument]) -> String {
+        let written = arguments.iter().map(|argument| {
+            let name = rtsl_spec::state_variables()[argument.state.0 as usize].name;
+            format!("{name} = {}", self.expression(&argument.value))
+        });
+        written.collect::<Vec<_>>().join(", ")
     }
 
     fn chain(&self, expression: &Expression) -> String {

@@ -151,6 +151,8 @@ diagnostics! {
     E0316 ANNOTATION_VALUE "an annotation with a value of the wrong kind";
     E0317 PRIVATE_REFERENCE "a reference that no host can set";
     E0318 BAD_ELEMENT "an invalid element parameter";
+    E0319 TEXTURED_TYPE "a parameter that may be a texture, of a type that textures do not give";
+    E0320 STATE_ARGUMENT "an argument that the called method does not receive";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";
@@ -220,6 +222,7 @@ diagnostics! {
     W0336 NEVER_HITS "a primitive that no ray can hit";
     W0337 NAMED_LIKE_CLASS "a function with the name of its class";
     W0338 ANGLE_IN_DEGREES "an angle that is more than a full turn";
+    W0339 TEXTURED_IN_CONSTRUCTOR "a parameter that may be a texture, read by the constructor";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";

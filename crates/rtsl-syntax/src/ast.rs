@@ -115,6 +115,7 @@ pub enum Qualifier {
     Public,
     Private,
     Scratch,
+    Texture,
     Const,
     Uniform,
     Precise,

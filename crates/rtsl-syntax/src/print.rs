@@ -235,6 +235,7 @@ impl fmt::Display for Show<'_, Qualifiers> {
                 Qualifier::Public => "public ",
                 Qualifier::Private => "private ",
                 Qualifier::Scratch => "scratch ",
+                Qualifier::Texture => "texture ",
                 Qualifier::Const => "const ",
                 Qualifier::Uniform => "uniform ",
                 Qualifier::Precise => "precise ",

@@ -23,6 +23,7 @@ pub fn type_name(ty: &ParameterType) -> String {
         ParameterType::Array(element, count) => format!("{}[{count}]", type_name(element)),
         ParameterType::Buffer(element) => format!("{}[]", type_name(element)),
         ParameterType::Reference(role) => role.class().to_owned(),
+        ParameterType::Textured(value) => format!("texture {}", type_name(value)),
     }
 }
 

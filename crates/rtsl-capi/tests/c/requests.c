@@ -16,6 +16,7 @@ static const char *const text =
     "        rt_SampleColor = isOn ? sum + map.lookup() + light + trace(rt_HitPoint, vec3(0.0, 1.0, 0.0)) : ambient();\n"
     "    }\n"
     "};\n"
+    "class Tinted : rt_Material { public texture color kd = color(0.25); void BSDF() { rt_BSDFValue = kd; } };\n"
     "class Flat : rt_Texture { public color value = color(0.5); void lookup() { rt_TextureColor = value; } };\n";
 
 static void trace(void *user, uint32_t base, uint32_t active, const RtslRayLanes *rays, float (*radiance)[RTSL_LANES])
@@ -108,6 +109,47 @@ static void shade(RtslEngineId engine)
     CHECK(words[RTSL_STATE_SampleColor][5] == 0.25f);
 }
 
+/* A parameter that may be a texture: its default, a number, an instance; the last counts. */
+static void textured(RtslEngineId engine)
+{
+    RtslUnitId unit;
+    RtslInstanceId tinted, flat;
+    OK(rtsl_compile("layered.rtsl", text, &unit));
+    OK(rtsl_instance_new(unit, "Flat", &flat));
+    OK(rtsl_instance_commit(flat));
+    OK(rtsl_instance_new(unit, "Tinted", &tinted));
+    OK(rtsl_unit_release(unit));
+    const float number[3] = {0.75f, 0.5f, 1.0f};
+    const float expected[4] = {0.25f, 0.75f, 0.5f, 0.75f};
+    float words[RTSL_STATE_COMPONENTS][8] = {{0}};
+    float *state[RTSL_STATE_COMPONENTS];
+    for (int i = 0; i < RTSL_STATE_COMPONENTS; i++)
+        state[i] = words[i];
+    for (int step = 0; step < 4; step++) {
+        if (step == 1 || step == 3)
+            OK(rtsl_instance_set_floats(tinted, "kd", number, 3));
+        if (step == 2)
+            OK(rtsl_instance_set_instances(tinted, "kd", &flat, 1));
+        OK(rtsl_instance_commit(tinted));
+        RtslKernelId kernel;
+        OK(rtsl_kernel_new(engine, tinted, "BSDF", RTSL_PACKET, 8, &kernel));
+        RtslArguments arguments = {.size = sizeof arguments,
+                                   .count = 8,
+                                   .lanes = 8,
+                                   .state = state,
+                                   .state_count = RTSL_STATE_COMPONENTS,
+                                   .instance = tinted};
+        OK(rtsl_kernel_call(kernel, &arguments));
+        CHECK(words[RTSL_STATE_BSDFValue][7] == expected[step]);
+        OK(rtsl_kernel_release(kernel));
+    }
+    FAILS(rtsl_instance_set_floats(tinted, "kd.x", number, 1), RTSL_RESULT_UNKNOWN, "kd");
+    OK(rtsl_instance_set_floats(tinted, "kd", number, 2));
+    FAILS(rtsl_instance_commit(tinted), RTSL_RESULT_PARAMETER, "a color or a texture");
+    OK(rtsl_instance_release(tinted));
+    OK(rtsl_instance_release(flat));
+}
+
 static void leaf(RtslEngineId engine)
 {
     RtslUnitId unit;
@@ -167,6 +209,7 @@ int main(void)
     RtslEngineId engine;
     OK(rtsl_engine_new(NULL, &engine));
     shade(engine);
+    textured(engine);
     leaf(engine);
     return 0;
 }

@@ -118,6 +118,7 @@ fn scalar_of(ty: &ParameterType) -> Option<Scalar> {
         ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => Some(*scalar),
         ParameterType::Matrix(..) | ParameterType::Color => Some(Scalar::F32),
         ParameterType::Array(element, _) => scalar_of(element),
+        ParameterType::Textured(value) => scalar_of(value),
         ParameterType::Buffer(_) | ParameterType::Struct(..) | ParameterType::Reference(_) => None,
     }
 }

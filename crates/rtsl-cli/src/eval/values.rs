@@ -207,7 +207,9 @@ pub fn show(ty: &ParameterType, path: &str, words: &mut PlaceWords<'_>) -> Json 
             Json::List((0..*count).map(|_| show(element, path, words)).collect())
         }
         // No class has these types in scratch.
-        ParameterType::Buffer(_) | ParameterType::Reference(_) => Json::Text(type_name(ty)),
+        ParameterType::Buffer(_) | ParameterType::Reference(_) | ParameterType::Textured(_) => {
+            Json::Text(type_name(ty))
+        }
     }
 }
 

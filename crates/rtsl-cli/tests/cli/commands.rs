@@ -480,6 +480,7 @@ fn explain_info_and_help_answer() {
     assert!(sphere.contains("vec3 center = [0.0 0.0 0.0];"), "{sphere}");
     assert!(sphere.contains("float radius = 1.0;"), "{sphere}");
     let defaults = "class A : rt_Texture; struct S { int i; }; public S s; public rt_Texture t; public float data[];
+        public texture color kd = color(0.25, 0.5, 1.0); public texture float rough;
         public int many[17]; constructor(bool on = true, mat2 m = mat2(2.0), color c, int n[2] = int[](-1, 7)) { }";
     std::fs::write(folder.0.path().join("defaults.rtsl"), defaults).unwrap();
     expect![[r#"
@@ -493,6 +494,8 @@ fn explain_info_and_help_answer() {
           S s
           rt_Texture t
           float[] data
+          texture color kd = [0.25 0.5 1.0]
+          texture float rough = 0.0
           int[17] many
 
     "#]]

@@ -62,6 +62,10 @@ impl Control {
         given: Option<&Values>,
     ) -> Option<Control> {
         let class = instance.class();
+        let is_texture = matches!(given, Some(Values::Texts(_)));
+        if is_texture && matches!(parameter.ty, ParameterType::Textured(_)) {
+            return None;
+        }
         let (kind, values) = match kind_of(&parameter.ty) {
             Some((kind, count)) => {
                 let values =
@@ -115,6 +119,7 @@ fn kind_of(ty: &ParameterType) -> Option<(ControlKind, usize)> {
         ParameterType::Scalar(ty) => Some((scalar(ty), 1)),
         ParameterType::Vector(ty, count) => Some((scalar(ty), usize::from(*count))),
         ParameterType::Color => Some((ControlKind::Color, 3)),
+        ParameterType::Textured(value) => kind_of(value),
         ParameterType::Matrix(..)
         | ParameterType::Struct(..)
         | ParameterType::Array(..)

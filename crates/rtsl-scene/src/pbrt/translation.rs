@@ -60,7 +60,9 @@ fn effect(parameter: &Parameter, standard: &PbrtName, class: &Class) -> Effect {
     let textured = parameter.kind == ParameterType::Reference(ReferenceKind::Texture);
     match own {
         _ if standard.is_read_by_maker(name) => Effect::ReadByMaker,
-        Some(own) if textured && !matches!(own.ty, ClassType::Reference(_)) => {
+        Some(own)
+            if textured && !matches!(own.ty, ClassType::Reference(_) | ClassType::Textured(_)) =>
+        {
             Effect::None("it is constant over the surface and cannot be a texture")
         }
         Some(_) => Effect::Given,

@@ -173,10 +173,15 @@ impl Checker<'_> {
             return error_expression(span);
         }
         if let Some(builtin) = builtins::find(name)
-            && builtin.lowering == Lowering::Special(Special::IsSet)
             && !matches!(self.find(name), Some(named) if matches!(named.entity, Entity::Functions(_)))
         {
-            return self.check_is_set(arguments, span);
+            match builtin.lowering {
+                Lowering::Special(Special::IsSet) => return self.check_is_set(arguments, span),
+                Lowering::Special(Special::IsTextured) => {
+                    return self.check_is_textured(arguments, span);
+                }
+                _ => {}
+            }
         }
         match self.choose_target(name, &arguments) {
             Ok(Target::Function(id)) => self.call_function(id, arguments, span),
@@ -521,24 +526,51 @@ impl Checker<'_> {
         let single = arguments.len() == 1;
         match arguments.pop() {
             Some(reference) if single && matches!(reference.ty, Type::Reference(_)) => {
-                self.mark_tested(&reference);
-                Expression {
-                    kind: ExpressionKind::IsSet(Box::new(reference)),
-                    ty: Type::Scalar(Scalar::Bool),
-                    span,
-                }
+                self.set_test(reference, span)
             }
-            _ => {
-                self.report(
-                    Diagnostic::new(
-                        codes::NO_MATCHING_FUNCTION,
-                        "`isSet` takes one argument, a reference to a shader",
-                    )
-                    .at(span, "expected a member such as `public rt_Texture kd;`"),
-                );
+            argument => {
+                let mut diagnostic = Diagnostic::new(
+                    codes::NO_MATCHING_FUNCTION,
+                    "`isSet` takes one argument, a reference to a shader",
+                )
+                .at(span, "expected a member such as `public rt_Texture kd;`");
+                if let Some(Expression { kind: ExpressionKind::Textured(_), .. }) = argument {
+                    diagnostic = diagnostic
+                        .help("`isTextured` tells a parameter that is a texture from a value");
+                }
+                self.report(diagnostic);
                 error_expression(span)
             }
         }
+    }
+
+    /// `isTextured(parameter)`.
+    fn check_is_textured(&mut self, mut arguments: Vec<Expression>, span: Span) -> Expression {
+        let single = arguments.len() == 1;
+        match arguments.pop() {
+            Some(parameter) if single && matches!(parameter.kind, ExpressionKind::Textured(_)) => {
+                self.set_test(parameter, span)
+            }
+            argument => {
+                let mut diagnostic = Diagnostic::new(
+                    codes::NO_MATCHING_FUNCTION,
+                    "`isTextured` takes one argument, a parameter that may be a texture",
+                )
+                .at(span, "expected a member such as `public texture float roughness;`");
+                if argument.is_some_and(|argument| matches!(argument.ty, Type::Reference(_))) {
+                    diagnostic = diagnostic.help("`isSet` tests references");
+                }
+                self.report(diagnostic);
+                error_expression(span)
+            }
+        }
+    }
+
+    /// The test of a reference or a textured member.
+    fn set_test(&mut self, tested: Expression, span: Span) -> Expression {
+        self.mark_tested(&tested);
+        let kind = ExpressionKind::IsSet(Box::new(tested));
+        Expression { kind, ty: Type::Scalar(Scalar::Bool), span }
     }
 }
 

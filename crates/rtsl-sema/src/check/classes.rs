@@ -131,6 +131,9 @@ impl<'a> Checker<'a> {
         if let Some(annotation) = variable.annotations.first() {
             self.report_misplaced_annotation(annotation.key.span);
         }
+        if let Some(span) = variable.qualifiers.find(Qualifier::Texture) {
+            self.report_bad_qualifier("`texture`", span, "a constant");
+        }
         self.declare_constant(variable);
     }
 

@@ -44,7 +44,10 @@ impl Checker<'_> {
         if let ExpressionKind::Binary(BinaryOperator::Equal, left, _) = &expression.kind
             && matches!(
                 root(left).kind,
-                ExpressionKind::Local(_) | ExpressionKind::Member(_) | ExpressionKind::State(_)
+                ExpressionKind::Local(_)
+                    | ExpressionKind::Member(_)
+                    | ExpressionKind::Textured(_)
+                    | ExpressionKind::State(_)
             )
         {
             diagnostic = diagnostic.help("`==` compares; to assign, write `=`");
@@ -215,6 +218,7 @@ fn has_effect(expression: &Expression, own: &[LocalId]) -> bool {
             ExpressionKind::Constant(_)
             | ExpressionKind::Local(_)
             | ExpressionKind::Member(_)
+            | ExpressionKind::Textured(_)
             | ExpressionKind::State(_) => {}
         }
     }

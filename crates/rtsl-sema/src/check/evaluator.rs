@@ -181,6 +181,7 @@ impl<'m> Evaluator<'m> {
             ExpressionKind::Builtin(call) => self.builtin(ty, call, span, frame),
             ExpressionKind::Error => Err(Stop::Error),
             ExpressionKind::Member(_)
+            | ExpressionKind::Textured(_)
             | ExpressionKind::State(_)
             | ExpressionKind::ReferenceCall(_)
             | ExpressionKind::IsSet(_)

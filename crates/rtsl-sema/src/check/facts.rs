@@ -43,6 +43,8 @@ pub(super) enum UseKind {
     WriteState(StateId),
     /// A write to a member.
     WriteMember(MemberId),
+    /// A read of a member that may be a texture.
+    ReadTextured(MemberId),
     /// A read of a scratch member.
     ReadScratch(MemberId),
     /// A call of a built-in function that is not usable everywhere.

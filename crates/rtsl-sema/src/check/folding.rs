@@ -215,6 +215,7 @@ pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) ->
         | Special::Ambient
         | Special::Rand
         | Special::Inside
-        | Special::IsSet => None,
+        | Special::IsSet
+        | Special::IsTextured => None,
     }
 }

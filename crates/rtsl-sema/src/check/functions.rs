@@ -243,6 +243,7 @@ impl Checker<'_> {
                 Qualifier::Public
                 | Qualifier::Private
                 | Qualifier::Scratch
+                | Qualifier::Texture
                 | Qualifier::Uniform
                 | Qualifier::Invariant => {
                     self.report_bad_qualifier(qualifier_name(qualifier), span, "a parameter");
@@ -257,6 +258,7 @@ impl Checker<'_> {
             match qualifier {
                 Qualifier::Precise | Qualifier::Const | Qualifier::Public | Qualifier::Private => {}
                 Qualifier::Scratch
+                | Qualifier::Texture
                 | Qualifier::Uniform
                 | Qualifier::Invariant
                 | Qualifier::In
@@ -512,6 +514,7 @@ pub(super) fn qualifier_name(qualifier: Qualifier) -> &'static str {
         Qualifier::Public => "`public`",
         Qualifier::Private => "`private`",
         Qualifier::Scratch => "`scratch`",
+        Qualifier::Texture => "`texture`",
         Qualifier::Const => "`const`",
         Qualifier::Uniform => "`uniform`",
         Qualifier::Precise => "`precise`",

@@ -43,6 +43,9 @@ impl Checker<'_> {
                     self.note_use(UseKind::ReadScratch(id), root.span);
                 }
             }
+            ExpressionKind::Textured(id) => {
+                self.note_use(UseKind::ReadTextured(id), root.span);
+            }
             _ => {}
         }
     }
@@ -91,6 +94,9 @@ impl Checker<'_> {
                         );
                     }
                     base
+                }
+                ExpressionKind::Textured(_) => {
+                    return refuse(textured_obstacle(place.span));
                 }
                 ExpressionKind::Error => return Some(Box::new(None)),
                 _ => return refuse(value_obstacle(part, place.span)),
@@ -235,6 +241,15 @@ fn buffer_obstacle(span: Span) -> Diagnostic {
 fn reference_obstacle(span: Span) -> Diagnostic {
     Diagnostic::new(codes::REFERENCE_ASSIGNED, "only the host can set references")
         .at(span, "cannot be assigned")
+}
+
+fn textured_obstacle(span: Span) -> Diagnostic {
+    Diagnostic::new(
+        codes::NOT_ASSIGNABLE,
+        "only the host can set a parameter that may be a texture",
+    )
+    .at(span, "cannot be assigned")
+    .help("compute with it in a variable")
 }
 
 fn value_obstacle(part: &Expression, span: Span) -> Diagnostic {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_ir::Constant;
 use rtsl_ir::class::{Annotation, AnnotationValue, ELEMENT, STRIDE};
-use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_ir::{Constant, Scalar};
+use rtsl_source::{Code, Diagnostic, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, Qualifier};
 
 use super::Checker;
@@ -62,7 +62,9 @@ impl Checker<'_> {
             _ => written,
         };
         self.check_storage_fits(&ty, storage, variable);
-        if ty == Type::Error {
+        let textured = variable.qualifiers.find(Qualifier::Texture);
+        let fits = textured.is_none_or(|_| self.check_textured(&ty, storage, variable));
+        if ty == Type::Error || !fits {
             self.declare(&variable.name, Entity::Error);
             return;
         }
@@ -74,6 +76,7 @@ impl Checker<'_> {
             storage,
             initializer: initializer.filter(|value| value.ty != Type::Error),
             annotations,
+            textured: textured.is_some(),
             tested: false,
             span: variable.span,
         });
@@ -87,7 +90,10 @@ impl Checker<'_> {
                 Qualifier::Public | Qualifier::Uniform => Storage::Public,
                 Qualifier::Private => Storage::Private,
                 Qualifier::Scratch => Storage::Scratch,
-                Qualifier::Precise | Qualifier::Invariant | Qualifier::Const => continue,
+                Qualifier::Texture
+                | Qualifier::Precise
+                | Qualifier::Invariant
+                | Qualifier::Const => continue,
                 Qualifier::In | Qualifier::Out | Qualifier::InOut => {
                     self.report_bad_qualifier(qualifier_name(qualifier), span, "a member");
                     continue;
@@ -149,9 +155,41 @@ impl Checker<'_> {
             }
             _ => return,
         };
-        if storage == Storage::Public {
-            return;
+        if storage != Storage::Public {
+            self.report_not_public(code, what, variable);
         }
+    }
+
+    /// Checks a member that may be a texture. False if it cannot be one.
+    fn check_textured(&mut self, ty: &Type, storage: Storage, variable: &ast::Variable) -> bool {
+        if *ty == Type::Error {
+            return false;
+        }
+        if !matches!(ty, Type::Scalar(Scalar::F32) | Type::Vector(Scalar::F32, 3) | Type::Color) {
+            let shown = self.show(ty);
+            let mut diagnostic = Diagnostic::new(
+                codes::TEXTURED_TYPE,
+                format!("a parameter that may be a texture cannot be of type `{shown}`"),
+            )
+            .at(variable.ty.span, "no texture gives this")
+            .note("textures give a `float`, a `color`, or its red, green and blue as a `vec3`");
+            if let (Type::Reference(_), Some(span)) =
+                (ty, variable.qualifiers.find(Qualifier::Texture))
+            {
+                diagnostic = diagnostic.suggest("a reference needs no qualifier", span, "");
+            }
+            self.report(diagnostic);
+            return false;
+        }
+        if storage != Storage::Public {
+            let what = "a parameter that may be a texture";
+            self.report_not_public(codes::PRIVATE_REFERENCE, what, variable);
+            return false;
+        }
+        true
+    }
+
+    fn report_not_public(&mut self, code: Code, what: &str, variable: &ast::Variable) {
         let mut diagnostic = Diagnostic::new(
             code,
             format!("{what} must be `public`, since only the host can set it"),
@@ -161,7 +199,8 @@ impl Checker<'_> {
         diagnostic = match storages.iter().find_map(|each| variable.qualifiers.find(*each)) {
             Some(span) => diagnostic.suggest("make it public", span, "public"),
             None => {
-                let before = Span { end: variable.ty.span.start, ..variable.ty.span };
+                let first = variable.qualifiers.list.first().map_or(variable.ty.span, |it| it.1);
+                let before = first.before();
                 diagnostic.suggest("make it public", before, "public ")
             }
         };

@@ -107,11 +107,13 @@ impl Checker<'_> {
             );
             return error_expression(span);
         }
-        let ty = self
-            .class
-            .as_ref()
-            .map_or(Type::Error, |class| class.members[id.0 as usize].ty.clone());
-        Expression { kind: ExpressionKind::Member(id), ty, span }
+        let Some(class) = &self.class else { return error_expression(span) };
+        let member = &class.members[id.0 as usize];
+        let kind = match member.textured {
+            true => ExpressionKind::Textured(id),
+            false => ExpressionKind::Member(id),
+        };
+        Expression { kind, ty: member.ty.clone(), span }
     }
 
     fn check_index(

@@ -1,9 +1,10 @@
-//! Method calls: `kd.lookup(uv)` and the other methods of references, and `.length()`.
+//! Method calls: `kd.lookup(uv)`, `base.BSDF(rt_ShadingNormal = n)` and the other methods of references, and
+//! `.length()`.
 
 use rtsl_ir::Constant;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_spec::builtins::{REFERENCE_METHODS, ReferenceMethod, SpecType};
-use rtsl_spec::{Role, lookup_state};
+use rtsl_spec::{Direction, Role, StateVariable, lookup_state, state_variables};
 use rtsl_syntax::ast;
 
 use super::Checker;
@@ -12,8 +13,10 @@ use super::facts::UseKind;
 use super::functions::Kind;
 use super::lvalues::root;
 use super::suggestions::suggest;
-use super::types::{INT, converts, from_spec};
-use crate::hir::{Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateId, Type};
+use super::types::{INT, converts, from_spec, from_state};
+use crate::hir::{
+    Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateArgument, StateId, Type,
+};
 
 impl Checker<'_> {
     /// Checks `a.length()` or `kd.lookup(uv)`.
@@ -25,12 +28,12 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let receiver = self.check_place(receiver);
+        if let Type::Reference(role) = receiver.ty {
+            return self.check_reference_call(receiver, role, method, arguments, span);
+        }
         let arguments = self.check_values(arguments);
         match receiver.ty {
             Type::Error => error_expression(span),
-            Type::Reference(role) => {
-                self.check_reference_call(receiver, role, method, arguments, span)
-            }
             _ => self.check_length(receiver, method, &arguments, span),
         }
     }
@@ -47,6 +50,9 @@ impl Checker<'_> {
             Type::Vector(_, size) => Some(u32::from(*size)),
             Type::Matrix(columns, _) => Some(u32::from(*columns)),
             Type::Buffer(_) => None,
+            _ if matches!(receiver.kind, ExpressionKind::Textured(_)) => {
+                return self.report_method_of_textured(method, span);
+            }
             _ => return self.report_unknown_method(&receiver.ty, method, &[], span),
         };
         if method.name != "length" {
@@ -62,6 +68,18 @@ impl Checker<'_> {
             Some(count) => constant_scalar(Constant::I32(count as i32), INT, span),
             None => Expression { kind: ExpressionKind::Length(Box::new(receiver)), ty: INT, span },
         }
+    }
+
+    fn report_method_of_textured(&mut self, method: &ast::Identifier, span: Span) -> Expression {
+        self.report(
+            Diagnostic::new(
+                codes::UNKNOWN_FIELD,
+                format!("a `texture` parameter has no method `{}`", method.name),
+            )
+            .at(method.span, "unknown method")
+            .help("its name is its value: that of the texture at the hit, if it is one"),
+        );
+        error_expression(span)
     }
 
     fn report_unknown_method(
@@ -90,9 +108,13 @@ impl Checker<'_> {
         reference: Expression,
         role: Role,
         method: &ast::Identifier,
-        arguments: Vec<Expression>,
+        written: &[ast::Expression],
         span: Span,
     ) -> Expression {
+        let (named_arguments, positional): (Vec<_>, Vec<_>) =
+            written.iter().partition(|argument| state_argument(argument).is_some());
+        let arguments: Vec<Expression> =
+            positional.into_iter().map(|argument| self.check_expression(argument)).collect();
         let ty = reference.ty.clone();
         let named: Vec<&'static ReferenceMethod> = REFERENCE_METHODS
             .iter()
@@ -105,9 +127,11 @@ impl Checker<'_> {
                 .map(|each| each.name)
                 .collect();
             known.dedup();
+            self.check_unused_arguments(&named_arguments);
             return self.report_unknown_method(&ty, method, &known, span);
         }
         if arguments.iter().any(|argument| argument.ty == Type::Error) {
+            self.check_unused_arguments(&named_arguments);
             return Expression {
                 kind: ExpressionKind::Error,
                 ty: from_spec(named[0].result),
@@ -120,22 +144,97 @@ impl Checker<'_> {
         };
         let chosen = named.iter().find(exact).or_else(|| named.iter().find(loose)).copied();
         let Some(chosen) = chosen else {
+            self.check_unused_arguments(&named_arguments);
             return self.report_reference_arguments(method, &named, &arguments, span);
         };
         self.note_reference_call(chosen, span);
-        let parameters = chosen.parameters.iter().map(|(_, ty)| from_spec(*ty));
-        let arguments = arguments
-            .into_iter()
-            .zip(parameters)
-            .map(|(argument, ty)| convert(argument, &ty))
-            .collect();
+        let mut states = self.positional_states(chosen, arguments);
+        let mut failed = false;
+        for argument in named_arguments {
+            failed |= !self.check_state_argument(chosen, argument, &mut states);
+        }
+        if failed {
+            let kind = ExpressionKind::Error;
+            return Expression { kind, ty: from_spec(chosen.result), span };
+        }
         let function = reference_function(chosen);
-        let call = ReferenceCall { reference, role, function, arguments };
+        let call = ReferenceCall { reference, role, function, arguments: states };
         Expression {
             kind: ExpressionKind::ReferenceCall(Box::new(call)),
             ty: from_spec(chosen.result),
             span,
         }
+    }
+
+    /// The state variables that the arguments of `lookup(uv)` and `lookup(uvw)` set.
+    fn positional_states(
+        &self,
+        method: &ReferenceMethod,
+        arguments: Vec<Expression>,
+    ) -> Vec<StateArgument> {
+        let pairs = arguments.into_iter().zip(method.parameters);
+        let states = pairs.filter_map(|(argument, (name, ty))| {
+            let name = if *name == "uv" { "rt_TextureUV" } else { "rt_TextureUVW" };
+            let state = StateId(lookup_state(name)?.index);
+            Some(StateArgument { state, value: convert(argument, &from_spec(*ty)) })
+        });
+        states.collect()
+    }
+
+    /// Checks `rt_ShadingNormal = n` among the arguments of a call and adds it to the others. False after an error.
+    fn check_state_argument(
+        &mut self,
+        method: &'static ReferenceMethod,
+        argument: &ast::Expression,
+        states: &mut Vec<StateArgument>,
+    ) -> bool {
+        let Some((variable, name_span, value)) = state_argument(argument) else { return false };
+        let value = self.check_expression(value);
+        let name = variable.name;
+        if !is_input(method, name) {
+            self.report_no_input(method, name, name_span);
+            return false;
+        }
+        let state = StateId(variable.index);
+        if states.iter().any(|other| other.state == state) {
+            self.report(
+                Diagnostic::new(codes::DECLARED_TWICE, format!("`{name}` is given twice"))
+                    .at(name_span, "given again here"),
+            );
+            return false;
+        }
+        let value = self.expect_type(value, &from_state(variable.ty), &format!("`{name}`"));
+        if value.ty == Type::Error {
+            return false;
+        }
+        states.push(StateArgument { state, value });
+        true
+    }
+
+    /// Checks the values of arguments of a call that is in error, for errors in them.
+    fn check_unused_arguments(&mut self, arguments: &[&ast::Expression]) {
+        for argument in arguments {
+            if let Some((_, _, value)) = state_argument(argument) {
+                self.check_expression(value);
+            }
+        }
+    }
+
+    fn report_no_input(&mut self, method: &ReferenceMethod, name: &str, span: Span) {
+        let role = method.role.name();
+        let inputs: Vec<&str> = state_variables()
+            .iter()
+            .map(|variable| variable.name)
+            .filter(|name| is_input(method, name))
+            .collect();
+        let diagnostic = Diagnostic::new(
+            codes::STATE_ARGUMENT,
+            format!("`{}` of a {role} does not receive `{name}`", method.runs.name()),
+        )
+        .at(span, "not an input of the method")
+        .note(format!("it receives {}", quoted_list(&inputs)));
+        let similar = self.similar_of(name, inputs.iter().copied());
+        self.report(suggest(diagnostic, span, similar));
     }
 
     fn report_reference_arguments(
@@ -199,11 +298,29 @@ impl Checker<'_> {
 
     /// Notes that the class tests a reference, so that leaving it unset is intentional.
     pub(super) fn mark_tested(&mut self, reference: &Expression) {
-        if let (ExpressionKind::Member(id), Some(class)) = (&root(reference).kind, &mut self.class)
+        if let (ExpressionKind::Member(id) | ExpressionKind::Textured(id), Some(class)) =
+            (&root(reference).kind, &mut self.class)
         {
             class.members[id.0 as usize].tested = true;
         }
     }
+}
+
+/// Returns the parts of an argument `rt_ShadingNormal = n`: the state variable, the span of its name, and the value.
+fn state_argument(
+    argument: &ast::Expression,
+) -> Option<(&'static StateVariable, Span, &ast::Expression)> {
+    let ast::ExpressionKind::Assign { target, operator: None, value } = &argument.kind else {
+        return None;
+    };
+    let ast::ExpressionKind::Name(name) = &target.kind else { return None };
+    Some((lookup_state(name)?, target.span, value))
+}
+
+/// True if the method of the callee receives the state variable.
+fn is_input(method: &ReferenceMethod, name: &str) -> bool {
+    let direction = method.role.row(name).and_then(|row| row.direction(method.runs));
+    matches!(direction, Some(Direction::In | Direction::InOut))
 }
 
 fn takes(

@@ -133,6 +133,7 @@ impl Checker<'_> {
         for each in &reached {
             self.check_use(&root, each);
         }
+        self.check_textured_reads(&root, &reached);
         self.check_hits(&root, &reached);
         self.note_lost_writes(&root, &reached, lost);
     }
@@ -163,6 +164,7 @@ impl Checker<'_> {
             UseKind::WriteState(id) => self.check_state_write(root, reached, id),
             UseKind::WriteMember(id) => self.check_member_write(root, reached, id),
             UseKind::ReadScratch(id) => self.check_scratch_read(root, reached, id),
+            UseKind::ReadTextured(_) => {}
             UseKind::Builtin(builtin) => self.check_builtin_use(root, reached, builtin),
             UseKind::Reference(method) => self.check_reference_use(root, reached, method),
             UseKind::Illuminance => {
@@ -253,6 +255,32 @@ impl Checker<'_> {
             let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
             let name = member.name.clone();
             self.report_scratch(root, reached, &name);
+        }
+    }
+
+    /// Warns about parameters that the constructor reads although they may be textures.
+    fn check_textured_reads(&mut self, root: &Root, reached: &[Reached]) {
+        if root.method.is_some() {
+            return;
+        }
+        let mut seen = BTreeSet::new();
+        for each in reached {
+            let UseKind::ReadTextured(id) = each.done.kind else { continue };
+            let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
+            if member.tested || !seen.insert(id) {
+                continue;
+            }
+            let name = &member.name;
+            let diagnostic = Diagnostic::new(
+                codes::TEXTURED_IN_CONSTRUCTOR,
+                format!("the constructor reads `{name}`, which may be a texture"),
+            )
+            .at(each.done.span, "the default, if there is a texture")
+            .note("a texture has a value only at a hit, and the constructor runs before there is a ray")
+            .help(format!(
+                "compute with it in the methods, at least where `isTextured({name})`"
+            ));
+            self.report_with_path(root, each, diagnostic);
         }
     }
 

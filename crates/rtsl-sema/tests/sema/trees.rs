@@ -65,7 +65,7 @@ fn places() {
                 (self.s.p[1].zx = self.points[(self.points.length() - 1)].xy);
                 (self.s.p[int<-(self.s.w)].y = (3.0 + float[3]{1.0, 2.0, 3.0}[int<-(self.s.w)]));
                 if (isSet(self.t[0])) {
-                    (rt_FloatTextureValue = self.t[1].lookupFloat(vec2(1)));
+                    (rt_FloatTextureValue = self.t[1].lookupFloat(rt_TextureUV = vec2(1)));
                 }
                 self.s.w++;
             }

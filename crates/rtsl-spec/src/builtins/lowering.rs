@@ -81,6 +81,8 @@ pub enum Special {
     Inside,
     /// `isSet(reference)`: a constant once the scene is linked.
     IsSet,
+    /// `isTextured(parameter)`, likewise.
+    IsTextured,
     /// `rgb(color)`: converts to a vector.
     Rgb,
     /// `any(b)`: the disjunction of the components, all of them evaluated.

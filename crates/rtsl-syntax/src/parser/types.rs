@@ -32,8 +32,27 @@ impl Parser<'_> {
                         self.position = self.after_closing(self.position);
                     }
                 }
+                _ if self.at_texture_qualifier() => {
+                    self.bump();
+                    self.add_qualifier(&mut qualifiers, Qualifier::Texture, token);
+                }
                 _ => return qualifiers,
             }
+        }
+    }
+
+    /// True at the qualifier `texture`, which is no keyword: a type or another qualifier, and a name, follow.
+    fn at_texture_qualifier(&self) -> bool {
+        let token = self.peek();
+        if token.kind != TokenKind::Name || self.text(token) != "texture" {
+            return false;
+        }
+        match self.word_of(self.peek_at(1)) {
+            Some(Word::Keyword(keyword)) => qualifier(keyword).is_some(),
+            Some(Word::Type) => true,
+            Some(Word::Reserved(reserved)) => matches!(reserved.reading, Reading::Type(_)),
+            Some(Word::Plain) => self.peek_at(2).kind == TokenKind::Name,
+            None => false,
         }
     }
 

@@ -210,6 +210,12 @@ impl Leaf {
                 }
             }
             ParameterType::Reference(_) => {}
+            ParameterType::Textured(value) => {
+                Leaf::add(value, path, leaves);
+                for leaf in &mut leaves[first..] {
+                    leaf.type_name = type_name(ty);
+                }
+            }
             ParameterType::Scalar(_)
             | ParameterType::Vector(..)
             | ParameterType::Matrix(..)

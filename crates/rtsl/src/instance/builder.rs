@@ -75,11 +75,16 @@ impl<'a> Builder<'a> {
         match parameters::argument(parameter, value) {
             Err(mismatch) => self.problems.push(errors::mismatch(class, parameter, mismatch)),
             Ok(Argument::References(instances)) => {
+                // A textured parameter has the value or the texture that is given last.
+                self.members.remove(&parameter.name);
                 self.references.insert(&parameter.name, instances);
             }
             Ok(Argument::Data(leaves)) => match parameter.target {
                 ParameterTarget::Constructor => self.constructor_arguments.extend(leaves),
-                ParameterTarget::Member => self.members.extend(leaves),
+                ParameterTarget::Member => {
+                    self.references.remove(parameter.name.as_str());
+                    self.members.extend(leaves);
+                }
             },
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
 use rtsl_ir::{Constant, Scalar};
-use rtsl_spec::COLOR_COMPONENTS;
+use rtsl_spec::{COLOR_COMPONENTS, Role};
 
 use super::instance::Instance;
 use super::value::{Numbers, Value};
@@ -29,6 +29,18 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
         ParameterType::Reference(_) => references(&parameter.ty, value).map(Argument::References),
         ParameterType::Array(element, _) if matches!(**element, ParameterType::Reference(_)) => {
             references(&parameter.ty, value).map(Argument::References)
+        }
+        ParameterType::Textured(_) if matches!(value, Value::Instance(_)) => {
+            references(&ParameterType::Reference(Role::Texture), value).map(Argument::References)
+        }
+        ParameterType::Textured(ty) => {
+            let mut leaves = Leaves::new();
+            add(ty, value, &parameter.name, &mut leaves, 0).map_err(|_| Mismatch::Type {
+                expected: format!("{} or a texture", type_name(ty)),
+                found: value.describe(),
+            })?;
+            check_range(parameter, &leaves)?;
+            Ok(Argument::Data(leaves))
         }
         ty => {
             let mut leaves = Leaves::new();
@@ -104,6 +116,7 @@ pub(crate) fn flat(ty: &ParameterType) -> Option<(Scalar, u32)> {
             let (scalar, each) = flat(element)?;
             Some((scalar, each.checked_mul(*count)?))
         }
+        ParameterType::Textured(value) => flat(value),
         ParameterType::Struct(..) | ParameterType::Buffer(_) | ParameterType::Reference(_) => None,
     }
 }

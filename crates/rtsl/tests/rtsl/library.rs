@@ -129,6 +129,7 @@ fn some_value(ty: &ParameterType) -> Value {
             Value::List((0..*count).map(|_| some_value(element)).collect())
         }
         ParameterType::Buffer(element) => Value::List(vec![some_value(element); 5]),
+        ParameterType::Textured(value) => some_value(value),
         ParameterType::Reference(_) => unreachable!("references are not required"),
     }
 }

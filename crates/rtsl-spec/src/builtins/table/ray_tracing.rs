@@ -52,6 +52,13 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
         "True if the host has set this reference member.",
     ),
     function(
+        "isTextured",
+        Special::IsTextured,
+        Usable::Anywhere,
+        &["bool isTextured(reference parameter)"],
+        "True if the host has set this `texture` member to a texture, and not to a value.",
+    ),
+    function(
         "rand",
         Special::Rand,
         Usable::Anywhere,
