@@ -19,7 +19,8 @@ mod source;
 pub mod spectrum;
 
 pub use description::{
-    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
+    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
+    ShapeUse,
 };
 pub use load::Origins;
 pub use renderer::Renderer;

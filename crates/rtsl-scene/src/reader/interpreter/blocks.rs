@@ -1,6 +1,6 @@
 //! Blocks, and the parts of a scene.
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Span, diagnostic_codes as codes};
 
 use super::{Executed, Interpreter};
 use crate::reader::current_transform::CurrentTransform;
@@ -14,9 +14,22 @@ impl Interpreter<'_> {
         self.coordinate_systems.insert("world".to_owned(), CurrentTransform::IDENTITY);
     }
 
-    pub fn begin(&mut self, kind: BlockKind, command: &Command) {
+    /// Reports the blocks that are open beyond the first `count`, and restores the state before them.
+    pub fn close_blocks(&mut self, count: usize) {
+        for block in self.blocks.split_off(count.min(self.blocks.len())) {
+            self.diagnostics.push(
+                Diagnostic::new(
+                    codes::MISPLACED_DIRECTIVE,
+                    format!("`{}` without its `{}`", block.kind.begin(), block.kind.end()),
+                )
+                .at(block.span, "this block is never closed"),
+            );
+        }
+    }
+
+    pub fn begin(&mut self, kind: BlockKind, span: Span) {
         let saved = self.state.clone();
-        self.blocks.push(Block { kind, span: command.span, saved });
+        self.blocks.push(Block { kind, span, saved });
     }
 
     pub fn end(&mut self, kind: BlockKind, command: &Command) -> Executed {

@@ -1,7 +1,6 @@
 //! Entities: uses of classes and of settings.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
@@ -11,7 +10,7 @@ use super::{
     unknown_name,
 };
 use crate::reader::files::SceneFiles;
-use crate::reader::parameter::{COLOR, Parameter, ParameterType, Values};
+use crate::reader::parameter::{COLOR, Parameter, ParameterType, ReferenceKind, Values};
 use crate::reader::parser::{Command, SpannedText};
 use crate::reader::spectra;
 use crate::{Entity, EntityId, EntityKind};
@@ -24,13 +23,16 @@ impl Interpreter<'_> {
             "light" => EntityKind::Light,
             "material" => EntityKind::Material,
             "texture" => EntityKind::Texture,
+            // There are no media to which they would apply.
+            "medium" => return Ok(()),
             _ => {
-                let known = ["shape", "light", "material", "texture"];
+                let known = ["shape", "light", "material", "medium", "texture"];
                 return Err(unknown_name("target of `Attribute`", target, known));
             }
         };
         self.convert_spectra(kind, &mut command.parameters);
         let list = Rc::make_mut(self.state.defaults.entry(kind).or_default());
+        list.retain(|earlier| command.parameters.iter().all(|later| later.name != earlier.name));
         list.extend(command.parameters);
         let values: usize = list.iter().map(|parameter| parameter.values.len()).sum();
         if list.len() <= MAX_ATTRIBUTES && values <= MAX_ATTRIBUTE_VALUES {
@@ -44,7 +46,7 @@ impl Interpreter<'_> {
     }
 
     pub fn camera(&mut self, command: Command) -> Executed {
-        self.check_unique(self.description.camera, &command)?;
+        self.warn_of_second(self.description.camera, &command);
         self.check_regular(&command)?;
         if let Some(inverse) = self.state.transform.inverse() {
             self.coordinate_systems.insert("camera".to_owned(), inverse);
@@ -53,15 +55,16 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    pub fn check_unique(&self, earlier: Option<EntityId>, command: &Command) -> Executed {
-        let Some(earlier) = earlier else { return Ok(()) };
+    /// Warns that a directive replaces an earlier one.
+    pub fn warn_of_second(&mut self, earlier: Option<EntityId>, command: &Command) {
+        let Some(earlier) = earlier else { return };
         let word = command.keyword.word();
-        let message = format!("the scene has a second `{word}`");
-        Err(Box::new(
-            Diagnostic::new(codes::DUPLICATE_NAME, message)
+        let message = format!("the scene has a second `{word}`, which replaces the first");
+        self.diagnostics.push(
+            Diagnostic::new(codes::IGNORED_SETTING, message)
                 .at(command.span, "again here")
-                .label(self.description.entities[earlier.0].class_span, "first here"),
-        ))
+                .label(self.description.entities[earlier.0].class_span, "ignored"),
+        );
     }
 
     pub fn make_named_material(&mut self, mut command: Command) -> Executed {
@@ -103,14 +106,27 @@ impl Interpreter<'_> {
                 ["float", "spectrum", "color", "rgb"],
             ));
         }
-        if let Some(earlier) = self.named_textures.get(&name.text) {
+        let is_float = kind.text == "float";
+        if let Some((earlier, was_float)) = self.named_textures.get(&name.text) {
             let earlier = self.description.entities[earlier.0].class_span;
-            return Err(defined_twice("texture", &name, earlier));
+            if *was_float == is_float {
+                return Err(defined_twice("texture", &name, earlier));
+            }
+            let message = format!(
+                "texture `{}` is defined for numbers and for colours: the first one serves both",
+                name.text
+            );
+            self.diagnostics.push(
+                Diagnostic::new(codes::IGNORED_SETTING, message)
+                    .at(name.span, "ignored")
+                    .label(earlier, "first here"),
+            );
+            return Ok(());
         }
         command.texts.swap(0, 2);
         let texture = self.add(EntityKind::Texture, command);
         self.description.entities[texture.0].name = Some(name.text.clone());
-        self.named_textures.insert(name.text, texture);
+        self.named_textures.insert(name.text, (texture, is_float));
         Ok(())
     }
 
@@ -146,12 +162,13 @@ impl Interpreter<'_> {
         EntityId(self.description.entities.len() - 1)
     }
 
-    /// Converts spectra to colours; an invalid one is reported and becomes grey.
+    /// Converts spectra and colours of other spaces to linear sRGB; an invalid one is reported and becomes grey.
     pub fn convert_spectra(&mut self, kind: EntityKind, parameters: &mut [Parameter]) {
         let emits = matches!(kind, EntityKind::Light | EntityKind::AreaLight);
         // Paths are relative to the folder of the main scene file, also in included files.
-        let scene = self.open_files.first().map_or(Path::new(""), PathBuf::as_path);
+        let scene = self.main_file;
         for parameter in parameters {
+            spectra::convert_space(parameter, emits, self.state.color_space);
             let files = SceneFiles { scene, files: self.files, budget: self.budget };
             if let Err(diagnostic) = spectra::convert(parameter, emits, files) {
                 parameter.kind = COLOR;
@@ -164,6 +181,10 @@ impl Interpreter<'_> {
     pub fn resolve_materials(&mut self) {
         for use_ in std::mem::take(&mut self.material_uses) {
             let Some(material) = self.named_materials.get(&*use_.name) else {
+                let name = (ReferenceKind::Material, use_.name.to_string());
+                if !self.description.failed.insert(name) {
+                    continue;
+                }
                 let name = SpannedText { text: use_.name.to_string(), span: use_.span };
                 let names = self.named_materials.keys().map(String::as_str);
                 self.diagnostics.push(*unknown_name("material", &name, names));

@@ -4,9 +4,10 @@ mod blocks;
 mod entities;
 mod includes;
 mod objects;
+mod options;
 mod transforms;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -18,18 +19,20 @@ use rtsl_memory::{Amount, InputBudget};
 
 use super::command_memory::{entity_kind, memory};
 use super::current_transform::CurrentTransform;
-use super::directive::Keyword;
+use super::directive::{Keyword, directive};
 use super::files::{FileSource, Input, unreadable};
+use super::parameter::ReferenceKind;
 use super::parser::{Command, Parser, SpannedText};
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
-use crate::{Description, EntityId, EntityKind};
+use crate::spectrum::ColorSpace;
+use crate::{Description, EntityId, EntityKind, InstanceUse};
 
 /// The greatest depth of nested includes.
 const MAX_INCLUDE_DEPTH: usize = 64;
 
-/// The greatest number of directives from files that were included before: files that include one another twice would
-/// otherwise expand without bound.
-const MAX_REPEATED_DIRECTIVES: usize = 1_000_000;
+/// The bytes of the memory budget that allow one directive from a file that was included before: files that include one
+/// another twice would otherwise expand without bound.
+const BYTES_OF_REPEATED_DIRECTIVE: u64 = 64;
 
 /// The greatest number of parameters, and of their values, that `Attribute` may set for following entities.
 const MAX_ATTRIBUTES: usize = 64;
@@ -37,6 +40,9 @@ const MAX_ATTRIBUTE_VALUES: usize = 1024;
 
 /// The memory of a file's text, as a multiple of its length: the text itself and the index of its lines.
 const TEXT_EXPANSION: usize = 5;
+
+/// The greatest length of a text; spans are 32-bit byte offsets.
+const MAX_TEXT: usize = 1 << 30;
 
 /// Reads the scene in the file `path`. Errors are added to `diagnostics`; the description then contains the parts that
 /// were understood.
@@ -57,8 +63,8 @@ pub fn read_scene_within(
     map: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Description {
-    let mut interpreter = Interpreter::new(files, budget, map, diagnostics);
-    interpreter.read_file(path.to_owned(), None);
+    let mut interpreter = Interpreter::new(path, files, budget, map, diagnostics);
+    interpreter.read_main_file();
     interpreter.finish()
 }
 
@@ -75,16 +81,22 @@ struct Interpreter<'a> {
     in_world: bool,
     /// The files being read, outermost first, and the place of each include.
     open_files: Vec<PathBuf>,
+    main_file: &'a Path,
     known_files: BTreeMap<PathBuf, FileId>,
     coordinate_systems: BTreeMap<String, CurrentTransform>,
     named_materials: BTreeMap<String, EntityId>,
-    named_textures: BTreeMap<String, EntityId>,
+    /// Textures, and if they are declared for numbers.
+    named_textures: BTreeMap<String, (EntityId, bool)>,
     objects: BTreeMap<String, usize>,
+    /// Uses of objects, which may be defined after them.
+    instance_uses: Vec<(SpannedText, InstanceUse)>,
     /// Uses of named materials, resolved when all are known: `(shape's list, index, name)`.
     material_uses: Vec<MaterialUse>,
     /// The number of open files that were read before, and the number of directives from such files.
     repeated_files: usize,
-    repeated_directives: usize,
+    repeated_directives: u64,
+    /// Messages that are reported once for the scene.
+    said: BTreeSet<String>,
 }
 
 struct MaterialUse {
@@ -97,6 +109,7 @@ struct MaterialUse {
 
 impl<'a> Interpreter<'a> {
     fn new(
+        path: &'a Path,
         files: &'a dyn FileSource,
         budget: &'a InputBudget,
         map: &'a mut SourceMap,
@@ -113,45 +126,54 @@ impl<'a> Interpreter<'a> {
             blocks: Vec::new(),
             in_world: false,
             open_files: Vec::new(),
+            main_file: path,
             known_files: BTreeMap::new(),
             coordinate_systems: BTreeMap::new(),
             named_materials: BTreeMap::new(),
             named_textures: BTreeMap::new(),
             objects: BTreeMap::new(),
+            instance_uses: Vec::new(),
             material_uses: Vec::new(),
             repeated_files: 0,
             repeated_directives: 0,
+            said: BTreeSet::new(),
         }
     }
 
     fn finish(mut self) -> Description {
-        for block in std::mem::take(&mut self.blocks) {
-            self.diagnostics.push(
-                Diagnostic::new(
-                    codes::MISPLACED_DIRECTIVE,
-                    format!("`{}` without its `{}`", block.kind.begin(), block.kind.end()),
-                )
-                .at(block.span, "this block is never closed"),
-            );
-        }
+        self.close_blocks(0);
         self.resolve_materials();
+        self.resolve_instances();
         self.description
     }
 
-    fn read_file(&mut self, path: PathBuf, included_at: Option<Span>) {
+    fn read_main_file(&mut self) {
+        if let Some(last) = self.read_file(self.main_file.to_owned(), None) {
+            self.run(last);
+        }
+    }
+
+    /// Reads a file to its end. Returns its last command if it is still to be executed: parameters for it may follow in
+    /// the file that includes this one.
+    fn read_file(&mut self, path: PathBuf, included_at: Option<Span>) -> Option<Command> {
         let known = self.known_files.get(&path).copied();
-        let Some(file) = known.or_else(|| self.load_file(&path, included_at)) else { return };
+        let file = known.or_else(|| self.load_file(&path, included_at))?;
         self.open_files.push(path);
         self.repeated_files += usize::from(known.is_some());
         // The source map shares the text while this file is read.
         let text = self.map.file(file).text.clone();
         let mut parser = Parser::within(self.budget, file, &text);
+        let mut last = None;
         while let Some(command) = parser.next_command(self.diagnostics) {
             if self.repeated_files > 0 && !self.count_repeated_directive(command.span) {
                 break;
             }
-            if let Err(diagnostic) = self.hold(&command).and_then(|()| self.execute(command)) {
-                self.diagnostics.push(*diagnostic);
+            if let Some(command) = self.after_includes(command, &mut parser) {
+                if parser.is_at_end() && takes_parameters(&command) {
+                    last = Some(command);
+                } else {
+                    self.run(command);
+                }
             }
             if self.budget.is_exceeded() {
                 break;
@@ -159,6 +181,85 @@ impl<'a> Interpreter<'a> {
         }
         self.repeated_files -= usize::from(known.is_some());
         self.open_files.pop();
+        last
+    }
+
+    /// Returns the command to execute: the given one, or if that includes a file, the last one there with the
+    /// parameters that follow here.
+    fn after_includes(&mut self, command: Command, parser: &mut Parser<'_>) -> Option<Command> {
+        if command.is_broken || command.keyword != Keyword::Include {
+            return Some(command);
+        }
+        let last = match self.include(&command) {
+            Ok(last) => last?,
+            Err(diagnostic) => {
+                self.diagnostics.push(*diagnostic);
+                return None;
+            }
+        };
+        parser.continue_command(last, self.diagnostics)
+    }
+
+    /// Executes a command and reports its error. Errors that follow from it are not reported.
+    fn run(&mut self, mut command: Command) {
+        let name = command.texts.first().map(|name| name.text.clone());
+        let (keyword, span) = (command.keyword, command.span);
+        if command.is_broken {
+            self.note_failure(keyword, span, name);
+            return;
+        }
+        self.keep_last_parameters(&mut command);
+        if let Err(diagnostic) = self.hold(&command).and_then(|()| self.execute(command)) {
+            self.diagnostics.push(*diagnostic);
+            self.note_failure(keyword, span, name);
+        }
+    }
+
+    /// Makes uses of what a command would have defined, or blocks that it would have opened, no further errors.
+    fn note_failure(&mut self, keyword: Keyword, span: Span, name: Option<String>) {
+        let failed = match (keyword, name) {
+            (Keyword::MakeNamedMaterial, Some(name)) => (ReferenceKind::Material, name),
+            (Keyword::Texture, Some(name)) => (ReferenceKind::Texture, name),
+            (Keyword::Camera, _) => (ReferenceKind::Camera, String::new()),
+            (Keyword::Material, _) => {
+                self.state.material = MaterialChoice::Default;
+                return;
+            }
+            (Keyword::ObjectBegin, _) => {
+                self.begin_object(String::new(), span);
+                return;
+            }
+            _ => return,
+        };
+        self.description.failed.insert(failed);
+    }
+
+    /// Keeps the last of parameters of the same name.
+    fn keep_last_parameters(&mut self, command: &mut Command) {
+        let mut places = BTreeMap::new();
+        let mut repeated = BTreeSet::new();
+        for (index, parameter) in command.parameters.iter().enumerate() {
+            if let Some(earlier) = places.insert(parameter.name.as_str(), index) {
+                repeated.insert(earlier);
+                let message =
+                    format!("parameter `{}` is given twice: the last one counts", parameter.name);
+                self.diagnostics.push(
+                    Diagnostic::new(codes::IGNORED_SETTING, message)
+                        .at(command.parameters[earlier].declaration, "ignored")
+                        .label(parameter.declaration, "given again here"),
+                );
+            }
+        }
+        let mut index = 0..;
+        command.parameters.retain(|_| index.next().is_none_or(|index| !repeated.contains(&index)));
+    }
+
+    /// Reports a part of the format that has no effect, or another one than in pbrt, once for the scene.
+    fn warn_once(&mut self, message: impl Into<String>, span: Span) {
+        let message = message.into();
+        if self.said.insert(message.clone()) {
+            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+        }
     }
 
     /// Holds the memory that a command will occupy.
@@ -182,18 +283,18 @@ impl<'a> Interpreter<'a> {
 
     /// True if one more directive is within the limit; reports once that it is not.
     fn count_repeated_directive(&mut self, span: Span) -> bool {
+        let limit = self.budget.limit().0 / BYTES_OF_REPEATED_DIRECTIVE;
         self.repeated_directives += 1;
-        if self.repeated_directives == MAX_REPEATED_DIRECTIVES + 1 {
-            let message = format!(
-                "files included more than once give more than {MAX_REPEATED_DIRECTIVES} directives"
-            );
+        if self.repeated_directives == limit + 1 {
+            let message =
+                format!("files included more than once give more than {limit} directives");
             self.diagnostics.push(
                 Diagnostic::new(codes::SCENE_LIMIT, message)
                     .at(span, "reading stops before this one")
                     .help("place repeated parts with `ObjectInstance`"),
             );
         }
-        self.repeated_directives <= MAX_REPEATED_DIRECTIVES
+        self.repeated_directives <= limit
     }
 
     fn load_file(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
@@ -202,7 +303,7 @@ impl<'a> Interpreter<'a> {
                 let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION);
                 held.grow_to(amount)?;
                 held.keep(amount);
-                String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8"))
+                text_of(bytes)
             });
         match text {
             Ok(text) => {
@@ -245,16 +346,20 @@ impl<'a> Interpreter<'a> {
             Keyword::CoordSysTransform => self.use_coordinate_system(&command)?,
             Keyword::TransformTimes => self.transform_times(&command)?,
             Keyword::ActiveTransform => self.active_transform(&command)?,
-            Keyword::MediumInterface | Keyword::MakeNamedMedium => {
-                return Err(unsupported(&command, "participating media"));
-            }
+            Keyword::MediumInterface | Keyword::MakeNamedMedium => self.warn_once(
+                "participating media are not supported: the scene is rendered without them",
+                command.span,
+            ),
             Keyword::ColorSpace => self.color_space(&command)?,
-            Keyword::Accelerator | Keyword::Option => self.ignore(&command),
-            Keyword::Include => self.include(&command)?,
-            Keyword::Import => self.include(&command)?,
+            // The picture is the same with any other.
+            Keyword::Accelerator => {}
+            Keyword::Option => self.options(command)?,
+            // Executed by the loop over the commands of a file.
+            Keyword::Include => {}
+            Keyword::Import => self.import(&command)?,
             Keyword::WorldBegin => self.world_begin(),
-            Keyword::AttributeBegin => self.begin(BlockKind::Attribute, &command),
-            Keyword::TransformBegin => self.begin(BlockKind::Transform, &command),
+            Keyword::AttributeBegin => self.begin(BlockKind::Attribute, command.span),
+            Keyword::TransformBegin => self.begin(BlockKind::Transform, command.span),
             Keyword::AttributeEnd => self.end(BlockKind::Attribute, &command)?,
             Keyword::TransformEnd => self.end(BlockKind::Transform, &command)?,
             Keyword::ReverseOrientation => self.state.reverse_orientation ^= true,
@@ -264,19 +369,19 @@ impl<'a> Interpreter<'a> {
             Keyword::ObjectInstance => self.object_instance(&command)?,
             Keyword::Camera => self.camera(command)?,
             Keyword::Film => {
-                self.check_unique(self.description.film, &command)?;
+                self.warn_of_second(self.description.film, &command);
                 self.description.film = Some(self.add(EntityKind::Film, command));
             }
             Keyword::PixelFilter => {
-                self.check_unique(self.description.filter, &command)?;
+                self.warn_of_second(self.description.filter, &command);
                 self.description.filter = Some(self.add(EntityKind::Filter, command));
             }
             Keyword::Sampler => {
-                self.check_unique(self.description.sampler, &command)?;
+                self.warn_of_second(self.description.sampler, &command);
                 self.description.sampler = Some(self.add(EntityKind::Sampler, command));
             }
             Keyword::Integrator => {
-                self.check_unique(self.description.integrator, &command)?;
+                self.warn_of_second(self.description.integrator, &command);
                 self.description.integrator = Some(self.add(EntityKind::Integrator, command));
             }
             Keyword::Material => {
@@ -338,17 +443,35 @@ impl<'a> Interpreter<'a> {
 
     fn color_space(&mut self, command: &Command) -> Executed {
         let name = first_text(command);
-        if name.text.eq_ignore_ascii_case("srgb") {
-            return Ok(());
-        }
-        Err(unsupported(command, "any colour space but `srgb`"))
+        let Some(space) = ColorSpace::named(&name.text) else {
+            let message = format!("`ColorSpace`: `{}` is not supported", name.text);
+            let diagnostic =
+                Diagnostic::new(codes::UNSUPPORTED_DIRECTIVE, message).at(name.span, "");
+            return Err(Box::new(match most_similar(&name.text, ColorSpace::names()) {
+                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                None => {
+                    let known: Vec<&str> = ColorSpace::names().collect();
+                    diagnostic.help(format!("known are {}", known.join(", ")))
+                }
+            }));
+        };
+        self.state.color_space = space;
+        Ok(())
     }
+}
 
-    fn ignore(&mut self, command: &Command) {
-        let message = format!("`{}` has no effect on this renderer", command.keyword.word());
-        self.diagnostics
-            .push(Diagnostic::new(codes::IGNORED_SETTING, message).at(command.span, ""));
+/// True if a list of parameters belongs to a command, to which the including file can add.
+fn takes_parameters(command: &Command) -> bool {
+    directive(command.keyword.word()).is_some_and(|(_, operands)| operands.parameters)
+}
+
+/// The text of a file. Bytes that are not UTF-8, which files of older programs have in comments, are replaced.
+fn text_of(bytes: Vec<u8>) -> std::io::Result<String> {
+    if bytes.len() > MAX_TEXT {
+        return Err(std::io::Error::other("larger than 1 GiB"));
     }
+    Ok(String::from_utf8(bytes)
+        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
 }
 
 /// Errors are boxed: they are large and rare.
@@ -362,11 +485,6 @@ fn array<const COUNT: usize>(command: &Command) -> [f64; COUNT] {
 /// The first quoted string of a command whose directive has one.
 fn first_text(command: &Command) -> &SpannedText {
     &command.texts[0]
-}
-
-fn unsupported(command: &Command, what: &str) -> Box<Diagnostic> {
-    let message = format!("`{}`: {what} is not supported", command.keyword.word());
-    Box::new(Diagnostic::new(codes::UNSUPPORTED_DIRECTIVE, message).at(command.span, ""))
 }
 
 fn unknown_name<'a>(

@@ -1,6 +1,8 @@
 //! Shapes, and the objects that instances place.
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
+use std::collections::BTreeSet;
+
+use rtsl::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_math::Transform;
 
 use super::{Executed, Interpreter, MaterialUse, defined_twice, first_text, unknown_name};
@@ -27,13 +29,14 @@ impl Interpreter<'_> {
             return Err(defined_twice("object", name, earlier));
         }
         self.objects.insert(name.text.clone(), self.description.objects.len());
-        self.description.objects.push(ObjectDefinition {
-            name: name.text.clone(),
-            span: name.span,
-            shapes: Vec::new(),
-        });
-        self.begin(BlockKind::Object, command);
+        self.begin_object(name.text.clone(), name.span);
         Ok(())
+    }
+
+    /// Begins the definition of an object, and the block that it is.
+    pub fn begin_object(&mut self, name: String, span: Span) {
+        self.description.objects.push(ObjectDefinition { name, span, shapes: Vec::new() });
+        self.begin(BlockKind::Object, span);
     }
 
     pub fn object_instance(&mut self, command: &Command) -> Executed {
@@ -44,18 +47,28 @@ impl Interpreter<'_> {
                 Diagnostic::new(codes::MISPLACED_DIRECTIVE, message).at(command.span, ""),
             ));
         }
-        let Some(object) = self.objects.get(&name.text) else {
-            let names = self.objects.keys().map(String::as_str);
-            return Err(unknown_name("object", name, names));
-        };
         self.check_regular(command)?;
-        self.description.instances.push(InstanceUse {
-            object: *object,
+        let instance = InstanceUse {
+            object: 0,
             span: command.span,
             transform: self.state.transform.start(),
             end_transform: self.state.transform.end(),
-        });
+        };
+        self.instance_uses.push((name.clone(), instance));
         Ok(())
+    }
+
+    /// Finds the objects of all instances, once all objects are known.
+    pub fn resolve_instances(&mut self) {
+        let mut unknown = BTreeSet::new();
+        for (name, instance) in std::mem::take(&mut self.instance_uses) {
+            if let Some(object) = self.objects.get(&name.text) {
+                self.description.instances.push(InstanceUse { object: *object, ..instance });
+            } else if unknown.insert(name.text.clone()) {
+                let names = self.objects.keys().map(String::as_str);
+                self.diagnostics.push(*unknown_name("object", &name, names));
+            }
+        }
     }
 
     pub fn shape(&mut self, command: Command) -> Executed {
