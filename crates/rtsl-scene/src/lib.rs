@@ -25,5 +25,5 @@ pub use description::{
 pub use load::Origins;
 pub use renderer::Renderer;
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
-pub use settings::Settings;
+pub use settings::{Crop, Imaging, MAX_TRACE_DEPTH, Settings};
 pub use source::{LoadOptions, Loaded, SceneSource, load_scene};

@@ -11,6 +11,11 @@ use crate::description::Entity;
 const NARROWEST_FILTER: f64 = 0.001;
 const WIDEST_FILTER: f64 = 64.0;
 
+/// The filter of pixels whose samples all lie at the centre.
+pub fn point() -> PixelFilter {
+    PixelFilter::new(FilterShape::Box, [NARROWEST_FILTER; 2])
+}
+
 impl Settings {
     pub(super) fn read_filter(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
         let mut reader = ParameterReader::new(entity, diagnostics);

@@ -1,7 +1,9 @@
 //! Settings of the image: film, sampler and integrator.
 
+mod crop;
 mod film;
 mod filter;
+mod imaging;
 mod integrator;
 mod parameters;
 mod sampler;
@@ -11,9 +13,13 @@ mod tests;
 use rtsl::Diagnostics;
 use rtsl_math::sampling::{PixelFilter, Sampler};
 
-use crate::description::{Description, EntityId};
+use crate::description::{Description, EntityId, SceneOptions};
 use crate::renderer::Renderer;
 use sampler::{grid, stratified};
+
+pub use crop::Crop;
+pub use imaging::Imaging;
+pub use integrator::MAX_TRACE_DEPTH;
 
 /// All settings of an image that are not shaders.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +30,10 @@ pub struct Settings {
     pub height: usize,
     /// The name of the image file, if the scene gives one.
     pub filename: Option<String>,
+    /// The part of the film that the picture shows, unless that is all of it.
+    pub crop: Option<Crop>,
+    /// The film's response to radiance.
+    pub imaging: Imaging,
     /// The brightness of 8-bit images, in stops.
     pub exposure: f32,
     /// The pixel filter.
@@ -54,6 +64,8 @@ impl Default for Settings {
             width: 1280,
             height: 720,
             filename: None,
+            crop: None,
+            imaging: Imaging::default(),
             exposure: 0.0,
             filter: PixelFilter::default(),
             sampler: stratified(16, 0),
@@ -72,6 +84,9 @@ impl Settings {
     pub fn read(description: &Description, diagnostics: &mut Diagnostics) -> Self {
         let mut settings = Settings::default();
         let entity = |id: Option<EntityId>| id.map(|EntityId(index)| &description.entities[index]);
+        if let Some(camera) = entity(description.camera) {
+            settings.read_exposure_time(camera);
+        }
         if let Some(film) = entity(description.film) {
             settings.read_film(film, diagnostics);
         }
@@ -79,12 +94,21 @@ impl Settings {
             settings.read_filter(filter, diagnostics);
         }
         if let Some(sampler) = entity(description.sampler) {
-            settings.read_sampler(sampler, diagnostics);
+            settings.read_sampler(sampler, description.options.seed, diagnostics);
+        } else if let Some(seed) = description.options.seed {
+            settings.sampler.seed = seed;
         }
         if let Some(integrator) = entity(description.integrator) {
             settings.read_integrator(integrator, diagnostics);
         }
+        settings.apply_options(&description.options);
         settings
+    }
+
+    fn apply_options(&mut self, options: &SceneOptions) {
+        if options.disable_pixel_jitter {
+            self.filter = filter::point();
+        }
     }
 
     /// Sets the number of samples per pixel and keeps the kind of sampler.

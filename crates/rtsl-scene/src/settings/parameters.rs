@@ -1,6 +1,6 @@
 //! Parameters of settings.
 
-use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
+use rtsl::{Code, Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
 
 use crate::description::Entity;
 use crate::reader::{Parameter, ParameterType, Values};
@@ -76,6 +76,15 @@ impl<'a> ParameterReader<'a> {
         None
     }
 
+    /// Takes a list of `count` numbers.
+    pub fn numbers(&mut self, name: &'static str, count: usize) -> Option<&'a [f64]> {
+        let parameter = self.take(name)?;
+        match &parameter.values {
+            Values::Numbers(values) if values.len() == count => Some(values),
+            _ => self.wrong(parameter, &format!("{count} numbers")),
+        }
+    }
+
     pub fn boolean(&mut self, name: &'static str) -> Option<bool> {
         let parameter = self.take(name)?;
         match &parameter.values {
@@ -93,16 +102,31 @@ impl<'a> ParameterReader<'a> {
         }
     }
 
-    /// Ignores parameters of the format that have no effect.
-    pub fn ignore(&mut self, names: &[&'static str]) {
-        for name in names {
-            if let Some(parameter) = self.take(name) {
-                let message = format!("`{name}` has no effect on this renderer");
-                self.diagnostics.push(
-                    Diagnostic::new(codes::IGNORED_SETTING, message).at(parameter.declaration, ""),
-                );
-            }
-        }
+    /// Takes parameters of the format that change no picture.
+    pub fn accept(&mut self, names: &[&'static str]) {
+        self.taken.extend(names);
+    }
+
+    /// Warns about the entity.
+    pub fn warn(&mut self, message: impl Into<String>) {
+        let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message.into());
+        self.diagnostics.push(diagnostic.at(self.entity.class_span, ""));
+    }
+
+    /// Warns about a parameter's value, which may be a misspelling of `near`.
+    pub fn warn_of(&mut self, name: &'static str, message: String, near: Option<&str>) {
+        let Some(parameter) = self.take(name) else { return };
+        let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
+        let diagnostic = diagnostic.at(parameter.values_span, "");
+        self.diagnostics.push(match near {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic,
+        });
+    }
+
+    /// Reports an error of the entity.
+    pub fn error(&mut self, code: Code, message: &str) {
+        self.diagnostics.push(Diagnostic::new(code, message).at(self.entity.class_span, ""));
     }
 
     pub fn finish(self) {
@@ -111,11 +135,15 @@ impl<'a> ParameterReader<'a> {
         for parameter in unknown {
             let (kind, name) = (self.entity.kind.word(), &parameter.name);
             let message = format!("{kind} `{}` has no parameter `{name}`", self.entity.class);
-            let diagnostic =
-                Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
+            let diagnostic = |code: Code, message: String| {
+                Diagnostic::new(code, message).at(parameter.declaration, "")
+            };
+            // A misspelt parameter is an error. One that nothing here resembles is of another version or program, and
+            // the picture is not meaningless without it.
             self.diagnostics.push(match most_similar(name, self.taken.iter().copied()) {
-                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                None => diagnostic.help(format!("it has {}", self.taken.join(", "))),
+                Some(near) => diagnostic(codes::UNKNOWN_PARAMETER, message)
+                    .help(format!("did you mean `{near}`?")),
+                None => diagnostic(codes::IGNORED_SETTING, format!("{message}: it has no effect")),
             });
         }
     }

@@ -10,9 +10,15 @@ use crate::description::Entity;
 const MAX_SAMPLES: f64 = 65_536.0;
 
 impl Settings {
-    pub(super) fn read_sampler(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
+    pub(super) fn read_sampler(
+        &mut self,
+        entity: &Entity,
+        seed: Option<u64>,
+        diagnostics: &mut Diagnostics,
+    ) {
         let mut reader = ParameterReader::new(entity, diagnostics);
-        let seed = reader.whole("seed", 0.0, 9.0e15).map_or(0, |seed| seed as u64);
+        let own = reader.whole("seed", -9.0e15, 9.0e15).map(|seed| (seed as i64).cast_unsigned());
+        let seed = own.or(seed).unwrap_or(0);
         let count = reader.whole("pixelsamples", 1.0, MAX_SAMPLES);
         let columns = reader.whole("xsamples", 1.0, 256.0);
         let rows = reader.whole("ysamples", 1.0, 256.0);

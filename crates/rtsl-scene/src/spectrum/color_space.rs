@@ -71,7 +71,7 @@ impl ColorSpace {
     }
 
     /// The matrix from the space's colours to CIE tristimulus values, row by row; white has luminance 1.
-    fn to_xyz(&self) -> Matrix {
+    pub fn to_xyz(&self) -> Matrix {
         let columns = self.primaries.map(tristimulus);
         let matrix = std::array::from_fn(|row| columns.map(|column| column[row]));
         let scales = transformed(&inverse(&matrix), tristimulus(self.white));
@@ -79,18 +79,28 @@ impl ColorSpace {
     }
 }
 
-type Matrix = [[f64; 3]; 3];
+/// A matrix, row by row.
+pub type Matrix = [[f64; 3]; 3];
 
-/// The tristimulus values of a chromaticity, with luminance 1; that of imaginary blue primaries is negative.
-fn tristimulus([x, y]: [f64; 2]) -> [f64; 3] {
+/// Returns the tristimulus values of a chromaticity, with luminance 1.
+pub fn tristimulus([x, y]: [f64; 2]) -> [f64; 3] {
     [x / y, 1.0, (1.0 - x - y) / y]
 }
 
-fn transformed(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
+/// Returns the product of a matrix and a vector.
+pub fn transformed(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2])
 }
 
-fn inverse(m: &Matrix) -> Matrix {
+/// Returns the product of two matrices.
+pub fn multiplied(first: &Matrix, second: &Matrix) -> Matrix {
+    let columns: Matrix =
+        std::array::from_fn(|column| transformed(first, second.map(|row| row[column])));
+    std::array::from_fn(|row| columns.map(|column| column[row]))
+}
+
+/// Returns the inverse of a matrix that has one.
+pub fn inverse(m: &Matrix) -> Matrix {
     let cofactor = |row: usize, column: usize| {
         let (r, c) = ([(row + 1) % 3, (row + 2) % 3], [(column + 1) % 3, (column + 2) % 3]);
         m[r[0]][c[0]] * m[r[1]][c[1]] - m[r[0]][c[1]] * m[r[1]][c[0]]

@@ -7,8 +7,10 @@ mod color_space;
 mod matching;
 mod named;
 mod sampled;
+mod white_balance;
 
 pub use blackbody::blackbody;
 pub use color_space::ColorSpace;
 pub use named::{named, names};
 pub use sampled::Sampled;
+pub use white_balance::white_balance;
