@@ -64,6 +64,11 @@ impl InputBudget {
         Ok(held)
     }
 
+    /// Returns the greatest amount that can be in use.
+    pub fn limit(&self) -> Amount {
+        self.0.limit
+    }
+
     /// Returns the amount in use.
     pub fn taken(&self) -> Amount {
         Amount(self.0.taken.load(Ordering::Relaxed))

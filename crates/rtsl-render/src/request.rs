@@ -471,7 +471,7 @@ impl<Ready> Prepared<Ready> {
 /// The command line overrides the scene.
 fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
     if let Some((width, height)) = request.size {
-        (settings.width, settings.height) = (width.max(1), height.max(1));
+        settings.set_size(width.max(1), height.max(1));
     }
     settings.renderer = request.renderer.or(settings.renderer);
     if let Some(samples) = request.samples {

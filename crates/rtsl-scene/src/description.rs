@@ -1,9 +1,11 @@
 //! The description of a scene: the content of its text, before any class is looked up.
 
+use std::collections::BTreeSet;
+
 use rtsl::Span;
 use rtsl_math::Transform;
 
-use crate::reader::Parameter;
+use crate::reader::{Parameter, ReferenceKind};
 
 /// The content of a scene's text.
 #[derive(Clone, Debug)]
@@ -30,6 +32,20 @@ pub struct Description {
     pub instances: Vec<InstanceUse>,
     /// The start and the end of motion, in the units of the shutter's times.
     pub transform_times: [f64; 2],
+    /// Options of the whole scene.
+    pub options: SceneOptions,
+    /// Entities that the text defines with errors, which were reported: uses of them are not reported again. A camera's
+    /// name is empty.
+    pub failed: BTreeSet<(ReferenceKind, String)>,
+}
+
+/// What `Option` directives set.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneOptions {
+    /// True if all samples of a pixel lie at its centre.
+    pub disable_pixel_jitter: bool,
+    /// The seed of samplers that have none.
+    pub seed: Option<u64>,
 }
 
 impl Default for Description {
@@ -47,6 +63,8 @@ impl Default for Description {
             objects: Vec::new(),
             instances: Vec::new(),
             transform_times: [0.0, 1.0],
+            options: SceneOptions::default(),
+            failed: BTreeSet::new(),
         }
     }
 }

@@ -19,10 +19,11 @@ mod source;
 pub mod spectrum;
 
 pub use description::{
-    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
+    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
+    ShapeUse,
 };
 pub use load::Origins;
 pub use renderer::Renderer;
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
-pub use settings::Settings;
+pub use settings::{Crop, Imaging, MAX_TRACE_DEPTH, Settings};
 pub use source::{LoadOptions, Loaded, SceneSource, load_scene};

@@ -118,6 +118,8 @@ pub struct Loader<'a, 'f> {
     earlier: Earlier<'a>,
     instances: Vec<Slot>,
     names: Names,
+    /// Names that nothing in the scene has, each of which is reported once.
+    unknown: BTreeSet<(ReferenceKind, String)>,
     depth: usize,
     /// Messages about parameters without effect, each of which is reported once.
     said: BTreeSet<String>,
@@ -140,6 +142,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             earlier,
             instances: vec![Slot::Empty; description.entities.len()],
             names: names_of(description),
+            unknown: BTreeSet::new(),
             depth: 0,
             said: BTreeSet::new(),
         }
@@ -158,8 +161,10 @@ impl<'a, 'f> Loader<'a, 'f> {
     pub fn scene(&mut self, settings: Settings) -> Option<(Scene, Origins)> {
         let description = self.description;
         let Some(camera_entity) = description.camera else {
-            // If nothing could be read, an error was reported already.
-            if !(description.entities.is_empty() && self.diagnostics.has_errors()) {
+            // If nothing or no camera could be read, an error was reported already.
+            let no_camera = (ReferenceKind::Camera, String::new());
+            let is_empty = description.entities.is_empty() && self.diagnostics.has_errors();
+            if !is_empty && !description.failed.contains(&no_camera) {
                 self.diagnostics.push(
                     Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
                         .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
@@ -668,8 +673,13 @@ impl Resolver<'_, '_, '_> {
 
 impl Resolve for Resolver<'_, '_, '_> {
     fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>> {
-        let Some(id) = self.loader.names.get(&(kind, name.to_owned())).copied() else {
-            return Err(self.loader.unknown_name(kind, name));
+        let key = (kind, name.to_owned());
+        let Some(id) = self.loader.names.get(&key).copied() else {
+            let loader = &mut *self.loader;
+            if loader.description.failed.contains(&key) || !loader.unknown.insert(key) {
+                return self.report(None);
+            }
+            return Err(loader.unknown_name(kind, name));
         };
         let instance = self.loader.instance(id);
         self.named.extend(instance.clone().map(|instance| (id, instance)));

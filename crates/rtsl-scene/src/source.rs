@@ -15,7 +15,8 @@ use super::pbrt::PbrtName;
 use super::scene::Scene;
 use super::settings::Settings;
 use crate::reader::{
-    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
+    FileSource, Input, Parameter, ParameterType, SceneFiles, Values, defines, is_compressed,
+    read_scene_within,
 };
 
 /// Options of loading.
@@ -164,8 +165,12 @@ impl<'f> SceneSource<'f> {
     pub fn text_changed(&self) -> bool {
         let files = self.map.files().map(|(_, file)| file);
         let changed = |path: &Path, text: &str| match self.files.size(path) {
-            Ok(size) if size != text.len() as u64 => true,
-            Ok(_) => self.files.read(path).is_ok_and(|now| now != text.as_bytes()),
+            Ok(size) if size != text.len() as u64 && !is_compressed(self.files, path) => true,
+            Ok(_) => {
+                let now =
+                    Input::read(self.files, path, &InputBudget::new(self.options.input_memory));
+                now.is_ok_and(|now| now.bytes != text.as_bytes())
+            }
             // Sources without a file, such as the command line, cannot change.
             Err(_) => false,
         };

@@ -5,7 +5,7 @@ use std::fmt;
 
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_scene::reader::Digest;
-use rtsl_scene::{Renderer, Settings};
+use rtsl_scene::{Crop, Renderer, Settings};
 
 /// The inputs of a render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,6 +28,8 @@ impl Fingerprint {
         let Settings {
             width,
             height,
+            crop,
+            imaging,
             // These do not affect the image.
             filename: _,
             exposure: _,
@@ -42,6 +44,12 @@ impl Fingerprint {
         } = settings;
         let mut fingerprint = Fingerprint::default();
         fingerprint.set("size", format!("{width}x{height}"));
+        if let Some(Crop { whole, origin }) = crop {
+            fingerprint.set("crop", format!("at {origin:?} of {whole:?}"));
+        }
+        if !imaging.is_radiance() {
+            fingerprint.set("film's response", format!("{imaging:?}"));
+        }
         fingerprint.set("filter", filter_text(filter));
         fingerprint.set("renderer", renderer.map_or("not chosen", Renderer::name));
         fingerprint.set("depth", max_depth);
@@ -138,6 +146,8 @@ fn filter_text(filter: &PixelFilter) -> String {
 
 #[cfg(test)]
 mod tests {
+    use rtsl_scene::Imaging;
+
     use super::*;
 
     fn fingerprint(seed: u64) -> Fingerprint {
@@ -171,7 +181,11 @@ mod tests {
     fn every_setting_that_counts_is_in_it() {
         let plain = Settings::default();
         let filter = PixelFilter::new(FilterShape::Triangle, [1.0; 2]);
-        let changed: [(&str, Settings); 6] = [
+        let crop = Some(Crop { whole: [2000, 1000], origin: [3, 0] });
+        let imaging = Imaging { scale: 2.0, ..Imaging::default() };
+        let changed: [(&str, Settings); 8] = [
+            ("crop", Settings { crop, ..plain.clone() }),
+            ("film's response", Settings { imaging, ..plain.clone() }),
             ("size", Settings { width: 3, ..plain.clone() }),
             ("filter", Settings { filter, ..plain.clone() }),
             ("depth", Settings { max_depth: 9, ..plain.clone() }),

@@ -7,6 +7,7 @@ use std::time::Duration;
 use rtsl_bvh::{LANES, lanes_of};
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
+use rtsl_scene::Imaging;
 
 use super::features::{FeatureSums, PathFeatures};
 use super::wavefront::{SAMPLES_IN_WAVEFRONT, Wavefront};
@@ -20,6 +21,7 @@ pub struct BatchFilm {
     records: Vec<Mutex<TileRecord>>,
     /// The noise at which a tile needs no more samples.
     noise_target: Option<f32>,
+    imaging: Imaging,
 }
 
 /// The state of a tile.
@@ -146,7 +148,14 @@ impl BatchFilm {
         let mut records = reserved(tiles.len())?;
         drop(features);
         records.extend(tiles.iter().map(record));
-        Ok(BatchFilm { width, height, tiles, records, noise_target })
+        let imaging = Imaging::default();
+        Ok(BatchFilm { width, height, tiles, records, noise_target, imaging })
+    }
+
+    /// Sets the response to radiance.
+    #[must_use]
+    pub fn with_imaging(self, imaging: Imaging) -> Self {
+        BatchFilm { imaging, ..self }
     }
 
     /// Returns the tiles.
@@ -164,7 +173,8 @@ impl BatchFilm {
     /// ascending order, independent of their arrival; a tile that needs no more samples ignores them.
     pub fn add(&self, tile: usize, first: u32, wavefront: &Wavefront, time: Duration) {
         let mut record = self.record(tile);
-        let colors = wavefront.paths.iter().map(|path| path.radiance).collect();
+        let colors =
+            wavefront.paths.iter().map(|path| self.imaging.develop(path.radiance)).collect();
         let features = wavefront.features.clone();
         record.early.insert(first, Samples { colors, features, time });
         loop {

@@ -95,7 +95,8 @@ impl<'a> Job<'a> {
         let with_features = options.aovs.iter().any(|aov| is_feature(*aov));
         let size = (settings.width, settings.height);
         let film = BatchFilm::new(size, with_features, options.noise_target)
-            .map_err(|error| Messages::one(error.diagnostic()))?;
+            .map_err(|error| Messages::one(error.diagnostic()))?
+            .with_imaging(settings.imaging);
         if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
             restore(&film, checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
         }

@@ -31,7 +31,7 @@ impl SessionOptions {
     /// Applies the options, which override the scene.
     pub fn apply(&self, settings: &mut Settings) {
         if let Some((width, height)) = self.size {
-            (settings.width, settings.height) = (width.max(1), height.max(1));
+            settings.set_size(width.max(1), height.max(1));
         }
         if let Some(samples) = self.samples {
             settings.set_samples_per_pixel(samples);

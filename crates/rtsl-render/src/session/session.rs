@@ -218,7 +218,7 @@ impl Session {
     /// Changes columns and rows. Invalid sizes, and sizes without enough memory, are ignored.
     pub fn resize(&mut self, width: usize, height: usize) {
         let mut scene = Scene { ..self.scene.clone() };
-        (scene.settings.width, scene.settings.height) = (width, height);
+        scene.settings.set_size(width, height);
         let is_possible =
             width > 0 && height > 0 && check_size(&scene, self.options.threads).is_ok();
         if (width, height) == self.film.size() || !is_possible {
@@ -227,7 +227,7 @@ impl Session {
         let Ok(film) = Film::new(width, height) else { return };
         self.options.size = Some((width, height));
         self.scene = scene;
-        (self.compiled.settings.width, self.compiled.settings.height) = (width, height);
+        self.compiled.settings.set_size(width, height);
         film.show_scaled(&self.film);
         self.film = film;
         self.restart();
@@ -435,12 +435,11 @@ impl Session {
             }
         }
         self.frame.clear();
-        let settings = &mut self.compiled.settings;
-        (settings.width, settings.height) = size;
+        let whole = self.compiled.settings.clone();
+        self.compiled.settings.set_size(size.0, size.1);
         let all: Vec<usize> = (0..self.frame.tiles().len()).collect();
         let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
-        let settings = &mut self.compiled.settings;
-        (settings.width, settings.height) = (width, height);
+        self.compiled.settings = whole;
         if self.errors.any() {
             return rays;
         }

@@ -152,8 +152,8 @@ fn set_footprints(
         return;
     };
     let v = variables();
-    let (width, height) = (scene.settings.width, scene.settings.height);
-    let lanes = tile.lanes(width, height);
+    let lanes = tile.lanes(scene.settings.width, scene.settings.height);
+    let [width, height] = scene.settings.whole_size();
     let ray = |blocks: &CallBlocks, lane: usize| {
         let direction = vector(&blocks.state, v.ray_direction, lane);
         (vector(&blocks.state, v.ray_origin, lane), normalize_or(direction, [0.0, 0.0, 1.0]))
@@ -201,14 +201,15 @@ impl CameraInputs {
     #[inline(always)]
     fn new<const SPREAD: u8>(settings: &Settings, tile: Tile, sample: u32) -> Self {
         let sampler = &settings.sampler;
-        let (width, height) = (settings.width as u32, settings.height as u32);
+        let [width, height] = settings.whole_size().map(|side| side as u32);
+        let origin = settings.origin();
         let mut inputs = CameraInputs {
             screen: [[0.0; LANES]; 2],
             lens: [[0.0; LANES]; 2],
             time: [0.0; LANES],
             stream_keys: [0; LANES],
             filter_weights: [1.0; LANES],
-            pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
+            pixel_size: [1.0 / width as f32, 1.0 / height as f32],
         };
         let [du, dv] = inputs.pixel_size;
         // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
@@ -216,7 +217,7 @@ impl CameraInputs {
         let mut pixels = [[0_u32; LANES]; 2];
         for lane in 0..LANES {
             let (x, y) = tile.pixel(lane);
-            (pixels[0][lane], pixels[1][lane]) = (x as u32, y as u32);
+            (pixels[0][lane], pixels[1][lane]) = ((x + origin[0]) as u32, (y + origin[1]) as u32);
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {

@@ -11,6 +11,7 @@ use rtsl::host::{
 };
 use rtsl::{LaneBlock, Method};
 use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
+use rtsl_scene::MAX_TRACE_DEPTH;
 
 use super::area_light::sample;
 use super::light_samples::LightSamples;
@@ -125,7 +126,7 @@ impl ShadingHost<'_> {
         }
         self.context.spawn(asking, weights, context);
         let settings = &self.tracer.scene.settings;
-        if self.depth >= settings.max_depth || self.tracer.errors.any() {
+        if self.depth >= settings.max_depth.min(MAX_TRACE_DEPTH) || self.tracer.errors.any() {
             return 0;
         }
         asking & !context.less_important_than(simd, settings.cutoff, asking)

@@ -2,6 +2,7 @@
 
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
+use rtsl_scene::Settings;
 
 use super::shading::ShadedRays;
 use super::spawned_rays::{PacketColors, SpawnedRays};
@@ -42,7 +43,19 @@ pub fn sample_tile(
         call.report_not_finite(by_camera);
     }
     workspace.camera.keep(camera);
+    develop(&mut colors, lanes, settings);
     TileSample { lanes, colors }
+}
+
+/// Makes colours of the radiances.
+fn develop(colors: &mut PacketColors, lanes: LaneMask, settings: &Settings) {
+    if settings.imaging.is_radiance() {
+        return;
+    }
+    for lane in lanes_of(lanes) {
+        let color = settings.imaging.develop([0, 1, 2].map(|channel: usize| colors[channel][lane]));
+        (0..3).for_each(|channel| colors[channel][lane] = color[channel]);
+    }
 }
 
 /// Sums of the samples of a tile's pixels.

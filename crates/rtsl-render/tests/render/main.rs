@@ -3,6 +3,7 @@
 mod aovs;
 mod batch_radiance;
 mod checkpoint;
+mod film;
 mod format;
 mod fuzz;
 mod guide;

@@ -150,7 +150,7 @@ fn subdivision(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagno
 type ReadFile = fn(SceneFiles<'_>, &Path) -> Result<Mesh, MeshError>;
 
 fn ply(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
-    read_ply_within(files.files.open(path)?, files.budget)
+    read_ply_within(files.open(path)?, files.budget)
 }
 
 /// Files that a glTF file refers to are relative to it. All of them are held in memory until the mesh is complete.

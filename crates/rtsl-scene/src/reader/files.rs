@@ -8,6 +8,8 @@ use std::path::{Component, Path, PathBuf};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
 
+use super::gzip;
+
 /// A source of files.
 pub trait FileSource {
     /// Returns the contents of a file.
@@ -89,7 +91,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// Reads a file, if the budget allows it.
+    /// Reads a file, decompressed, if the budget allows it.
     ///
     /// # Errors
     /// If the file cannot be read, or an [`OverBudget`].
@@ -98,7 +100,7 @@ impl Input {
         let bytes = files.read(path)?;
         // The file may have grown since its size was queried.
         held.grow_to(Amount(bytes.len() as u64))?;
-        Ok(Input { bytes, held })
+        gzip::decompressed(Input { bytes, held }, budget)
     }
 }
 
@@ -114,6 +116,14 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Diagnostic {
 }
 
 impl SceneFiles<'_> {
+    /// Opens a file for streaming, decompressed.
+    ///
+    /// # Errors
+    /// If it cannot be opened.
+    pub fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        gzip::opened(self.files.open(path)?)
+    }
+
     /// Reads a file, if the budget allows it.
     ///
     /// # Errors

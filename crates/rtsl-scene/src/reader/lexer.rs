@@ -42,7 +42,9 @@ pub struct Lexer<'a> {
 impl<'a> Lexer<'a> {
     /// Creates a lexer at the beginning of `text`, which is the text of `file`.
     pub fn new(file: FileId, text: &'a str) -> Self {
-        Lexer { text, file, offset: 0 }
+        // A byte order mark, which editors of some systems write.
+        let offset = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        Lexer { text, file, offset }
     }
 
     /// Returns the text of the whole file.

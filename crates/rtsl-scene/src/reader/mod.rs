@@ -23,6 +23,7 @@ mod current_transform;
 pub mod defines;
 mod directive;
 mod files;
+mod gzip;
 mod interpreter;
 mod lexer;
 mod parameter;
@@ -32,6 +33,7 @@ mod spectra;
 mod state;
 
 pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
+pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};
 pub use parameter::{
     Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,

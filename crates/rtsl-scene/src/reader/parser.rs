@@ -4,8 +4,6 @@
 //! meaning. After an error it resumes at the next directive's word, so that one run reports several independent errors.
 //! Each command consumes at least one token.
 
-use std::collections::BTreeMap;
-
 use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, most_similar};
 use rtsl_memory::{Held, InputBudget};
 
@@ -27,6 +25,8 @@ pub struct Command {
     pub texts: Vec<SpannedText>,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
+    /// True if an error in it was reported, so that only its beginning was read.
+    pub is_broken: bool,
 }
 
 /// A quoted string and its place.
@@ -36,6 +36,19 @@ pub struct SpannedText {
     pub text: String,
     /// The place, quotes included.
     pub span: Span,
+}
+
+impl Command {
+    fn new(keyword: Keyword, span: Span) -> Self {
+        Command {
+            keyword,
+            span,
+            numbers: Vec::new(),
+            texts: Vec::new(),
+            parameters: Vec::new(),
+            is_broken: false,
+        }
+    }
 }
 
 /// Reads the commands of one file.
@@ -57,42 +70,68 @@ impl<'a> Parser<'a> {
         Parser { lexer, token, budget }
     }
 
-    /// Returns the next command without an error; `None` at the end.
+    /// Returns the next command; `None` at the end. After an error the command is broken, and the next one begins at
+    /// the next directive's word.
     pub fn next_command(&mut self, diagnostics: &mut Diagnostics) -> Option<Command> {
         while self.token.kind != TokenKind::End {
-            match self.parse_command() {
-                Ok(command) => return Some(command),
-                Err(diagnostic) => {
-                    diagnostics.push(*diagnostic);
-                    if self.budget.is_exceeded() {
-                        return None;
-                    }
-                    self.skip_to_directive();
+            let word = self.advance();
+            let problem = match self.expect_directive(&word) {
+                Ok((keyword, operands)) => {
+                    let mut command = Command::new(keyword, word.span);
+                    let parsed = self.parse_operands(&mut command, operands);
+                    return self.accept_command(command, parsed, diagnostics);
                 }
-            }
+                Err(problem) => problem,
+            };
+            diagnostics.push(*problem);
+            self.skip_to_directive();
         }
         None
     }
 
-    fn parse_command(&mut self) -> Parsed<Command> {
-        let word = self.advance();
-        let (keyword, operands) = self.expect_directive(&word)?;
-        let mut command = Command {
-            keyword,
-            span: word.span,
-            numbers: Vec::new(),
-            texts: Vec::new(),
-            parameters: Vec::new(),
-        };
-        if keyword == Keyword::ActiveTransform {
-            self.expect_word_operand(&mut command)?;
+    /// Adds the parameters that follow to a command of an included file, which ended before them.
+    pub fn continue_command(
+        &mut self,
+        mut command: Command,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Command> {
+        let parsed = self.parse_parameters(&mut command);
+        self.accept_command(command, parsed, diagnostics)
+    }
+
+    /// True if there are no more commands.
+    pub fn is_at_end(&self) -> bool {
+        self.token.kind == TokenKind::End
+    }
+
+    /// Reports an error of a command, which is then broken; `None` if the memory is exhausted.
+    fn accept_command(
+        &mut self,
+        mut command: Command,
+        parsed: Parsed<()>,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Command> {
+        if let Err(problem) = parsed {
+            diagnostics.push(*problem);
+            if self.budget.is_exceeded() {
+                return None;
+            }
+            self.skip_to_directive();
+            command.is_broken = true;
         }
-        self.parse_numbers(&mut command, operands)?;
-        self.parse_texts(&mut command, operands)?;
+        Some(command)
+    }
+
+    fn parse_operands(&mut self, command: &mut Command, operands: Operands) -> Parsed<()> {
+        if command.keyword == Keyword::ActiveTransform {
+            self.expect_word_operand(command)?;
+        }
+        self.parse_numbers(command, operands)?;
+        self.parse_texts(command, operands)?;
         if operands.parameters {
-            self.parse_parameters(&mut command)?;
+            self.parse_parameters(command)?;
         }
-        Ok(command)
+        Ok(())
     }
 
     fn expect_directive(&self, word: &Token) -> Parsed<(Keyword, Operands)> {
@@ -167,21 +206,15 @@ impl<'a> Parser<'a> {
     }
 
     fn parse_parameters(&mut self, command: &mut Command) -> Parsed<()> {
-        let mut first_places = BTreeMap::new();
         while let TokenKind::Text(declaration) = &self.token.kind {
             let declaration = SpannedText { text: declaration.clone(), span: self.token.span };
             self.advance();
-            let (kind, name) = parse_declaration(&declaration)?;
+            let (kind, name) = match command.keyword {
+                Keyword::Option => parse_option(&declaration)?,
+                _ => parse_declaration(&declaration)?,
+            };
             let (values, values_span) = self.parse_values(&declaration)?;
             check_values(&kind, &values, &declaration, values_span)?;
-            if let Some(earlier) = first_places.insert(name.clone(), declaration.span) {
-                let message = format!("parameter `{}` is given twice", shorten(&name));
-                return Err(Box::new(
-                    Diagnostic::new(codes::DUPLICATE_NAME, message)
-                        .at(declaration.span, "again here")
-                        .label(earlier, "first here"),
-                ));
-            }
             command.parameters.push(Parameter {
                 kind,
                 name,
@@ -337,6 +370,15 @@ fn unexpected(token: &Token, expected: &str) -> Box<Diagnostic> {
     };
     let message = format!("found {found}, expected {expected}");
     Box::new(Diagnostic::new(code, message).at(token.span, ""))
+}
+
+/// The declaration of an option, whose type may be left out.
+fn parse_option(declaration: &SpannedText) -> Parsed<(ParameterType, String)> {
+    let mut words = declaration.text.split_ascii_whitespace();
+    match (words.next(), words.next()) {
+        (Some(name), None) => Ok((ParameterType::Given, name.to_owned())),
+        _ => parse_declaration(declaration),
+    }
 }
 
 fn parse_declaration(declaration: &SpannedText) -> Parsed<(ParameterType, String)> {

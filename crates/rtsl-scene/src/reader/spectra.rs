@@ -5,7 +5,7 @@ use rtsl_memory::{Amount, OverBudget};
 
 use super::files::{Input, SceneFiles, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
-use crate::spectrum::{Sampled, blackbody, named, names};
+use crate::spectrum::{ColorSpace, Sampled, blackbody, named, names};
 
 /// Converts a spectrum to linear red, green and blue, or to one number if it is constant; leaves other parameters
 /// unchanged. `emits` is true for spectra of lights, whose colours get luminance 1, and false for those of surfaces.
@@ -32,6 +32,22 @@ pub fn convert(
     parameter.kind = COLOR;
     parameter.values = Values::Numbers(numbers);
     Ok(())
+}
+
+/// Converts the colours of an `rgb` parameter from a colour space to linear sRGB. Components of surfaces stay within
+/// those of reflectances.
+pub fn convert_space(parameter: &mut Parameter, emits: bool, space: &ColorSpace) {
+    if space.is_srgb() || parameter.kind != COLOR {
+        return;
+    }
+    if let Values::Numbers(numbers) = &mut parameter.values {
+        let (colors, _) = numbers.as_chunks_mut::<3>();
+        for color in colors {
+            let converted =
+                if emits { space.light_to_srgb(*color) } else { space.surface_to_srgb(*color) };
+            *color = converted.map(|component| component.max(0.0));
+        }
+    }
 }
 
 /// True if the numbers are a grey or a colour rather than wavelengths and values.

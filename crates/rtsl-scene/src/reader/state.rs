@@ -7,6 +7,7 @@ use rtsl::Span;
 
 use super::current_transform::CurrentTransform;
 use super::parameter::Parameter;
+use crate::spectrum::ColorSpace;
 use crate::{EntityId, EntityKind};
 
 /// The state that applies to the next shape, light or texture.
@@ -20,6 +21,8 @@ pub struct GraphicsState {
     pub area_light: Option<EntityId>,
     /// True if normals are flipped.
     pub reverse_orientation: bool,
+    /// The colour space of `rgb` parameters.
+    pub color_space: &'static ColorSpace,
     /// Parameters that `Attribute` sets for all later entities of a kind.
     pub defaults: BTreeMap<EntityKind, Rc<Vec<Parameter>>>,
 }
@@ -43,6 +46,7 @@ impl GraphicsState {
             material: MaterialChoice::Default,
             area_light: None,
             reverse_orientation: false,
+            color_space: ColorSpace::SRGB,
             defaults: BTreeMap::new(),
         }
     }

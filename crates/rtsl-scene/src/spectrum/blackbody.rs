@@ -9,17 +9,19 @@ const SECOND_CONSTANT: f64 = 1.438_776_877e7;
 
 /// Returns the colour of a black body with luminance 1; components outside the sRGB gamut are 0.
 pub fn blackbody(kelvin: f64) -> [f64; 3] {
-    // Relative to the wavelength of the peak, so that numbers stay in range at every temperature.
-    let planck = |wavelength: f64| {
-        let micrometres = wavelength / 1000.0;
-        let fifth = micrometres * micrometres * micrometres * micrometres * micrometres;
-        let exponent = SECOND_CONSTANT / kelvin * (1.0 / wavelength - 1.0 / 830.0);
-        let scale = exponential(-SECOND_CONSTANT / (830.0 * kelvin));
-        1.0 / (fifth * (exponential(exponent) - scale))
-    };
-    let seen = color(planck).map(|component| component.max(0.0));
+    let seen = color(|wavelength| planck(wavelength, kelvin)).map(|component| component.max(0.0));
     let sum = luminance(seen);
     if sum > 0.0 { seen.map(|component| component / sum) } else { [0.0; 3] }
+}
+
+/// The radiance of a black body at a wavelength in nanometres, up to a factor that keeps it in range at every
+/// temperature.
+pub fn planck(wavelength: f64, kelvin: f64) -> f64 {
+    let micrometres = wavelength / 1000.0;
+    let fifth = micrometres * micrometres * micrometres * micrometres * micrometres;
+    let exponent = SECOND_CONSTANT / kelvin * (1.0 / wavelength - 1.0 / 830.0);
+    let scale = exponential(-SECOND_CONSTANT / (830.0 * kelvin));
+    1.0 / (fifth * (exponential(exponent) - scale))
 }
 
 #[cfg(test)]

@@ -3,10 +3,14 @@
 //! No function of the platform is used, so colours have the same bits everywhere.
 
 mod blackbody;
+mod color_space;
 mod matching;
 mod named;
 mod sampled;
+mod white_balance;
 
 pub use blackbody::blackbody;
+pub use color_space::ColorSpace;
 pub use named::{named, names};
 pub use sampled::Sampled;
+pub use white_balance::white_balance;

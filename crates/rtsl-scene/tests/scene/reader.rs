@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use rtsl::{Diagnostics, SourceMap};
+use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::Description;
-use rtsl_scene::reader::{MemoryFiles, defines::apply_defines, read_scene};
+use rtsl_scene::reader::{MemoryFiles, defines::apply_defines, read_scene, read_scene_within};
 
 fn read(files: &[(&str, &str)]) -> (Description, SourceMap, Diagnostics) {
     let files =
@@ -136,8 +137,12 @@ fn files_that_include_one_another_twice_end() {
         names.iter().map(String::as_str).zip(texts.iter().map(String::as_str)).collect();
     files.push(("40.pbrt", "Identity\n"));
     files.push(("scene.pbrt", "Include \"0.pbrt\""));
-    let (_, _, diagnostics) = read(&files);
-    assert!(diagnostics.iter().any(|diagnostic| diagnostic.code.as_str() == "E0615"));
+    let files = files.iter().map(|(path, text)| (PathBuf::from(path), (*text).to_owned()));
+    let (files, budget) = (MemoryFiles(files.collect()), InputBudget::new(Some(Amount(4 << 20))));
+    let (mut map, mut diagnostics) = (SourceMap::new(), Diagnostics::new());
+    read_scene_within(Path::new("scene.pbrt"), &files, &budget, &mut map, &mut diagnostics);
+    let message = "files included more than once give more than 65536 directives";
+    assert!(diagnostics.iter().any(|it| it.code.as_str() == "E0615" && it.message == message));
 }
 
 #[test]

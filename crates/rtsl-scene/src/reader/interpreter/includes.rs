@@ -1,0 +1,56 @@
+//! Directives that read other files.
+
+use std::path::{Path, PathBuf};
+
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
+use super::{Executed, Interpreter, MAX_INCLUDE_DEPTH, first_text};
+use crate::reader::files::resolve;
+use crate::reader::parser::Command;
+
+impl Interpreter<'_> {
+    /// Reads the file that a command names. Returns its last command if it is still to be executed.
+    pub fn include(&mut self, command: &Command) -> Result<Option<Command>, Box<Diagnostic>> {
+        let name = first_text(command);
+        let path = self.included_path(&name.text);
+        let cycle = self.open_files.contains(&path);
+        if cycle || self.open_files.len() >= MAX_INCLUDE_DEPTH {
+            let message = if cycle {
+                format!("`{}` includes itself", path.display())
+            } else {
+                format!("files include one another more than {MAX_INCLUDE_DEPTH} deep")
+            };
+            let chain: Vec<String> =
+                self.open_files.iter().map(|path| path.display().to_string()).collect();
+            return Err(Box::new(
+                Diagnostic::new(codes::INCLUDE_CYCLE, message)
+                    .at(name.span, "included again here")
+                    .note(format!("open files: {}", chain.join(" -> "))),
+            ));
+        }
+        Ok(self.read_file(path, Some(name.span)))
+    }
+
+    /// Reads a file whose changes to the graphics state end with it.
+    pub fn import(&mut self, command: &Command) -> Executed {
+        let (state, blocks) = (self.state.clone(), self.blocks.len());
+        let last = self.include(command)?;
+        if let Some(last) = last {
+            self.run(last);
+        }
+        self.close_blocks(blocks);
+        self.state = state;
+        Ok(())
+    }
+
+    /// The path of an included file: relative to the folder of the main file as in pbrt, or if there is none, relative
+    /// to the file that includes it.
+    fn included_path(&self, name: &str) -> PathBuf {
+        let exists =
+            |path: &Path| self.known_files.contains_key(path) || self.files.size(path).is_ok();
+        let main = resolve(self.main_file, name);
+        let including = self.open_files.last().map_or(self.main_file, PathBuf::as_path);
+        let beside = resolve(including, name);
+        if !exists(&main) && exists(&beside) { beside } else { main }
+    }
+}

@@ -1,0 +1,103 @@
+//! The integrator.
+
+use rtsl::Diagnostics;
+
+use super::Settings;
+use super::parameters::{ParameterReader, unknown_setting};
+use crate::description::Entity;
+use crate::renderer::Renderer;
+
+/// The integrators: the name, the renderer, and what takes its place if the picture may differ from pbrt's.
+const INTEGRATORS: [(&str, Renderer, Option<&str>); 17] = [
+    ("path", Renderer::Batch, None),
+    ("volpath", Renderer::Batch, None),
+    ("simplepath", Renderer::Batch, None),
+    ("simplevolpath", Renderer::Batch, None),
+    ("batch", Renderer::Batch, None),
+    ("interactive", Renderer::Interactive, None),
+    ("whitted", Renderer::Interactive, None),
+    ("direct", Renderer::Interactive, None),
+    ("directlighting", Renderer::Interactive, None),
+    ("bdpt", Renderer::Batch, Some(PATHS)),
+    ("lightpath", Renderer::Batch, Some(PATHS)),
+    ("mlt", Renderer::Batch, Some(PATHS)),
+    ("sppm", Renderer::Batch, Some(PATHS)),
+    ("randomwalk", Renderer::Batch, Some(PATHS)),
+    ("function", Renderer::Batch, Some(PATHS)),
+    ("ambientocclusion", Renderer::Interactive, Some("the interactive renderer takes its place")),
+    ("ao", Renderer::Interactive, Some("the interactive renderer takes its place")),
+];
+
+const PATHS: &str = "paths from the camera take its place";
+
+/// Parameters of pbrt's integrators that change how the picture is found, and not the picture.
+const WITHOUT_EFFECT: [&str; 16] = [
+    "lightsampler",
+    "samplelights",
+    "samplebsdf",
+    "bootstrapsamples",
+    "chains",
+    "mutationsperpixel",
+    "largestepprobability",
+    "sigma",
+    "photonsperiteration",
+    "radius",
+    "seed",
+    "cossample",
+    "maxdistance",
+    "function",
+    "filename",
+    "skipbad",
+];
+
+/// The greatest depth of paths; roulette ends them long before.
+const MAX_DEPTH: u32 = 1 << 16;
+
+/// The greatest depth in the interactive renderer: each level of `trace` takes a level of the host's stack.
+pub const MAX_TRACE_DEPTH: u32 = 64;
+
+impl Settings {
+    pub(super) fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
+        let known = INTEGRATORS.iter().find(|(name, ..)| *name == entity.class);
+        // Indirect light requires the path renderer.
+        let renderer = known.map_or(Renderer::Batch, |(_, renderer, _)| *renderer);
+        self.renderer = Some(renderer);
+        let mut reader = ParameterReader::new(entity, diagnostics);
+        if let Some((name, _, Some(instead))) = known {
+            reader.warn(format!("integrator `{name}` is not supported: {instead}"));
+        }
+        // As in pbrt, negative numbers limit nothing.
+        if let Some(depth) = reader.whole("maxdepth", f64::from(i32::MIN), f64::from(i32::MAX)) {
+            self.max_depth = if depth < 0.0 { MAX_DEPTH } else { (depth as u32).min(MAX_DEPTH) };
+            if renderer == Renderer::Interactive && self.max_depth > MAX_TRACE_DEPTH {
+                let message = format!(
+                    "the interactive renderer follows rays to a depth of {MAX_TRACE_DEPTH}"
+                );
+                reader.warn_of("maxdepth", message, None);
+            }
+        }
+        if let Some(cutoff) = reader.number_between("cutoff", 0.0, 1.0) {
+            self.cutoff = cutoff as f32;
+        }
+        if let Some(threshold) = reader.number_between("rrthreshold", 0.0, 1.0) {
+            self.roulette_threshold = threshold as f32;
+        }
+        if let Some(epsilon) = reader.number("epsilon") {
+            self.epsilon = Some(epsilon as f32);
+        }
+        if let Some(budget) = reader.whole("budget", 1.0, f64::from(u32::MAX)) {
+            self.loop_budget = budget as u32;
+        }
+        for name in ["regularize", "visualizestrategies", "visualizeweights"] {
+            if reader.boolean(name) == Some(true) {
+                reader.warn_of(name, format!("`{name}` has no effect on this renderer"), None);
+            }
+        }
+        reader.accept(&WITHOUT_EFFECT);
+        reader.accept(&["imagefilename"]);
+        reader.finish();
+        if known.is_none() {
+            diagnostics.push(unknown_setting(entity, &INTEGRATORS.map(|(name, ..)| name)));
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Directives across files: includes, imports, and compressed files.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use rtsl::{Diagnostics, SourceMap};
+use rtsl_memory::{Amount, InputBudget};
+use rtsl_scene::Description;
+use rtsl_scene::reader::{FileSource, read_scene_within};
+use rtsl_scene::{LoadOptions, SceneSource};
+
+/// Files of any bytes in memory.
+struct Files(BTreeMap<PathBuf, Vec<u8>>);
+
+impl Files {
+    fn new(files: &[(&str, &[u8])]) -> Self {
+        Files(files.iter().map(|(path, bytes)| (PathBuf::from(path), bytes.to_vec())).collect())
+    }
+}
+
+impl FileSource for Files {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        Ok(self.0.keys().filter(|path| path.parent() == Some(folder)).cloned().collect())
+    }
+}
+
+fn compressed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+fn read_within(main: &str, files: &Files, budget: &InputBudget) -> (Description, String) {
+    let (mut map, mut diagnostics) = (SourceMap::new(), Diagnostics::new());
+    let description = read_scene_within(Path::new(main), files, budget, &mut map, &mut diagnostics);
+    (description, rtsl::render::all_to_text(&map, diagnostics.iter(), false))
+}
+
+fn read(main: &str, files: &[(&str, &[u8])]) -> (Description, String) {
+    read_within(main, &Files::new(files), &InputBudget::new(Some(Amount(64 << 20))))
+}
+
+fn classes(description: &Description) -> Vec<&str> {
+    description.entities.iter().map(|entity| entity.class.as_str()).collect()
+}
+
+#[test]
+fn includes_are_relative_to_the_main_file_or_to_the_one_that_names_them() {
+    let files: [(&str, &[u8]); 5] = [
+        ("s/main.pbrt", b"WorldBegin Include \"parts/all.pbrt\""),
+        (
+            "s/parts/all.pbrt",
+            b"Include \"parts/one.pbrt\" Include \"two.pbrt\" Include \"both.pbrt\"",
+        ),
+        ("s/parts/one.pbrt", b"Shape \"One\""),
+        ("s/parts/two.pbrt", b"Shape \"Two\""),
+        ("s/both.pbrt", b"Shape \"BesideMain\""),
+    ];
+    let (description, messages) = read("s/main.pbrt", &files);
+    assert_eq!((classes(&description), messages.as_str()), (vec!["One", "Two", "BesideMain"], ""));
+    let (_, messages) = read("s/main.pbrt", &files[..2]);
+    assert!(messages.contains("cannot read `s/parts/one.pbrt`"), "{messages}");
+}
+
+#[test]
+fn parameters_follow_the_file_that_ends_before_them() {
+    let files: [(&str, &[u8]); 4] = [
+        ("main.pbrt", b"WorldBegin Include \"outer.pbrt\" \"float c\" 3 Shape \"Last\""),
+        ("outer.pbrt", b"Shape \"First\" Include \"inner.pbrt\" \"float b\" 2"),
+        ("inner.pbrt", b"Shape \"Second\" \"float a\" 1"),
+        ("end.pbrt", b"WorldBegin Include \"inner.pbrt\""),
+    ];
+    let (description, messages) = read("main.pbrt", &files);
+    assert_eq!((classes(&description), messages.as_str()), (vec!["First", "Second", "Last"], ""));
+    let names = |index: usize| {
+        let parameters = &description.entities[index].parameters;
+        parameters.iter().map(|it| it.name.as_str()).collect::<Vec<_>>()
+    };
+    assert_eq!((names(0), names(1)), (vec![], vec!["a", "b", "c"]));
+    assert_eq!(classes(&read("end.pbrt", &files).0), ["Second"]);
+    let (_, messages) = read(
+        "x.pbrt",
+        &[("x.pbrt", b"WorldBegin Include \"y\" \"float a\" 1"), ("y", b"Identity")],
+    );
+    assert!(messages.contains("found a quoted string, expected a directive"), "{messages}");
+}
+
+#[test]
+fn an_import_leaves_the_graphics_state_alone() {
+    let main = b"WorldBegin Translate 1 0 0 Import \"part.pbrt\" Shape \"Outside\"";
+    let (description, messages) = read(
+        "main.pbrt",
+        &[("main.pbrt", main), ("part.pbrt", b"Translate 2 0 0 AttributeBegin Shape \"Inside\"")],
+    );
+    let places: Vec<f64> =
+        description.entities.iter().map(|entity| entity.transform.point([0.0; 3])[0]).collect();
+    assert_eq!((classes(&description), places), (vec!["Inside", "Outside"], vec![3.0, 1.0]));
+    assert_eq!(messages.matches("error[").count(), 1, "{messages}");
+    assert!(messages.contains("`AttributeBegin` without its `AttributeEnd`"), "{messages}");
+}
+
+#[test]
+fn compressed_files_are_read_whatever_their_names() {
+    let main = compressed(b"WorldBegin Include \"part.pbrt\" Shape \"Third\"");
+    let part = compressed(b"Shape \"First\" Include \"plain.pbrt.gz\"");
+    let (description, messages) = read(
+        "main.pbrt.gz",
+        &[("main.pbrt.gz", &main), ("part.pbrt", &part), ("plain.pbrt.gz", b"Shape \"Second\"")],
+    );
+    assert_eq!((classes(&description), messages.as_str()), (vec!["First", "Second", "Third"], ""));
+}
+
+#[test]
+fn compressed_meshes_are_read() {
+    let ply = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let text =
+        b"Camera \"perspective\"\nWorldBegin\nShape \"plymesh\" \"string filename\" \"a.ply.gz\"\n";
+    let (text, ply) = (compressed(text), compressed(ply));
+    let files = Files::new(&[("main.pbrt.gz", &text), ("a.ply.gz", &ply)]);
+    let mut source = SceneSource::read(Path::new("main.pbrt.gz"), &files, &LoadOptions::default());
+    let loaded = source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    assert_eq!(loaded.scene.objects.len(), 1);
+    assert!(!source.text_changed(), "a compressed text is compared with what it expands to");
+}
+
+#[test]
+fn a_bomb_is_an_error_of_memory() {
+    let mut bomb = b"WorldBegin\n".to_vec();
+    bomb.resize(64 << 20, b' ');
+    let files = Files::new(&[("main.pbrt.gz", &compressed(&bomb))]);
+    let budget = InputBudget::new(Some(Amount(16 << 20)));
+    let (description, messages) = read_within("main.pbrt.gz", &files, &budget);
+    assert!(description.entities.is_empty());
+    assert!(messages.contains("for the scene's files"), "{messages}");
+    let mut damaged = compressed(b"WorldBegin\n");
+    damaged.truncate(15);
+    let (_, messages) = read("main.pbrt.gz", &[("main.pbrt.gz", &damaged)]);
+    assert!(messages.contains("cannot read `main.pbrt.gz`"), "{messages}");
+}
+
+#[test]
+fn texts_of_other_encodings_are_read() {
+    let main = b"\xef\xbb\xbf# caf\xe9\nWorldBegin Shape \"One\"";
+    let (description, messages) = read("main.pbrt", &[("main.pbrt", main)]);
+    assert_eq!((classes(&description), messages.as_str()), (vec!["One"], ""));
+}
