@@ -14,7 +14,7 @@ use super::arguments::{Resolve, argument, texture};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use super::parts::SceneParts;
-use super::pbrt::{MeshShape, PbrtName, translated, without_effect};
+use super::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::shutter::{SHUTTER, Shutter};
@@ -121,6 +121,11 @@ pub struct Loader<'a, 'f> {
     depth: usize,
     /// Messages about parameters without effect, each of which is reported once.
     said: BTreeSet<String>,
+    images: Images,
+    /// The entities that are checked although nothing uses them, whose files are not read.
+    unused: Option<Vec<EntityId>>,
+    /// True if such a file was not read.
+    skipped_files: bool,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -142,6 +147,9 @@ impl<'a, 'f> Loader<'a, 'f> {
             names: names_of(description),
             depth: 0,
             said: BTreeSet::new(),
+            images: Images::default(),
+            unused: None,
+            skipped_files: false,
         }
     }
 
@@ -334,8 +342,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// Checks textures and materials that are not used.
+    /// Checks textures and materials that are not used, without the files that they name.
     fn check_unused_entities(&mut self) {
+        self.unused = Some(Vec::new());
         for (index, entity) in self.description.entities.iter().enumerate() {
             match entity.kind {
                 EntityKind::Texture | EntityKind::Material | EntityKind::AreaLight => {
@@ -349,6 +358,11 @@ impl<'a, 'f> Loader<'a, 'f> {
                 | EntityKind::Light
                 | EntityKind::Shape => {}
             }
+        }
+        let unused = self.unused.take().unwrap_or_default();
+        if self.skipped_files {
+            // A later load may use them, and then needs the files.
+            unused.into_iter().for_each(|EntityId(index)| self.instances[index] = Slot::Empty);
         }
     }
 
@@ -380,6 +394,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             self.warn_of_unset_references(id, instance);
         }
         self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
+        self.unused.iter_mut().for_each(|unused| unused.push(id));
         instance
     }
 
@@ -455,8 +470,11 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        if let Some(standard) = self.pbrt_name(entity) {
-            match standard.make(entity, self.files) {
+        let standard = self.pbrt_name(entity);
+        if standard.is_some_and(PbrtName::has_files) && self.unused.is_some() {
+            self.skipped_files = true;
+        } else if let Some(standard) = standard {
+            match standard.make(entity, self.files, &mut self.images) {
                 Ok(values) => arguments.values = values,
                 Err(diagnostic) => {
                     self.diagnostics.push(*diagnostic);

@@ -1,8 +1,9 @@
 //! The names and parameters of the format, and what stands for them: text in, instances out.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rtsl::{Backend, Engine, EngineOptions, Messages};
+use rtsl::{Backend, Engine, EngineOptions, Instance, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::batch::BatchScene;
 use rtsl_render::compiled::CompiledScene;
@@ -52,7 +53,7 @@ fn what_cuts_a_shape_out_has_to_be_a_texture() {
 }
 
 /// The class and a member of each material, texture or light, as numbers.
-fn numbers(instance: &rtsl::Instance, member: &str) -> Vec<f32> {
+fn numbers(instance: &Instance, member: &str) -> Vec<f32> {
     let words = instance.member(member).unwrap_or_default();
     words.iter().map(|word| f32::from_bits(*word)).collect()
 }
@@ -219,14 +220,62 @@ fn images_are_read_for_textures_and_skies() {
 
 #[test]
 fn a_file_that_is_no_image_is_an_error() {
-    for light in ["", " \"string filename\" \"scene.pbrt\""] {
-        let text = format!("Texture \"t\" \"spectrum\" \"imagemap\"{light}\n");
-        let messages = load(&text).unwrap_err().to_text(false);
-        assert!(
-            messages.contains("names no file") || messages.contains("neither a PNG"),
-            "{messages}"
+    let errors = |parameters: &str| {
+        let text = format!(
+            "Texture \"t\" \"spectrum\" \"imagemap\" {parameters}\n\
+            Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n"
         );
+        load(&text).unwrap_err().to_text(false)
+    };
+    assert!(errors("").contains("names no file"));
+    let none = errors("\"string filename\" \"scene.pbrt\"");
+    let problem = "it is not an image in EXR, PNG, JPEG, TGA, HDR, PFM, BMP or QOI format";
+    assert!(none.contains(problem) && none.contains("help: convert the image"), "{none}");
+    let encoding = errors("\"string filename\" \"scene.pbrt\" \"string encoding\" \"gamma x\"");
+    assert!(encoding.contains("`encoding` is `gamma x`, expected `sRGB`, `linear`"), "{encoding}");
+}
+
+/// The words of a texture's image.
+fn words(texture: &Instance) -> &Arc<[u32]> {
+    texture.buffer("words").unwrap()
+}
+
+#[test]
+fn a_file_is_decoded_once_for_all_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = Image::new(4, 2).unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in ["a.png", "same.png"] {
+        write_image(&image, &path(name), &ImageOptions::default()).unwrap();
     }
+    let texture = |name: &str, file: &str, more: &str| {
+        format!(
+            "Texture \"{name}\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\" {more}\n\
+            Material \"diffuse\" \"texture reflectance\" \"{name}\"\n\
+            Shape \"sphere\" \"texture alpha\" \"{name}\"\n"
+        )
+    };
+    let text = [
+        "Camera \"perspective\"\nWorldBegin\n".to_owned(),
+        texture("one", "a.png", ""),
+        texture("two", "a.png", "\"string wrap\" \"black\" \"string filter\" \"point\""),
+        texture("three", "same.png", "\"bool invert\" true"),
+        texture("four", "a.png", "\"string encoding\" \"gamma 2.2\""),
+        "Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"missing.png\"\n"
+            .to_owned(),
+    ];
+    std::fs::write(path("scene.pbrt"), text.concat()).unwrap();
+    let loaded = load_scene(&path("scene.pbrt"), &DiskFiles, &LoadOptions::default());
+    let scene = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).scene;
+    let textures: Vec<&Arc<Instance>> =
+        scene.objects.iter().map(|object| object.alpha.as_ref().unwrap()).collect();
+    let [one, two, three, four] = textures[..] else { panic!("{}", textures.len()) };
+    assert!(Arc::ptr_eq(words(one), words(two)) && Arc::ptr_eq(words(one), words(three)));
+    assert!(!Arc::ptr_eq(words(one), words(four)));
+    assert_ne!(one.buffer("decoded").unwrap()[128], four.buffer("decoded").unwrap()[128]);
+    assert_eq!((two.member("wrap"), two.member("filtering")), (Some(&[2][..]), Some(&[1][..])));
+    // A word a texel: 8 texels, 2, and 1.
+    assert_eq!((words(one).len(), one.member("channels")), (11, Some(&[3][..])));
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod shapes;
 mod textures;
 mod translation;
 
+pub use images::Images;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;
 pub use translation::{translated, without_effect};

@@ -3,6 +3,7 @@
 use rtsl::{Diagnostic, Value};
 use rtsl_math::Transform;
 
+use super::images::Images;
 use super::translation::Translation;
 use super::{cameras, lights, materials, shapes, textures};
 use crate::description::{Entity, EntityKind};
@@ -38,7 +39,8 @@ pub type Choose = fn(&Entity) -> Option<&'static PbrtName>;
 pub type Translate = fn(&mut Translation<'_>);
 
 /// Makes values of the class from files that the entity names.
-pub type Make = fn(&Entity, SceneFiles<'_>) -> Result<Vec<(String, Value)>, Box<Diagnostic>>;
+pub type Make =
+    fn(&Entity, SceneFiles<'_>, &mut Images) -> Result<Vec<(String, Value)>, Box<Diagnostic>>;
 
 /// The names of one kind of entity.
 pub struct Names {
@@ -120,8 +122,14 @@ impl PbrtName {
         &self,
         entity: &Entity,
         files: SceneFiles<'_>,
+        images: &mut Images,
     ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-        self.make.map_or(Ok(Vec::new()), |make| make(entity, files))
+        self.make.map_or(Ok(Vec::new()), |make| make(entity, files, images))
+    }
+
+    /// True if values come from files.
+    pub fn has_files(&self) -> bool {
+        self.make.is_some()
     }
 
     /// Returns the transform from the class's space to that of the format's shape. It includes a reflection, so that
