@@ -12,7 +12,7 @@ use crate::description::Entity;
 use crate::reader::{Input, Parameter, SceneFiles, Values, unreadable};
 
 /// The parameters by which pbrt describes images, which [`texture`] and [`sky`] read.
-pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap", "mapping"];
+pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap"];
 
 /// The values of wrap modes in the class.
 const WRAP_MODES: [(&str, i32); 4] =

@@ -25,6 +25,7 @@ mod sampling;
 mod shade_tree;
 mod specialisation;
 mod tables;
+mod textures;
 mod threads;
 mod unit_directions;
 mod weights;
