@@ -59,6 +59,35 @@ impl Mipmap {
     }
 }
 
+impl Mipmap {
+    /// Returns the texels of the first level as linear red, green and blue.
+    pub fn colors(&self) -> impl Iterator<Item = [f32; 3]> {
+        let code = ByteCode::new(self.encoding);
+        (0..self.width * self.height).map(move |index| self.color(&code, index))
+    }
+
+    fn color(&self, code: &ByteCode, index: usize) -> [f32; 3] {
+        let word = |at: usize| self.words.get(at).copied().unwrap_or(0);
+        let half = |bits: u32| f16::from_bits(bits as u16).to_f32();
+        match (self.format.depth, self.format.channels) {
+            (Depth::Byte, 1) => [code.decode(word(index / 4).to_le_bytes()[index % 4]); 3],
+            (Depth::Byte, _) => {
+                let [red, green, blue, _] = word(index).to_le_bytes();
+                [red, green, blue].map(|it| code.decode(it))
+            }
+            (Depth::Half, 1) => [half(word(index / 2) >> (16 * (index % 2)) & 0xffff); 3],
+            (Depth::Half, _) => {
+                let (low, high) = (word(2 * index), word(2 * index + 1));
+                [half(low & 0xffff), half(low >> 16), half(high & 0xffff)]
+            }
+            (Depth::Float, 1) => [f32::from_bits(word(index)); 3],
+            (Depth::Float, channels) => {
+                [0, 1, 2].map(|channel| f32::from_bits(word(channels * index + channel)))
+            }
+        }
+    }
+}
+
 /// The sizes of the levels of a mipmap.
 pub fn level_sizes(width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
     let smaller = |(width, height): &(usize, usize)| {
@@ -237,6 +266,24 @@ mod tests {
         };
         // The code of half the light, not half the code.
         assert_eq!(Mipmap::new(encoded).unwrap().words[0], 188 << 16 | 255 << 8);
+    }
+
+    #[test]
+    fn colors_come_back_from_every_format() {
+        let half = f16::from_f32;
+        for (channels, samples) in [
+            (1, Samples::Bytes(vec![0, 51, 255])),
+            (3, Samples::Bytes(vec![0, 51, 255, 1, 2, 3, 255, 0, 51])),
+            (4, Samples::Bytes(vec![0, 51, 255, 9, 1, 2, 3, 9, 255, 0, 51, 9])),
+            (1, Samples::Halves([1.0, 2.0, 0.5].map(half).to_vec())),
+            (3, Samples::Halves((1..10).map(|it| half(it as f32)).collect())),
+            (1, Samples::Floats(vec![1.0, 2.0, 0.1])),
+            (3, Samples::Floats((1..10).map(|it| it as f32 / 7.0).collect())),
+            (4, Samples::Floats((1..13).map(|it| it as f32 / 7.0).collect())),
+        ] {
+            let picture = picture((3, 1), channels, samples);
+            assert!(Mipmap::flat(&picture).colors().eq(picture.colors()), "{picture:?}");
+        }
     }
 
     #[test]

@@ -40,6 +40,9 @@ const DEFAULT_MATERIAL: &str = "Lambertian";
 const CONSTANT_TEXTURE: &str = "Constant";
 const CONSTANT_COLOR: &str = "value";
 
+/// The class of textures given by images.
+const IMAGE_TEXTURE: &str = "Image";
+
 /// The alpha parameter of every shape, unless its class declares one of this name.
 const ALPHA: &str = "alpha";
 
@@ -475,7 +478,12 @@ impl<'a, 'f> Loader<'a, 'f> {
             self.skipped_files = true;
         } else if let Some(standard) = standard {
             match standard.make(entity, self.files, &mut self.images) {
-                Ok(values) => arguments.values = values,
+                Ok(values) => match standard.image() {
+                    Some(reference) => {
+                        complete &= self.put_image(&mut arguments, reference, class, values);
+                    }
+                    None => arguments.values = values,
+                },
                 Err(diagnostic) => {
                     self.diagnostics.push(*diagnostic);
                     complete = false;
@@ -508,6 +516,30 @@ impl<'a, 'f> Loader<'a, 'f> {
             }
         }
         complete.then_some(arguments)
+    }
+
+    /// Splits values made of an image: those that the class does not take are those of a texture that it takes as
+    /// `reference`. Returns false if an error was reported.
+    fn put_image(
+        &mut self,
+        arguments: &mut Arguments,
+        reference: &str,
+        class: &Class,
+        values: Vec<(String, Value)>,
+    ) -> bool {
+        let is_own = |(name, _): &(String, Value)| {
+            class.parameters.iter().any(|parameter| parameter.name == *name)
+        };
+        let (own, image): (Vec<_>, Vec<_>) = values.into_iter().partition(is_own);
+        arguments.values = own;
+        if image.is_empty() {
+            return true;
+        }
+        let image = image.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+        let Some(texture) = self.standard_instance(IMAGE_TEXTURE, image) else { return false };
+        arguments.standard.push(texture.class().clone());
+        arguments.values.push((reference.to_owned(), Value::Instance(texture)));
+        true
     }
 
     /// Converts a parameter and records in `arguments` the entities that it refers to; returns `None` if an error was

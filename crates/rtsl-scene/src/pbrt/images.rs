@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
 use rtsl_image::{Depth, Encoding, Mipmap, Picture, PictureError};
 use rtsl_memory::{Amount, OutOfMemory};
 
+use super::image_lights;
 use crate::description::Entity;
 use crate::reader::{Input, Parameter, SceneFiles, Values, unreadable};
 
-/// The parameters by which pbrt describes images, which [`texture`] and [`sky`] read.
+/// The parameters by which pbrt describes the images of textures.
 pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap"];
 
 /// The values of wrap modes in the class.
@@ -27,9 +29,16 @@ const FILTERS: [(&str, i32); 5] =
 pub struct Images {
     /// The digests of files that were read.
     digests: BTreeMap<PathBuf, blake3::Hash>,
-    converted: BTreeMap<Key, Vec<(String, Value)>>,
+    converted: BTreeMap<Key, Rc<Converted>>,
     /// The linear values of bytes, by encoding.
     tables: BTreeMap<EncodingKey, Arc<[u32]>>,
+}
+
+/// An image, and the arguments of classes that have it.
+#[derive(Debug)]
+pub struct Converted {
+    pub image: Mipmap,
+    pub values: Vec<(String, Value)>,
 }
 
 /// The contents of a file, and what is made of it.
@@ -40,18 +49,9 @@ type EncodingKey = (u8, u64);
 
 /// The use of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Use {
+pub enum Use {
     Texture,
     Sky,
-}
-
-/// The values of a sky from the image that an entity names.
-pub fn sky(
-    entity: &Entity,
-    files: SceneFiles<'_>,
-    images: &mut Images,
-) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-    images.values_of(entity, files, Use::Sky)
 }
 
 /// The values of a texture from the image that an entity names.
@@ -60,7 +60,7 @@ pub fn texture(
     files: SceneFiles<'_>,
     images: &mut Images,
 ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-    let mut values = images.values_of(entity, files, Use::Texture)?;
+    let mut values = images.of(entity, files, Use::Texture)?.values.clone();
     let mut choose = |name: &str, ours: &str, known: &[(&str, i32)]| {
         let value = choice(entity, name, known)?;
         values.extend(value.map(|value| (ours.to_owned(), Value::Int(value))));
@@ -129,13 +129,13 @@ fn key(encoding: Encoding) -> EncodingKey {
 }
 
 impl Images {
-    /// The values of the image that an entity names.
-    fn values_of(
+    /// The image that an entity names.
+    pub fn of(
         &mut self,
         entity: &Entity,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
+    ) -> Result<Rc<Converted>, Box<Diagnostic>> {
         let Some((name, parameter)) = text(entity, "filename") else {
             let message = format!("`{}` names no file", entity.class);
             let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
@@ -148,14 +148,14 @@ impl Images {
             .map_err(|diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here")))
     }
 
-    /// The values of an image file, which is read if none with the same contents was.
+    /// An image file, which is decoded if none with the same contents was.
     fn read(
         &mut self,
         path: &Path,
         encoding: Encoding,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Vec<(String, Value)>, Diagnostic> {
+    ) -> Result<Rc<Converted>, Diagnostic> {
         let known = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
         if let Some(values) = self.digests.get(path).and_then(|it| self.converted.get(&known(it))) {
             return Ok(values.clone());
@@ -166,9 +166,9 @@ impl Images {
         if let Some(values) = self.converted.get(&known(&digest)) {
             return Ok(values.clone());
         }
-        let values = self.convert(path, input, encoding, files, use_)?;
-        self.converted.insert(known(&digest), values.clone());
-        Ok(values)
+        let converted = Rc::new(self.convert(path, input, encoding, files, use_)?);
+        self.converted.insert(known(&digest), converted.clone());
+        Ok(converted)
     }
 
     fn convert(
@@ -178,7 +178,7 @@ impl Images {
         encoding: Encoding,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Vec<(String, Value)>, Diagnostic> {
+    ) -> Result<Converted, Diagnostic> {
         let read = Picture::read(&input.bytes, encoding, files.budget);
         let (picture, held) = read.map_err(|error| match error {
             PictureError::Malformed(problem) => unreadable(path, &std::io::Error::other(problem))
@@ -186,34 +186,26 @@ impl Images {
             PictureError::OverBudget(error) => error.diagnostic(path.display()),
         })?;
         drop(input);
-        let values = match use_ {
-            Use::Texture => self.texture_values(picture),
-            Use::Sky => Ok(self.sky_values(&picture)),
+        let converted = match use_ {
+            Use::Texture => self.texture(picture),
+            Use::Sky => Ok(self.sky(&picture)),
         };
-        let values = values.map_err(|error| unreadable(path, &std::io::Error::other(error)))?;
-        held.keep(values.iter().map(|(_, value)| memory(value)).sum());
-        Ok(values)
+        let converted =
+            converted.map_err(|error| unreadable(path, &std::io::Error::other(error)))?;
+        held.keep(converted.values.iter().map(|(_, value)| memory(value)).sum());
+        Ok(converted)
     }
 
-    fn texture_values(&mut self, picture: Picture) -> Result<Vec<(String, Value)>, OutOfMemory> {
-        Ok(self.stored(&Mipmap::new(picture)?))
+    fn texture(&mut self, picture: Picture) -> Result<Converted, OutOfMemory> {
+        let image = Mipmap::new(picture)?;
+        Ok(Converted { values: self.stored(&image), image })
     }
 
-    /// Square images are octahedral maps, others latitude-longitude maps.
-    fn sky_values(&mut self, picture: &Picture) -> Vec<(String, Value)> {
-        let latitudes = picture.width != picture.height;
-        let height = picture.height as f64;
-        // A parabola through both poles and the equator approximates the sine; it only affects the sampling density.
-        let width_of = |row: usize| {
-            let down = (row as f64 + 0.5) / height;
-            if latitudes { 4.0 * down * (1.0 - down) } else { 1.0 }
-        };
-        let (rows, columns) = picture.sums(width_of);
-        let mut values = self.stored(&Mipmap::flat(picture));
-        values.push(("rows".to_owned(), Value::Numbers(Numbers::floats(rows))));
-        values.push(("columns".to_owned(), Value::Numbers(Numbers::floats(columns))));
-        values.push(("latitudes".to_owned(), Value::Bool(latitudes)));
-        values
+    fn sky(&mut self, picture: &Picture) -> Converted {
+        let image = Mipmap::flat(picture);
+        let mut values = self.stored(&image);
+        values.extend(image_lights::distributions(picture));
+        Converted { values, image }
     }
 
     /// The texels of an image and their format, as the classes `Image` and `ImageSky` take them.

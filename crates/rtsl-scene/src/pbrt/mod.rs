@@ -2,6 +2,7 @@
 //! the translation of parameters that differ by more than their names.
 
 mod cameras;
+mod image_lights;
 mod images;
 mod lights;
 mod materials;
