@@ -3,7 +3,6 @@
 //! picture and of its blocks, that blocks lie within the file, and the counters in blocks of DWA compression.
 
 use std::io::{Cursor, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{
@@ -18,7 +17,11 @@ use exr::prelude::f16;
 use rayon::prelude::*;
 use rtsl_memory::{Amount, Held, InputBudget, filled};
 
-use super::picture::{Picture, PictureError, check_size};
+use super::encoding::Encoding;
+use super::guarded::guarded;
+use super::picture::{Picture, PictureError, Samples};
+use super::picture_file::hold;
+use super::texel_format::{Depth, TexelFormat};
 
 /// The greatest length of a header, which may contain thumbnails. The parsed attributes take a limited multiple of
 /// their bytes.
@@ -29,22 +32,28 @@ const HEADER_EXPANSION: usize = 32;
 /// blocks of coefficients.
 const BLOCK_EXPANSION: usize = 12;
 
-/// Reads the first part of a file that has red, green and blue, at its full resolution.
+/// Reads a part of a file at its full resolution: the first that has red, green and blue, on their own or in a named
+/// layer, else the first that has a luminance `Y` or a single channel.
 pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), PictureError> {
     let header_memory = Amount(MAX_HEADER_BYTES.min(bytes.len() as u64)).times(HEADER_EXPANSION);
     let of_header = budget.hold(header_memory)?;
     let (meta_data, tables) = guarded(|| read_header(bytes))?;
-    let (layer, header, colors) = meta_data
-        .headers
-        .iter()
-        .enumerate()
-        .find_map(|(layer, header)| Some((layer, header, Colors::of(header)?)))
-        .ok_or("it has no red, green and blue channels of one resolution")?;
+    let find = |choose: fn(&Header) -> Option<Channels>| {
+        let parts = meta_data.headers.iter().enumerate();
+        parts.into_iter().find_map(|(layer, header)| Some((layer, header, choose(header)?)))
+    };
+    let (layer, header, channels) = find(Channels::colors)
+        .or_else(|| find(Channels::grey))
+        .ok_or("it has neither red, green and blue of one resolution nor a single channel")?;
     let Vec2(width, height) = header.layer_size;
-    check_size(width, height)?;
-    let held = budget.hold(Picture::memory(width, height))?;
-    let mut picture =
-        Picture { width, height, texels: filled(width * height, [0.0, 0.0, 0.0, 1.0])? };
+    let held = hold((width, height), channels.format(), budget)?;
+    let numbers = width * height * channels.list.len();
+    let samples = match channels.format().depth {
+        Depth::Half => Samples::Halves(filled(numbers, f16::ZERO)?),
+        Depth::Byte | Depth::Float => Samples::Floats(filled(numbers, 0.0)?),
+    };
+    let (encoding, count) = (Encoding::Linear, channels.list.len());
+    let mut picture = Picture { width, height, channels: count, samples, encoding };
     let blocks = Blocks { bytes, meta_data: &meta_data, layer, header };
     let group = blocks.group(budget)?;
     let offsets = blocks.offsets(tables)?;
@@ -57,7 +66,7 @@ pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), P
             .collect();
         for block in decoded {
             if let Some(block) = block? {
-                colors.copy(&block, &mut picture);
+                channels.copy(&block, &mut picture);
             }
         }
     }
@@ -71,12 +80,6 @@ fn read_header(bytes: &[u8]) -> Result<(MetaData, usize), PictureError> {
     let meta_data = MetaData::read_from_buffered(cursor.by_ref().take(MAX_HEADER_BYTES), false)?;
     MetaData::validate(&meta_data.headers, false)?;
     Ok((meta_data, cursor.position() as usize))
-}
-
-/// Calls the library, some of whose checks are assertions: a file for which they fail is reported as malformed.
-fn guarded<T>(call: impl FnOnce() -> Result<T, PictureError>) -> Result<T, PictureError> {
-    let damaged = |_| Err("it is damaged".into());
-    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(damaged)
 }
 
 /// The compressed blocks of a part.
@@ -209,34 +212,50 @@ impl<'a> Blocks<'a> {
 }
 
 /// The positions of a pixel's numbers in a row of a block, which stores channel after channel, each with all columns.
-struct Colors {
+struct Channels {
     bytes_per_pixel: usize,
-    /// Red, green, blue and opacity; the last may be missing.
-    channels: [Option<Channel>; 4],
+    /// Grey; or red, green and blue, and opacity if there is some.
+    list: Vec<Channel>,
 }
 
+#[derive(Clone, Copy)]
 struct Channel {
     /// The bytes of the preceding channels for one pixel.
     offset: usize,
     kind: SampleType,
 }
 
-impl Colors {
-    /// Returns the positions for a part with red, green and blue and without subsampled channels.
-    fn of(header: &Header) -> Option<Self> {
-        let list = &header.channels.list;
-        if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-            return None;
-        }
-        let size = |channel: &ChannelDescription| channel.sample_type.bytes_per_sample();
-        let find = |name: &str| {
-            let place = list.iter().position(|channel| channel.name == *name)?;
-            let offset = list[..place].iter().map(size).sum();
-            Some(Channel { offset, kind: list[place].sample_type })
-        };
-        let channels = ["R", "G", "B", "A"].map(find);
-        let is_complete = channels[..3].iter().all(Option::is_some);
-        is_complete.then_some(Colors { bytes_per_pixel: header.channels.bytes_per_pixel, channels })
+impl Channels {
+    /// Returns red, green and blue, and opacity if there is some, of a part without subsampled channels: those without
+    /// the name of a layer, else those of the first layer that has them.
+    fn colors(header: &Header) -> Option<Self> {
+        let named = named_channels(header)?;
+        let layers = std::iter::once("").chain(named.iter().filter_map(|(name, _)| layer(name)));
+        let mut found = layers.filter_map(|layer| {
+            let find = |name: &str| {
+                let full = |other: &str| other.strip_prefix(layer) == Some(name);
+                named.iter().find(|(other, _)| full(other)).map(|(_, channel)| *channel)
+            };
+            let mut list = ["R", "G", "B"].map(find).into_iter().collect::<Option<Vec<_>>>()?;
+            list.extend(find("A"));
+            Some(list)
+        });
+        Some(Channels { bytes_per_pixel: header.channels.bytes_per_pixel, list: found.next()? })
+    }
+
+    /// Returns the luminance of a part without subsampled channels, or its only channel.
+    fn grey(header: &Header) -> Option<Self> {
+        let named = named_channels(header)?;
+        let is_luminance = |name: &str| name == "Y" || name.ends_with(".Y");
+        let (_, only) = named.iter().find(|(name, _)| is_luminance(name) || named.len() == 1)?;
+        let bytes_per_pixel = header.channels.bytes_per_pixel;
+        Some(Channels { bytes_per_pixel, list: vec![*only] })
+    }
+
+    fn format(&self) -> TexelFormat {
+        let halves = self.list.iter().all(|channel| channel.kind == SampleType::F16);
+        let depth = if halves { Depth::Half } else { Depth::Float };
+        TexelFormat { channels: self.list.len(), depth }
     }
 
     /// Copies the pixels of a block to the picture.
@@ -244,23 +263,61 @@ impl Colors {
         let Vec2(x, y) = block.index.pixel_position;
         let Vec2(columns, _) = block.index.pixel_size;
         let rows = block.data.chunks_exact((columns * self.bytes_per_pixel).max(1));
+        let count = self.list.len();
         for (row, bytes) in rows.enumerate() {
-            let start = (y + row) * picture.width + x;
-            let Some(texels) = picture.texels.get_mut(start..start + columns) else { continue };
-            for (component, channel) in self.channels.iter().enumerate() {
-                if let Some(channel) = channel {
-                    channel.copy(&bytes[columns * channel.offset..], texels, component);
+            let start = ((y + row) * picture.width + x) * count;
+            let place = start..start + columns * count;
+            for (index, channel) in self.list.iter().enumerate() {
+                let bytes = &bytes[columns * channel.offset..];
+                match &mut picture.samples {
+                    Samples::Halves(halves) => {
+                        let Some(line) = halves.get_mut(place.clone()) else { continue };
+                        copy_halves(bytes, line.iter_mut().skip(index).step_by(count));
+                    }
+                    Samples::Floats(floats) => {
+                        let Some(line) = floats.get_mut(place.clone()) else { continue };
+                        channel.copy(bytes, line.iter_mut().skip(index).step_by(count));
+                    }
+                    Samples::Bytes(_) => {}
                 }
             }
         }
     }
 }
 
+/// The channels of a part with their names; `None` if some are subsampled.
+fn named_channels(header: &Header) -> Option<Vec<(String, Channel)>> {
+    let list = &header.channels.list;
+    if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return None;
+    }
+    let mut offset = 0;
+    let channels = list.iter().map(|channel: &ChannelDescription| {
+        let kind = channel.sample_type;
+        let here = Channel { offset, kind };
+        offset += kind.bytes_per_sample();
+        (channel.name.to_string(), here)
+    });
+    Some(channels.collect())
+}
+
+/// The name of a channel's layer, with its point.
+fn layer(channel: &str) -> Option<&str> {
+    channel.rfind('.').map(|point| &channel[..=point])
+}
+
+/// Copies halves; infinities and NaN become 0.
+fn copy_halves<'t>(bytes: &[u8], targets: impl Iterator<Item = &'t mut f16>) {
+    for (target, pair) in targets.zip(bytes.as_chunks().0) {
+        let value = f16::from_ne_bytes(*pair);
+        *target = if value.is_finite() { value } else { f16::ZERO };
+    }
+}
+
 impl Channel {
-    /// Copies a channel to a component of each texel; infinities and NaN become 0.
-    fn copy(&self, bytes: &[u8], texels: &mut [[f32; 4]], component: usize) {
+    /// Copies a channel as floats; infinities and NaN become 0.
+    fn copy<'t>(self, bytes: &[u8], targets: impl Iterator<Item = &'t mut f32>) {
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-        let targets = texels.iter_mut().map(|texel| &mut texel[component]);
         let (twos, fours) = (bytes.as_chunks().0.iter(), bytes.as_chunks().0.iter());
         match self.kind {
             SampleType::F16 => {

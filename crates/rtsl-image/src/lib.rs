@@ -1,30 +1,42 @@
 //! Images: linear colours in memory, PNG (as displayed) or EXR (linear) on disk.
 //!
 //! [`write_image`] and related functions write files completely or not at all ([`atomic_write`]); [`Picture`] reads
-//! them within a memory budget. [`ViewTransform`] maps linear colours to a display. [`Denoiser`] calls Open Image
+//! these and other formats within a memory budget, and [`Mipmap`] stores them as shaders read them. [`ViewTransform`] maps linear colours to a display. [`Denoiser`] calls Open Image
 //! Denoise if it is installed. This crate does not depend on scenes or shaders.
 
 mod aov;
 pub mod atomic_write;
+mod bmp_picture;
 mod colormap;
 mod denoise;
 #[allow(unsafe_code, reason = "calls a C library")]
 mod denoiser;
+mod encoding;
 mod exr_file;
 mod exr_picture;
 mod file;
+mod guarded;
+mod hdr_picture;
 mod image;
+mod jpeg_picture;
 mod metadata;
+mod mipmap;
+mod pfm_picture;
 mod picture;
 mod picture_file;
 mod png_file;
+mod png_picture;
+mod qoi_picture;
 mod srgb;
+mod texel_format;
+mod tga_picture;
 mod view_transform;
 
 pub use aov::{Aov, AovImage};
 pub use colormap::{HeatScale, logarithm};
 pub use denoise::{DENOISER_AOVS, denoised, denoiser_diagnostic};
 pub use denoiser::{Denoiser, DenoiserError, DenoiserInput};
+pub use encoding::{ByteCode, Encoding};
 pub use exr_file::{ExrOptions, ExrPrecision};
 pub use file::{
     ImageError, ImageFormat, ImageOptions, check_writable, write_image, write_image_with,
@@ -32,7 +44,8 @@ pub use file::{
 };
 pub use image::Image;
 pub use metadata::ImageMetadata;
-pub use picture::{Picture, PictureError};
-pub use picture_file::Encoding;
+pub use mipmap::Mipmap;
+pub use picture::{Picture, PictureError, Samples};
 pub use srgb::{SrgbEncoder, decode as srgb_decode};
+pub use texel_format::{Depth, TexelFormat};
 pub use view_transform::{ViewEncoder, ViewTransform, exposure_scale};

@@ -1,91 +1,60 @@
 //! The reader of image files that scenes refer to.
 
-use std::io::Cursor;
+use rtsl_memory::{Held, InputBudget};
 
-use rtsl_memory::{Amount, Held, InputBudget, filled, reserved};
-
+use super::encoding::Encoding;
 use super::exr_picture::read_exr;
+use super::guarded::guarded;
 use super::picture::{Picture, PictureError, check_size};
-use crate::srgb_decode;
+use super::texel_format::TexelFormat;
+use super::{
+    bmp_picture, hdr_picture, jpeg_picture, pfm_picture, png_picture, qoi_picture, tga_picture,
+};
 
-/// The encoding of 8-bit and 16-bit files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// The transfer function of sRGB.
-    Srgb,
-    /// Linear.
-    Linear,
-}
+/// The names of the formats that are read, for diagnostics.
+const FORMATS: &str = "EXR, PNG, JPEG, TGA, HDR, PFM, BMP or QOI";
 
 impl Picture {
-    /// Reads a PNG or an EXR file, distinguished by its first bytes. [`Picture::memory`] is held with it.
+    /// Reads an image file, whose format is recognised by its first bytes. [`Picture::memory`] is held with it.
+    ///
+    /// `encoding` is that of PNG files. As in pbrt-v4, JPEG, TGA and BMP files are sRGB, QOI files name their encoding,
+    /// and EXR, HDR and PFM files are linear. Opacity is read from EXR, QOI and from PNG files with red, green, blue and
+    /// opacity, whose opacity is encoded as their colours are; other files are opaque.
     ///
     /// # Errors
-    /// If it is neither, is damaged, or takes more memory than is left in the budget.
+    /// If it is no such file, is damaged, or takes more memory than is left in the budget.
     pub fn read(
         bytes: &[u8],
         encoding: Encoding,
         budget: &InputBudget,
     ) -> Result<(Picture, Held), PictureError> {
-        let (mut picture, held) = match bytes {
+        let (picture, held) = match bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget)?,
-            [0x89, b'P', b'N', b'G', ..] => read_png(bytes, encoding, budget)?,
-            _ => return Err("it is neither a PNG nor an EXR file".into()),
-        };
-        if picture.texels.iter().all(|texel| texel[3] == 1.0) {
-            for texel in &mut picture.texels {
-                texel[3] = (texel[0] + texel[1] + texel[2]) / 3.0;
+            [0x89, b'P', b'N', b'G', ..] => png_picture::read(bytes, encoding, budget)?,
+            [0xff, 0xd8, 0xff, ..] => guarded(|| jpeg_picture::read(bytes, budget))?,
+            [b'B', b'M', ..] => guarded(|| bmp_picture::read(bytes, budget))?,
+            [b'q', b'o', b'i', b'f', ..] => guarded(|| qoi_picture::read(bytes, budget))?,
+            [b'#', b'?', ..] => guarded(|| hdr_picture::read(bytes, budget))?,
+            [b'P', b'F' | b'f', b' ' | b'\n' | b'\r' | b'\t', ..] => {
+                pfm_picture::read(bytes, budget)?
             }
-        }
-        Ok((picture, held))
+            _ => match tga_picture::Header::read(bytes) {
+                Some(header) => tga_picture::read(&header, bytes, budget)?,
+                None => return Err(format!("it is not an image in {FORMATS} format").into()),
+            },
+        };
+        Ok((picture.without_full_opacity(), held))
     }
 }
 
-fn read_png(
-    bytes: &[u8],
-    encoding: Encoding,
+/// Checks the size in a header and holds the memory of the picture.
+pub fn hold(
+    (width, height): (usize, usize),
+    format: TexelFormat,
     budget: &InputBudget,
-) -> Result<(Picture, Held), PictureError> {
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info()?;
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+) -> Result<Held, PictureError> {
     check_size(width, height)?;
-    let held = budget.hold(Picture::memory(width, height))?;
-    let size = reader.output_buffer_size().ok_or("it is too large")?;
-    let of_decoder = budget.hold(Amount(size as u64))?;
-    let mut buffer = filled(size, 0)?;
-    let info = reader.next_frame(&mut buffer)?;
-    let channels = info.color_type.samples();
-    let light = |value: f64| match encoding {
-        Encoding::Srgb => srgb_decode(value) as f32,
-        Encoding::Linear => value as f32,
-    };
-    let texel = |values: &[f64]| match *values {
-        [grey] => [light(grey), light(grey), light(grey), 1.0],
-        [grey, alpha] => [light(grey), light(grey), light(grey), alpha as f32],
-        [red, green, blue] => [light(red), light(green), light(blue), 1.0],
-        [red, green, blue, alpha, ..] => [light(red), light(green), light(blue), alpha as f32],
-        [] => [0.0; 4],
-    };
-    let is_deep = info.bit_depth == png::BitDepth::Sixteen;
-    let mut texels = reserved(width * height)?;
-    for bytes in buffer.chunks_exact(channels * if is_deep { 2 } else { 1 }).take(width * height) {
-        let mut values = [0.0; 4];
-        let values = &mut values[..channels];
-        if is_deep {
-            let pairs = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
-            values.iter_mut().zip(pairs).for_each(|(value, it)| *value = f64::from(it) / 65_535.0);
-        } else {
-            values.iter_mut().zip(bytes).for_each(|(value, it)| *value = f64::from(*it) / 255.0);
-        }
-        texels.push(texel(values));
-    }
-    if texels.len() < width * height {
-        return Err("it ends too early".into());
-    }
-    drop(of_decoder);
-    Ok((Picture { width, height, texels }, held))
+    Ok(budget.hold(Picture::memory(width, height, format))?)
 }
 
 #[cfg(test)]
@@ -94,9 +63,23 @@ mod tests {
 
     #[test]
     fn what_is_no_image_is_refused() {
-        for bytes in [&b"GIF89a"[..], b"", b"\x89PNG\r\n", b"\x76\x2f\x31\x01xx"] {
+        let files = [
+            &b"GIF89a"[..],
+            b"",
+            b"\x89PNG\r\n",
+            b"\x76\x2f\x31\x01xx",
+            b"\xff\xd8\xff\xe0",
+            b"BM\x3a\0",
+            b"qoif\0",
+            b"#?RADIANCE\n#",
+            b"#?RADIANCE\n\n-Y 99999999999 +X 4\n",
+            b"PF\n4 x\n",
+            b"PF 2 2 0\n0123456789",
+            b"\0\0\x02\0\0\0\0\0\0\0\0\0\x02\0\x02\0\x18\0xy",
+        ];
+        for bytes in files {
             let read = Picture::read(bytes, Encoding::Srgb, &InputBudget::default());
-            assert!(matches!(read, Err(PictureError::Malformed(_))));
+            assert!(matches!(read, Err(PictureError::Malformed(_))), "{bytes:?}");
         }
     }
 }

@@ -8,7 +8,7 @@ pub mod sampling;
 mod transform;
 mod trigonometry;
 
-pub use exponential::{exponential, power_of_two};
+pub use exponential::{exponential, logarithm_of_two, power, power_of_two};
 pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
 pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};

@@ -65,6 +65,11 @@ impl Transform {
         Transform(DMat4::from_cols_array(numbers))
     }
 
+    /// Returns its 16 numbers, column by column.
+    pub fn columns(self) -> [f64; 16] {
+        self.0.to_cols_array()
+    }
+
     /// Creates a transform from a matrix whose last row is that of an affine map.
     pub(super) fn from_matrix(matrix: DMat4) -> Self {
         Transform(matrix)

@@ -230,6 +230,9 @@ fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
     let mut texts = texts(path, &compilation.sources);
     let is_own = texts.next().is_some_and(|(_, own)| own == text);
     let is_as_it_was = |(name, text): (&str, &str)| {
+        if rtsl::library::file(name).is_some_and(|file| file.text == text) {
+            return true;
+        }
         // The length alone shows that a file changed that may have become very long.
         std::fs::metadata(name).is_ok_and(|now| now.is_file() && now.len() == text.len() as u64)
             && std::fs::read(name).is_ok_and(|now| now == text.as_bytes())

@@ -14,7 +14,7 @@ use super::arguments::{Resolve, argument, texture};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use super::parts::SceneParts;
-use super::pbrt::{MeshShape, PbrtName, translated, without_effect};
+use super::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::shutter::{SHUTTER, Shutter};
@@ -39,6 +39,9 @@ const DEFAULT_MATERIAL: &str = "Lambertian";
 /// The class of textures given by numbers, and its parameter.
 const CONSTANT_TEXTURE: &str = "Constant";
 const CONSTANT_COLOR: &str = "value";
+
+/// The class of textures given by images.
+const IMAGE_TEXTURE: &str = "Image";
 
 /// The alpha parameter of every shape, unless its class declares one of this name.
 const ALPHA: &str = "alpha";
@@ -123,6 +126,11 @@ pub struct Loader<'a, 'f> {
     depth: usize,
     /// Messages about parameters without effect, each of which is reported once.
     said: BTreeSet<String>,
+    images: Images,
+    /// The entities that are checked although nothing uses them, whose files are not read.
+    unused: Option<Vec<EntityId>>,
+    /// True if such a file was not read.
+    skipped_files: bool,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -145,6 +153,9 @@ impl<'a, 'f> Loader<'a, 'f> {
             unknown: BTreeSet::new(),
             depth: 0,
             said: BTreeSet::new(),
+            images: Images::default(),
+            unused: None,
+            skipped_files: false,
         }
     }
 
@@ -339,8 +350,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// Checks textures and materials that are not used.
+    /// Checks textures and materials that are not used, without the files that they name.
     fn check_unused_entities(&mut self) {
+        self.unused = Some(Vec::new());
         for (index, entity) in self.description.entities.iter().enumerate() {
             match entity.kind {
                 EntityKind::Texture | EntityKind::Material | EntityKind::AreaLight => {
@@ -354,6 +366,11 @@ impl<'a, 'f> Loader<'a, 'f> {
                 | EntityKind::Light
                 | EntityKind::Shape => {}
             }
+        }
+        let unused = self.unused.take().unwrap_or_default();
+        if self.skipped_files {
+            // A later load may use them, and then needs the files.
+            unused.into_iter().for_each(|EntityId(index)| self.instances[index] = Slot::Empty);
         }
     }
 
@@ -385,6 +402,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             self.warn_of_unset_references(id, instance);
         }
         self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
+        self.unused.iter_mut().for_each(|unused| unused.push(id));
         instance
     }
 
@@ -460,9 +478,17 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        if let Some(standard) = self.pbrt_name(entity) {
-            match standard.make(entity, self.files) {
-                Ok(values) => arguments.values = values,
+        let standard = self.pbrt_name(entity);
+        if standard.is_some_and(PbrtName::has_files) && self.unused.is_some() {
+            self.skipped_files = true;
+        } else if let Some(standard) = standard {
+            match standard.make(entity, self.files, &mut self.images) {
+                Ok(values) => match standard.image() {
+                    Some(reference) => {
+                        complete &= self.put_image(&mut arguments, reference, class, values);
+                    }
+                    None => arguments.values = values,
+                },
                 Err(diagnostic) => {
                     self.diagnostics.push(*diagnostic);
                     complete = false;
@@ -495,6 +521,30 @@ impl<'a, 'f> Loader<'a, 'f> {
             }
         }
         complete.then_some(arguments)
+    }
+
+    /// Splits values made of an image: those that the class does not take are those of a texture that it takes as
+    /// `reference`. Returns false if an error was reported.
+    fn put_image(
+        &mut self,
+        arguments: &mut Arguments,
+        reference: &str,
+        class: &Class,
+        values: Vec<(String, Value)>,
+    ) -> bool {
+        let is_own = |(name, _): &(String, Value)| {
+            class.parameters.iter().any(|parameter| parameter.name == *name)
+        };
+        let (own, image): (Vec<_>, Vec<_>) = values.into_iter().partition(is_own);
+        arguments.values = own;
+        if image.is_empty() {
+            return true;
+        }
+        let image = image.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+        let Some(texture) = self.standard_instance(IMAGE_TEXTURE, image) else { return false };
+        arguments.standard.push(texture.class().clone());
+        arguments.values.push((reference.to_owned(), Value::Instance(texture)));
+        true
     }
 
     /// Converts a parameter and records in `arguments` the entities that it refers to; returns `None` if an error was

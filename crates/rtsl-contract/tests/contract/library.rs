@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
+use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Scalar, Value, library};
 use rtsl_contract::{Contract, Options, check, engine_options, settings};
 
 use crate::common::seeds::seeds;
@@ -13,7 +13,11 @@ fn classes(role: Role) -> Vec<Arc<Class>> {
     let compiler = Compiler::default();
     let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
     let classes = units.flat_map(|unit| unit.classes().to_vec());
-    classes.filter(|class| class.roles.contains(&role)).collect()
+    let mut classes: Vec<_> = classes.filter(|class| class.roles.contains(&role)).collect();
+    // Files include classes of other files.
+    classes.sort_by(|one, other| one.name.cmp(&other.name));
+    classes.dedup_by(|one, other| one.name == other.name);
+    classes
 }
 
 /// Contracts that a model cannot keep.
@@ -213,7 +217,22 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ),
             ),
         ]],
-        "Image" => vec![vec![("texels", floats(&image_levels())), ("size", [4, 4].into())]],
+        "Image" => vec![
+            vec![("texels", floats(&image_levels())), ("size", [4, 4].into())],
+            vec![
+                (
+                    "words",
+                    Value::Numbers(Numbers::from_words(
+                        Scalar::U32,
+                        image_levels().iter().map(|it| it.to_bits()).collect::<Vec<_>>(),
+                    )),
+                ),
+                ("channels", 4.into()),
+                ("bits", 32.into()),
+                ("size", [4, 4].into()),
+            ],
+        ],
+        "Dots" => vec![vec![("inside", constant(0.3)), ("outside", constant(0.6))]],
         "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
         "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
         _ => vec![vec![]],

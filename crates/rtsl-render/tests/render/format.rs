@@ -1,13 +1,15 @@
 //! The names and parameters of the format, and what stands for them: text in, instances out.
 
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rtsl::{Backend, Engine, EngineOptions, Messages};
+use rtsl::{Backend, Engine, EngineOptions, Instance, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::batch::BatchScene;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_scene::reader::{DiskFiles, MemoryFiles};
-use rtsl_scene::{LoadOptions, Loaded, load_scene};
+use rtsl_scene::{LoadOptions, Loaded, PlacedLight, load_scene};
 
 fn load(world: &str) -> Result<Loaded, Messages> {
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
@@ -52,7 +54,7 @@ fn what_cuts_a_shape_out_has_to_be_a_texture() {
 }
 
 /// The class and a member of each material, texture or light, as numbers.
-fn numbers(instance: &rtsl::Instance, member: &str) -> Vec<f32> {
+fn numbers(instance: &Instance, member: &str) -> Vec<f32> {
     let words = instance.member(member).unwrap_or_default();
     words.iter().map(|word| f32::from_bits(*word)).collect()
 }
@@ -150,21 +152,22 @@ fn wrong_spectra_are_errors() {
 #[test]
 fn what_is_not_supported_is_said_once_and_left_out() {
     let loaded = loaded(
-        "Texture \"rough\" \"float\" \"dots\" \"float inside\" 1\n\
+        "Texture \"rough\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
          Material \"measured\" \"string filename\" \"cloth.bsdf\"\nShape \"sphere\"\n\
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
          Material \"conductor\" \"texture roughness\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
-         Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\nLightSource \"projection\"\n",
+         Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
+         LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n",
     );
     let scene = &loaded.scene;
-    assert_eq!((scene.objects.len(), scene.lights.len()), (4, 0));
+    assert_eq!((scene.objects.len(), scene.lights.len()), (4, 1));
     let classes: Vec<&str> = scene.materials.iter().map(|it| it.class().name.as_str()).collect();
     assert_eq!(classes, ["Lambertian", "Conductor"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
         "material `measured` is not supported: `Lambertian` takes its place",
-        "texture `dots` is not supported: `Constant` takes its place",
-        "light `projection` is not supported: it is left out",
+        "texture `ptex` is not supported: `Constant` takes its place",
+        "`portal` of light `infinite` has no effect",
         "`shadowalpha` of shape `disk` has no effect",
         "`roughness` of material `conductor` has no effect",
         "`normalmap` of material `conductor` has no effect",
@@ -216,16 +219,167 @@ fn images_are_read_for_textures_and_skies() {
     assert_eq!(sky.member("size"), Some(&[4, 2][..]));
 }
 
+/// A folder with a scene of this world and with images, loaded.
+fn loaded_with(images: &[(&str, &Image)], world: &str) -> Loaded {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, image) in images {
+        write_image(image, &folder.path().join(name), &ImageOptions::default()).unwrap();
+    }
+    let scene = folder.path().join("scene.pbrt");
+    std::fs::write(&scene, format!("Camera \"perspective\"\nWorldBegin\n{world}")).unwrap();
+    let loaded = load_scene(&scene, &DiskFiles, &LoadOptions::default());
+    loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn near(found: f32, expected: f64) {
+    assert!((f64::from(found) / expected - 1.0).abs() < 1e-3, "{found}, expected {expected}");
+}
+
+#[test]
+fn lights_take_images_and_their_power() {
+    let mut slide = Image::new(4, 2).unwrap();
+    slide.pixels.iter_mut().for_each(|pixel| *pixel = [0.5; 3]);
+    let mut sky = Image::new(4, 4).unwrap();
+    sky.pixels.iter_mut().for_each(|pixel| *pixel = [2.0; 3]);
+    let loaded = loaded_with(
+        &[("slide.exr", &slide), ("sky.exr", &sky)],
+        "LightSource \"goniometric\" \"string filename\" \"sky.exr\" \"float power\" 8 \"rgb I\" [1 2 3]\n\
+         LightSource \"projection\" \"string filename\" \"slide.exr\" \"float scale\" 3 \"float fov\" 60\n\
+         LightSource \"projection\" \"string filename\" \"slide.exr\" \"float power\" 5\n\
+         LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float illuminance\" 7\n\
+         AreaLightSource \"diffuse\" \"string filename\" \"slide.exr\" \"bool twosided\" true\nShape \"sphere\"\n",
+    );
+    assert_eq!(loaded.warnings.to_text(false), "");
+    let [goniometric, first, second, infinite] = &loaded.scene.lights[..] else {
+        panic!("{}", loaded.scene.lights.len());
+    };
+    let gain = |light: &PlacedLight| numbers(&light.light, "gain")[0];
+    // The mean of the map is 2.
+    near(gain(goniometric), 8.0 / (8.0 * PI));
+    assert_eq!(numbers(&goniometric.light, "intensity"), [1.0, 2.0, 3.0]);
+    let image = first.light.reference("image").unwrap();
+    assert_eq!((image.class().name.as_str(), image.member("wrap")), ("Image", Some(&[1][..])));
+    assert!(Arc::ptr_eq(words(image), words(second.light.reference("image").unwrap())));
+    assert_eq!(numbers(&first.light, "aspect"), [2.0]);
+    assert_eq!((numbers(&first.light, "strength"), gain(first)), (vec![3.0], 1.0));
+    // The centres of 4 by 2 texels on a slide of 4 by 2 at the distance 1.
+    let weight = |x: f64, y: f64| (1.0 + x * x + y * y).powf(-1.5);
+    let power = 8.0 * 0.5 * (weight(0.5, 0.5) + weight(1.5, 0.5)) / 2.0;
+    near(gain(second), 5.0 / power);
+    // By pbrt-v4's formula, for 4 by 4 texels that are 2: those in the upper half are 4 of the cosine 1 - 0.25^2 * 4,
+    // 0.75, and the 4 on either side of the horizon count as 0.
+    let cosines = 4.0 * 0.75;
+    near(gain(infinite), 7.0 / (2.0 * PI / 16.0 * 2.0 * cosines));
+    let glow = &loaded.scene.materials[loaded.scene.objects[0].emitter.unwrap() as usize];
+    assert_eq!(glow.class().name, "Emissive");
+    assert_eq!(glow.reference("image").unwrap().member("filtering"), Some(&[0][..]));
+}
+
+#[test]
+fn textures_have_mappings_and_places() {
+    let texture = |class: &str, more: &str| {
+        let world = format!(
+            "Translate 1 2 3\nTexture \"t\" \"float\" \"{class}\" {more}\nShape \"sphere\" \"texture alpha\" \"t\"\n"
+        );
+        let loaded = loaded(&world);
+        assert_eq!(loaded.warnings.to_text(false), "");
+        loaded.scene.objects[0].alpha.clone().unwrap()
+    };
+    let to_texture = |texture: &Instance| numbers(texture, "toTexture")[12..15].to_vec();
+    let planar = texture(
+        "checkerboard",
+        "\"string mapping\" \"planar\" \"vector3 v1\" [0 0 1] \"float vdelta\" 0.5 \"integer dimension\" 3",
+    );
+    assert_eq!(
+        (planar.member("mapping"), planar.member("dimension")),
+        (Some(&[3][..]), Some(&[3][..]))
+    );
+    assert_eq!(
+        (numbers(&planar, "v1"), numbers(&planar, "offset")),
+        (vec![0.0, 0.0, 1.0], vec![0.0, 0.5])
+    );
+    assert_eq!(to_texture(&planar), [-1.0, -2.0, -3.0]);
+    let round = texture("dots", "\"string mapping\" \"spherical\" \"float udelta\" 3");
+    assert_eq!(
+        (round.member("mapping"), numbers(&round, "offset")),
+        (Some(&[1][..]), vec![0.0, 0.0])
+    );
+    let plain = texture("bilerp", "\"float v00\" 0.25 \"float uscale\" 2");
+    assert_eq!(
+        (numbers(&plain, "v00"), numbers(&plain, "repeat")),
+        (vec![0.25; 3], vec![2.0, 1.0])
+    );
+    let wrinkled = texture("wrinkled", "\"integer octaves\" 3 \"float roughness\" 0.25");
+    assert_eq!(wrinkled.class().name, "Wrinkled");
+    assert_eq!(to_texture(&wrinkled), [-1.0, -2.0, -3.0]);
+    for (name, class) in [("fbm", "PerlinFbm"), ("windy", "Windy"), ("marble", "PerlinMarble")] {
+        assert_eq!(texture(name, "").class().name, class);
+    }
+    let turned = "Rotate 90 1 0 0\nTexture \"t\" \"float\" \"directionmix\"\n\
+        Shape \"sphere\" \"texture alpha\" \"t\"\n";
+    let turned = loaded(turned).scene.objects[0].alpha.clone().unwrap();
+    let [x, y, z] = numbers(&turned, "direction")[..] else { panic!("a direction") };
+    assert!(x.abs() < 1e-6 && y.abs() < 1e-6 && (z.abs() - 1.0).abs() < 1e-6, "{x} {y} {z}");
+}
+
 #[test]
 fn a_file_that_is_no_image_is_an_error() {
-    for light in ["", " \"string filename\" \"scene.pbrt\""] {
-        let text = format!("Texture \"t\" \"spectrum\" \"imagemap\"{light}\n");
-        let messages = load(&text).unwrap_err().to_text(false);
-        assert!(
-            messages.contains("names no file") || messages.contains("neither a PNG"),
-            "{messages}"
+    let errors = |parameters: &str| {
+        let text = format!(
+            "Texture \"t\" \"spectrum\" \"imagemap\" {parameters}\n\
+            Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n"
         );
+        load(&text).unwrap_err().to_text(false)
+    };
+    assert!(errors("").contains("names no file"));
+    let none = errors("\"string filename\" \"scene.pbrt\"");
+    let problem = "it is not an image in EXR, PNG, JPEG, TGA, HDR, PFM, BMP or QOI format";
+    assert!(none.contains(problem) && none.contains("help: convert the image"), "{none}");
+    let encoding = errors("\"string filename\" \"scene.pbrt\" \"string encoding\" \"gamma x\"");
+    assert!(encoding.contains("`encoding` is `gamma x`, expected `sRGB`, `linear`"), "{encoding}");
+}
+
+/// The words of a texture's image.
+fn words(texture: &Instance) -> &Arc<[u32]> {
+    texture.buffer("words").unwrap()
+}
+
+#[test]
+fn a_file_is_decoded_once_for_all_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = Image::new(4, 2).unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in ["a.png", "same.png"] {
+        write_image(&image, &path(name), &ImageOptions::default()).unwrap();
     }
+    let texture = |name: &str, file: &str, more: &str| {
+        format!(
+            "Texture \"{name}\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\" {more}\n\
+            Material \"diffuse\" \"texture reflectance\" \"{name}\"\n\
+            Shape \"sphere\" \"texture alpha\" \"{name}\"\n"
+        )
+    };
+    let text = [
+        "Camera \"perspective\"\nWorldBegin\n".to_owned(),
+        texture("one", "a.png", ""),
+        texture("two", "a.png", "\"string wrap\" \"black\" \"string filter\" \"point\""),
+        texture("three", "same.png", "\"bool invert\" true"),
+        texture("four", "a.png", "\"string encoding\" \"gamma 2.2\""),
+        "Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"missing.png\"\n"
+            .to_owned(),
+    ];
+    std::fs::write(path("scene.pbrt"), text.concat()).unwrap();
+    let loaded = load_scene(&path("scene.pbrt"), &DiskFiles, &LoadOptions::default());
+    let scene = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).scene;
+    let textures: Vec<&Arc<Instance>> =
+        scene.objects.iter().map(|object| object.alpha.as_ref().unwrap()).collect();
+    let [one, two, three, four] = textures[..] else { panic!("{}", textures.len()) };
+    assert!(Arc::ptr_eq(words(one), words(two)) && Arc::ptr_eq(words(one), words(three)));
+    assert!(!Arc::ptr_eq(words(one), words(four)));
+    assert_ne!(one.buffer("decoded").unwrap()[128], four.buffer("decoded").unwrap()[128]);
+    assert_eq!((two.member("wrap"), two.member("filtering")), (Some(&[2][..]), Some(&[1][..])));
+    // A word a texel: 8 texels, 2, and 1.
+    assert_eq!((words(one).len(), one.member("channels")), (11, Some(&[3][..])));
 }
 
 #[test]

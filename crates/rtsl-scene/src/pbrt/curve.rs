@@ -3,6 +3,7 @@
 use rtsl::{Diagnostic, Numbers, Value, diagnostic_codes as codes};
 use rtsl_memory::Amount;
 
+use super::images::Images;
 use crate::description::Entity;
 use crate::reader::{Parameter, SceneFiles, Values};
 
@@ -22,6 +23,7 @@ pub const PARAMETERS: &[&str] =
 pub fn curves(
     entity: &Entity,
     files: SceneFiles<'_>,
+    _: &mut Images,
 ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
     let reader = Reader { entity };
     let basis = Basis::read(&reader)?;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rtsl_math::sine_and_cosine_of_degrees;
 
-use super::images;
+use super::image_lights;
 use super::name::{Names, PbrtName};
 use super::translation::Translation;
 use crate::description::{Entity, EntityKind};
@@ -38,29 +38,35 @@ pub static NAMES: Names = Names {
             ])
             .with_defaults(&[("target", &[0.0, 0.0, 1.0])])
             .translated_by(|light| scale_to(light, "power", spot_power(light))),
+        light("goniometric", "GoniometricLight")
+            .renaming(&[("I", "intensity"), ("scale", "strength")])
+            .made_by(image_lights::goniometric, image_lights::LIGHT)
+            .with_image("image"),
+        light("projection", "ProjectionLight")
+            .renaming(&[("scale", "strength")])
+            .made_by(image_lights::projection, image_lights::LIGHT)
+            .with_image("image"),
     ],
-    left_out: &["goniometric", "projection"],
+    left_out: &[],
     without_effect: &["portal"],
     choose: |entity| is_image_sky(entity).then_some(&IMAGE_SKY),
 };
 
 pub static AREA_LIGHTS: Names = Names {
     kind: EntityKind::AreaLight,
-    implemented: &[PbrtName::new(EntityKind::AreaLight, "diffuse", "Emissive").renaming(&[
-        ("L", "radiance"),
-        ("scale", "strength"),
-        ("twosided", "twoSided"),
-    ])],
+    implemented: &[PbrtName::new(EntityKind::AreaLight, "diffuse", "Emissive")
+        .renaming(&[("L", "radiance"), ("scale", "strength"), ("twosided", "twoSided")])
+        .made_by(image_lights::glow, image_lights::GLOW)
+        .with_image("image")],
     left_out: &[],
-    without_effect: &["power", "filename"],
+    without_effect: &["power"],
     choose: |_| None,
 };
 
 /// `infinite` with the file of an image.
 static IMAGE_SKY: PbrtName = light("infinite", "ImageSky")
     .renaming(&[("scale", "strength")])
-    .translated_by(|light| scale_to(light, "illuminance", PI))
-    .made_by(images::sky, images::PARAMETERS);
+    .made_by(image_lights::sky, image_lights::SKY);
 
 const fn light(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Light, name, class)

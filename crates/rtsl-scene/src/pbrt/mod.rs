@@ -3,6 +3,7 @@
 
 mod cameras;
 mod curve;
+mod image_lights;
 mod images;
 mod lights;
 mod materials;
@@ -13,6 +14,7 @@ mod shapes;
 mod textures;
 mod translation;
 
+pub use images::Images;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;
 pub use translation::{translated, without_effect};

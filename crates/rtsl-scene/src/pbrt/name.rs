@@ -3,6 +3,7 @@
 use rtsl::{Diagnostic, Value};
 use rtsl_math::Transform;
 
+use super::images::Images;
 use super::translation::Translation;
 use super::{cameras, lights, materials, shapes, textures};
 use crate::description::{Entity, EntityKind};
@@ -29,6 +30,8 @@ pub struct PbrtName {
     replaced: bool,
     translate: Option<Translate>,
     make: Option<Make>,
+    /// The reference to a texture `Image` that takes the values made for it.
+    image: Option<&'static str>,
 }
 
 /// Chooses the implementation of an entity by its parameters; `None` for the one in the table of names.
@@ -38,7 +41,8 @@ pub type Choose = fn(&Entity) -> Option<&'static PbrtName>;
 pub type Translate = fn(&mut Translation<'_>);
 
 /// Makes values of the class from files that the entity names.
-pub type Make = fn(&Entity, SceneFiles<'_>) -> Result<Vec<(String, Value)>, Box<Diagnostic>>;
+pub type Make =
+    fn(&Entity, SceneFiles<'_>, &mut Images) -> Result<Vec<(String, Value)>, Box<Diagnostic>>;
 
 /// The names of one kind of entity.
 pub struct Names {
@@ -120,8 +124,19 @@ impl PbrtName {
         &self,
         entity: &Entity,
         files: SceneFiles<'_>,
+        images: &mut Images,
     ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-        self.make.map_or(Ok(Vec::new()), |make| make(entity, files))
+        self.make.map_or(Ok(Vec::new()), |make| make(entity, files, images))
+    }
+
+    /// Returns the name of the class's texture that is made of the image of [`PbrtName::make`].
+    pub fn image(&self) -> Option<&'static str> {
+        self.image
+    }
+
+    /// True if values come from files.
+    pub fn has_files(&self) -> bool {
+        self.make.is_some()
     }
 
     /// Returns the transform from the class's space to that of the format's shape. It includes a reflection, so that
@@ -148,6 +163,7 @@ impl PbrtName {
             replaced: false,
             translate: None,
             make: None,
+            image: None,
         }
     }
 
@@ -175,6 +191,11 @@ impl PbrtName {
     /// Values come from `make`, which reads these parameters.
     pub const fn made_by(self, make: Make, read: &'static [&'static str]) -> Self {
         PbrtName { make: Some(make), read_by_maker: read, ..self }
+    }
+
+    /// The values that the class `Image` has are those of a texture that the class takes by this name.
+    pub const fn with_image(self, reference: &'static str) -> Self {
+        PbrtName { image: Some(reference), ..self }
     }
 
     pub const fn along_z(self) -> Self {

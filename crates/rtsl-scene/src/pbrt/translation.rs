@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use rtsl::{Class, ParameterType as ClassType};
+use rtsl_math::Transform;
 
 use super::name::PbrtName;
 use crate::description::Entity;
@@ -78,6 +79,11 @@ pub struct Translation<'e> {
 }
 
 impl<'e> Translation<'e> {
+    /// The transform from the entity's space to the world's.
+    pub fn to_world(&self) -> Transform {
+        self.entity.transform
+    }
+
     /// The parameter `name`, if it is given.
     pub fn find(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|it| it.name == name).map(AsRef::as_ref)
@@ -92,6 +98,22 @@ impl<'e> Translation<'e> {
     pub fn take(&mut self, name: &str) -> Option<Cow<'e, Parameter>> {
         let place = self.parameters.iter().position(|it| it.name == name)?;
         Some(self.parameters.remove(place))
+    }
+
+    /// The first text of the parameter `name`, if its values are texts.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match &self.find(name)?.values {
+            Values::Texts(texts) => texts.first().map(String::as_str),
+            Values::Numbers(_) | Values::Booleans(_) => None,
+        }
+    }
+
+    /// Replaces the values of the parameter `name`, which is of a type for numbers from then on.
+    pub fn replace(&mut self, name: &str, values: Vec<f64>) {
+        if let Some(parameter) = self.parameters.iter_mut().find(|it| it.name == name) {
+            let parameter = parameter.to_mut();
+            (parameter.kind, parameter.values) = (ParameterType::Given, Values::Numbers(values));
+        }
     }
 
     /// Removes the parameter `name` if its values are numbers, and returns the first.

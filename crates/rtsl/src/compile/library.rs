@@ -14,6 +14,11 @@ pub fn files() -> &'static [LibraryFile] {
     SHADERS
 }
 
+/// Returns the standard library's file of this name.
+pub fn file(path: &str) -> Option<&'static LibraryFile> {
+    files().iter().find(|file| file.path == path)
+}
+
 /// Compiles the file of the standard library that has a class.
 ///
 /// ```

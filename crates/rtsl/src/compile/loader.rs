@@ -3,13 +3,16 @@
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile};
+use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, join_path};
+
+use super::library;
 
 /// The greatest size of a file in bytes.
 const SIZE_LIMIT: u64 = 16 << 20;
 
-/// Loads the files of `#include`: from the folder of the including file, then from the search path. It reads no file
-/// outside these folders and that of the first file, through paths or links.
+/// Loads the files of `#include`: from the folder of the including file, then from the search path, then from the
+/// standard library, which is built in. It reads no file outside these folders and that of the first file, through paths
+/// or links.
 #[derive(Clone, Debug, Default)]
 pub struct FileLoader {
     /// The folder of the compiled file, if there is one.
@@ -65,8 +68,18 @@ impl IncludeLoader for FileLoader {
             }
             looked_at.push(candidate.display().to_string());
         }
-        Err(IncludeError::NotFound(looked_at))
+        library_file(path, including).ok_or(IncludeError::NotFound(looked_at))
     }
+}
+
+/// Returns the file of the standard library that `path` names: from the root of the library, or from the folder of an
+/// including file of the library.
+fn library_file(path: &str, including: &str) -> Option<IncludedFile> {
+    let folder = including.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let of_library = library::files().iter().any(|file| file.path == including);
+    let names = [join_path(folder, path).filter(|_| of_library), join_path("", path)];
+    let file = names.into_iter().flatten().find_map(|name| library::file(&name))?;
+    Some(IncludedFile { name: file.path.to_owned(), text: file.text.to_owned() })
 }
 
 /// Reads a text file. The error is a reason: it is missing, not a regular file, too large, or not UTF-8.
@@ -116,6 +129,16 @@ fn without_detours(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_of_the_library_are_found_after_all_others() {
+        let mut loader = FileLoader::new([]);
+        let name = "shaders/textures/mapping.rtsl";
+        assert_eq!(loader.load(name, "mine.rtsl").unwrap().name, name);
+        let beside = loader.load("mapping.rtsl", "shaders/textures/image.rtsl").unwrap();
+        assert_eq!(beside.name, name);
+        assert!(matches!(loader.load("mapping.rtsl", "x.rtsl"), Err(IncludeError::NotFound(_))));
+    }
 
     /// Tests run in the folder of their crate, where `Cargo.toml` lies.
     #[test]

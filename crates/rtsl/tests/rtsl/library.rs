@@ -221,7 +221,10 @@ fn the_prelude_and_every_file_compile_without_a_word() {
     for file in library::files() {
         let compilation = compiler.compile(file.path, file.text);
         assert_eq!(compilation.report(false), "", "{}", file.path);
-        assert!(!compilation.unit.unwrap().classes().is_empty(), "{}", file.path);
+        let name = file.path.rsplit('/').next().unwrap();
+        let include = format!("#include \"{name}\"");
+        let is_included = library::files().iter().any(|other| other.text.contains(&include));
+        assert!(is_included || !compilation.unit.unwrap().classes().is_empty(), "{}", file.path);
     }
 }
 

@@ -27,6 +27,7 @@ mod specialisation;
 mod state_arguments;
 mod tables;
 mod textured;
+mod textures;
 mod threads;
 mod unit_directions;
 mod weights;

@@ -1,0 +1,53 @@
+//! The storage of texels: channels and bits of each.
+
+use rtsl_memory::Amount;
+
+/// The type of a channel's number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// 8 bits, encoded.
+    Byte,
+    /// A binary16 number.
+    Half,
+    /// A binary32 number.
+    Float,
+}
+
+impl Depth {
+    /// The bits of a number.
+    pub fn bits(self) -> usize {
+        match self {
+            Depth::Byte => 8,
+            Depth::Half => 16,
+            Depth::Float => 32,
+        }
+    }
+}
+
+/// The channels of a texel: 1 (grey), 3 (red, green, blue) or 4 (with opacity), and the type of their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexelFormat {
+    /// 1, 3 or 4.
+    pub channels: usize,
+    /// The type of the numbers.
+    pub depth: Depth,
+}
+
+impl TexelFormat {
+    /// Returns the words of `texels` texels in memory. Grey bytes and halves share words; colours of bytes take one
+    /// word and colours of halves two, also without opacity.
+    pub fn words(self, texels: usize) -> usize {
+        match (self.depth, self.channels) {
+            (Depth::Byte, 1) => texels.div_ceil(4),
+            (Depth::Half, 1) => texels.div_ceil(2),
+            (Depth::Byte, _) => texels,
+            (Depth::Half, _) => texels.saturating_mul(2),
+            (Depth::Float, channels) => texels.saturating_mul(channels),
+        }
+    }
+
+    /// Returns the memory of `texels` texels as decoders give them: channel beside channel.
+    pub fn decoded(self, texels: usize) -> Amount {
+        Amount((self.channels * self.depth.bits() / 8) as u64).times(texels)
+    }
+}
