@@ -153,13 +153,13 @@ fn what_is_not_supported_is_said_once_and_left_out() {
         "Texture \"rough\" \"float\" \"dots\" \"float inside\" 1\n\
          Material \"hair\" \"float beta_m\" 0.3\nShape \"sphere\"\nShape \"curve\" \"string type\" \"flat\"\n\
          Shape \"curve\"\nShape \"disk\" \"float phimax\" 90\nShape \"disk\" \"float phimax\" 90\n\
-         Material \"conductor\" \"texture roughness\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
+         Material \"dielectric\" \"texture eta\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\nLightSource \"projection\"\n",
     );
     let scene = &loaded.scene;
     assert_eq!((scene.objects.len(), scene.lights.len()), (4, 0));
     let classes: Vec<&str> = scene.materials.iter().map(|it| it.class().name.as_str()).collect();
-    assert_eq!(classes, ["Lambertian", "Conductor"]);
+    assert_eq!(classes, ["Lambertian", "Dielectric"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
         "material `hair` is not supported: `Lambertian` takes its place",
@@ -167,8 +167,8 @@ fn what_is_not_supported_is_said_once_and_left_out() {
         "shape `curve` is not supported: it is left out",
         "light `projection` is not supported: it is left out",
         "`phimax` of shape `disk` has no effect",
-        "`roughness` of material `conductor` has no effect",
-        "`normalmap` of material `conductor` has no effect",
+        "`eta` of material `dielectric` has no effect",
+        "`normalmap` of material `dielectric` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
@@ -232,9 +232,9 @@ fn a_file_that_is_no_image_is_an_error() {
 #[test]
 fn a_texture_for_a_number_is_refused_with_advice() {
     let text = "Texture \"holes\" \"float\" \"Checker\"\n\
-        Material \"Principled\" \"texture roughness\" \"holes\"\n";
+        Material \"Principled\" \"texture eta\" \"holes\"\n";
     let messages = load(text).unwrap_err().to_text(false);
-    assert!(messages.contains("error[E0607]: `roughness` is of type `float`, found a texture"));
+    assert!(messages.contains("error[E0607]: `eta` is of type `float`, found a texture"));
     let advice = "help: give a value; a class takes textures by members of type `rt_Texture`";
     assert!(messages.contains(advice), "{messages}");
 }

@@ -5,3 +5,4 @@ mod motion;
 mod pages;
 mod reader;
 mod source;
+mod textured;
