@@ -53,7 +53,7 @@ use rtsl::{Diagnostic, Engine, Instance, Role};
 pub use contract::Contract;
 pub use options::{Options, engine_options};
 pub use report::{Failure, Finding, Inputs, Outcome, Report};
-pub use settings::{Setting, settings, stand_in};
+pub use settings::{Setting, TEXTURE, settings, stand_in};
 
 use crate::stop::Stop;
 use crate::subject::Subject;

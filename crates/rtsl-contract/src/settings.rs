@@ -12,10 +12,13 @@ use crate::random::Stream;
 /// The number of random settings.
 const RANDOM_SETTINGS: u64 = 3;
 
+/// The text for a texture in [`Setting::shown`].
+pub const TEXTURE: &str = "texture";
+
 /// Values for some parameters of a class.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Names and values in the syntax of the command line; textures are shown as `texture`.
+    /// Names and values in the syntax of the command line; textures are shown as [`TEXTURE`].
     pub shown: Vec<(String, String)>,
     /// The same as arguments of instances, with references.
     pub arguments: Vec<(String, Value)>,
@@ -65,7 +68,7 @@ pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     });
     let textured = textured.map(|it| {
         let texture = Value::Instance(varying_texture());
-        ((it.name.clone(), "texture".to_owned()), (it.name.clone(), texture))
+        ((it.name.clone(), TEXTURE.to_owned()), (it.name.clone(), texture))
     });
     let (shown, values): (Vec<_>, Vec<_>) = textured.unzip();
     if !shown.is_empty() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallArguments, CallMode, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program,
-    Role, new_state, set_defaults,
+    Role, lookup_state, new_state, set_defaults,
 };
 
 use crate::contract::Contract;
@@ -25,6 +25,8 @@ pub struct Subject<'a> {
     pub options: &'a Options,
     program: Arc<Program>,
     block: InstanceBlock,
+    /// True if `BSDF` gives other shaders another shading normal than its own.
+    pub turns_normals: bool,
     /// The outcomes of calls with respect to their budget.
     calls: RefCell<Tally>,
 }
@@ -34,7 +36,9 @@ impl<'a> Subject<'a> {
         let program = engine.program(instance);
         let block = program.block(instance);
         let calls = RefCell::new(Tally::new(Contract::Budget));
-        Subject { options, program, block, calls }
+        let turns_normals = lookup_state("rt_ShadingNormal")
+            .is_some_and(|normal| instance.passes_state(Method::Bsdf, normal));
+        Subject { options, program, block, turns_normals, calls }
     }
 
     /// Returns the random numbers for one kind of test.

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use clap::Args;
 use rtsl::{Class, Engine, EngineOptions, Instance, Unit, Value};
-use rtsl_contract::{Finding, Inputs, Options, Outcome as Found, Report, Setting, check, settings};
+use rtsl_contract::{
+    Finding, Inputs, Options, Outcome as Found, Report, Setting, TEXTURE, check, settings,
+};
 use serde_json::Value as JsonValue;
 
 use super::shader::{compile_file, compiler, engine, value_failure};
@@ -179,11 +181,18 @@ impl Tests<'_> {
         for param in self.shown_params() {
             let _ = write!(command, " --param '{param}'");
         }
-        for (name, value) in &setting.shown {
+        let is_texture = |(_, value): &&(String, String)| value == TEXTURE;
+        for (name, value) in setting.shown.iter().filter(|it| !is_texture(it)) {
             let _ = write!(command, " --param {name}={value}");
         }
         for state in inputs.to_string().split_whitespace() {
             let _ = write!(command, " --state {state}");
+        }
+        // The command line takes no textures.
+        let textures = setting.shown.iter().filter(is_texture).map(|(name, _)| name.as_str());
+        let textures: Vec<&str> = textures.collect();
+        if !textures.is_empty() {
+            let _ = write!(command, " # without the textures of {}", textures.join(", "));
         }
         command
     }

@@ -331,6 +331,9 @@ fn libraries_have_several_classes_call_modes_and_widths() {
     let class = &layout["classes"][0];
     assert_eq!(class["kernels"].as_array().map(Vec::len), Some(1));
     assert_eq!(class["parameters"][0]["name"], "kd.value");
+    let parameters = class["parameters"].as_array().unwrap();
+    let kd = parameters.iter().find(|it| it["name"] == "kd").unwrap();
+    assert_eq!(kd["type"], "texture color", "{kd}");
     let text = build(&["--emit", "cpp", "--class", "Ball"]).exits(DONE).output();
     assert!(text.contains("struct Ball {") && text.contains("bool intersect("), "{text}");
     build(&["--emit", "obj", "--bind", "Ward.kz=Constant"]).fails_with("E0502");

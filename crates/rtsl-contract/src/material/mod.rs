@@ -1,5 +1,6 @@
 //! Contracts of materials.
 
+mod cycles;
 mod extremes;
 mod meeting;
 mod path_methods;

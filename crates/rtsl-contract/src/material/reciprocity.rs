@@ -1,8 +1,9 @@
-//! Reciprocity of the BSDF.
+//! Reciprocity of the BSDF. Materials that turn shading normals are not reciprocal; [`cycles`] checks what is left of it.
 
 use glam::{DVec3, Vec3};
 use rtsl::Method;
 
+use super::cycles;
 use super::meeting::Meeting;
 use super::path_methods::{ONLY_SHADES, scatters};
 use crate::contract::Contract;
@@ -14,15 +15,15 @@ use crate::subject::Subject;
 use crate::tally::Tally;
 
 /// The number of pairs of directions.
-const PAIRS: usize = 1024;
+pub(super) const PAIRS: usize = 1024;
 /// The relative tolerance: narrow lobes amplify rounding of directions.
-const RELATIVE_ERROR: f64 = 0.02;
+pub(super) const RELATIVE_ERROR: f64 = 0.02;
 /// The fraction of pairs that may fail because of rounding, in the tails of narrow lobes.
 const ROUNDED_PART: f64 = 0.02;
 /// Directions closer to opposite than this have no accurate half vector, so that narrow lobes amplify rounding.
-const MIN_SUM: f32 = 0.1;
+pub(super) const MIN_SUM: f32 = 0.1;
 /// Values below this fraction of the greatest are ignored.
-const MIN_PART: f64 = 1e-5;
+pub(super) const MIN_PART: f64 = 1e-5;
 
 /// Checks random pairs of directions and pairs made of samples.
 ///
@@ -39,7 +40,11 @@ pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     if ways.are_random(subject)? {
         return Ok(tally.finish("BSDF is a matter of chance: it calls rand()"));
     }
-    ways.judge(subject, &mut tally)?;
+    if subject.turns_normals {
+        cycles::judge(subject, &mut tally)?;
+    } else {
+        ways.judge(subject, &mut tally)?;
+    }
     Ok(tally.finish("BSDF is black, or no number, in both directions of all pairs tried"))
 }
 
@@ -150,11 +155,11 @@ impl Ways {
     }
 }
 
-fn sum(value: Vec3) -> f64 {
+pub(super) fn sum(value: Vec3) -> f64 {
     f64::from(value.x) + f64::from(value.y) + f64::from(value.z)
 }
 
-fn values(
+pub(super) fn values(
     subject: &Subject<'_>,
     meeting: &Meeting,
     views: &[Vec3],

@@ -300,6 +300,49 @@ fn narrow_highlights_have_no_negative_density_on_tilted_surfaces() {
     }
 }
 
+/// Each material that has others below it, over matte, polished, rough, transparent and layered ones.
+#[test]
+fn materials_on_top_of_others() {
+    let rough = |class, roughness: f32| of_library(class, vec![("roughness", roughness.into())]);
+    let matte = of_library("Lambertian", vec![]);
+    let mirror = of_library("Mirror", vec![]);
+    let glass = rough("Dielectric", 0.4);
+    let plastic = rough("CoatedDiffuse", 0.2);
+    let metal = rough("Conductor", 0.3);
+    let tilted = of_library("Constant", vec![("value", [0.7, 0.35, 0.9].into())]);
+    let clouds = of_library("Fbm", vec![("scale", 3.0.into())]);
+    let half = of_library("Constant", vec![("value", 0.4.into())]);
+    let bump = [("displacement", clouds), ("scale", 0.3.into())];
+    let cases: [(&str, &[Value], &str, &[(&str, Value)]); 5] = [
+        (
+            "NormalMap",
+            &[matte.clone(), mirror.clone(), glass, plastic.clone()],
+            "base",
+            &[("normals", tilted)],
+        ),
+        ("Bump", &[matte.clone(), metal.clone()], "base", &bump),
+        ("TwoSided", &[plastic], "front", &[]),
+        ("TwoSided", &[metal], "back", &[("front", matte.clone())]),
+        ("Masked", &[matte, mirror], "base", &[("opacity", half)]),
+    ];
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let all_classes = classes(Role::Material);
+    let mut all = String::new();
+    for (name, bases, parameter, others) in cases {
+        let class = all_classes.iter().find(|it| it.name == name).expect("the library has it");
+        for base in bases {
+            let given = others.iter().cloned().chain([(parameter, base.clone())]);
+            let instance = Instance::new(class, given).expect("its parameters");
+            let below = instance.reference(parameter).map_or("", |it| &it.class().name);
+            for seed in seeds() {
+                let name = format!("{name} over {below}, seed {seed}");
+                all += &broken(&engine, &name, &instance, &Options { seed, ..OPTIONS });
+            }
+        }
+    }
+    assert!(all.is_empty(), "{all}");
+}
+
 #[test]
 fn lights() {
     check_role(Role::Light, &OPTIONS);

@@ -155,22 +155,22 @@ fn what_is_not_supported_is_said_once_and_left_out() {
         "Texture \"rough\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
          Material \"measured\" \"string filename\" \"cloth.bsdf\"\nShape \"sphere\"\n\
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
-         Material \"conductor\" \"texture roughness\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
+         Material \"dielectric\" \"texture eta\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
          LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n",
     );
     let scene = &loaded.scene;
     assert_eq!((scene.objects.len(), scene.lights.len()), (4, 1));
     let classes: Vec<&str> = scene.materials.iter().map(|it| it.class().name.as_str()).collect();
-    assert_eq!(classes, ["Lambertian", "Conductor"]);
+    assert_eq!(classes, ["Lambertian", "Dielectric"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
         "material `measured` is not supported: `Lambertian` takes its place",
         "texture `ptex` is not supported: `Constant` takes its place",
         "`portal` of light `infinite` has no effect",
         "`shadowalpha` of shape `disk` has no effect",
-        "`roughness` of material `conductor` has no effect",
-        "`normalmap` of material `conductor` has no effect",
+        "`eta` of material `dielectric` has no effect",
+        "`normalmap` of material `dielectric` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
@@ -385,9 +385,9 @@ fn a_file_is_decoded_once_for_all_textures() {
 #[test]
 fn a_texture_for_a_number_is_refused_with_advice() {
     let text = "Texture \"holes\" \"float\" \"Checker\"\n\
-        Material \"Principled\" \"texture roughness\" \"holes\"\n";
+        Material \"Principled\" \"texture eta\" \"holes\"\n";
     let messages = load(text).unwrap_err().to_text(false);
-    assert!(messages.contains("error[E0607]: `roughness` is of type `float`, found a texture"));
+    assert!(messages.contains("error[E0607]: `eta` is of type `float`, found a texture"));
     let advice = "help: give a value; a class takes textures by members of type `rt_Texture`";
     assert!(messages.contains(advice), "{messages}");
 }

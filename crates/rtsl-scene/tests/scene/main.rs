@@ -7,3 +7,4 @@ mod motion;
 mod pages;
 mod reader;
 mod source;
+mod textured;

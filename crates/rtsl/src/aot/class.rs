@@ -99,8 +99,13 @@ impl Describer {
             self.fields.push(Field { name, offset, ..field(variable, kind) });
         }
         for parameter in &class.parameters {
+            // A parameter that is bound to a texture needs no value.
+            let is_bound = |(path, element): (String, Option<&ClassTree>)| {
+                path == parameter.name && element.is_some()
+            };
+            let is_required = parameter.required && !tree.elements().any(is_bound);
             for leaf in Leaf::all(parameter) {
-                self.parameter(parameter, &leaf, prefix, &values);
+                self.parameter(parameter, &leaf, prefix, &values, is_required);
             }
         }
         Ok(())
@@ -112,6 +117,7 @@ impl Describer {
         leaf: &Leaf,
         prefix: &str,
         values: &Environment,
+        is_required: bool,
     ) {
         let name = format!("{prefix}{}", leaf.path);
         let offset = match parameter.target {
@@ -130,7 +136,7 @@ impl Describer {
             scalar: leaf.scalar,
             len: leaf.len,
             offset,
-            is_required: parameter.required,
+            is_required,
             is_buffer: leaf.is_buffer,
             is_color: leaf.is_color,
             minimum: number("min"),

@@ -6,6 +6,7 @@ use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
 use rtsl_source::Diagnostic;
+use rtsl_spec::{Method, StateVariable};
 
 use super::environment::Environment;
 use super::words::Words;
@@ -94,6 +95,21 @@ impl Instance {
             }
         }
         unset
+    }
+
+    /// True if a call of the method, of this instance or of one that it refers to, gives another shader a value of the
+    /// state variable as an argument.
+    pub fn passes_state(&self, method: Method, variable: &StateVariable) -> bool {
+        let mut passes = false;
+        if let Some(function) = self.class.methods.get(&method) {
+            function.body.for_each_op(&mut |op| {
+                if let OpKind::ReferenceCall(call) = &op.kind {
+                    passes |= call.overrides.iter().any(|(it, _)| it.variable == variable.index);
+                }
+            });
+        }
+        let mut below = self.references.iter().flatten().flatten();
+        passes || below.any(|instance| instance.passes_state(method, variable))
     }
 
     /// True if a method of the class calls through the reference.
