@@ -1,8 +1,10 @@
 //! The names of pbrt, and how the classes of the standard library implement them: a table for each kind of entity, and
 //! the translation of parameters that differ by more than their names.
 
+mod aperture;
 mod cameras;
 mod images;
+mod lenses;
 mod lights;
 mod materials;
 mod mesh_shape;
@@ -12,6 +14,7 @@ mod shapes;
 mod textures;
 mod translation;
 
+pub use cameras::share_film_size;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;
 pub use translation::{translated, without_effect};

@@ -1,5 +1,6 @@
 //! The integration tests of `rtsl-scene`, as one program: linking is most of the work of building tests.
 
+mod cameras;
 mod files;
 mod inputs;
 mod leniency;
