@@ -2,6 +2,7 @@
 
 mod cameras;
 mod files;
+mod format_page;
 mod inputs;
 mod leniency;
 mod motion;
