@@ -1,16 +1,36 @@
-//! Reads arbitrary text as a scene.
+//! Reads arbitrary bytes as a scene.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostics, SourceMap, render};
-use rtsl_scene::reader::{MemoryFiles, read_scene};
+use rtsl_memory::{Amount, InputBudget};
+use rtsl_scene::reader::{FileSource, read_scene_within};
 
-/// The reader; the scene can include itself.
+/// One file of any bytes.
+struct OneFile<'a>(&'a [u8]);
+
+const NAME: &str = "fuzz.pbrt";
+
+impl FileSource for OneFile<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        if path == Path::new(NAME) {
+            Ok(self.0.to_vec())
+        } else {
+            Err(io::ErrorKind::NotFound.into())
+        }
+    }
+
+    fn list(&self, _: &Path) -> io::Result<Vec<PathBuf>> {
+        Ok(Vec::new())
+    }
+}
+
+/// The reader; the scene may be compressed and can include itself.
 pub fn scene(data: &[u8]) {
-    let path = PathBuf::from("fuzz.pbrt");
-    let text = String::from_utf8_lossy(data).into_owned();
-    let files = MemoryFiles([(path.clone(), text)].into());
+    let budget = InputBudget::new(Some(Amount(32 << 20)));
     let (mut map, mut diagnostics) = (SourceMap::new(), Diagnostics::new());
-    read_scene(&path, &files, &mut map, &mut diagnostics);
+    read_scene_within(Path::new(NAME), &OneFile(data), &budget, &mut map, &mut diagnostics);
+    assert!(budget.taken() <= budget.limit());
     render::all_to_text(&map, diagnostics.iter(), false);
 }

@@ -64,6 +64,7 @@ const TOPICS: &[Topic] = topics! {
         "reference/scenes/standard-classes.md"
         "reference/scenes/meshes.md"
         "reference/scenes/settings.md"
+        "reference/scenes/format.md"
     ];
     "viewer" "the window of `rtsl view`" ["how-to/viewer.md"];
     "embedding" "RTSL in your own renderer" [

@@ -120,7 +120,7 @@ fn spectra_become_colours() {
          LightSource \"spot\" \"float power\" 1 \"float coneangle\" 90 \"float conedeltaangle\" 30\n\
          Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"\n\
          Shape \"sphere\"\nMaterial \"dielectric\" \"spectrum eta\" \"glass-BK7\"\nShape \"sphere\"\n\
-         Material \"coatedconductor\" \"spectrum conductor.k\" [400 2 700 2]\nShape \"sphere\"\n",
+         Material \"coatedconductor\" \"spectrum conductor.k\" [360 2 830 2]\nShape \"sphere\"\n",
     );
     let [gold, glass, coated] = loaded.scene.materials.as_slice() else { panic!() };
     assert_eq!(numbers(gold, "eta"), [0.1217, 0.3929, 1.5871]);

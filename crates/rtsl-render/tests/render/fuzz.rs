@@ -5,6 +5,8 @@
 mod checkpoint;
 #[path = "../../../../fuzz/entries/gltf.rs"]
 mod gltf;
+#[path = "../../../../fuzz/entries/lenses.rs"]
+mod lenses;
 #[path = "../../../../fuzz/entries/mutation.rs"]
 mod mutation;
 #[path = "../../../../fuzz/entries/ply.rs"]
@@ -43,6 +45,29 @@ fn run_on(seeds: Vec<Vec<u8>>, count: usize, target: fn(&[u8])) {
 #[test]
 fn any_scene_is_read_or_refused() {
     run("../../scenes", "pbrt", 1000, scene::scene);
+}
+
+#[test]
+fn any_compressed_scene_is_read_or_refused() {
+    // Stored blocks, in which a mutation can reach the text, and the lengths before it.
+    let seed = |text: &[u8]| {
+        let length = (text.len() as u16).to_le_bytes();
+        let inverse = (!(text.len() as u16)).to_le_bytes();
+        let header = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 255, 1];
+        [&header, &length[..], &inverse, text, &[0; 8]].concat()
+    };
+    let seeds =
+        [&b"WorldBegin Shape \"sphere\" Include \"fuzz.pbrt\""[..], b"Camera \"perspective\""];
+    run_on(seeds.map(seed).into(), 2000, scene::scene);
+}
+
+#[test]
+fn any_lenses_are_read_or_refused() {
+    let seeds = [
+        &b"0 2 0 20\n50 2 1.5 20\n-50 50 1 20\n"[..],
+        b"# lens\n29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n0 4.5 0 17.1\n-39.73 35 1 20\n",
+    ];
+    run_on(seeds.map(<[u8]>::to_vec).into(), 40, lenses::lenses);
 }
 
 #[test]

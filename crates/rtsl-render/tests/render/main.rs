@@ -2,6 +2,7 @@
 
 mod aovs;
 mod batch_radiance;
+mod cameras;
 mod checkpoint;
 mod film;
 mod format;

@@ -1,10 +1,12 @@
 //! The names of pbrt, and how the classes of the standard library implement them: a table for each kind of entity, and
 //! the translation of parameters that differ by more than their names.
 
+mod aperture;
 mod cameras;
 mod curve;
 mod image_lights;
 mod images;
+mod lenses;
 mod lights;
 mod materials;
 mod mesh_shape;
@@ -14,6 +16,7 @@ mod shapes;
 mod textures;
 mod translation;
 
+pub use cameras::share_film_size;
 pub use images::Images;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;

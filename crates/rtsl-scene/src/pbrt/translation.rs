@@ -7,7 +7,8 @@ use rtsl_math::Transform;
 
 use super::name::PbrtName;
 use crate::description::Entity;
-use crate::reader::{Parameter, ParameterType, ReferenceKind, Values};
+use crate::reader::{COLOR, Parameter, ParameterType, ReferenceKind, Values};
+use crate::spectrum::luminance;
 
 /// Translates the parameters of an entity to those of its class.
 pub fn translated<'e>(
@@ -24,6 +25,9 @@ pub fn translated<'e>(
             parameter.to_mut().name = ours;
         }
     }
+    for parameter in &mut translation.parameters {
+        take_mean(parameter, class);
+    }
     name.translate(&mut translation);
     for (name, values) in name.defaults() {
         if translation.find(name).is_none() {
@@ -31,6 +35,19 @@ pub fn translated<'e>(
         }
     }
     translation.parameters
+}
+
+/// Replaces a spectrum by its mean, weighted like luminance, if the class takes one number: the index of a glass varies
+/// with the wavelength, and a ray carries all of them.
+fn take_mean(parameter: &mut Cow<'_, Parameter>, class: &Class) {
+    let own = class.parameters.iter().find(|it| it.name == parameter.name);
+    let is_number = own.is_some_and(|own| matches!(own.ty, ClassType::Scalar(_)));
+    if let (true, COLOR, Values::Numbers(numbers)) = (is_number, parameter.kind, &parameter.values)
+        && let [red, green, blue] = numbers[..]
+    {
+        let mean = luminance([red, green, blue]);
+        parameter.to_mut().values = Values::Numbers(vec![mean]);
+    }
 }
 
 /// The parameters of an entity that have no effect, each with the reason.

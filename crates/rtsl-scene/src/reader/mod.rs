@@ -36,7 +36,7 @@ pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, 
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};
 pub use parameter::{
-    Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
+    COLOR, Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };
 pub use recorded_files::{Digest, RecordedFiles};
 

@@ -140,7 +140,7 @@ impl<'a> ParameterReader<'a> {
             };
             // A misspelt parameter is an error. One that nothing here resembles is of another version or program, and
             // the picture is not meaningless without it.
-            self.diagnostics.push(match most_similar(name, self.taken.iter().copied()) {
+            self.diagnostics.push(match similar(&self.taken, name) {
                 Some(near) => diagnostic(codes::UNKNOWN_PARAMETER, message)
                     .help(format!("did you mean `{near}`?")),
                 None => diagnostic(codes::IGNORED_SETTING, format!("{message}: it has no effect")),
@@ -158,4 +158,11 @@ impl<'a> ParameterReader<'a> {
             .push(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""));
         None
     }
+}
+
+/// The parameter that was probably meant by a name: a similar one, or one that the name abbreviates.
+fn similar(known: &[&'static str], name: &str) -> Option<&'static str> {
+    const SHORTEST: usize = 3;
+    let abbreviated = |known: &&'static str| name.len() >= SHORTEST && known.starts_with(name);
+    most_similar(name, known.iter().copied()).or_else(|| known.iter().copied().find(abbreviated))
 }

@@ -11,6 +11,7 @@ mod white_balance;
 
 pub use blackbody::blackbody;
 pub use color_space::ColorSpace;
+pub use matching::luminance;
 pub use named::{named, names};
 pub use sampled::Sampled;
 pub use white_balance::white_balance;

@@ -15,7 +15,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// spectra converted with the CIE 1931 observer. Extinction coefficients are chosen so that the reflectance at normal
 /// incidence has the colour of the reflectance spectrum under D65, limited in each channel by the greatest reflectance
 /// of any wavelength: converting eta and k independently makes the blue of gold and copper too dark by 5 %. Glasses:
-/// Schott's indices at the d line, 587.6 nm. The format's names F5, F10 and F11 mean SF5, SF10 and SF11.
+/// Schott's indices at the d line, 587.6 nm. The format's names F5, F10 and F11 mean SF5, SF10 and SF11. Lights: the
+/// spectra of the same tables, converted with the CIE 1931 observer to colours of luminance 1.
 const NAMED: &[(&str, &[f64])] = &[
     ("metal-Ag-eta", &[0.1288, 0.1232, 0.1522]),
     ("metal-Ag-k", &[4.0816, 3.3279, 2.4211]),
@@ -42,11 +43,50 @@ const NAMED: &[(&str, &[f64])] = &[
     ("glass-SF10", &[1.7283]),
     ("glass-SF11", &[1.7847]),
     ("stdillum-D65", &[1.0, 1.0, 1.0]),
+    ("stdillum-A", &[1.8452, 0.8261, 0.2334]),
+    ("stdillum-D50", &[1.0866, 0.9995, 0.7497]),
+    ("illum-acesD60", &[1.0469, 0.9946, 0.9155]),
+    ("stdillum-F1", &[0.9543, 1.0193, 0.9437]),
+    ("stdillum-F2", &[1.3401, 0.9430, 0.5629]),
+    ("stdillum-F3", &[1.5765, 0.8911, 0.3809]),
+    ("stdillum-F4", &[1.8064, 0.8343, 0.2671]),
+    ("stdillum-F5", &[0.9154, 1.0362, 0.8903]),
+    ("stdillum-F6", &[1.3161, 0.9579, 0.4865]),
+    ("stdillum-F7", &[1.0003, 1.0002, 0.9974]),
+    ("stdillum-F8", &[1.1767, 0.9757, 0.7201]),
+    ("stdillum-F9", &[1.3769, 0.9314, 0.5694]),
+    ("stdillum-F10", &[1.1776, 0.9756, 0.7184]),
+    ("stdillum-F11", &[1.4122, 0.9248, 0.5316]),
+    ("stdillum-F12", &[1.7686, 0.8451, 0.2709]),
 ];
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The references are the CIE's chromaticities of the illuminants (CIE 15, 2004).
+    #[test]
+    fn lights_have_the_chromaticities_of_their_illuminants() {
+        for (name, expected) in [
+            ("stdillum-A", [0.4476, 0.4074]),
+            ("stdillum-D65", [0.3127, 0.3290]),
+            ("stdillum-F2", [0.3721, 0.3751]),
+            ("stdillum-F7", [0.3129, 0.3292]),
+            ("stdillum-F11", [0.3805, 0.3769]),
+            ("illum-acesD60", [0.3217, 0.3377]),
+        ] {
+            let Some(&[red, green, blue]) = named(name) else { panic!("{name}") };
+            assert!((0.2126 * red + 0.7152 * green + 0.0722 * blue - 1.0).abs() < 1e-3, "{name}");
+            let x = 0.4124 * red + 0.3576 * green + 0.1805 * blue;
+            let sum = x + 1.0 + 0.0193 * red + 0.1192 * green + 0.9505 * blue;
+            for (found, expected) in [x / sum, 1.0 / sum].into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-3, "{name}: {found} for {expected}");
+            }
+        }
+        for lamp in 1..=12 {
+            assert!(named(&format!("stdillum-F{lamp}")).is_some(), "{lamp}");
+        }
+    }
 
     /// The reflectance at normal incidence.
     fn reflectance(metal: &str) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use super::matching::{color, luminance};
 
-/// Values at increasing wavelengths in nanometres, interpolated linearly and constant outside.
+/// Values at increasing wavelengths in nanometres, interpolated linearly and 0 outside, as in pbrt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled(Vec<(f64, f64)>);
 
@@ -32,8 +32,8 @@ impl Sampled {
             (Some((start, first)), Some((end, second))) => {
                 first + (second - first) * (wavelength - start) / (end - start)
             }
-            (Some((_, value)), None) | (None, Some((_, value))) => *value,
-            (None, None) => 0.0,
+            (Some((last, value)), None) if *last == wavelength => *value,
+            (Some(_), None) | (None, _) => 0.0,
         }
     }
 
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn the_same_everywhere_is_grey() {
-        let grey = Sampled::from_pairs(&[400.0, 0.25, 700.0, 0.25]).unwrap();
+        let grey = Sampled::from_pairs(&[360.0, 0.25, 830.0, 0.25]).unwrap();
         for component in grey.surface_color() {
             assert!((component - 0.25).abs() < 1e-12);
         }
@@ -66,8 +66,9 @@ mod tests {
 
     #[test]
     fn long_waves_are_red() {
-        let red = Sampled::from_text("# reddish\n580 0\n620 1 # and on\n").unwrap();
-        assert_eq!(red.at(600.0), 0.5);
+        let red = Sampled::from_text("# reddish\n580 0\n620 1 # and on\n830 1\n").unwrap();
+        assert_eq!([red.at(600.0), red.at(830.0)], [0.5, 1.0]);
+        assert_eq!([red.at(579.0), red.at(831.0)], [0.0, 0.0]);
         let [r, g, b] = red.surface_color();
         assert!(r > 0.75 && g < 0.3 && b < 0.05, "{r} {g} {b}");
     }
