@@ -277,6 +277,30 @@ fn lights_take_images_and_their_power() {
 }
 
 #[test]
+fn area_lights_have_their_power_on_each_face() {
+    let mut slide = Image::new(2, 1).unwrap();
+    slide.pixels = vec![[1.0; 3], [0.5; 3]];
+    let loaded = loaded_with(
+        &[("slide.exr", &slide)],
+        "AreaLightSource \"diffuse\" \"float power\" 6 \"float scale\" 2\nShape \"sphere\" \"float radius\" 2\n\
+         Scale 3 3 3\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"integer indices\" [0 1 2 1 3 2]\n\
+         AreaLightSource \"diffuse\" \"float power\" 6 \"bool twosided\" true \"string filename\" \"slide.exr\"\n\
+         Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 2 0 1 2 0]\nShape \"Torus\"\n",
+    );
+    let scene = &loaded.scene;
+    let gain = |object: usize| {
+        numbers(&scene.materials[scene.objects[object].emitter.unwrap() as usize], "gain")[0]
+    };
+    near(gain(0), 6.0 / (PI * 16.0 * PI));
+    near(gain(1), 6.0 / (PI * 4.5));
+    near(gain(2), 6.0 / (PI * 18.0 * 2.0 * 0.75));
+    assert_eq!(gain(3), 1.0);
+    let warnings = loaded.warnings.to_text(false);
+    assert!(warnings.contains("`power` of area light `diffuse` has no effect"), "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 1, "{warnings}");
+}
+
+#[test]
 fn textures_have_mappings_and_places() {
     let texture = |class: &str, more: &str| {
         let world = format!(
@@ -305,6 +329,10 @@ fn textures_have_mappings_and_places() {
         (round.member("mapping"), numbers(&round, "offset")),
         (Some(&[1][..]), vec![0.0, 0.0])
     );
+    // In pbrt-v4 `inside` is what lies between the dots.
+    let swapped = texture("dots", "\"float inside\" 0.25");
+    let part = |name: &str| numbers(swapped.reference(name).unwrap(), "value");
+    assert_eq!((part("outside"), part("inside")), (vec![0.25; 3], vec![0.0; 3]));
     let plain = texture("bilerp", "\"float v00\" 0.25 \"float uscale\" 2");
     assert_eq!(
         (numbers(&plain, "v00"), numbers(&plain, "repeat")),

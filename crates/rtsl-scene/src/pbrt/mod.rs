@@ -13,6 +13,7 @@ mod shapes;
 mod textures;
 mod translation;
 
+pub use image_lights::given_power;
 pub use images::Images;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;
