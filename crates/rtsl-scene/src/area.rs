@@ -13,8 +13,8 @@ pub fn face_area(shape: &Instance, to_world: Transform) -> Option<f64> {
     let vector = |name: &str| vector_at(shape.member(name)?, 0);
     let triangle = |corners: [[f64; 3]; 3]| triangle_area(corners.map(|it| to_world.point(it)));
     match shape.class().name.as_str() {
-        "Sphere" => Some(4.0 * PI * number("radius")?.powi(2)),
-        "Disk" => Some(PI * (number("radius")?.powi(2) - number("innerRadius")?.powi(2))),
+        "Sphere" => Some(4.0 * PI * square(number("radius")?)),
+        "Disk" => Some(PI * (square(number("radius")?) - square(number("innerRadius")?))),
         "Cylinder" => {
             Some(2.0 * PI * number("radius")? * (number("yMax")? - number("yMin")?).abs())
         }
@@ -33,6 +33,10 @@ pub fn face_area(shape: &Instance, to_world: Transform) -> Option<f64> {
         }),
         _ => None,
     }
+}
+
+fn square(x: f64) -> f64 {
+    x * x
 }
 
 fn mean_area(
