@@ -36,26 +36,48 @@ impl Mipmap {
     pub fn new(picture: Picture) -> Result<Mipmap, OutOfMemory> {
         let sizes: Vec<(usize, usize)> = level_sizes(picture.width, picture.height).collect();
         let texels = sizes.iter().map(|(width, height)| width * height).sum();
-        let mut writer = Writer::new(&picture, texels);
-        writer.copy(&picture);
-        let mut finer: Option<Vec<[f32; 4]>> = None;
-        for pair in sizes.windows(2) {
-            let grid = Grid { fine: pair[0], coarse: pair[1] };
-            let level = match &finer {
-                None => grid.means(|index| picture.components(&writer.code, index)),
-                Some(texels) => grid.means(|index| texels[index]),
-            }?;
-            level.iter().for_each(|texel| writer.push(*texel));
-            finer = Some(level);
-        }
-        Ok(writer.finish(&picture))
+        Mipmap::written(&picture, texels, |writer| {
+            writer.copy(&picture);
+            let mut finer: Option<Vec<[f32; 4]>> = None;
+            for pair in sizes.windows(2) {
+                let grid = Grid { fine: pair[0], coarse: pair[1] };
+                let level = match &finer {
+                    None => grid.means(|index| picture.components(&writer.code, index)),
+                    Some(texels) => grid.means(|index| texels[index]),
+                }?;
+                level.iter().for_each(|texel| writer.push(*texel));
+                finer = Some(level);
+            }
+            Ok(())
+        })
     }
 
     /// Makes the first level alone.
-    pub fn flat(picture: &Picture) -> Mipmap {
-        let mut writer = Writer::new(picture, picture.width * picture.height);
-        writer.copy(picture);
-        writer.finish(picture)
+    ///
+    /// # Errors
+    /// If there is not enough memory.
+    pub fn flat(picture: &Picture) -> Result<Mipmap, OutOfMemory> {
+        Mipmap::written(picture, picture.width * picture.height, |writer| {
+            writer.copy(picture);
+            Ok(())
+        })
+    }
+
+    /// Makes a mipmap of so many texels.
+    fn written(
+        picture: &Picture,
+        texels: usize,
+        write: impl FnOnce(&mut Writer<'_>) -> Result<(), OutOfMemory>,
+    ) -> Result<Mipmap, OutOfMemory> {
+        let format = picture.format();
+        // The length is known, so that the words are allocated once, where they stay.
+        let mut words: Arc<[u32]> = std::iter::repeat_n(0, format.words(texels)).collect();
+        if let Some(words) = Arc::get_mut(&mut words) {
+            let code = ByteCode::new(picture.encoding);
+            write(&mut Writer { format, code, words, count: 0 })?;
+        }
+        let Picture { width, height, encoding, .. } = *picture;
+        Ok(Mipmap { width, height, format, encoding, words })
     }
 }
 
@@ -133,22 +155,15 @@ impl Grid {
 }
 
 /// Writes texels one after the other.
-struct Writer {
+struct Writer<'w> {
     format: TexelFormat,
     code: ByteCode,
-    words: Arc<[u32]>,
+    words: &'w mut [u32],
     /// The texels written.
     count: usize,
 }
 
-impl Writer {
-    fn new(picture: &Picture, texels: usize) -> Self {
-        let format = picture.format();
-        // The length is known, so that the words are allocated once, where they stay.
-        let words = std::iter::repeat_n(0, format.words(texels)).collect();
-        Writer { format, code: ByteCode::new(picture.encoding), words, count: 0 }
-    }
-
+impl Writer<'_> {
     /// Copies the texels of a picture; bytes stay as they are.
     fn copy(&mut self, picture: &Picture) {
         let channels = self.format.channels;
@@ -209,14 +224,9 @@ impl Writer {
 
     /// Sets bits of a word that are 0.
     fn put(&mut self, at: usize, bits: u32) {
-        if let Some(word) = Arc::get_mut(&mut self.words).and_then(|words| words.get_mut(at)) {
+        if let Some(word) = self.words.get_mut(at) {
             *word |= bits;
         }
-    }
-
-    fn finish(self, picture: &Picture) -> Mipmap {
-        let Picture { width, height, encoding, .. } = *picture;
-        Mipmap { width, height, format: self.format, encoding, words: self.words }
     }
 }
 
@@ -282,7 +292,7 @@ mod tests {
             (4, Samples::Floats((1..13).map(|it| it as f32 / 7.0).collect())),
         ] {
             let picture = picture((3, 1), channels, samples);
-            assert!(Mipmap::flat(&picture).colors().eq(picture.colors()), "{picture:?}");
+            assert!(Mipmap::flat(&picture).unwrap().colors().eq(picture.colors()), "{picture:?}");
         }
     }
 
@@ -293,7 +303,7 @@ mod tests {
         let levels = Mipmap::new(picture((2, 1), 1, greys)).unwrap();
         assert_eq!(&levels.words[..], [0x4000_3c00, 0x0000_3e00]);
         let colors = Samples::Halves(vec![half(1.0), half(2.0), half(0.0)]);
-        let flat = Mipmap::flat(&picture((1, 1), 3, colors));
+        let flat = Mipmap::flat(&picture((1, 1), 3, colors)).unwrap();
         assert_eq!(&flat.words[..], [0x4000_3c00, 0x3c00_0000]);
     }
 }

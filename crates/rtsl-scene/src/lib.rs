@@ -3,6 +3,7 @@
 //!
 //! This crate uses the language through the public interface of `rtsl` and depends on no renderer.
 
+mod area;
 mod arguments;
 mod classes;
 mod description;

@@ -1,5 +1,7 @@
 //! Loading: from the description of a scene to instances of classes.
 
+mod emitter;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -229,17 +231,19 @@ impl<'a, 'f> Loader<'a, 'f> {
         for shape in shapes {
             let primitive = self.instance(shape.shape);
             let material = self.material(shape.material, parts);
-            let emitter = shape.area_light.map(|light| self.material(Some(light), parts));
+            let entity = &self.description.entities[shape.shape.0];
+            let placement = self.pbrt_name(entity).map(PbrtName::placement);
+            let placement = placement.unwrap_or(Transform::IDENTITY);
+            let (transform, motion) = parts.place_entity(entity, placement);
+            let emitter = shape
+                .area_light
+                .map(|light| self.emitter(light, primitive.as_deref(), transform, parts));
             let (Some(primitive), Some(material)) = (primitive, material) else { continue };
             let emitter = match emitter {
                 Some(None) => continue,
                 Some(emitter) => emitter,
                 None => None,
             };
-            let entity = &self.description.entities[shape.shape.0];
-            let placement = self.pbrt_name(entity).map(PbrtName::placement);
-            let placement = placement.unwrap_or(Transform::IDENTITY);
-            let (transform, motion) = parts.place_entity(entity, placement);
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {

@@ -263,7 +263,10 @@ fn lights_take_images_and_their_power() {
     assert_eq!(numbers(&first.light, "aspect"), [2.0]);
     assert_eq!((numbers(&first.light, "strength"), gain(first)), (vec![3.0], 1.0));
     // The centres of 4 by 2 texels on a slide of 4 by 2 at the distance 1.
-    let weight = |x: f64, y: f64| (1.0 + x * x + y * y).powf(-1.5);
+    let weight = |x: f64, y: f64| {
+        let square = 1.0 + x * x + y * y;
+        1.0 / (square * square.sqrt())
+    };
     let power = 8.0 * 0.5 * (weight(0.5, 0.5) + weight(1.5, 0.5)) / 2.0;
     near(gain(second), 5.0 / power);
     // By pbrt-v4's formula, for 4 by 4 texels that are 2: those in the upper half are 4 of the cosine 1 - 0.25^2 * 4,
@@ -273,6 +276,30 @@ fn lights_take_images_and_their_power() {
     let glow = &loaded.scene.materials[loaded.scene.objects[0].emitter.unwrap() as usize];
     assert_eq!(glow.class().name, "Emissive");
     assert_eq!(glow.reference("image").unwrap().member("filtering"), Some(&[0][..]));
+}
+
+#[test]
+fn area_lights_have_their_power_on_each_face() {
+    let mut slide = Image::new(2, 1).unwrap();
+    slide.pixels = vec![[1.0; 3], [0.5; 3]];
+    let loaded = loaded_with(
+        &[("slide.exr", &slide)],
+        "AreaLightSource \"diffuse\" \"float power\" 6 \"float scale\" 2\nShape \"sphere\" \"float radius\" 2\n\
+         Scale 3 3 3\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"integer indices\" [0 1 2 1 3 2]\n\
+         AreaLightSource \"diffuse\" \"float power\" 6 \"bool twosided\" true \"string filename\" \"slide.exr\"\n\
+         Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 2 0 1 2 0]\nShape \"Torus\"\n",
+    );
+    let scene = &loaded.scene;
+    let gain = |object: usize| {
+        numbers(&scene.materials[scene.objects[object].emitter.unwrap() as usize], "gain")[0]
+    };
+    near(gain(0), 6.0 / (PI * 16.0 * PI));
+    near(gain(1), 6.0 / (PI * 4.5));
+    near(gain(2), 6.0 / (PI * 18.0 * 2.0 * 0.75));
+    assert_eq!(gain(3), 1.0);
+    let warnings = loaded.warnings.to_text(false);
+    assert!(warnings.contains("`power` of area light `diffuse` has no effect"), "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 1, "{warnings}");
 }
 
 #[test]
@@ -304,6 +331,10 @@ fn textures_have_mappings_and_places() {
         (round.member("mapping"), numbers(&round, "offset")),
         (Some(&[1][..]), vec![0.0, 0.0])
     );
+    // In pbrt-v4 `inside` is what lies between the dots.
+    let swapped = texture("dots", "\"float inside\" 0.25");
+    let part = |name: &str| numbers(swapped.reference(name).unwrap(), "value");
+    assert_eq!((part("outside"), part("inside")), (vec![0.25; 3], vec![0.0; 3]));
     let plain = texture("bilerp", "\"float v00\" 0.25 \"float uscale\" 2");
     assert_eq!(
         (numbers(&plain, "v00"), numbers(&plain, "repeat")),

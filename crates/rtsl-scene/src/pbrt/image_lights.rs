@@ -5,7 +5,7 @@ use rtsl_image::{Mipmap, Picture};
 
 use super::images::{Images, Use};
 use crate::description::Entity;
-use crate::reader::{SceneFiles, Values};
+use crate::reader::{Parameter, SceneFiles, Values};
 
 /// The arguments of a class, or the error of a file.
 type Made = Result<Vec<(String, Value)>, Box<Diagnostic>>;
@@ -17,8 +17,8 @@ pub const SKY: &[&str] =
 /// The parameters of other lights with images that are read here.
 pub const LIGHT: &[&str] = &["filename", "power"];
 
-/// The parameters of area lights that [`glow`] reads.
-pub const GLOW: &[&str] = &["filename"];
+/// The parameters of area lights that [`glow`] and [`given_power`] read.
+pub const GLOW: &[&str] = &["filename", "power"];
 
 /// The arguments of a sky.
 pub fn sky(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made {
@@ -68,6 +68,28 @@ pub fn glow(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made
         return Ok(Vec::new());
     }
     Ok(slide(&images.of(entity, files, Use::Texture)?.values, false))
+}
+
+/// The power that an area light is given on each face of its shape.
+pub fn given_power(light: &Entity) -> Option<f64> {
+    number(light, "power").filter(|power| *power > 0.0)
+}
+
+impl Images {
+    /// Returns the luminance of an area light's image, or 1, for each side that glows.
+    pub fn mean_glow(&mut self, light: &Entity, files: SceneFiles<'_>) -> f64 {
+        let is_two_sided = |it: &Parameter| match &it.values {
+            Values::Booleans(values) => {
+                it.name.eq_ignore_ascii_case("twosided") && values.first() == Some(&true)
+            }
+            Values::Numbers(_) | Values::Texts(_) => false,
+        };
+        let sides = if light.parameters.iter().any(is_two_sided) { 2.0 } else { 1.0 };
+        // The error of an image that cannot be read is reported where the light is made.
+        let image = has_file(light).then(|| self.of(light, files, Use::Texture).ok()).flatten();
+        let mean = |it: &Mipmap| it.colors().map(luminance).sum::<f64>() / texels(it);
+        sides * image.map_or(1.0, |converted| mean(&converted.image))
+    }
 }
 
 /// The solid angle of the sphere.

@@ -188,7 +188,7 @@ impl Images {
         drop(input);
         let converted = match use_ {
             Use::Texture => self.texture(picture),
-            Use::Sky => Ok(self.sky(&picture)),
+            Use::Sky => self.sky(&picture),
         };
         let converted =
             converted.map_err(|error| unreadable(path, &std::io::Error::other(error)))?;
@@ -201,11 +201,11 @@ impl Images {
         Ok(Converted { values: self.stored(&image), image })
     }
 
-    fn sky(&mut self, picture: &Picture) -> Converted {
-        let image = Mipmap::flat(picture);
+    fn sky(&mut self, picture: &Picture) -> Result<Converted, OutOfMemory> {
+        let image = Mipmap::flat(picture)?;
         let mut values = self.stored(&image);
         values.extend(image_lights::distributions(picture));
-        Converted { values, image }
+        Ok(Converted { values, image })
     }
 
     /// The texels of an image and their format, as the classes `Image` and `ImageSky` take them.

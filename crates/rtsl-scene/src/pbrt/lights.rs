@@ -59,7 +59,7 @@ pub static AREA_LIGHTS: Names = Names {
         .made_by(image_lights::glow, image_lights::GLOW)
         .with_image("image")],
     left_out: &[],
-    without_effect: &["power"],
+    without_effect: &[],
     choose: |_| None,
 };
 

@@ -17,6 +17,7 @@ mod textures;
 mod translation;
 
 pub use cameras::share_film_size;
+pub use image_lights::given_power;
 pub use images::Images;
 pub use mesh_shape::MeshShape;
 pub use name::PbrtName;

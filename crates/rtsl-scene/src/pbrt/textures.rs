@@ -30,7 +30,11 @@ pub static NAMES: Names = Names {
             .renaming(&[("tex1", "even"), ("tex2", "odd")])
             .translated_by(map_coordinates),
         texture("bilerp", "Bilerp").translated_by(map_coordinates),
-        texture("dots", "Dots").translated_by(map_coordinates),
+        // In pbrt-v4 `inside` is what lies between the dots.
+        texture("dots", "Dots")
+            .renaming(&[("inside", "outside"), ("outside", "inside")])
+            .with_defaults(&[("inside", &[0.0]), ("outside", &[1.0])])
+            .translated_by(map_coordinates),
         texture("fbm", "PerlinFbm").translated_by(place).without(MAPPING),
         texture("wrinkled", "Wrinkled").translated_by(place).without(MAPPING),
         texture("windy", "Windy").translated_by(place).without(MAPPING),
