@@ -313,7 +313,9 @@ fn materials_on_top_of_others() {
     let clouds = of_library("Fbm", vec![("scale", 3.0.into())]);
     let half = of_library("Constant", vec![("value", 0.4.into())]);
     let bump = [("displacement", clouds), ("scale", 0.3.into())];
-    let cases: [(&str, &[Value], &str, &[(&str, Value)]); 5] = [
+    // A class, materials for one of its parameters, and values of the others.
+    type Case<'a> = (&'a str, &'a [Value], &'a str, &'a [(&'a str, Value)]);
+    let cases: [Case<'_>; 5] = [
         (
             "NormalMap",
             &[matte.clone(), mirror.clone(), glass, plastic.clone()],

@@ -115,7 +115,7 @@ fn call(engine: &Engine, instance: &Instance, method: Method, output: &str) -> V
     if method != Method::SampleBsdf {
         set("rt_LightDirection", &|_| vec![3.0, 5.0, 7.0]);
     }
-    let mask = LaneMask::from_fn(COUNT, |ray| ray % 5 != 0);
+    let mask = LaneMask::from_fn(COUNT, |ray| !ray.is_multiple_of(5));
     let _ = kernel.call(CallArguments {
         state: &mut state,
         scratch: &mut program.new_scratch(COUNT),
@@ -127,7 +127,7 @@ fn call(engine: &Engine, instance: &Instance, method: Method, output: &str) -> V
     });
     let components = lookup_state(output).unwrap().ty.components() as usize;
     let of = |ray: usize| -> [f32; 3] {
-        std::array::from_fn(|it| match it < components && ray % 5 != 0 {
+        std::array::from_fn(|it| match it < components && !ray.is_multiple_of(5) {
             true => state.floats(component(output) + it)[ray],
             false => 0.0,
         })
@@ -142,7 +142,7 @@ fn check(
     expected: impl Fn([f32; 2], f32) -> [f32; 3],
 ) {
     let expected: Vec<[f32; 3]> = (0..COUNT)
-        .map(|ray| if ray % 5 != 0 { expected(uv(ray), ray as f32) } else { [0.0; 3] })
+        .map(|ray| if !ray.is_multiple_of(5) { expected(uv(ray), ray as f32) } else { [0.0; 3] })
         .collect();
     for engine in engines() {
         let found = call(&engine, instance, method, output);
