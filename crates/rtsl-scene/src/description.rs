@@ -39,7 +39,7 @@ pub struct Description {
     pub failed: BTreeSet<(ReferenceKind, String)>,
 }
 
-/// What `Option` directives set.
+/// Settings by `Option` directives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneOptions {
     /// True if all samples of a pixel lie at its centre.

@@ -77,11 +77,11 @@ fn brightness(aperture: &str) -> (f64, f64) {
     (mean, f64::from(f32::from_bits(elements[1])))
 }
 
-/// What a disk shines on the film is pi times the square of the sine of the angle that it fills.
+/// A disk of radiance 1 shines pi times the square of the sine of the angle that it fills on the film.
 #[test]
 fn a_diaphragm_before_the_film_lets_through_what_a_disk_would_shine() {
-    let (round, place) = brightness("");
-    let expected = std::f64::consts::PI * 0.005_f64.powi(2) / (0.005_f64.powi(2) + place * place);
+    let (radius, (round, place)) = (0.005, brightness(""));
+    let expected = std::f64::consts::PI * (radius * radius) / (radius * radius + place * place);
     assert!((round / expected - 1.0).abs() < 0.01, "{round}, expected {expected}");
     for shape in ["square", "pentagon"] {
         let (shaped, _) = brightness(&format!("\"string aperture\" \"{shape}\""));

@@ -1,5 +1,5 @@
-//! The lenses of cameras, as values of the class `Realistic`: surfaces from a file, focused, and the exit pupils through
-//! which the film sees the scene.
+//! The lenses of cameras, as values of the class `Realistic`: surfaces from a file, focused, and the exit pupils
+//! through which the film sees the scene.
 //!
 //! All numbers are computed by additions, multiplications, divisions and roots of binary64, so that they have the same
 //! bits everywhere.
@@ -174,7 +174,7 @@ impl Lenses {
     }
 
     /// Sends a ray from the film to the scene.
-    fn from_film(&self, ray: Ray) -> Option<Ray> {
+    fn trace_from_film(&self, ray: Ray) -> Option<Ray> {
         let mut ray = ray;
         let mut place = 0.0;
         for surface in self.0.iter().rev() {
@@ -185,7 +185,7 @@ impl Lenses {
     }
 
     /// Sends a ray from the scene to the film.
-    fn from_scene(&self, ray: Ray) -> Option<Ray> {
+    fn trace_from_scene(&self, ray: Ray) -> Option<Ray> {
         let mut ray = ray;
         let mut place = self.place(0);
         for surface in &self.0 {
@@ -202,8 +202,8 @@ impl Lenses {
         let front = ([height, 0.0, self.place(0) + 1.0], [0.0, 0.0, -1.0]);
         let rear = ([height, 0.0, self.place(self.0.len() - 1) - 1.0], [0.0, 0.0, 1.0]);
         // Places of the principal planes and focal points, counted from the film away from the scene as in pbrt.
-        let [film_plane, film_focus] = cardinal_points(front, self.from_scene(front)?);
-        let [scene_plane, _] = cardinal_points(rear, self.from_film(rear)?);
+        let [film_plane, film_focus] = cardinal_points(front, self.trace_from_scene(front)?);
+        let [scene_plane, _] = cardinal_points(rear, self.trace_from_film(rear)?);
         let focal_length = film_focus - film_plane;
         let between = scene_plane + distance;
         let square = (between - film_plane) * (between - 4.0 * focal_length - film_plane);
@@ -244,7 +244,9 @@ impl Lenses {
                 let is_outside =
                     |axis: usize| target[axis] < bounds[axis] || target[axis] > bounds[axis + 2];
                 let direction = [0, 1, 2].map(|axis| target[axis] - film[axis]);
-                if (is_outside(0) || is_outside(1)) && self.from_film((film, direction)).is_some() {
+                if (is_outside(0) || is_outside(1))
+                    && self.trace_from_film((film, direction)).is_some()
+                {
                     for axis in 0..2 {
                         bounds[axis] = bounds[axis].min(target[axis]);
                         bounds[axis + 2] = bounds[axis + 2].max(target[axis]);
@@ -286,7 +288,7 @@ impl Surface {
         let offset = [origin[0], origin[1], origin[2] - centre];
         let along = dot(offset, direction);
         let root = along * along - dot(offset, offset) + self.radius * self.radius;
-        if !(root >= 0.0) {
+        if root.is_nan() || root < 0.0 {
             return None;
         }
         let is_nearer = (direction[2] < 0.0) != (self.radius < 0.0);
@@ -342,7 +344,7 @@ mod tests {
         // Rays near the axis from the film's centre meet at that distance.
         for height in [1e-4, 2e-4] {
             let ray = ([0.0; 3], [height, 0.0, lenses.place(2)]);
-            let (origin, direction) = lenses.from_film(ray).unwrap();
+            let (origin, direction) = lenses.trace_from_film(ray).unwrap();
             let meets = origin[2] - origin[0] / direction[0] * direction[2];
             assert!((meets - 1.0).abs() < 0.005, "{meets}");
         }
@@ -353,8 +355,9 @@ mod tests {
     fn rays_return_the_way_they_came() {
         let lenses = Lenses::new(&SINGLET, 0.02).unwrap();
         let start = ([0.003, -0.002, 0.0], normalized([0.002, 0.004, 0.05]));
-        let (origin, direction) = lenses.from_film(start).unwrap();
-        let (origin, direction) = lenses.from_scene((origin, direction.map(|part| -part))).unwrap();
+        let (origin, direction) = lenses.trace_from_film(start).unwrap();
+        let (origin, direction) =
+            lenses.trace_from_scene((origin, direction.map(|part| -part))).unwrap();
         let t = -origin[2] / direction[2];
         for axis in 0..2 {
             assert!((origin[axis] + t * direction[axis] - start.0[axis]).abs() < 1e-12);
@@ -373,7 +376,7 @@ mod tests {
                 let target =
                     [step % 100, step / 100].map(|place| (f64::from(place) / 99.0 - 0.5) * 0.03);
                 let direction = [target[0] - film[0], target[1], rear];
-                if lenses.from_film((film, direction)).is_some() {
+                if lenses.trace_from_film((film, direction)).is_some() {
                     through += 1;
                     let bounds = &pupils[4 * ring..];
                     assert!(bounds[0] <= target[0] && target[0] <= bounds[2], "{ring}");

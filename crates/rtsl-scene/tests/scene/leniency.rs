@@ -1,4 +1,4 @@
-//! What pbrt-v4 takes, the reader takes, and one mistake gives one message.
+//! Texts that pbrt-v4 takes are taken, and one mistake gives one message.
 
 use std::path::{Path, PathBuf};
 
