@@ -155,7 +155,7 @@ fn what_is_not_supported_is_said_once_and_left_out() {
         "Texture \"rough\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
          Material \"measured\" \"string filename\" \"cloth.bsdf\"\nShape \"sphere\"\n\
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
-         Material \"dielectric\" \"texture eta\" \"rough\" \"string normalmap\" \"bumps.png\"\n\
+         Material \"dielectric\" \"texture eta\" \"rough\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
          LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n",
     );
@@ -170,11 +170,41 @@ fn what_is_not_supported_is_said_once_and_left_out() {
         "`portal` of light `infinite` has no effect",
         "`shadowalpha` of shape `disk` has no effect",
         "`eta` of material `dielectric` has no effect",
-        "`normalmap` of material `dielectric` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
-    assert_eq!(warnings.matches("warning[").count(), 6, "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 5, "{warnings}");
+}
+
+#[test]
+fn relief_lies_over_materials() {
+    let loaded = loaded(
+        "Texture \"waves\" \"float\" \"fbm\"\n\
+         MakeNamedMaterial \"rough\" \"string type\" \"diffuse\" \"texture displacement\" \"waves\"\n\
+         NamedMaterial \"rough\"\nShape \"sphere\"\n\
+         Material \"Phong\" \"texture displacement\" \"waves\"\nShape \"sphere\"\n\
+         Material \"conductor\" \"float displacement\" 0.1\nShape \"sphere\"\n\
+         MakeNamedMaterial \"smooth\" \"string type\" \"diffuse\"\n\
+         Material \"mix\" \"string materials\" [\"rough\" \"smooth\"]\nShape \"sphere\"\n",
+    );
+    let materials = &loaded.scene.materials;
+    let classes: Vec<&str> = materials.iter().map(|it| it.class().name.as_str()).collect();
+    assert_eq!(classes, ["Bump", "Bump", "Conductor", "Mix"]);
+    assert_eq!(loaded.warnings.to_text(false), "");
+}
+
+#[test]
+fn wrong_relief_is_an_error() {
+    for (relief, problem) in [
+        ("\"texture displacement\" \"none\"", "unknown texture `none`"),
+        ("\"string normalmap\" \"none.png\"", "cannot read `none.png`"),
+        ("\"float normalmap\" 1", "`normalmap` takes the name of an image file"),
+    ] {
+        let messages = load(&format!("Material \"diffuse\" {relief}\nShape \"sphere\"\n"));
+        let text = messages.unwrap_err().to_text(false);
+        assert!(text.contains(problem), "{text}");
+        assert_eq!(text.matches("error[").count(), 1, "{text}");
+    }
 }
 
 #[test]

@@ -148,6 +148,16 @@ impl Images {
             .map_err(|diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here")))
     }
 
+    /// The texels of the image file that the scene calls `name`, without an encoding, as the class `Image` takes them.
+    pub fn linear(
+        &mut self,
+        name: &str,
+        files: SceneFiles<'_>,
+    ) -> Result<Vec<(String, Value)>, Diagnostic> {
+        let image = self.read(&files.path(name), Encoding::Linear, files, Use::Texture)?;
+        Ok(image.values.clone())
+    }
+
     /// An image file, which is decoded if none with the same contents was.
     fn read(
         &mut self,

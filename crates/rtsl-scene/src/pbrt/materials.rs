@@ -45,7 +45,7 @@ pub static NAMES: Names = Names {
     ],
     // Boundaries of media, which are invisible, by their name and by former names.
     left_out: &["interface", "none", ""],
-    without_effect: &["displacement", "normalmap"],
+    without_effect: &[],
     choose: |_| None,
 };
 

@@ -1,5 +1,7 @@
 //! Loading: from the description of a scene to instances of classes.
 
+mod relief;
+
 mod emitter;
 
 use std::borrow::Cow;
@@ -12,15 +14,15 @@ use rtsl::{
 };
 use rtsl_math::Transform;
 
-use super::arguments::{Resolve, argument, texture};
-use super::classes::{Classes, Found};
-use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
-use super::parts::SceneParts;
-use super::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
-use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
-use super::settings::Settings;
-use super::shutter::{SHUTTER, Shutter};
+use crate::arguments::{Resolve, argument, texture};
+use crate::classes::{Classes, Found};
+use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use crate::parts::SceneParts;
+use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
+use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+use crate::settings::Settings;
+use crate::shutter::{SHUTTER, Shutter};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -95,14 +97,23 @@ enum Slot {
 /// An instance, and its dependencies besides the parameters of its entity.
 #[derive(Clone, Debug)]
 pub struct Made {
-    /// The instance.
+    /// The instance of the entity's class.
     pub instance: Arc<Instance>,
+    /// A material with the relief that the entity gives it.
+    relief: Option<Arc<Instance>>,
     /// The alpha texture of a shape.
     alpha: Option<Arc<Instance>>,
     /// The instances of the entities that it refers to.
     named: Vec<(EntityId, Arc<Instance>)>,
     /// The classes of the constants among its references.
     standard: Vec<Arc<Class>>,
+}
+
+impl Made {
+    /// What others refer to.
+    fn outermost(&self) -> Arc<Instance> {
+        self.relief.as_ref().unwrap_or(&self.instance).clone()
+    }
 }
 
 /// The instances of an earlier load.
@@ -381,7 +392,7 @@ impl<'a, 'f> Loader<'a, 'f> {
     /// Returns the instance of an entity, which is made at its first use; `None` if it cannot be made.
     fn instance(&mut self, id: EntityId) -> Option<Arc<Instance>> {
         match &self.instances[id.0] {
-            Slot::Made(made) => return Some(made.instance.clone()),
+            Slot::Made(made) => return Some(made.outermost()),
             Slot::Failed => return None,
             Slot::Open => {
                 let entity = &self.description.entities[id.0];
@@ -401,10 +412,10 @@ impl<'a, 'f> Loader<'a, 'f> {
         self.depth += 1;
         let made = self.make(id);
         self.depth -= 1;
-        let instance = made.as_ref().map(|made| made.instance.clone());
-        if let Some(instance) = &instance {
-            self.warn_of_unset_references(id, instance);
+        if let Some(made) = &made {
+            self.warn_of_unset_references(id, &made.instance);
         }
+        let instance = made.as_ref().map(Made::outermost);
         self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
         self.unused.iter_mut().for_each(|unused| unused.push(id));
         instance
@@ -435,19 +446,21 @@ impl<'a, 'f> Loader<'a, 'f> {
             Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
             None => None,
         };
-        let Arguments { values, named, standard } = arguments;
-        let given = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
-        match Instance::new(&class, given) {
-            Ok(instance) => Some(Made { instance, alpha, named, standard }),
+        let given = arguments.values.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        let instance = match Instance::new(&class, given) {
+            Ok(instance) => instance,
             Err(problems) => {
                 let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
                     None => problem.at(entity.class_span, ""),
                     Some(_) => problem,
                 });
                 self.diagnostics.extend(placed);
-                None
+                return None;
             }
-        }
+        };
+        let relief = self.relief(entity, &instance, &mut arguments)?;
+        let Arguments { named, standard, .. } = arguments;
+        Some(Made { instance, relief, alpha, named, standard })
     }
 
     /// The instance of an earlier load, if making it again would give the same.
@@ -505,12 +518,12 @@ impl<'a, 'f> Loader<'a, 'f> {
                 && match entity.kind {
                     EntityKind::Camera => SHUTTER.contains(&it),
                     EntityKind::Shape => it == ALPHA,
+                    EntityKind::Material => relief::PARAMETERS.contains(&it),
                     EntityKind::Film
                     | EntityKind::Filter
                     | EntityKind::Sampler
                     | EntityKind::Integrator
                     | EntityKind::Texture
-                    | EntityKind::Material
                     | EntityKind::AreaLight
                     | EntityKind::Light => false,
                 }
