@@ -53,8 +53,8 @@ impl std::fmt::Display for Setting {
 }
 
 /// Returns settings: the defaults; then all numbers with a range at its least, middle and greatest value; then random
-/// numbers and bools; then a texture for all parameters that may be one. Parameters that are `given` are not set. References that the class requires are set to simple
-/// shaders.
+/// numbers and bools; then a texture for all parameters that may be one. Parameters that are `given` are not set.
+/// References that the class requires are set to simple shaders.
 pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     let references = references(class);
     let of = |shown: Vec<(String, String)>, values: Vec<(String, Value)>| {

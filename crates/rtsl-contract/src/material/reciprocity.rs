@@ -1,4 +1,5 @@
-//! Reciprocity of the BSDF. Materials that turn shading normals are not reciprocal; [`cycles`] checks what is left of it.
+//! Reciprocity of the BSDF. Materials that turn shading normals are not reciprocal; [`cycles`] checks the weaker
+//! property that they have.
 
 use glam::{DVec3, Vec3};
 use rtsl::Method;

@@ -99,7 +99,7 @@ fn shade(engine: &Engine, instance: &Instance, mask: &LaneMask) -> Vec<[f32; 3]>
     (0..COUNT).map(|ray| [0, 1, 2].map(|it| state.floats(color + it)[ray])).collect()
 }
 
-/// What `Varnish` computes for a ray.
+/// The colour that `Varnish` computes for a ray.
 fn varnish(ray: usize, textured: [bool; 3]) -> [f32; 3] {
     let [u, v] = uv(ray);
     let roughness = if textured[0] { (2.0 * u).clamp(0.1, 0.9) } else { 0.3 };
