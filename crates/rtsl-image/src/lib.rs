@@ -1,8 +1,9 @@
 //! Images: linear colours in memory, PNG (as displayed) or EXR (linear) on disk.
 //!
 //! [`write_image`] and related functions write files completely or not at all ([`atomic_write`]); [`Picture`] reads
-//! these and other formats within a memory budget, and [`Mipmap`] stores them as shaders read them. [`ViewTransform`] maps linear colours to a display. [`Denoiser`] calls Open Image
-//! Denoise if it is installed. This crate does not depend on scenes or shaders.
+//! these and other formats within a memory budget, and [`Mipmap`] stores them as shaders read them.
+//! [`ViewTransform`] maps linear colours to a display. [`Denoiser`] calls Open Image Denoise if it is installed. This
+//! crate does not depend on scenes or shaders.
 
 mod aov;
 pub mod atomic_write;

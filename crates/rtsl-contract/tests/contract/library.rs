@@ -13,11 +13,7 @@ fn classes(role: Role) -> Vec<Arc<Class>> {
     let compiler = Compiler::default();
     let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
     let classes = units.flat_map(|unit| unit.classes().to_vec());
-    let mut classes: Vec<_> = classes.filter(|class| class.roles.contains(&role)).collect();
-    // Files include classes of other files.
-    classes.sort_by(|one, other| one.name.cmp(&other.name));
-    classes.dedup_by(|one, other| one.name == other.name);
-    classes
+    classes.filter(|class| class.roles.contains(&role)).collect()
 }
 
 /// Contracts that a model cannot keep.

@@ -11,8 +11,8 @@ use super::library;
 const SIZE_LIMIT: u64 = 16 << 20;
 
 /// Loads the files of `#include`: from the folder of the including file, then from the search path, then from the
-/// standard library, which is built in. It reads no file outside these folders and that of the first file, through paths
-/// or links.
+/// standard library, which is built in. It reads no file outside these folders and that of the first file, through
+/// paths or links.
 #[derive(Clone, Debug, Default)]
 pub struct FileLoader {
     /// The folder of the compiled file, if there is one.

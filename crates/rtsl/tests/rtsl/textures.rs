@@ -144,9 +144,12 @@ fn mappings_give_coordinates_on_their_surfaces() {
             ("offset", [0.25, 0.5].into()),
             ("v1", [2.0, 0.0, 0.0].into()),
             ("v2", [0.0, 0.0, 1.0].into()),
+            ("v10", [1.0, 0.0, 0.0].into()),
+            ("v01", [0.0, 1.0, 0.0].into()),
+            ("v11", [1.0, 1.0, 0.0].into()),
         ];
         let [s, t, ..] = lookup(
-            &texture("Mapped", arguments),
+            &texture("Bilerp", arguments),
             &[("rt_HitPoint", &point), ("rt_TextureUV", &[0.5, 0.2])],
         );
         [s, t]
