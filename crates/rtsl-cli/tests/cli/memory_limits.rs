@@ -89,7 +89,7 @@ fn files_of_a_scene_take_no_more_than_they_are_allowed() {
     let shape = "Shape \"plymesh\" \"string filename\" \"mesh.ply\"\n";
     folder.write("mesh.pbrt", format!("{SCENE}{shape}"));
     for (scene, file, takes) in
-        [("image.pbrt", "sky.exr", "1.7 MiB"), ("mesh.pbrt", "mesh.ply", "1.0 MiB")]
+        [("image.pbrt", "sky.exr", "1.2 MiB"), ("mesh.pbrt", "mesh.ply", "1.0 MiB")]
     {
         let words = ["render", scene, "-o", "a.exr", "--size", "8x8", "--spp", "1"];
         let limits = ["--threads", "1", "--backend", "interp", "--input-memory", "1MiB"];
