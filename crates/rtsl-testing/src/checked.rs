@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use rtsl_sema::check::{Prelude, check_prelude, check_unit};
 use rtsl_sema::hir::Module;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, render};
-use rtsl_syntax::{NoIncludes, ast, parse};
+use rtsl_syntax::{MemoryLoader, NoIncludes, ast, parse};
 
 /// The project's prelude, checked once.
 pub static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
@@ -54,6 +54,32 @@ pub fn check(text: &str) -> (Module, SourceMap, Vec<Diagnostic>) {
 pub fn diagnostics(text: &str) -> String {
     let (_, map, diagnostics) = check(text);
     render::all_to_text(&map, &diagnostics, false)
+}
+
+/// Returns the rendered diagnostics of a shader of the standard library, which may include others; none for a file that
+/// others include.
+pub fn library_diagnostics(path: &Path) -> String {
+    let folder = path.parent().and_then(Path::parent).expect("the folder of the library");
+    let mut loader = MemoryLoader::default();
+    let mut name = String::new();
+    for role in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        for file in role.read_dir().into_iter().flatten().map(|entry| entry.unwrap().path()) {
+            let within = file.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+            loader.files.insert(within.clone(), std::fs::read_to_string(&file).unwrap());
+            if file == path {
+                name = within;
+            }
+        }
+    }
+    let text = loader.files[&name].clone();
+    if !text.lines().any(|line| line.starts_with("class ")) {
+        return String::new();
+    }
+    let (mut map, mut diagnostics) = (SourceMap::new(), Diagnostics::new());
+    let file = map.add(name, text);
+    let unit = parse(&mut map, file, &mut loader, &mut diagnostics);
+    check_unit(&unit, Some(&PRELUDE), &mut diagnostics);
+    render::all_to_text(&map, diagnostics.iter(), false)
 }
 
 /// Returns the codes of the diagnostics of a source.

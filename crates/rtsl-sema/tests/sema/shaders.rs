@@ -14,8 +14,7 @@ fn the_standard_library_checks() {
         }
         for shader in std::fs::read_dir(role).unwrap() {
             let path = shader.unwrap().path();
-            let text = std::fs::read_to_string(&path).unwrap();
-            let said = rtsl_testing::checked::diagnostics(&text);
+            let said = rtsl_testing::checked::library_diagnostics(&path);
             if !said.is_empty() {
                 report += &format!("{}:\n{said}\n", path.display());
             }
