@@ -71,7 +71,7 @@ fn bent_curves_have_neither_gaps_nor_overlaps() {
     let points =
         format!("-0.6 0 0  -0.6 {k} 0  -{k} 0.6 0  0 0.6 0  {k} 0.6 0  0.6 {k} 0  0.6 0 0");
     let shape = format!("Shape \"curve\" \"point3 P\" [{points}] \"float width\" 0.3");
-    covers(&shape, 0.5 * PI * (0.75f64.powi(2) - 0.45f64.powi(2)));
+    covers(&shape, 0.5 * PI * (0.75 * 0.75 - 0.45 * 0.45));
 }
 
 #[test]

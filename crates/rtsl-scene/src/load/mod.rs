@@ -110,7 +110,7 @@ pub struct Made {
 }
 
 impl Made {
-    /// What others refer to.
+    /// The instance that other entities and objects refer to.
     fn outermost(&self) -> Arc<Instance> {
         self.relief.as_ref().unwrap_or(&self.instance).clone()
     }

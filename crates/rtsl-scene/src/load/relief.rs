@@ -1,5 +1,5 @@
-//! Relief of materials: every material takes `displacement`, a texture of heights, and `normalmap`, the file of an image
-//! of normals, unless its class has parameters of these names. As in pbrt, heights count where both are given.
+//! Relief of materials: every material takes `displacement`, a texture of heights, and `normalmap`, the file of an
+//! image of normals, unless its class has parameters of these names. As in pbrt, heights count where both are given.
 
 use std::sync::Arc;
 
