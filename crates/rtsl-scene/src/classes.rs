@@ -9,12 +9,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
+use rtsl::library::LibraryFile;
 use rtsl::{Class, Compilation, Compiler, Diagnostics, Messages, SourceMap, Unit};
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::reader::{FileSource, Input};
+
+/// The classes of the standard library and their files. Looking through the texts for each name took most of the time
+/// of loading a scene with many names of pbrt.
+static STANDARD: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| {
+    let files = rtsl::library::files().iter();
+    files.flat_map(|file| declared_classes(file.text).map(move |name| (name, file))).collect()
+});
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]
@@ -149,7 +157,7 @@ impl<'a> Classes<'a> {
 
     /// The names of all classes of the standard library.
     pub fn standard_names() -> impl Iterator<Item = &'static str> {
-        rtsl::library::files().iter().flat_map(|file| declared_classes(file.text))
+        STANDARD.iter().map(|(name, _)| *name)
     }
 
     /// The errors and warnings of the compiler.
@@ -163,9 +171,8 @@ impl<'a> Classes<'a> {
         let beside = beside.map(|file| (file.path.clone(), file.text.clone()));
         let (first, others): (Vec<_>, Vec<_>) = beside
             .partition(|(path, _)| path.file_name().is_some_and(|file| file == preferred.as_str()));
-        let declares = |text: &str| declared_classes(text).any(|declared| declared == name);
-        let standard = rtsl::library::files().iter().filter(|file| declares(file.text));
-        let standard = standard.map(|file| (PathBuf::from(file.path), file.text.to_owned()));
+        let standard = STANDARD.iter().filter(|(declared, _)| *declared == name);
+        let standard = standard.map(|(_, file)| (PathBuf::from(file.path), file.text.to_owned()));
         first.into_iter().chain(others).chain(standard).collect()
     }
 
