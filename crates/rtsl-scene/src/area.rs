@@ -18,6 +18,19 @@ pub fn face_area(shape: &Instance, to_world: Transform) -> Option<f64> {
         "Cylinder" => {
             Some(2.0 * PI * number("radius")? * (number("yMax")? - number("yMin")?).abs())
         }
+        "PartialSphere" => {
+            let radius = number("radius")?;
+            let [from, to] = [number("yMin")?, number("yMax")?].map(|y| y.clamp(-radius, radius));
+            Some(number("sweep")?.to_radians() * radius * (to - from).abs())
+        }
+        "PartialDisk" => {
+            let rings = square(number("radius")?) - square(number("innerRadius")?);
+            Some(0.5 * number("sweep")?.to_radians() * rings)
+        }
+        "PartialCylinder" => {
+            let height = (number("yMax")? - number("yMin")?).abs();
+            Some(number("sweep")?.to_radians() * number("radius")? * height)
+        }
         "Parallelogram" => {
             let (corner, u, v) = (vector("corner")?, vector("sideU")?, vector("sideV")?);
             let other = |side: [f64; 3]| std::array::from_fn(|axis| corner[axis] + side[axis]);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rtsl::Span;
 use rtsl_math::Transform;
 
-use crate::reader::{Parameter, ReferenceKind};
+use crate::reader::{Parameter, ReferenceKind, Values};
 
 /// The content of a scene's text.
 #[derive(Clone, Debug)]
@@ -91,6 +91,30 @@ pub struct Entity {
     pub transform: Transform,
     /// If it moves, the transform at the end.
     pub end_transform: Option<Transform>,
+}
+
+impl Entity {
+    /// Returns the parameter `name`, if it is given.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// Returns the first number of the parameter `name`.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match &self.parameter(name)?.values {
+            Values::Numbers(numbers) => numbers.first().copied(),
+            Values::Booleans(_) | Values::Texts(_) => None,
+        }
+    }
+
+    /// Returns the first string of the parameter `name`, with the parameter.
+    pub fn text(&self, name: &str) -> Option<(&str, &Parameter)> {
+        let parameter = self.parameter(name)?;
+        match &parameter.values {
+            Values::Texts(texts) => texts.first().map(|text| (text.as_str(), parameter)),
+            Values::Numbers(_) | Values::Booleans(_) => None,
+        }
+    }
 }
 
 /// The kind of thing that an entity is used as.

@@ -27,7 +27,7 @@ impl Shutter {
     pub fn read(description: &Description, camera: &Entity) -> Result<Shutter, Box<Diagnostic>> {
         let mut times = [0.0, 1.0];
         for (time, name) in times.iter_mut().zip(SHUTTER) {
-            let Some(parameter) = camera.parameters.iter().find(|it| it.name == name) else {
+            let Some(parameter) = camera.parameter(name) else {
                 continue;
             };
             match &parameter.values {

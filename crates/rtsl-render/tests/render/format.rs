@@ -333,6 +333,23 @@ fn area_lights_have_their_power_on_each_face() {
 }
 
 #[test]
+fn parts_of_quadrics_have_the_power_of_their_areas() {
+    let loaded = loaded(
+        "AreaLightSource \"diffuse\" \"float power\" 6\n\
+         Shape \"sphere\" \"float radius\" 2 \"float zmin\" -1 \"float phimax\" 90\n\
+         Shape \"disk\" \"float radius\" 2 \"float innerradius\" 1 \"float phimax\" 60\n\
+         Shape \"cylinder\" \"float radius\" 2 \"float zmax\" 3 \"float phimax\" 45\n",
+    );
+    let scene = &loaded.scene;
+    let areas = [PI / 2.0 * 2.0 * 3.0, PI / 3.0 * 0.5 * 3.0, PI / 4.0 * 2.0 * 4.0];
+    for (object, area) in scene.objects.iter().zip(areas) {
+        let emitter = &scene.materials[object.emitter.unwrap() as usize];
+        near(numbers(emitter, "gain")[0], 6.0 / (PI * area));
+    }
+    assert_eq!(loaded.warnings.to_text(false), "");
+}
+
+#[test]
 fn textures_have_mappings_and_places() {
     let texture = |class: &str, more: &str| {
         let world = format!(

@@ -1,8 +1,7 @@
 //! Loading: from the description of a scene to instances of classes.
 
-mod relief;
-
 mod emitter;
+mod relief;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};

@@ -55,7 +55,7 @@ pub fn share_film_size(description: &mut Description) {
 }
 
 fn find<'e>(entity: &'e Entity, name: &str) -> Option<&'e Parameter> {
-    entity.parameters.iter().find(|it| it.name == name)
+    entity.parameter(name)
 }
 
 fn has_lens_or_window(entity: &Entity) -> bool {

@@ -142,7 +142,7 @@ struct Reader<'e> {
 
 impl<'e> Reader<'e> {
     fn find(&self, name: &str) -> Option<&'e Parameter> {
-        self.entity.parameters.iter().find(|parameter| parameter.name == name)
+        self.entity.parameter(name)
     }
 
     fn wrong(&self, name: &str, expected: &str) -> Box<Diagnostic> {

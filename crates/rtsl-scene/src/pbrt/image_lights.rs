@@ -24,7 +24,7 @@ pub const GLOW: &[&str] = &["filename", "power"];
 pub fn sky(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made {
     let sky = images.of(entity, files, Use::Sky)?;
     let mut values = sky.values.clone();
-    if let Some(illuminance) = number(entity, "illuminance").filter(|it| *it > 0.0) {
+    if let Some(illuminance) = entity.number("illuminance").filter(|it| *it > 0.0) {
         values.push(gain(illuminance, illuminance_of(&sky.image)));
     }
     Ok(values)
@@ -32,7 +32,7 @@ pub fn sky(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made 
 
 /// The arguments of the texture of a goniometric light, and the light's gain.
 pub fn goniometric(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made {
-    let power = number(entity, "power").filter(|it| *it > 0.0);
+    let power = entity.number("power").filter(|it| *it > 0.0);
     if !has_file(entity) {
         return Ok(power.map(|power| gain(power, SPHERE)).into_iter().collect());
     }
@@ -55,8 +55,8 @@ pub fn projection(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -
     let mut values = slide(&image.values, true);
     let aspect = image.image.width as f64 / image.image.height as f64;
     values.push(("aspect".to_owned(), Value::Float(aspect as f32)));
-    if let Some(power) = number(entity, "power").filter(|it| *it > 0.0) {
-        let fov = number(entity, "fov").unwrap_or(90.0);
+    if let Some(power) = entity.number("power").filter(|it| *it > 0.0) {
+        let fov = entity.number("fov").unwrap_or(90.0);
         values.push(gain(power, power_of_slide(&image.image, aspect, fov)));
     }
     Ok(values)
@@ -72,7 +72,7 @@ pub fn glow(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made
 
 /// The power that an area light is given on each face of its shape.
 pub fn given_power(light: &Entity) -> Option<f64> {
-    number(light, "power").filter(|power| *power > 0.0)
+    light.number("power").filter(|power| *power > 0.0)
 }
 
 impl Images {
@@ -96,15 +96,7 @@ impl Images {
 const SPHERE: f64 = 4.0 * std::f64::consts::PI;
 
 fn has_file(entity: &Entity) -> bool {
-    entity.parameters.iter().any(|parameter| parameter.name == "filename")
-}
-
-fn number(entity: &Entity, name: &str) -> Option<f64> {
-    let parameter = entity.parameters.iter().find(|it| it.name == name)?;
-    match &parameter.values {
-        Values::Numbers(numbers) => numbers.first().copied(),
-        Values::Booleans(_) | Values::Texts(_) => None,
-    }
+    entity.parameter("filename").is_some()
 }
 
 /// The factor from what a light has to what it should have; 1 if it has nothing.

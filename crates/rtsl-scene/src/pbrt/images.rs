@@ -11,7 +11,7 @@ use rtsl_memory::{Amount, OutOfMemory};
 
 use super::image_lights;
 use crate::description::Entity;
-use crate::reader::{Input, Parameter, SceneFiles, Values, unreadable};
+use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
 /// The parameters by which pbrt describes the images of textures.
 pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap"];
@@ -71,22 +71,13 @@ pub fn texture(
     Ok(values)
 }
 
-/// The text of a parameter.
-fn text<'e>(entity: &'e Entity, name: &str) -> Option<(&'e str, &'e Parameter)> {
-    let parameter = entity.parameters.iter().find(|it| it.name == name)?;
-    match &parameter.values {
-        Values::Texts(texts) => texts.first().map(|text| (text.as_str(), parameter)),
-        Values::Numbers(_) | Values::Booleans(_) => None,
-    }
-}
-
 /// The value of a parameter that takes one of several names.
 fn choice(
     entity: &Entity,
     name: &str,
     known: &[(&str, i32)],
 ) -> Result<Option<i32>, Box<Diagnostic>> {
-    let Some((given, parameter)) = text(entity, name) else { return Ok(None) };
+    let Some((given, parameter)) = entity.text(name) else { return Ok(None) };
     match known.iter().find(|(other, _)| *other == given) {
         Some((_, value)) => Ok(Some(*value)),
         None => {
@@ -98,7 +89,7 @@ fn choice(
 }
 
 fn encoding(entity: &Entity) -> Result<Encoding, Box<Diagnostic>> {
-    let Some((given, parameter)) = text(entity, "encoding") else { return Ok(Encoding::Srgb) };
+    let Some((given, parameter)) = entity.text("encoding") else { return Ok(Encoding::Srgb) };
     let mut words = given.split_ascii_whitespace();
     let exponent = |text: &str| text.parse().ok().filter(|it| (0.01..=100.0).contains(it));
     match [words.next(), words.next(), words.next()] {
@@ -136,7 +127,7 @@ impl Images {
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Rc<Converted>, Box<Diagnostic>> {
-        let Some((name, parameter)) = text(entity, "filename") else {
+        let Some((name, parameter)) = entity.text("filename") else {
             let message = format!("`{}` names no file", entity.class);
             let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
             return Err(Box::new(

@@ -10,7 +10,7 @@ use rtsl_memory::Amount;
 use super::aperture::Aperture;
 use super::images::Images;
 use crate::description::Entity;
-use crate::reader::{Input, Parameter, SceneFiles, Values, unreadable};
+use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
 /// The film's parameter that cameras with lenses need, in millimetres.
 pub const DIAGONAL: &str = "diagonal";
@@ -44,13 +44,13 @@ pub fn values(
     let wrong = |message: String, parameter: &Parameter| {
         Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""))
     };
-    let diameter = number(entity, "aperturediameter", 1.0) / 1000.0;
+    let diameter = entity.number("aperturediameter").unwrap_or(1.0) / 1000.0;
     let mut lenses = Lenses::new(&numbers, diameter)
         .ok_or_else(|| wrong(format!("`{name}` does not describe lenses: expected up to {MAX_SURFACES} rows of four numbers, of which the third is a refractive index"), parameter))?;
-    let diagonal = number(entity, DIAGONAL, 35.0) / 1000.0;
-    let distance = number(entity, "focusdistance", 10.0);
+    let diagonal = entity.number(DIAGONAL).unwrap_or(35.0) / 1000.0;
+    let distance = entity.number("focusdistance").unwrap_or(10.0);
     if lenses.focus(distance, diagonal).is_none() {
-        let place = find(entity, "focusdistance").unwrap_or(parameter);
+        let place = entity.parameter("focusdistance").unwrap_or(parameter);
         return Err(wrong(
             format!("the lenses cannot be focused at a distance of {distance}"),
             place,
@@ -73,27 +73,8 @@ pub fn values(
     Ok(values)
 }
 
-/// The parameter `name` of an entity.
-fn find<'e>(entity: &'e Entity, name: &str) -> Option<&'e Parameter> {
-    entity.parameters.iter().find(|it| it.name == name)
-}
-
 fn text<'e>(entity: &'e Entity, name: &str) -> Option<(&'e str, &'e Parameter)> {
-    let parameter = find(entity, name)?;
-    match &parameter.values {
-        Values::Texts(texts) => {
-            let text = texts.first().filter(|text| !text.is_empty())?;
-            Some((text.as_str(), parameter))
-        }
-        Values::Numbers(_) | Values::Booleans(_) => None,
-    }
-}
-
-fn number(entity: &Entity, name: &str, otherwise: f64) -> f64 {
-    match find(entity, name).map(|parameter| &parameter.values) {
-        Some(Values::Numbers(numbers)) => numbers.first().copied().unwrap_or(otherwise),
-        Some(Values::Booleans(_) | Values::Texts(_)) | None => otherwise,
-    }
+    entity.text(name).filter(|(text, _)| !text.is_empty())
 }
 
 fn floats(numbers: Vec<f64>) -> Value {

@@ -189,7 +189,7 @@ fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, 
 }
 
 fn find<'a>(entity: &'a Entity, name: &str) -> Option<&'a Parameter> {
-    entity.parameters.iter().find(|parameter| parameter.name == name)
+    entity.parameter(name)
 }
 
 /// The bits of a parameter's floats; none if it is not given.

@@ -37,7 +37,7 @@ impl Parallelogram {
         if !entity.parameters.iter().all(|it| known.contains(&it.name.as_str())) {
             return None;
         }
-        let given = |name: &str| entity.parameters.iter().find(|it| it.name == name);
+        let given = |name: &str| entity.parameter(name);
         let is_single =
             given("indices").is_none_or(|it| numbers(it) == Some(&[0.0, 1.0, 2.0, 3.0]));
         let corners = Span::nearest(four(numbers(given("P")?)?)?)?;

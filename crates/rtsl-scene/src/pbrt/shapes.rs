@@ -5,7 +5,6 @@ use super::name::{Names, PbrtName};
 use super::parallelogram::Parallelogram;
 use super::translation::Translation;
 use crate::description::{Entity, EntityKind};
-use crate::reader::Values;
 
 pub static NAMES: Names = Names {
     kind: EntityKind::Shape,
@@ -55,22 +54,14 @@ const fn shape(name: &'static str, class: &'static str) -> PbrtName {
 
 /// True if a sphere ends below its upper pole or above its lower one.
 fn is_clipped(entity: &Entity) -> bool {
-    let radius = number(entity, "radius").unwrap_or(1.0);
-    let within = |name| number(entity, name).is_some_and(|z| z.abs() < radius);
+    let radius = entity.number("radius").unwrap_or(1.0);
+    let within = |name| entity.number(name).is_some_and(|z| z.abs() < radius);
     within("zmin") || within("zmax")
 }
 
 /// True if a shape does not go around its axis.
 fn is_part(entity: &Entity) -> bool {
-    number(entity, "phimax").is_some_and(|degrees| degrees < 360.0)
-}
-
-fn number(entity: &Entity, name: &str) -> Option<f64> {
-    let parameter = entity.parameters.iter().find(|it| it.name == name)?;
-    match &parameter.values {
-        Values::Numbers(values) => values.first().copied(),
-        Values::Booleans(_) | Values::Texts(_) => None,
-    }
+    entity.number("phimax").is_some_and(|degrees| degrees < 360.0)
 }
 
 /// Drops the limits of a whole shape, which its class has not.

@@ -128,7 +128,7 @@ impl Settings {
             return;
         }
         let time = |name: &str, otherwise: f64| {
-            let parameter = camera.parameters.iter().find(|it| it.name == name);
+            let parameter = camera.parameter(name);
             match parameter.map(|parameter| &parameter.values) {
                 Some(Values::Numbers(numbers)) if numbers.len() == 1 => numbers[0],
                 _ => otherwise,

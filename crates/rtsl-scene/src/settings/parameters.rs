@@ -29,7 +29,7 @@ impl<'a> ParameterReader<'a> {
 
     pub fn take(&mut self, name: &'static str) -> Option<&'a Parameter> {
         self.taken.push(name);
-        self.entity.parameters.iter().find(|parameter| parameter.name == name)
+        self.entity.parameter(name)
     }
 
     pub fn number(&mut self, name: &'static str) -> Option<f64> {
