@@ -10,3 +10,4 @@ mod pages;
 mod reader;
 mod source;
 mod textured;
+mod upgrade;
