@@ -184,9 +184,8 @@ impl Lights {
         let objects = Arc::new(program.differing_objects(instances));
         let of = if lights.len() == 1 { Batching::One(0) } else { Batching::Each };
         let outputs = Outputs::ALL.without_scratch();
-        let mut kernel = |method: Method, of: Batching| {
-            maker.kernel(program, method, (of, &objects), outputs)
-        };
+        let mut kernel =
+            |method: Method, of: Batching| maker.kernel(program, method, (of, &objects), outputs);
         let illumination = kernel(Method::Illumination, of);
         let emission = kernel(Method::Emission, Batching::One(0));
         let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
