@@ -12,6 +12,8 @@ use crate::reader::{Parameter, ReferenceKind, Values};
 pub struct Description {
     /// All uses of classes and settings; the other fields index this list.
     pub entities: Vec<Entity>,
+    /// The place of `WorldBegin`.
+    pub world_begin: Option<Span>,
     /// The camera.
     pub camera: Option<EntityId>,
     /// The film.
@@ -53,6 +55,7 @@ impl Default for Description {
     fn default() -> Self {
         Description {
             entities: Vec::new(),
+            world_begin: None,
             camera: None,
             film: None,
             filter: None,

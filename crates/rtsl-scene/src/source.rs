@@ -11,7 +11,7 @@ use rtsl_memory::{Amount, InputBudget};
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId};
 use super::load::{Earlier, Loader, Made, Origins};
-use super::pbrt::{PbrtName, share_film_size};
+use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::scene::Scene;
 use super::settings::Settings;
 use crate::reader::{
@@ -136,6 +136,7 @@ impl<'f> SceneSource<'f> {
         let mut diagnostics = Diagnostics::new();
         let budget = InputBudget::new(options.input_memory);
         let mut description = read_scene_within(path, files, &budget, &mut map, &mut diagnostics);
+        add_missing_camera(&mut description, &mut diagnostics);
         defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
         share_film_size(&mut description);
         let settings = Settings::read(&description, &mut diagnostics);

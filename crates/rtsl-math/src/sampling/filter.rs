@@ -31,6 +31,11 @@ pub enum FilterShape {
     },
     /// The window of Blackman and Harris with four terms.
     BlackmanHarris,
+    /// The sinc function within the window of Lanczos, whose lobes change sign at whole pixels.
+    Sinc {
+        /// The distance in pixels at which the window first reaches zero.
+        tau: f64,
+    },
 }
 
 /// The filter of an image's pixels.
@@ -108,8 +113,8 @@ const STEPS: usize = 1 << 14;
 struct AxisTable {
     /// Element `i` is the distance from the center within which `i` / CELLS of the magnitude's integral lies.
     distances: Vec<f32>,
-    /// The number of cells before the filter turns negative.
-    positive_cells: f32,
+    /// The numbers of cells before each change of sign.
+    sign_changes: Vec<f32>,
     /// The integral of the magnitude, divided by that of the filter.
     weight: f32,
 }
@@ -122,9 +127,13 @@ impl AxisTable {
         let signed: f64 = values.iter().sum();
         let whole: f64 = values.iter().map(|value| value.abs()).sum();
         let mut distances = vec![0.0];
+        let mut sign_changes = Vec::new();
         let mut below = 0.0;
         for (step, value) in values.iter().enumerate() {
             let part = value.abs();
+            if (*value < 0.0) != (sign_changes.len() % 2 == 1) {
+                sign_changes.push((below / whole * CELLS as f64) as f32);
+            }
             // Any number of cells may end within a step.
             while distances.len() < CELLS {
                 let wanted = whole * distances.len() as f64 / CELLS as f64;
@@ -136,12 +145,7 @@ impl AxisTable {
             below += part;
         }
         distances.resize(CELLS + 1, radius as f32);
-        let positive: f64 = values.iter().filter(|value| **value > 0.0).sum();
-        AxisTable {
-            distances,
-            positive_cells: (positive / whole * CELLS as f64) as f32,
-            weight: (whole / signed) as f32,
-        }
+        AxisTable { distances, sign_changes, weight: (whole / signed) as f32 }
     }
 
     /// Maps a number in [0,1) to a signed distance from the center and its weight.
@@ -153,7 +157,8 @@ impl AxisTable {
         let cell = (scaled as usize).min(CELLS - 1);
         let (near, far) = (self.distances[cell], self.distances[cell + 1]);
         let distance = near + (scaled - cell as f32) * (far - near);
-        let weight = if scaled <= self.positive_cells { self.weight } else { -self.weight };
+        let changes = self.sign_changes.iter().filter(|change| scaled > **change).count();
+        let weight = if changes.is_multiple_of(2) { self.weight } else { -self.weight };
         (distance.copysign(side), weight)
     }
 }
@@ -170,6 +175,7 @@ fn value(shape: FilterShape, radius: f64, distance: f64) -> f64 {
         }
         FilterShape::Mitchell { b, c } => mitchell(b, c, 2.0 * distance / radius),
         FilterShape::BlackmanHarris => blackman_harris(distance / radius),
+        FilterShape::Sinc { tau } => sinc(distance) * sinc(distance / tau),
     }
 }
 
@@ -189,13 +195,19 @@ fn blackman_harris(x: f64) -> f64 {
     0.35875 + 0.48829 * wave(1.0) + 0.14128 * wave(2.0) + 0.01168 * wave(3.0)
 }
 
+/// The sine of pi times x over pi times x.
+fn sinc(x: f64) -> f64 {
+    let angle = std::f64::consts::PI * x;
+    if angle < 1e-9 { 1.0 } else { sine_and_cosine_of_degrees(180.0 * x).0 / angle }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
 
-    const SHAPES: [FilterShape; 7] = [
+    const SHAPES: [FilterShape; 8] = [
         FilterShape::Box,
         FilterShape::Triangle,
         FilterShape::Gaussian { sigma: 0.5 },
@@ -203,6 +215,7 @@ mod tests {
         FilterShape::Mitchell { b: 0.0, c: 1.0 },
         FilterShape::Mitchell { b: 1.0, c: 0.0 },
         FilterShape::BlackmanHarris,
+        FilterShape::Sinc { tau: 3.0 },
     ];
 
     #[test]
@@ -247,10 +260,20 @@ mod tests {
     fn weights_are_one_on_average_and_exactly_so_without_negative_parts() {
         for shape in SHAPES {
             let table = AxisTable::new(shape, 2.0);
-            let positive = table.positive_cells / CELLS as f32;
-            let mean = table.weight * (2.0 * positive - 1.0);
+            let mut ends = table.sign_changes.clone();
+            ends.push(CELLS as f32);
+            let (mut signed, mut begin) = (0.0, 0.0);
+            for (index, end) in ends.into_iter().enumerate() {
+                signed += if index % 2 == 0 { end - begin } else { begin - end };
+                begin = end;
+            }
+            let mean = table.weight * signed / CELLS as f32;
             assert!((mean - 1.0).abs() < 1e-6, "{shape:?}: {mean}");
-            let has_negative = matches!(shape, FilterShape::Mitchell { c, .. } if c > 0.0);
+            let has_negative = match shape {
+                FilterShape::Mitchell { c, .. } => c > 0.0,
+                FilterShape::Sinc { .. } => true,
+                _ => false,
+            };
             let weights = (0..1000).map(|index| table.sample(index as f32 / 1000.0).1);
             let weights: Vec<f32> = weights.collect();
             assert_eq!(weights.iter().any(|weight| *weight < 0.0), has_negative, "{shape:?}");
@@ -266,7 +289,7 @@ mod tests {
             distances.iter().fold(0, |digest, it| crate::sampling::hash(digest, it.to_bits()))
         };
         expect_test::expect![
-            "[076d7f2f, db94cd83, ddae9a8e, cea1e3ff, ac5f64e0, 8196671c, 4826c591]"
+            "[076d7f2f, db94cd83, ddae9a8e, cea1e3ff, ac5f64e0, 8196671c, 4826c591, 58e564ed]"
         ]
         .assert_eq(&format!("{:08x?}", SHAPES.map(digest)));
     }

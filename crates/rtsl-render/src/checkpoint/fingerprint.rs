@@ -139,6 +139,7 @@ fn filter_text(filter: &PixelFilter) -> String {
         FilterShape::Gaussian { sigma } => format!("gaussian of sigma {sigma}"),
         FilterShape::Mitchell { b, c } => format!("mitchell of B {b} and C {c}"),
         FilterShape::BlackmanHarris => "blackmanharris".to_owned(),
+        FilterShape::Sinc { tau } => format!("sinc of tau {tau}"),
     };
     let [x, y] = filter.radius();
     format!("{shape}, radius {x} by {y}")

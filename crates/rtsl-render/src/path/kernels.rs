@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Diagnostics, Engine, Instances, Kernel, KernelRequest, LaneIndices,
-    Method, ObjectForm, Objects, Outputs, Program, Variant,
+    Method, Objects, Outputs, Program, Variant,
 };
 
 /// The selection of instances for calls.
@@ -66,17 +66,17 @@ impl<'a> KernelMaker<'a> {
         }
     }
 
-    /// Returns the kernel of a method for objects of a form; `None` if the class has no such method, or while requests
-    /// are collected.
+    /// Returns the kernel of a method for these objects; `None` if the class has no such method, or while requests are
+    /// collected.
     pub fn kernel(
         &mut self,
         program: &Arc<Program>,
         method: Method,
-        (of, form): (Batching, &ObjectForm),
+        (of, objects): (Batching, &Objects),
         outputs: Outputs,
     ) -> Option<Arc<Kernel>> {
-        let variant = Variant::new(of.shape()).of_objects(form.clone()).reading(outputs);
-        self.kernel_of(program, method, variant)
+        let variant = Variant::new(of.shape()).of_objects(objects.form().clone()).reading(outputs);
+        self.kernel_of(program, method, variant.knowing(program.known_choices(objects)))
     }
 
     /// The same for any variant.

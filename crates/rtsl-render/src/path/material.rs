@@ -66,7 +66,7 @@ impl MaterialKernels {
     ) -> Self {
         let mut kernel = |method: Method| {
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, method, (of, objects.form()), outputs)
+            maker.kernel(program, method, (of, objects), outputs)
         };
         if !program.has(Method::SampleBsdf) {
             let emission = kernel(Method::Emission);

@@ -93,11 +93,11 @@ impl SurfaceGroup {
         let shape = ShapeKernels::new(maker, key, parts.class, &mut read);
         let emitter = parts.emitter.zip(key.emitter).and_then(|((program, objects), (_, of))| {
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, Method::Emission, (of, objects.form()), outputs)
+            maker.kernel(program, Method::Emission, (of, objects), outputs)
         });
         let alpha = parts.alpha.zip(key.alpha).and_then(|((program, objects), (_, of))| {
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, Method::Lookup, (of, objects.form()), outputs)
+            maker.kernel(program, Method::Lookup, (of, objects), outputs)
         });
         let material_scratch = match key.material.0 {
             MaterialSource::Own => 0,
@@ -178,7 +178,7 @@ impl ShapeKernels {
                 _ => Outputs::ALL.without_scratch(),
             };
             let is_called = methods.contains(&method);
-            let objects = (key.shape, class.objects.form());
+            let objects = (key.shape, &*class.objects);
             if is_called { maker.kernel(program, method, objects, outputs) } else { None }
         };
         let (normal, coordinates) =

@@ -185,12 +185,12 @@ impl<'a, 'f> Loader<'a, 'f> {
         let description = self.description;
         let Some(camera_entity) = description.camera else {
             // If nothing or no camera could be read, an error was reported already.
-            let no_camera = (ReferenceKind::Camera, String::new());
-            let is_empty = description.entities.is_empty() && self.diagnostics.has_errors();
-            if !is_empty && !description.failed.contains(&no_camera) {
+            if !self.diagnostics.has_errors() {
                 self.diagnostics.push(
-                    Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
-                        .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
+                    Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no `WorldBegin`")
+                        .help(
+                            "camera and settings are given before it, shapes and lights after it",
+                        ),
                 );
             }
             return None;

@@ -1,10 +1,13 @@
 //! Cameras.
 
+use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes};
+use rtsl_math::Transform;
+
 use super::lenses;
 use super::name::{Names, PbrtName};
 use super::translation::Translation;
-use crate::description::{Description, Entity, EntityKind};
-use crate::reader::{Parameter, Values};
+use crate::description::{Description, Entity, EntityId, EntityKind};
+use crate::reader::{Parameter, ReferenceKind, Values};
 
 pub static NAMES: Names = Names {
     kind: EntityKind::Camera,
@@ -39,6 +42,31 @@ const LENS: [(&str, &str); 3] =
 
 const fn camera(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Camera, name, class)
+}
+
+/// Gives a scene without a camera that of pbrt, which looks along z from the origin.
+pub fn add_missing_camera(description: &mut Description, diagnostics: &mut Diagnostics) {
+    let no_camera = (ReferenceKind::Camera, String::new());
+    let Some(span) = description.world_begin else { return };
+    if description.camera.is_some() || description.failed.contains(&no_camera) {
+        return;
+    }
+    let message = "the scene has no camera: `perspective` at the origin takes its place";
+    diagnostics.push(
+        Diagnostic::new(codes::IGNORED_SETTING, message)
+            .at(span, "")
+            .help("give one before `WorldBegin`: `Camera \"perspective\"`"),
+    );
+    description.camera = Some(EntityId(description.entities.len()));
+    description.entities.push(Entity {
+        kind: EntityKind::Camera,
+        class: "perspective".to_owned(),
+        class_span: span,
+        name: None,
+        parameters: Vec::new(),
+        transform: Transform::IDENTITY,
+        end_transform: None,
+    });
 }
 
 /// Gives a camera with lenses the size of the film.

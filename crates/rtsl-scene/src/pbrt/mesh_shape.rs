@@ -75,11 +75,17 @@ impl MeshShape {
     }
 }
 
+/// Parameters that make no difference to the radiance: numbers of faces for `ptex`, an image by which pbrt samples a
+/// light, the length of displaced edges.
+const WITHOUT_DIFFERENCE: [&str; 3] = ["faceIndices", "emissionfilename", "edgelength"];
+
 fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
     let standard = PbrtName::of(entity);
     let is_unknown = |parameter: &&Parameter| {
         let name = parameter.name.as_str();
-        !known.contains(&name) && !standard.is_some_and(|standard| standard.has_no_effect(name))
+        !known.contains(&name)
+            && !WITHOUT_DIFFERENCE.contains(&name)
+            && !standard.is_some_and(|standard| standard.has_no_effect(name))
     };
     let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
     let name = &parameter.name;

@@ -16,7 +16,7 @@ mod shapes;
 mod textures;
 mod translation;
 
-pub use cameras::share_film_size;
+pub use cameras::{add_missing_camera, share_film_size};
 pub use image_lights::given_power;
 pub use images::Images;
 pub use mesh_shape::MeshShape;

@@ -5,7 +5,6 @@ use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
 use super::parameters::ParameterReader;
 use super::{MAX_SIDE, Settings};
 use crate::description::Entity;
-use crate::pbrt::PbrtName;
 use crate::reader::Values;
 
 /// The sensor of the human eye's standard observer.
@@ -124,9 +123,6 @@ impl Settings {
 
     /// Reads the time that the shutter of one of pbrt's cameras is open. Other cameras do not expose longer if it is.
     pub(super) fn read_exposure_time(&mut self, camera: &Entity) {
-        if PbrtName::of(camera).is_none() {
-            return;
-        }
         let time = |name: &str, otherwise: f64| {
             let parameter = camera.parameter(name);
             match parameter.map(|parameter| &parameter.values) {

@@ -11,6 +11,11 @@ use crate::description::Entity;
 const NARROWEST_FILTER: f64 = 0.001;
 const WIDEST_FILTER: f64 = 64.0;
 
+/// The filter of scenes with one of pbrt's cameras that give none.
+pub fn of_pbrt() -> PixelFilter {
+    PixelFilter::new(FilterShape::Gaussian { sigma: 0.5 }, [1.5; 2])
+}
+
 /// The filter of pixels whose samples all lie at the centre.
 pub fn point() -> PixelFilter {
     PixelFilter::new(FilterShape::Box, [NARROWEST_FILTER; 2])
@@ -34,8 +39,9 @@ impl Settings {
                 (FilterShape::Mitchell { b, c }, 2.0)
             }
             "blackmanharris" => (FilterShape::BlackmanHarris, 1.5),
+            "sinc" => (FilterShape::Sinc { tau: number("tau", 0.01, WIDEST_FILTER, 3.0) }, 4.0),
             _ => {
-                let known = ["box", "triangle", "gaussian", "mitchell", "blackmanharris"];
+                let known = ["box", "triangle", "gaussian", "mitchell", "sinc", "blackmanharris"];
                 diagnostics.push(unknown_setting(entity, &known));
                 return;
             }

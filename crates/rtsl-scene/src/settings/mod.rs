@@ -14,6 +14,7 @@ use rtsl::Diagnostics;
 use rtsl_math::sampling::{PixelFilter, Sampler};
 
 use crate::description::{Description, EntityId, SceneOptions};
+use crate::pbrt::PbrtName;
 use crate::renderer::Renderer;
 use sampler::{grid, stratified};
 
@@ -84,8 +85,9 @@ impl Settings {
     pub fn read(description: &Description, diagnostics: &mut Diagnostics) -> Self {
         let mut settings = Settings::default();
         let entity = |id: Option<EntityId>| id.map(|EntityId(index)| &description.entities[index]);
-        if let Some(camera) = entity(description.camera) {
+        if let Some(camera) = entity(description.camera).filter(|it| PbrtName::of(it).is_some()) {
             settings.read_exposure_time(camera);
+            settings.filter = filter::of_pbrt();
         }
         if let Some(film) = entity(description.film) {
             settings.read_film(film, diagnostics);

@@ -51,6 +51,12 @@ fn filters_have_the_formats_parameters() {
     assert_eq!(filter("PixelFilter \"triangle\""), (FilterShape::Triangle, [2.0; 2]));
     let black = filter("PixelFilter \"blackmanharris\" \"float xradius\" 2");
     assert_eq!(black, (FilterShape::BlackmanHarris, [2.0, 1.5]));
+    assert_eq!(filter("PixelFilter \"sinc\""), (FilterShape::Sinc { tau: 3.0 }, [4.0; 2]));
+    let of_pbrt = (FilterShape::Gaussian { sigma: 0.5 }, [1.5; 2]);
+    assert_eq!(filter("Camera \"perspective\""), of_pbrt);
+    assert_eq!(filter("Camera \"Pinhole\""), (FilterShape::Box, [0.5; 2]));
+    let given = filter("Camera \"perspective\" PixelFilter \"box\"");
+    assert_eq!(given, (FilterShape::Box, [0.5; 2]));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use expect_test::expect;
 use rtsl::Instance;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
@@ -121,4 +122,35 @@ fn lenses_that_cannot_be_used_are_errors() {
         assert!(messages.contains(problem), "{messages}");
         assert_eq!(messages.matches("error[").count(), 1, "{messages}");
     }
+}
+
+#[test]
+fn scenes_without_a_camera_have_that_of_pbrt() {
+    let load = |text: &str| {
+        let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+        let loaded = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+        loaded
+            .map(|loaded| {
+                (loaded.scene.camera.class().name.clone(), loaded.warnings.to_text(false))
+            })
+            .map_err(|messages| messages.to_text(false))
+    };
+    let (class, warnings) = load("WorldBegin Shape \"sphere\"").expect("it loads");
+    assert_eq!(class, "Pinhole");
+    expect![[r#"
+        warning[W0601]: the scene has no camera: `perspective` at the origin takes its place
+          ┌─ scene.pbrt:1:1
+          │
+        1 │ WorldBegin Shape "sphere"
+          │ ^^^^^^^^^^
+          │
+          = help: give one before `WorldBegin`: `Camera "perspective"`
+
+    "#]]
+    .assert_eq(&warnings);
+    let message = load("LookAt 0 0 0  0 0 1  0 1 0").expect_err("nothing to show");
+    assert!(message.contains("the scene has no `WorldBegin`"), "{message}");
+    // One mistake, one message.
+    let message = load("Camera \"perspectiv\" WorldBegin").expect_err("no such camera");
+    assert_eq!(message.matches("error").count(), 1, "{message}");
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rtsl_abi::description::KernelDescription;
 use rtsl_abi::{InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, Variable};
+use rtsl_ir::{Function, Scalar, Variable};
 use rtsl_jit::CompiledCallback;
 use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_source::Diagnostic;
@@ -297,6 +297,22 @@ impl Program {
             (first..first + place.len).map(|word| (word, block.words()[word as usize]))
         });
         KnownMembers::new(words.collect())
+    }
+
+    /// Returns the integers and booleans that objects share as known values, for [`Variant::knowing`]. Such members
+    /// mostly select between parts of a method, of which a kernel then has one; they change more rarely than others.
+    ///
+    /// # Panics
+    /// If the objects are of another program.
+    pub fn known_choices(&self, objects: &Objects) -> KnownMembers {
+        let shared = objects.shared().words();
+        let choices = self.variables.members.iter().filter(|it| it.scalar != Scalar::F32);
+        let words = choices.flat_map(|place| {
+            let first = self.layout.members[&place.name];
+            first..first + place.len
+        });
+        let known = words.filter(|word| !objects.form().overlaps(*word, 1));
+        KnownMembers::new(known.map(|word| (word, shared[word as usize])).collect())
     }
 
     /// Returns a kernel of a method, made at the first call.

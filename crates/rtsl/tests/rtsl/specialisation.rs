@@ -188,6 +188,30 @@ fn known_members_leave_no_loop_and_no_branch() {
 }
 
 #[test]
+fn choices_that_objects_share_are_known() {
+    let class = waves();
+    let engine = engine(Backend::Interpreter, 1).unwrap();
+    let text = |counts: [i32; 2], heights: [f32; 2]| {
+        let instances = [0, 1].map(|it| instance(&class, counts[it], true, heights[it]));
+        let program = engine.program(&instances[0]);
+        let objects = program.differing_objects(instances.iter().map(|it| &**it));
+        let variant = rtsl::Variant::new(CallMode::Stream).of_objects(objects.form().clone());
+        let request = rtsl::EmitRequest {
+            emit: rtsl::Emit::Ir,
+            method: Method::Lookup,
+            variant: variant.knowing(program.known_choices(&objects)),
+            target: None,
+        };
+        String::from_utf8(program.emit(&request).unwrap()).unwrap()
+    };
+    let read = |text: &str| {
+        ["count", "inverted", "height"].map(|name| text.contains(&format!("load member:{name}")))
+    };
+    assert_eq!(read(&text([2, 2], [1.0, 1.0])), [false, false, true]);
+    assert_eq!(read(&text([2, 3], [1.0, 2.0])), [true, false, true]);
+}
+
+#[test]
 fn a_kernel_may_outlive_its_engine() {
     let class = waves();
     let instance = instance(&class, 4, false, 1.0);

@@ -184,9 +184,8 @@ impl Lights {
         let objects = Arc::new(program.differing_objects(instances));
         let of = if lights.len() == 1 { Batching::One(0) } else { Batching::Each };
         let outputs = Outputs::ALL.without_scratch();
-        let mut kernel = |method: Method, of: Batching| {
-            maker.kernel(program, method, (of, objects.form()), outputs)
-        };
+        let mut kernel =
+            |method: Method, of: Batching| maker.kernel(program, method, (of, &objects), outputs);
         let illumination = kernel(Method::Illumination, of);
         let emission = kernel(Method::Emission, Batching::One(0));
         let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
@@ -317,10 +316,10 @@ fn shape_class(
     let shapes = compiled.class(class);
     let emitters = &materials[emitter];
     let outputs = Outputs::ALL.without_scratch();
-    let form = shapes.objects.form();
-    let generate = maker.kernel(shapes.program(), Method::GenerateSample, (of, form), outputs);
-    let form = emitters.objects.form();
-    let emission = maker.kernel(&emitters.program, Method::Emission, (of_emitter, form), outputs);
+    let objects = (of, &*shapes.objects);
+    let generate = maker.kernel(shapes.program(), Method::GenerateSample, objects, outputs);
+    let objects = (of_emitter, &*emitters.objects);
+    let emission = maker.kernel(&emitters.program, Method::Emission, objects, outputs);
     let (generate, emission) = generate.zip(emission)?;
     Some(ShapeLightClass { class, of, generate, emitter: (emitter, of_emitter), emission })
 }

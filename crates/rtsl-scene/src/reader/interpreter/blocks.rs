@@ -8,8 +8,8 @@ use crate::reader::parser::Command;
 use crate::reader::state::{Block, BlockKind};
 
 impl Interpreter<'_> {
-    pub fn world_begin(&mut self) {
-        self.in_world = true;
+    pub fn world_begin(&mut self, span: Span) {
+        self.description.world_begin = Some(span);
         self.state.transform = CurrentTransform::IDENTITY;
         self.coordinate_systems.insert("world".to_owned(), CurrentTransform::IDENTITY);
     }

@@ -68,7 +68,6 @@ struct Interpreter<'a> {
     blocks: Vec<Block>,
     /// The greatest number of blocks open at a time.
     deepest_block: usize,
-    in_world: bool,
     /// The files being read, outermost first, and the place of each include.
     open_files: Vec<PathBuf>,
     main_file: &'a Path,
@@ -117,7 +116,6 @@ impl<'a> Interpreter<'a> {
             description: Description::default(),
             state: GraphicsState::new(),
             blocks: Vec::new(),
-            in_world: false,
             open_files: Vec::new(),
             main_file: path,
             known_files: BTreeMap::new(),
@@ -369,7 +367,7 @@ impl<'a> Interpreter<'a> {
             // Executed by the loop over the commands of a file.
             Keyword::Include => {}
             Keyword::Import => self.import(&command)?,
-            Keyword::WorldBegin => self.world_begin(),
+            Keyword::WorldBegin => self.world_begin(command.span),
             Keyword::AttributeBegin => self.begin(BlockKind::Attribute, command.span),
             Keyword::TransformBegin => self.begin(BlockKind::Transform, command.span),
             Keyword::AttributeEnd => self.end(BlockKind::Attribute, &command)?,
@@ -448,7 +446,7 @@ impl<'a> Interpreter<'a> {
                 | Keyword::ObjectInstance
         );
         let word = command.keyword.word();
-        let message = match self.in_world {
+        let message = match self.description.world_begin.is_some() {
             true if only_before => {
                 format!("`{word}` appears after `WorldBegin`, expected before it")
             }
