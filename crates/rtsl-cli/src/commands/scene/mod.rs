@@ -1,10 +1,13 @@
 //! `rtsl scene`: the contents of a scene, and its conversion to the format of pbrt-v4.
 
+mod contents;
 mod convert;
+mod info;
 
 use clap::{Args, Subcommand};
 
 use self::convert::ConvertArguments;
+use self::info::InfoArguments;
 use crate::outcome::CommandResult;
 use crate::report::Reporter;
 
@@ -19,6 +22,8 @@ pub struct SceneArguments {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 enum SceneCommand {
+    /// Show what is in a scene: settings, classes, triangles, images, lights, files, and what is not supported.
+    Info(InfoArguments),
     /// Convert a scene of pbrt version 1, 2 or 3 to the format of pbrt-v4.
     Convert(ConvertArguments),
 }
@@ -26,6 +31,7 @@ enum SceneCommand {
 /// Runs the subcommand.
 pub fn run(arguments: &SceneArguments, reporter: &Reporter) -> CommandResult {
     match &arguments.command {
+        SceneCommand::Info(arguments) => info::run(arguments, reporter),
         SceneCommand::Convert(arguments) => convert::run(arguments, reporter),
     }
 }

@@ -41,6 +41,8 @@ pub struct Context {
     twins: BTreeSet<String>,
     /// Commands to be executed before the one that is translated.
     pub before: Vec<Command>,
+    /// True if a substitute takes the place of the entity that is translated.
+    pub is_replaced: bool,
 }
 
 /// Names that earlier versions allow to be defined again. Each later definition gets a name of its own.
@@ -106,6 +108,7 @@ impl Context {
             definitions: BTreeMap::new(),
             twins: BTreeSet::new(),
             before: Vec::new(),
+            is_replaced: false,
         }
     }
 
@@ -115,6 +118,13 @@ impl Context {
         if self.said.insert(message.clone()) {
             self.notes.push(Note { message, span });
         }
+    }
+
+    /// Says that a substitute takes the place of an entity. Its parameters then have no effect, which is not said.
+    pub fn note_substitute(&mut self, what: &str, name: &str, class: &str, span: Span) {
+        let message = format!("{what} `{name}` is not supported: `{class}` takes its place");
+        self.note(message, span);
+        self.is_replaced = true;
     }
 
     /// Defines a texture, and returns the name to use for it.

@@ -125,8 +125,7 @@ pub fn material(
         }
     }
     if change.is_replaced {
-        let message = format!("material `{name}` is not supported: `{class}` takes its place");
-        context.note(message, parameters.span());
+        context.note_substitute("material", name, class, parameters.span());
     }
     limit(parameters, context);
     (class.to_owned(), change.opacity)

@@ -224,7 +224,8 @@ impl Upgrader {
         let unknown = parameters.remove_unless(|it| is_known(it) || is_name(it) || is_place(it));
         let of_material =
             |it: &Parameter| kind == EntityKind::Shape && OF_MATERIALS.contains(&it.name.as_str());
-        for parameter in unknown.iter().filter(|it| !of_material(it)) {
+        let is_replaced = std::mem::take(&mut self.context.is_replaced);
+        for parameter in unknown.iter().filter(|it| !is_replaced && !of_material(it)) {
             let (name, kind) = (&parameter.name, kind.word());
             let message =
                 format!("`{name}` has no effect: pbrt-v4's {kind} `{text}` has no such parameter");

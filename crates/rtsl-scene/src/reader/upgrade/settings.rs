@@ -109,8 +109,7 @@ pub fn integrator(name: &str, parameters: &mut Parameters<'_>, context: &mut Con
         other => other,
     };
     if new != name {
-        let message = format!("integrator `{name}` is not supported: `{new}` takes its place");
-        context.note(message, parameters.span());
+        context.note_substitute("integrator", name, new, parameters.span());
     }
     new.to_owned()
 }

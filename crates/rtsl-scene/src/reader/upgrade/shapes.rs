@@ -29,6 +29,7 @@ pub fn shape(name: &str, parameters: &mut Parameters<'_>, context: &mut Context)
         context.note(message, parameters.span());
         return name.to_owned();
     };
+    parameters.remove(&["radius", "height", "zmin", "zmax", "p1", "p2", "phimax"]);
     parameters.set_points("P", 3, positions);
     if !normals.is_empty() {
         parameters.set_points("N", 3, normals);
