@@ -34,6 +34,9 @@ pub struct InputArguments {
     /// if that is less.
     #[arg(long, value_name = "AMOUNT")]
     pub input_memory: Option<Amount>,
+    /// The memory for textures: the largest images lose resolution until all fit.
+    #[arg(long, value_name = "AMOUNT")]
+    pub texture_memory: Option<Amount>,
 }
 
 /// The selection of an engine.

@@ -34,15 +34,23 @@ pub struct TexelFormat {
 }
 
 impl TexelFormat {
+    /// Returns the bits of a texel in memory.
+    pub fn bits(self) -> usize {
+        match (self.depth, self.channels) {
+            (Depth::Byte, 1) => 8,
+            (Depth::Half, 1) => 16,
+            (Depth::Byte, _) => 32,
+            (Depth::Half, _) => 64,
+            (Depth::Float, channels) => 32 * channels,
+        }
+    }
+
     /// Returns the words of `texels` texels in memory. Grey bytes and halves share words; colours of bytes take one
     /// word and colours of halves two, also without opacity.
     pub fn words(self, texels: usize) -> usize {
-        match (self.depth, self.channels) {
-            (Depth::Byte, 1) => texels.div_ceil(4),
-            (Depth::Half, 1) => texels.div_ceil(2),
-            (Depth::Byte, _) => texels,
-            (Depth::Half, _) => texels.saturating_mul(2),
-            (Depth::Float, channels) => texels.saturating_mul(channels),
+        match self.bits() {
+            part @ (8 | 16) => texels.div_ceil(32 / part),
+            bits => texels.saturating_mul(bits / 32),
         }
     }
 

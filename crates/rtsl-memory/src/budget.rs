@@ -79,6 +79,12 @@ impl InputBudget {
         self.0.is_exceeded.load(Ordering::Relaxed)
     }
 
+    /// Returns memory that was [kept](Held::keep).
+    pub fn give_back(&self, amount: Amount) {
+        let rest = |taken: u64| Some(Amount(taken).without(amount).0);
+        let _ = self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, rest);
+    }
+
     fn take(&self, amount: Amount) -> Result<(), OverBudget> {
         let limit = self.0.limit;
         let taken = self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |taken| {

@@ -33,6 +33,8 @@ pub struct RenderRequest<'a> {
     pub search_path: Vec<PathBuf>,
     /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
+    /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
+    pub texture_memory: Option<Amount>,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples per pixel, overriding the scene's.
@@ -364,7 +366,8 @@ impl LoadedScene {
         let start = Instant::now();
         request.tell(Progress::Reading);
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
-        let options = LoadOptions { defines, search_path, input_memory: request.input_memory };
+        let RenderRequest { input_memory, texture_memory, .. } = *request;
+        let options = LoadOptions { defines, search_path, input_memory, texture_memory };
         let mut loaded = load_scene(&request.scene, files, &options)?;
         apply(request, &mut loaded.scene.settings);
         if let Some(problem) = loaded.scene.settings.size_problem() {

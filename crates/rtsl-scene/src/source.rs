@@ -28,6 +28,8 @@ pub struct LoadOptions {
     pub search_path: Vec<PathBuf>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
+    /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
+    pub texture_memory: Option<Amount>,
 }
 
 /// A loaded scene.
@@ -198,7 +200,12 @@ impl<'f> SceneSource<'f> {
         let budget = self.budget.branch();
         self.classes.set_budget(&budget);
         let mut loader = Loader::new(
-            SceneFiles { scene: &self.path, files: self.files, budget: &budget },
+            SceneFiles {
+                scene: &self.path,
+                files: self.files,
+                budget: &budget,
+                texture_memory: self.options.texture_memory,
+            },
             &self.description,
             &mut self.classes,
             earlier,

@@ -15,6 +15,8 @@ pub struct SessionOptions {
     pub search_path: Vec<PathBuf>,
     /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
+    /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
+    pub texture_memory: Option<Amount>,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples per pixel, overriding the scene's.

@@ -1,6 +1,7 @@
 //! Loading: from the description of a scene to instances of classes.
 
 mod emitter;
+mod reachable;
 mod relief;
 
 use std::borrow::Cow;
@@ -13,11 +14,12 @@ use rtsl::{
 };
 use rtsl_math::Transform;
 
+use self::reachable::reachable;
 use crate::arguments::{Resolve, argument, texture};
 use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::parts::SceneParts;
-use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
+use crate::pbrt::{Images, MeshShape, NamedImage, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::Settings;
@@ -200,6 +202,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Ok(shutter) => parts.shutter = shutter,
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
+        self.read_images();
         let camera = self.instance(camera_entity);
         let (camera_to_world, camera_motion) =
             parts.place_camera(&description.entities[camera_entity.0])?;
@@ -234,6 +237,29 @@ impl<'a, 'f> Loader<'a, 'f> {
             objects: parts.object_origins,
         };
         Some((scene, origins))
+    }
+
+    /// Decodes the images that the scene uses, unless instances of an earlier load have them.
+    fn read_images(&mut self) {
+        let description = self.description;
+        let Earlier { made, changed } = self.earlier;
+        let is_new = |id: &EntityId| {
+            changed.contains(id) || made.get(id.0).is_none_or(|earlier| earlier.is_none())
+        };
+        let used = reachable(description, &self.names).into_iter().filter(is_new);
+        let images: Vec<NamedImage<'_>> =
+            used.flat_map(|id| NamedImage::of(&description.entities[id.0])).collect();
+        self.images.read_ahead(&images, self.files);
+        let (reduced, limit) = (self.images.reduced(), self.files.texture_memory);
+        if let Some(limit) = limit.filter(|_| reduced > 0) {
+            let message = format!(
+                "{reduced} of the scene's images lost resolution, so that textures take {limit}"
+            );
+            self.diagnostics.push(
+                Diagnostic::new(codes::IGNORED_SETTING, message)
+                    .help("give more by `--texture-memory`"),
+            );
+        }
     }
 
     fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {

@@ -1,16 +1,17 @@
 //! Images that entities name, as values of classes.
 
-use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
 use rtsl_image::{Depth, Encoding, Mipmap, Picture, PictureError};
-use rtsl_memory::{Amount, OutOfMemory};
+use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory};
 
 use super::image_lights;
-use crate::description::Entity;
+use crate::description::{Entity, EntityKind};
 use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
 /// The parameters by which pbrt describes the images of textures.
@@ -29,7 +30,9 @@ const FILTERS: [(&str, i32); 5] =
 pub struct Images {
     /// The digests of files that were read.
     digests: BTreeMap<PathBuf, blake3::Hash>,
-    converted: BTreeMap<Key, Rc<Converted>>,
+    converted: BTreeMap<Key, Arc<Converted>>,
+    /// The textures that lost resolution.
+    reduced: BTreeSet<Key>,
     /// The linear values of bytes, by encoding.
     tables: BTreeMap<EncodingKey, Arc<[u32]>>,
 }
@@ -39,6 +42,30 @@ pub struct Images {
 pub struct Converted {
     pub image: Mipmap,
     pub values: Vec<(String, Value)>,
+}
+
+/// An image that an entity names.
+pub struct NamedImage<'e> {
+    name: &'e str,
+    encoding: Encoding,
+    use_: Use,
+}
+
+/// A file to be decoded.
+struct Undecoded {
+    key: Key,
+    path: PathBuf,
+    input: Input,
+    encoding: Encoding,
+}
+
+/// What decoding a file gives.
+struct Decoded {
+    image: Mipmap,
+    /// The memory of the picture.
+    held: Held,
+    /// The distributions of a sky.
+    distributions: Vec<(String, Value)>,
 }
 
 /// The contents of a file, and what is made of it.
@@ -126,7 +153,7 @@ impl Images {
         entity: &Entity,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Rc<Converted>, Box<Diagnostic>> {
+    ) -> Result<Arc<Converted>, Box<Diagnostic>> {
         let Some((name, parameter)) = entity.text("filename") else {
             let message = format!("`{}` names no file", entity.class);
             let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
@@ -149,6 +176,60 @@ impl Images {
         Ok(image.values.clone())
     }
 
+    /// Decodes images before they are needed, on all processors. Of those that cannot be decoded, the first use reports
+    /// the error.
+    pub fn read_ahead(&mut self, wanted: &[NamedImage<'_>], files: SceneFiles<'_>) {
+        // The files of a part are in memory together.
+        let part = 2 * rayon::current_num_threads();
+        let mut pending: Vec<Undecoded> = Vec::new();
+        let mut keys = BTreeSet::new();
+        for (index, image) in wanted.iter().enumerate() {
+            let file = self.find(&files.path(image.name), image.encoding, files, image.use_);
+            if let Ok(Err(undecoded)) = file
+                && keys.insert(undecoded.key)
+            {
+                pending.push(undecoded);
+            }
+            if pending.len() < part && index + 1 < wanted.len() {
+                continue;
+            }
+            let decode = |it: Undecoded| (it.key, it.decode(files.budget));
+            let decoded: Vec<_> =
+                std::mem::take(&mut pending).into_par_iter().map(decode).collect();
+            for (key, decoded) in decoded {
+                if let Ok(decoded) = decoded {
+                    self.keep(key, decoded);
+                }
+            }
+            if let Some(limit) = files.texture_memory {
+                self.reduce_to(limit, files.budget);
+            }
+        }
+    }
+
+    /// Drops the first levels of the largest textures until all fit into the limit, or none can be smaller.
+    fn reduce_to(&mut self, limit: Amount, budget: &InputBudget) {
+        let texels = |it: &Converted| it.image.memory();
+        let mut total: Amount = self.converted.values().map(|it| texels(it)).sum();
+        while total > limit {
+            let textures = self.converted.iter().filter(|((_, use_, _), _)| *use_ == Use::Texture);
+            let Some((key, largest)) = textures.max_by_key(|(_, it)| texels(it)) else { return };
+            let (key, before) = (*key, texels(largest));
+            let Some(image) = largest.image.without_first_level() else { return };
+            let values = self.stored(&image);
+            let freed = before.without(image.memory());
+            self.converted.insert(key, Arc::new(Converted { image, values }));
+            self.reduced.insert(key);
+            budget.give_back(freed);
+            total = total.without(freed);
+        }
+    }
+
+    /// Returns the number of textures that lost resolution to the limit.
+    pub fn reduced(&self) -> usize {
+        self.reduced.len()
+    }
+
     /// An image file, which is decoded if none with the same contents was.
     fn read(
         &mut self,
@@ -156,57 +237,45 @@ impl Images {
         encoding: Encoding,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Rc<Converted>, Diagnostic> {
-        let known = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
-        if let Some(values) = self.digests.get(path).and_then(|it| self.converted.get(&known(it))) {
-            return Ok(values.clone());
+    ) -> Result<Arc<Converted>, Diagnostic> {
+        match self.find(path, encoding, files, use_)? {
+            Ok(converted) => Ok(converted),
+            Err(undecoded) => Ok(self.keep(undecoded.key, undecoded.decode(files.budget)?)),
+        }
+    }
+
+    /// Returns an image whose contents were decoded before, or the file to be decoded.
+    fn find(
+        &mut self,
+        path: &Path,
+        encoding: Encoding,
+        files: SceneFiles<'_>,
+        use_: Use,
+    ) -> Result<Result<Arc<Converted>, Undecoded>, Diagnostic> {
+        let key = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
+        if let Some(known) = self.digests.get(path).and_then(|it| self.converted.get(&key(it))) {
+            return Ok(Ok(known.clone()));
         }
         let input = files.read(path).map_err(|error| unreadable(path, &error))?;
         let digest = blake3::hash(&input.bytes);
         self.digests.insert(path.to_owned(), digest);
-        if let Some(values) = self.converted.get(&known(&digest)) {
-            return Ok(values.clone());
+        if let Some(known) = self.converted.get(&key(&digest)) {
+            return Ok(Ok(known.clone()));
         }
-        let converted = Rc::new(self.convert(path, input, encoding, files, use_)?);
-        self.converted.insert(known(&digest), converted.clone());
-        Ok(converted)
+        Ok(Err(Undecoded { key: key(&digest), path: path.to_owned(), input, encoding }))
     }
 
-    fn convert(
-        &mut self,
-        path: &Path,
-        input: Input,
-        encoding: Encoding,
-        files: SceneFiles<'_>,
-        use_: Use,
-    ) -> Result<Converted, Diagnostic> {
-        let read = Picture::read(&input.bytes, encoding, files.budget);
-        let (picture, held) = read.map_err(|error| match error {
-            PictureError::Malformed(problem) => unreadable(path, &std::io::Error::other(problem))
-                .help("convert the image to a PNG or an EXR file"),
-            PictureError::OverBudget(error) => error.diagnostic(path.display()),
-        })?;
-        drop(input);
-        let converted = match use_ {
-            Use::Texture => self.texture(picture),
-            Use::Sky => self.sky(&picture),
-        };
-        let converted =
-            converted.map_err(|error| unreadable(path, &std::io::Error::other(error)))?;
-        held.keep(converted.values.iter().map(|(_, value)| memory(value)).sum());
-        Ok(converted)
-    }
-
-    fn texture(&mut self, picture: Picture) -> Result<Converted, OutOfMemory> {
-        let image = Mipmap::new(picture)?;
-        Ok(Converted { values: self.stored(&image), image })
-    }
-
-    fn sky(&mut self, picture: &Picture) -> Result<Converted, OutOfMemory> {
-        let image = Mipmap::flat(picture)?;
+    /// Keeps an image for all entities that name it.
+    fn keep(&mut self, key: Key, decoded: Decoded) -> Arc<Converted> {
+        let Decoded { image, held, distributions } = decoded;
         let mut values = self.stored(&image);
-        values.extend(image_lights::distributions(picture));
-        Ok(Converted { values, image })
+        values.extend(distributions);
+        held.keep(values.iter().map(|(_, value)| memory(value)).sum());
+        let converted = Arc::new(Converted { image, values });
+        match self.converted.entry(key) {
+            Entry::Occupied(known) => known.get().clone(),
+            Entry::Vacant(place) => place.insert(converted).clone(),
+        }
     }
 
     /// The texels of an image and their format, as the classes `Image` and `ImageSky` take them.
@@ -228,6 +297,48 @@ impl Images {
             values.push(("decoded".to_owned(), decoded));
         }
         values
+    }
+}
+
+impl Undecoded {
+    fn decode(self, budget: &InputBudget) -> Result<Decoded, Diagnostic> {
+        let Undecoded { key: (_, use_, _), path, input, encoding } = self;
+        let read = Picture::read(&input.bytes, encoding, budget);
+        let (picture, held) = read.map_err(|error| match error {
+            PictureError::Malformed(problem) => unreadable(&path, &std::io::Error::other(problem))
+                .help("convert the image to a PNG or an EXR file"),
+            PictureError::OverBudget(error) => error.diagnostic(path.display()),
+        })?;
+        drop(input);
+        let (image, distributions) = match use_ {
+            Use::Texture => (Mipmap::new(picture), Vec::new()),
+            Use::Sky => (Mipmap::flat(&picture), image_lights::distributions(&picture).to_vec()),
+        };
+        let image =
+            image.map_err(|error: OutOfMemory| unreadable(&path, &std::io::Error::other(error)))?;
+        Ok(Decoded { image, held, distributions })
+    }
+}
+
+impl<'e> NamedImage<'e> {
+    /// Returns the images that an entity of one of pbrt's names uses. Those with a wrong encoding are left out: their
+    /// use reports it.
+    pub fn of(entity: &'e Entity) -> impl Iterator<Item = NamedImage<'e>> {
+        let use_ = match entity.kind {
+            EntityKind::Texture | EntityKind::AreaLight => Some(Use::Texture),
+            EntityKind::Light if entity.class == "infinite" => Some(Use::Sky),
+            EntityKind::Light => Some(Use::Texture),
+            _ => None,
+        };
+        let file = entity.text("filename").zip(use_).zip(encoding(entity).ok());
+        let file = file.map(|(((name, _), use_), encoding)| NamedImage { name, encoding, use_ });
+        let relief = entity.text("normalmap").filter(|_| entity.kind == EntityKind::Material);
+        let relief = relief.map(|(name, _)| NamedImage {
+            name,
+            encoding: Encoding::Linear,
+            use_: Use::Texture,
+        });
+        file.into_iter().chain(relief)
     }
 }
 

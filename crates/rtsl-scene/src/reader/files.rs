@@ -80,6 +80,8 @@ pub struct SceneFiles<'a> {
     pub files: &'a dyn FileSource,
     /// The memory budget of the files.
     pub budget: &'a InputBudget,
+    /// The memory of textures from images, if it is limited.
+    pub texture_memory: Option<Amount>,
 }
 
 /// The contents of a file, and their memory.

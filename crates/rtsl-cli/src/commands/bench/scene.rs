@@ -63,6 +63,7 @@ fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'sta
         defines,
         search_path: arguments.search_path.search_path.clone(),
         input_memory: input.input_memory,
+        texture_memory: input.texture_memory,
         size,
         execution: Execution { threads, ..Execution::default() },
         engine: EngineOptions { width, ..arguments.code.options() },

@@ -169,7 +169,8 @@ impl Interpreter<'_> {
         let scene = self.main_file;
         for parameter in parameters {
             spectra::convert_space(parameter, emits, self.state.color_space);
-            let files = SceneFiles { scene, files: self.files, budget: self.budget };
+            let files =
+                SceneFiles { scene, files: self.files, budget: self.budget, texture_memory: None };
             if let Err(diagnostic) = spectra::convert(parameter, emits, files) {
                 parameter.kind = COLOR;
                 parameter.values = Values::Numbers(vec![0.5]);

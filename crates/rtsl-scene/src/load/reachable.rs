@@ -1,0 +1,35 @@
+//! The entities that a scene uses.
+
+use std::collections::BTreeSet;
+
+use super::Names;
+use crate::description::{Description, EntityId, ShapeUse};
+use crate::reader::{ReferenceKind, Values};
+
+/// Returns the camera, the lights, the shapes with their materials, and all that they refer to by name.
+pub fn reachable(description: &Description, names: &Names) -> BTreeSet<EntityId> {
+    let of_shape = |it: &ShapeUse| [Some(it.shape), it.material, it.area_light];
+    let shapes = description.objects.iter().flat_map(|object| &object.shapes);
+    let shapes = shapes.chain(&description.shapes).flat_map(of_shape).flatten();
+    let lights = description.lights.iter().copied();
+    let mut open: Vec<EntityId> = shapes.chain(lights).chain(description.camera).collect();
+    let mut found = BTreeSet::new();
+    while let Some(id) = open.pop() {
+        if !found.insert(id) {
+            continue;
+        }
+        for parameter in &description.entities[id.0].parameters {
+            let Values::Texts(texts) = &parameter.values else { continue };
+            for text in texts {
+                let kinds = [
+                    ReferenceKind::Texture,
+                    ReferenceKind::Material,
+                    ReferenceKind::Light,
+                    ReferenceKind::Primitive,
+                ];
+                open.extend(kinds.iter().filter_map(|kind| names.get(&(*kind, text.clone()))));
+            }
+        }
+    }
+    found
+}

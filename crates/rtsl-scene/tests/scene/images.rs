@@ -1,0 +1,75 @@
+//! Images of scenes: decoded once, and reduced to the memory that textures may take.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use expect_test::expect;
+use rtsl::Instance;
+use rtsl_memory::Amount;
+use rtsl_scene::reader::DiskFiles;
+use rtsl_scene::{LoadOptions, SceneSource};
+
+fn write_png(path: &Path, side: u32, grey: u8) {
+    let file = std::fs::File::create(path).expect("the folder is writable");
+    let mut encoder = png::Encoder::new(file, side, side);
+    encoder.set_color(png::ColorType::Rgb);
+    let bytes = vec![grey; (3 * side * side) as usize];
+    let mut writer = encoder.write_header().expect("a header");
+    writer.write_image_data(&bytes).expect("the texels");
+}
+
+/// Loads a scene with a sphere for each of these images; returns the texture of each, and the messages.
+fn textures(names: &[&str], limit: Option<u64>) -> (Vec<Arc<Instance>>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_png(&folder.path().join("large.png"), 64, 100);
+    write_png(&folder.path().join("small.png"), 16, 200);
+    std::fs::copy(folder.path().join("large.png"), folder.path().join("copy.png")).expect("copied");
+    let mut scene = "Camera \"perspective\"\nWorldBegin\n".to_owned();
+    for (index, name) in names.iter().enumerate() {
+        scene += &format!(
+            "Texture \"t{index}\" \"spectrum\" \"imagemap\" \"string filename\" \"{name}\"\n\
+             Material \"diffuse\" \"texture reflectance\" \"t{index}\"\nShape \"sphere\"\n"
+        );
+    }
+    let path = folder.path().join("scene.pbrt");
+    std::fs::write(&path, scene).expect("the scene");
+    let options = LoadOptions { texture_memory: limit.map(Amount), ..LoadOptions::default() };
+    let loaded = SceneSource::read(&path, &DiskFiles, &options).load();
+    let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    let textures = loaded
+        .scene
+        .materials
+        .iter()
+        .map(|material| material.reference("kd").expect("it has a texture").clone());
+    (textures.collect(), loaded.warnings.to_text(false))
+}
+
+fn sides(textures: &[Arc<Instance>]) -> Vec<u32> {
+    textures.iter().map(|texture| texture.member("size").expect("of an image")[0]).collect()
+}
+
+#[test]
+fn images_with_the_same_contents_share_their_texels() {
+    let (textures, messages) = textures(&["large.png", "copy.png", "large.png", "small.png"], None);
+    assert_eq!(messages, "");
+    assert_eq!(sides(&textures), [64, 64, 64, 16]);
+    let texels: Vec<*const u32> =
+        textures.iter().map(|it| it.buffer("words").expect("of an image").as_ptr()).collect();
+    assert!(texels[0] == texels[1] && texels[1] == texels[2] && texels[2] != texels[3]);
+}
+
+#[test]
+fn large_images_lose_resolution_until_all_fit() {
+    // The levels of 64 by 64 texels take 21,844 bytes, those of 16 by 16 take 1,364.
+    assert_eq!(textures(&["large.png", "small.png"], Some(23_208)).1, "");
+    let (reduced, messages) = textures(&["large.png", "small.png"], Some(7_000));
+    assert_eq!(sides(&reduced), [32, 16]);
+    expect![[r#"
+        warning[W0601]: 1 of the scene's images lost resolution, so that textures take 6.8 KiB
+         = help: give more by `--texture-memory`
+
+    "#]]
+    .assert_eq(&messages);
+    let (reduced, _) = textures(&["large.png", "small.png"], Some(0));
+    assert_eq!(sides(&reduced), [1, 1]);
+}
