@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostics, SourceMap, render};
 use rtsl_memory::{Amount, InputBudget};
-use rtsl_scene::reader::{FileSource, read_scene_within};
+use rtsl_scene::reader::{ConversionOptions, FileSource, convert_scene, read_scene_within};
 
 /// One file of any bytes.
 struct OneFile<'a>(&'a [u8]);
@@ -33,4 +33,20 @@ pub fn scene(data: &[u8]) {
     read_scene_within(Path::new(NAME), &OneFile(data), &budget, &mut map, &mut diagnostics);
     assert!(budget.taken() <= budget.limit());
     render::all_to_text(&map, diagnostics.iter(), false);
+}
+
+/// The conversion to the format of pbrt-v4, of which every result is read again.
+pub fn conversion(data: &[u8]) {
+    for inline in [false, true] {
+        let options = ConversionOptions { inline, input_memory: Some(Amount(32 << 20)) };
+        let converted =
+            convert_scene(Path::new(NAME), Path::new("new.pbrt"), &OneFile(data), &options);
+        match converted {
+            Ok(conversion) => {
+                conversion.files.iter().for_each(|(_, text)| scene(text.as_bytes()));
+                conversion.warnings.to_text(false);
+            }
+            Err(messages) => assert!(messages.has_errors()),
+        }
+    }
 }

@@ -250,10 +250,10 @@ mod tests {
 
     #[test]
     fn memory_is_estimated_before_the_build() {
-        // Triangles of a wavy surface, and boxes in disorder.
+        // Triangles of a saddle, and boxes in disorder.
         let surface = |index: usize| {
             let (x, y) = ((index % 100) as f32, (index / 100) as f32);
-            let z = (x * 0.3).sin() + (y * 0.2).cos();
+            let z = 0.01 * (x - 50.0) * (y - 50.0);
             ([x, y, z], [x + 1.0, y + 1.0, z + 0.3])
         };
         let disorder = |index: usize| {

@@ -47,6 +47,27 @@ fn any_scene_is_read_or_refused() {
     run("../../scenes", "pbrt", 1000, scene::scene);
 }
 
+/// Scenes of earlier versions, with much of what an upgrade translates.
+const OLD: [&str; 4] = [
+    "Camera \"environment\" Film \"image\" \"float scale\" 2 PixelFilter \"gaussian\" \"float alpha\" 2\n\
+     SurfaceIntegrator \"directlighting\" Renderer \"metropolis\" WorldBegin TransformBegin Material \"matte\"\n\
+     ReverseOrientation TransformEnd Shape \"sphere\" \"color Kd\" [1 0 0] WorldEnd WorldBegin",
+    "WorldBegin Texture \"a\" \"color\" \"uv\" Texture \"a\" \"color\" \"scale\" \"texture tex1\" \"a\"\n\
+     \"texture tex2\" \"a\" Material \"uber\" \"texture opacity\" \"a\" \"xyz Kd\" [1 1 1] Shape \"disk\"\n\
+     MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string namedmaterial1\" \"m\" NamedMaterial \"m\" WorldEnd",
+    "WorldBegin Shape \"nurbs\" \"integer nu\" 2 \"integer nv\" 2 \"integer uorder\" 2 \"integer vorder\" 2\n\
+     \"float uknots\" [0 0 1 1] \"float vknots\" [0 0 1 1] \"point P\" [0 0 0 1 0 0 0 1 0 1 1 0] WorldEnd",
+    "WorldBegin Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 1 2 3]\n\
+     LightSource \"infinite\" \"string mapname\" \"a\" \"color L\" [1 2 3] \"blackbody I\" [3000 2]\n\
+     Shape \"cone\" \"float phimax\" 20 Shape \"paraboloid\" Shape \"hyperboloid\" WorldEnd",
+];
+
+#[test]
+fn any_scene_is_converted_or_refused() {
+    run_on(OLD.map(|text| text.as_bytes().to_vec()).into(), 300, scene::conversion);
+    run("../../scenes", "pbrt", 300, scene::conversion);
+}
+
 #[test]
 fn any_compressed_scene_is_read_or_refused() {
     // Stored blocks, in which a mutation can reach the text, and the lengths before it.

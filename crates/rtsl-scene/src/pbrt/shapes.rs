@@ -20,7 +20,8 @@ pub static NAMES: Names = Names {
         shape("curve", "Curve").made_by(curve::curves, curve::PARAMETERS),
     ],
     left_out: &[],
-    without_effect: &["shadowalpha", "displacement", "displacement.edgelength"],
+    // `S` are tangents, which no class takes.
+    without_effect: &["shadowalpha", "displacement", "displacement.edgelength", "S"],
     choose: |entity| match entity.class.as_str() {
         "sphere" if is_clipped(entity) || is_part(entity) => Some(&PARTIAL_SPHERE),
         "disk" if is_part(entity) => Some(&PARTIAL_DISK),

@@ -11,6 +11,7 @@ use super::files::{FileSource, Input, resolve, unreadable};
 use super::limits::{BYTES_OF_REPEATED_DIRECTIVE, MAX_INCLUDE_DEPTH, TEXT_EXPANSION, text_of};
 use super::parameter::{Parameter, ParameterType, Values};
 use super::parser::{Command, Parser};
+use super::recorded_files::Digest;
 use super::upgrade::{Target, Upgrader, is_old_text};
 use super::writer::Writer;
 
@@ -61,6 +62,8 @@ pub fn convert_scene(
         known: BTreeMap::new(),
         sources: Vec::new(),
         converted: Vec::new(),
+        places: BTreeMap::new(),
+        counts: BTreeMap::new(),
         repeated_files: 0,
         repeated_directives: 0,
     };
@@ -82,6 +85,9 @@ struct Converter<'a> {
     known: BTreeMap<PathBuf, FileId>,
     sources: Vec<PathBuf>,
     converted: Vec<(PathBuf, String)>,
+    /// The paths of texts for included files, by their path without a number.
+    places: BTreeMap<(PathBuf, Digest), PathBuf>,
+    counts: BTreeMap<PathBuf, usize>,
     repeated_files: usize,
     repeated_directives: u64,
 }
@@ -160,8 +166,7 @@ impl Converter<'_> {
     fn load(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
         let text =
             Input::read(self.files, path, self.budget).and_then(|Input { bytes, mut held }| {
-                // The converted text is about as long as the text itself.
-                let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION + 2);
+                let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION);
                 held.grow_to(amount)?;
                 held.keep(amount);
                 text_of(bytes)
@@ -237,20 +242,23 @@ impl Converter<'_> {
         let path = resolve(self.output, &own.to_string_lossy());
         let stem = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let stem = stem.trim_end_matches(".gz").trim_end_matches(".pbrt").to_owned();
-        for count in 1.. {
-            let number = if count == 1 { String::new() } else { format!("-{count}") };
-            let candidate = path.with_file_name(format!("{stem}-v4{number}.pbrt"));
-            match self.converted.iter().find(|(other, _)| *other == candidate) {
-                Some((_, other)) if *other == text => return candidate,
-                Some(_) => {}
-                None if candidate == self.output => {}
-                None => {
-                    self.converted.push((candidate.clone(), text));
-                    return candidate;
-                }
-            }
+        let base = path.with_file_name(format!("{stem}-v4"));
+        let key = (base.clone(), Digest::of(text.as_bytes()));
+        if let Some(known) = self.places.get(&key) {
+            return known.clone();
         }
-        path
+        let place = loop {
+            let count = self.counts.entry(base.clone()).or_default();
+            *count += 1;
+            let number = if *count == 1 { String::new() } else { format!("-{count}") };
+            let place = path.with_file_name(format!("{stem}-v4{number}.pbrt"));
+            if place != self.output {
+                break place;
+            }
+        };
+        self.places.insert(key, place.clone());
+        self.converted.push((place.clone(), text));
+        place
     }
 
     /// Writes what a command becomes.
@@ -261,13 +269,28 @@ impl Converter<'_> {
         if Upgrader::is_old_name(&command) {
             self.upgrader.set_old();
         }
+        let span = command.span;
         let commands = match self.upgrader.is_old() {
             true => self.upgrader.upgrade(command),
             false => vec![command],
         };
+        let length = writer.len();
         for mut command in commands {
             self.move_files(&mut command);
             writer.command(&command, &self.map);
+        }
+        self.hold(writer.len() - length, span);
+    }
+
+    /// Holds the memory of text that was written.
+    fn hold(&mut self, length: usize, span: Span) {
+        let amount = Amount(length as u64);
+        match self.budget.hold(amount) {
+            Ok(held) => held.keep(amount),
+            Err(error) => {
+                let diagnostic = error.diagnostic(self.output.display());
+                self.diagnostics.push(diagnostic.at(span, "writing stops after this one"));
+            }
         }
     }
 

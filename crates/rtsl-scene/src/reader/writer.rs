@@ -38,6 +38,11 @@ impl Writer {
         Writer { text: String::new(), depth: 0 }
     }
 
+    /// The length of the text so far.
+    pub fn len(&self) -> usize {
+        self.text.len()
+    }
+
     pub fn finish(self) -> String {
         self.text
     }

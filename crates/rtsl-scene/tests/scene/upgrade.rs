@@ -74,7 +74,7 @@ fn settings_are_those_of_the_current_format() {
     check(
         "LookAt 0 0 -5  0 0 0  0 1 0 # eye\n\
          Camera \"environment\" \"float hither\" 1e-3 \"float shutteropen\" [0.50]\n\
-         Camera \"perspective\" \"float halffov\" 20\n\
+         Camera \"perspective\" \"float halffov\" 20 \"float shutteropen\" 0 \"float shutterclose\" 0\n\
          Film \"image\" \"string filename\" [\"a.tga\"] \"float scale\" 1.5 \"bool display\" [\"true\"]\n\
              \"float maxsampleluminance\" [20] \"integer xresolution\" [ 200 ]\n\
          PixelFilter \"gaussian\" \"float xwidth\" 2.50 \"float alpha\" 2\n\
@@ -148,7 +148,8 @@ fn textures_are_those_of_the_current_format() {
          Texture \"f\" \"color\" \"scale\" \"texture tex1\" \"a\" \"texture tex2\" \"d\"\n\
          Texture \"g\" \"color\" \"scale\" \"texture tex1\" \"a\" \"rgb tex2\" [1 0 0]\n\
          Texture \"h\" \"color\" \"uv\" \"float uscale\" 2\n\
-         Texture \"i\" \"color\" \"checkerboard\" \"string aamode\" \"none\" \"rgb tex1\" [1 0 0]\n",
+         Texture \"i\" \"color\" \"checkerboard\" \"string aamode\" \"none\" \"rgb tex1\" [1 0 0]\n\
+         Texture \"j\" \"color\" \"fbm\" \"integer octaves\" 3\n",
         expect![[r##"
             # warning[W0601]: a texture times a texture is scaled by the mean of the second one
             # warning[W0601]: a colour times a texture is mixed from black and the colour by the texture's mean
@@ -190,6 +191,12 @@ fn textures_are_those_of_the_current_format() {
                 "rgb v11" [ 1 1 0 ]
             Texture "i" "spectrum" "checkerboard"
                 "rgb tex1" [1 0 0]
+            Texture "j-float" "float" "fbm"
+                "integer octaves" 3
+            Texture "j" "spectrum" "mix"
+                "rgb tex1" [ 0 0 0 ]
+                "rgb tex2" [ 1 1 1 ]
+                "texture amount" [ "j-float" ]
         "##]],
     );
 }
@@ -392,8 +399,9 @@ fn shapes_are_those_of_the_current_format() {
          Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 .1 .2 .3]\n\
          Material \"plastic\" \"color Kd\" [0 1 0]\n\
          Shape \"sphere\" \"color Kd\" [1 0 0] \"float radius\" 2\n\
-         Shape \"sphere\" \"float wobble\" 2\n",
+         Shape \"sphere\" \"float wobble\" 2 \"float radius\" 3 \"float radius\" 4\n",
         expect![[r##"
+            # warning[W0601]: parameter `radius` is given twice: the last one counts
             # warning[W0601]: `wobble` has no effect: pbrt-v4's shape `sphere` has no such parameter
 
             WorldBegin
@@ -424,6 +432,7 @@ fn shapes_are_those_of_the_current_format() {
                     "float radius" 2
             AttributeEnd
             Shape "sphere"
+                "float radius" 4
         "##]],
     );
 }
@@ -644,7 +653,7 @@ fn errors_stop_a_conversion() {
             &files,
             &ConversionOptions::default(),
         );
-        let messages = converted.err().expect("an error").to_text(false);
+        let messages = converted.expect_err("an error").to_text(false);
         assert_eq!(messages.matches("error[").count(), 1, "{messages}");
         assert!(messages.contains(code), "{messages}");
     }
@@ -665,7 +674,7 @@ fn files_that_include_one_another_are_bounded() {
             ConversionOptions { inline, input_memory: Some(rtsl_memory::Amount(1 << 20)) };
         let converted =
             convert_scene(Path::new(OLD), Path::new("new.pbrt"), &files(&texts), &options);
-        let messages = converted.err().expect("a limit").to_text(false);
+        let messages = converted.expect_err("a limit").to_text(false);
         assert!(messages.contains("error[E0615]"), "{messages}");
     }
 }

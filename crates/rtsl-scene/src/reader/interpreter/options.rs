@@ -7,13 +7,14 @@ use crate::reader::parameter::{Parameter, Values};
 use crate::reader::parser::Command;
 
 /// Options of pbrt that change no picture that this renderer makes.
-const WITHOUT_EFFECT: [&str; 6] = [
+const WITHOUT_EFFECT: [&str; 7] = [
     "disablewavelengthjitter",
     "displacementedgescale",
     "msereferenceimage",
     "msereferenceout",
     "pixelstats",
     "rendercoordsys",
+    "wavefront",
 ];
 
 /// Options of pbrt that change the picture, with their effect there.

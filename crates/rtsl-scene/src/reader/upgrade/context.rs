@@ -174,6 +174,16 @@ impl Context {
         self.twin(name, MAX_DEPTH)
     }
 
+    /// Defines the texture for numbers that has the values of the texture `name`, and returns its name.
+    pub fn define_twin(&mut self, name: &str, mut command: Command) -> String {
+        let twin = format!("{name}-float");
+        if self.twins.insert(twin.clone()) {
+            command.texts[0].text.clone_from(&twin);
+            self.before.push(command);
+        }
+        twin
+    }
+
     fn twin(&mut self, name: &str, depth: usize) -> String {
         let Some(definition) = self.definitions.get(name).cloned() else { return name.to_owned() };
         let twin = format!("{name}-float");

@@ -57,7 +57,7 @@ fn is_word(text: &str, at: usize, word: &str) -> bool {
         && bytes
             .get(at + word.len())
             .is_none_or(|it| it.is_ascii_whitespace() || b"\"#".contains(it))
-        && before.matches('"').count() % 2 == 0
+        && before.matches('"').count().is_multiple_of(2)
         && !before.contains('#')
 }
 

@@ -17,7 +17,7 @@ mod shapes;
 mod surfaces;
 mod textures;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl::Span;
 
@@ -124,7 +124,8 @@ impl Upgrader {
     }
 
     /// Returns the commands of pbrt-v4's format that have the effect of one of an earlier version.
-    pub fn upgrade(&mut self, command: Command) -> Vec<Command> {
+    pub fn upgrade(&mut self, mut command: Command) -> Vec<Command> {
+        self.keep_last_parameters(&mut command);
         if self.world == World::Ended {
             if command.keyword == Keyword::WorldBegin {
                 self.context.note("only the first world of a file is rendered", command.span);
@@ -160,6 +161,25 @@ impl Upgrader {
         let mut all = std::mem::take(&mut self.context.before);
         all.extend(upgraded);
         all
+    }
+
+    /// Keeps the last of parameters of the same name: pbrt-v4 takes a second one for an error.
+    fn keep_last_parameters(&mut self, command: &mut Command) {
+        let mut later = BTreeSet::new();
+        let mut counts: Vec<bool> =
+            command.parameters.iter().rev().map(|it| later.insert(it.name.as_str())).collect();
+        if counts.iter().all(|counts| *counts) {
+            return;
+        }
+        command.parameters.retain(|parameter| {
+            let counts = counts.pop().unwrap_or(true);
+            if !counts {
+                let name = &parameter.name;
+                let message = format!("parameter `{name}` is given twice: the last one counts");
+                self.context.note(message, parameter.declaration);
+            }
+            counts
+        });
     }
 
     /// Upgrades a command whose effect does not depend on others.

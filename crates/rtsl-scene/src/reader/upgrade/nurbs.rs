@@ -136,3 +136,68 @@ pub fn patch(parameters: &mut Parameters<'_>) -> Option<Surface> {
     parameters.remove(&["P", "Pw"]);
     Some(surface)
 }
+
+#[cfg(test)]
+mod tests {
+    use rtsl::{FileId, Span};
+
+    use super::*;
+    use crate::reader::parameter::Parameter;
+
+    /// A quarter of a cylinder of radius 1 about the z axis, from 0 to 1, by rational curves.
+    fn quarter(change: impl Fn(&mut Parameters<'_>)) -> Option<Surface> {
+        let w = 0.5_f64.sqrt();
+        let row = |z: f64| [1.0, 0.0, z, 1.0, w, w, z * w, w, 0.0, 1.0, z, 1.0];
+        let mut list: Vec<Parameter> = Vec::new();
+        let mut parameters = Parameters::new(&mut list, Span::new(FileId(0), 0, 0));
+        for (name, number) in [("nu", 3.0), ("uorder", 3.0), ("nv", 2.0), ("vorder", 2.0)] {
+            parameters.set_number(name, number);
+        }
+        parameters.set_points("uknots", 1, vec![0.0, 0.0, 0.0, 2.0, 2.0, 2.0]);
+        parameters.set_points("vknots", 1, vec![0.0, 0.0, 1.0, 1.0]);
+        parameters.set_points("Pw", 4, [row(0.0), row(1.0)].concat());
+        change(&mut parameters);
+        patch(&mut parameters)
+    }
+
+    #[test]
+    fn rational_curves_are_circles() {
+        let surface = quarter(|_| {}).unwrap();
+        let (points, _) = surface.positions.as_chunks::<3>();
+        let (normals, _) = surface.normals.as_chunks::<3>();
+        assert_eq!(points.len(), (CELLS + 1) * (CELLS + 1));
+        for (point, normal) in points.iter().zip(normals) {
+            let [x, y, _] = point;
+            assert!((x * x + y * y - 1.0).abs() < 1e-12, "{point:?}");
+            // Outwards, as u leads around the axis and v along it.
+            assert!((point[0] * normal[0] + point[1] * normal[1] - 1.0).abs() < 1e-9, "{normal:?}");
+        }
+        assert_eq!(points[0], [1.0, 0.0, 0.0]);
+        let last = points[points.len() - 1];
+        assert!(last[0].abs() < 1e-12 && last[2] == 1.0, "{last:?}");
+        assert_eq!(surface.uvs[surface.uvs.len() - 2..], [2.0, 1.0]);
+    }
+
+    #[test]
+    fn a_part_of_the_knots_is_a_part_of_the_patch() {
+        let surface = quarter(|it| it.set_number("v1", 0.25)).unwrap();
+        let (points, _) = surface.positions.as_chunks::<3>();
+        assert_eq!(points[points.len() - 1][2], 0.25);
+    }
+
+    #[test]
+    fn what_is_no_patch_is_none() {
+        let cases: [fn(&mut Parameters<'_>); 7] = [
+            |it| it.set_number("nu", 4.0),
+            |it| it.set_number("uorder", 1.0),
+            |it| it.set_number("nv", 1e9),
+            |it| it.set_number("vorder", 1.5),
+            |it| it.set_points("uknots", 1, vec![0.0, 0.0, 3.0, 2.0, 2.0, 2.0]),
+            |it| it.set_points("uknots", 1, vec![1.0; 6]),
+            |it| it.remove(&["Pw"]),
+        ];
+        for case in cases {
+            assert!(quarter(case).is_none());
+        }
+    }
+}

@@ -31,6 +31,11 @@ pub fn camera(name: &str, parameters: &mut Parameters<'_>) -> String {
     {
         parameters.set_number("fov", 2.0 * half);
     }
+    // A shutter that did not open made no difference to anything that does not move.
+    let opens = parameters.number("shutteropen").unwrap_or(0.0);
+    if parameters.number("shutterclose").is_some_and(|closes| closes <= opens) {
+        parameters.remove(&["shutteropen", "shutterclose"]);
+    }
     match name {
         "environment" => {
             parameters.set_text("mapping", "equirectangular");

@@ -147,3 +147,91 @@ pub fn unit(vector: [f64; 3]) -> [f64; 3] {
     let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
     if length > 0.0 { vector.map(|part| part / length) } else { [0.0, 0.0, 1.0] }
 }
+
+#[cfg(test)]
+mod tests {
+    use rtsl::{FileId, Span};
+
+    use super::*;
+    use crate::reader::parameter::Parameter;
+
+    /// A surface with parameters of one number or one point each.
+    fn made(
+        make: impl Fn(&mut Parameters<'_>) -> Option<Surface>,
+        given: &[(&str, &[f64])],
+    ) -> Option<Surface> {
+        let mut list: Vec<Parameter> = Vec::new();
+        let mut parameters = Parameters::new(&mut list, Span::new(FileId(0), 0, 0));
+        for (name, values) in given {
+            match values.len() {
+                1 => parameters.set_number(name, values[0]),
+                3 => parameters.set_points(name, 3, values.to_vec()),
+                _ => parameters.set_points(name, 1, values.to_vec()),
+            }
+        }
+        make(&mut parameters)
+    }
+
+    /// Checks that all points have a value of 0, and that normals are those of the triangles around them.
+    fn check(surface: &Surface, value: impl Fn([f64; 3]) -> f64) {
+        let (points, _) = surface.positions.as_chunks::<3>();
+        let (normals, _) = surface.normals.as_chunks::<3>();
+        assert_eq!((points.len(), 2 * points.len()), (normals.len(), surface.uvs.len()));
+        for (point, normal) in points.iter().zip(normals) {
+            assert!(value(*point).abs() < 1e-9, "{point:?}");
+            assert!((normal.iter().map(|it| it * it).sum::<f64>() - 1.0).abs() < 1e-9);
+        }
+        let (triangles, _) = surface.indices.as_chunks::<3>();
+        for corners in triangles {
+            let [a, b, c] = corners.map(|it| points[it as usize]);
+            let edge = |to: [f64; 3]| [0, 1, 2].map(|axis| to[axis] - a[axis]);
+            let across = cross(edge(b), edge(c));
+            // The two corners of a tip are one point.
+            if across.iter().all(|it| it.abs() < 1e-9) {
+                continue;
+            }
+            let along: f64 =
+                (0..3).map(|axis| unit(across)[axis] * normals[corners[0] as usize][axis]).sum();
+            assert!(along > 0.9, "{corners:?}: {along}");
+        }
+    }
+
+    #[test]
+    fn quadrics_have_points_of_their_equations() {
+        let surface = made(|it| cone(it), &[("radius", &[2.0]), ("height", &[3.0])]).unwrap();
+        check(&surface, |[x, y, z]| (x * x + y * y).sqrt() - 2.0 * (1.0 - z / 3.0));
+        let given: [(&str, &[f64]); 3] = [("radius", &[0.5]), ("zmin", &[0.3]), ("zmax", &[1.5])];
+        let surface = made(|it| paraboloid(it), &given).unwrap();
+        check(&surface, |[x, y, z]| z - 1.5 * (x * x + y * y) / 0.25);
+        let surface = made(|it| paraboloid(it), &[]).unwrap();
+        assert_eq!(surface.positions[..3], [0.0; 3]);
+        // The line from (1, 0, 0) to (1, 1, 1) turns to x^2 + y^2 = 1 + z^2.
+        let given: [(&str, &[f64]); 2] = [("p1", &[1.0, 1.0, 1.0]), ("p2", &[1.0, 0.0, 0.0])];
+        let surface = made(|it| hyperboloid(it), &given).unwrap();
+        check(&surface, |[x, y, z]| x * x + y * y - 1.0 - z * z);
+        assert_eq!(surface.positions[..3], [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_part_of_a_turn_has_fewer_triangles() {
+        let surface = made(|it| cone(it), &[("phimax", &[90.0])]).unwrap();
+        assert_eq!(surface.indices.len(), 6 * 24 * STRAIGHT);
+        let (points, _) = surface.positions.as_chunks::<3>();
+        assert!(points.iter().all(|[x, y, _]| *x > -1e-9 && *y > -1e-9));
+        assert!(made(|it| cone(it), &[("phimax", &[0.0])]).is_some());
+    }
+
+    #[test]
+    fn fields_have_a_height_for_each_point() {
+        let heights: [f64; 6] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let field = |nu: f64, nv: f64| {
+            made(height_field, &[("nu", &[nu]), ("nv", &[nv]), ("Pz", &heights)])
+        };
+        let surface = field(2.0, 3.0).unwrap();
+        assert_eq!(surface.positions[12..], [0.0, 1.0, 4.0, 1.0, 1.0, 5.0]);
+        assert!(surface.normals.is_empty());
+        for [nu, nv] in [[3.0, 3.0], [1.0, 6.0], [-2.0, -3.0], [1e9, 1e9], [f64::NAN, 2.0]] {
+            assert!(field(nu, nv).is_none(), "{nu} {nv}");
+        }
+    }
+}

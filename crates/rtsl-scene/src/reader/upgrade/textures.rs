@@ -50,11 +50,32 @@ pub fn texture(command: &mut Command, context: &mut Context) {
             "bilerp".clone_into(&mut class.text);
             coordinates(&mut parameters, is_float);
         }
+        "fbm" | "wrinkled" | "windy" if !is_float => {
+            color_noise(command, context);
+            return;
+        }
         _ => {}
     }
     if !is_float {
         context.record_texture(command);
     }
+}
+
+/// Makes a texture of noise, which pbrt-v4 has for numbers alone, one for colours: a mixture of black and white.
+fn color_noise(command: &mut Command, context: &mut Context) {
+    let mut noise = command.clone();
+    "float".clone_into(&mut noise.texts[1].text);
+    let span = command.texts[2].span;
+    let mut parameters = Parameters::new(&mut noise.parameters, span);
+    parameters.remove_unless(|it| ["octaves", "roughness"].contains(&it.name.as_str()));
+    "mix".clone_into(&mut command.texts[2].text);
+    command.parameters.clear();
+    context.record_texture(command);
+    let noise = context.define_twin(&command.texts[0].text, noise);
+    let mut parameters = Parameters::new(&mut command.parameters, span);
+    parameters.set_color("tex1", [0.0; 3]);
+    parameters.set_color("tex2", [1.0; 3]);
+    parameters.set_texture("amount", &noise);
 }
 
 /// Gives an image the filter and the encoding that older parameters mean.
