@@ -213,6 +213,18 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ),
             ),
         ]],
+        "PortalSky" => vec![
+            vec![],
+            vec![
+                ("texels", floats(&(0..192).map(|it| (it * 7 % 5) as f32).collect::<Vec<_>>())),
+                ("size", [8, 8].into()),
+                ("sums", floats(&sums_of_cells(4))),
+                ("cells", [4, 4].into()),
+                ("corner", [-3.0, -2.0, 2.0].into()),
+                ("side1", [6.0, 0.0, 0.0].into()),
+                ("side2", [0.0, 5.0, 0.0].into()),
+            ],
+        ],
         "Image" => vec![
             vec![("texels", floats(&image_levels())), ("size", [4, 4].into())],
             vec![
@@ -237,6 +249,17 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         row.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     };
     rows.into_iter().map(named).collect()
+}
+
+/// Sums over the lower columns and rows of a grid of cells, some of which are ten times as bright as others.
+fn sums_of_cells(side: usize) -> Vec<f32> {
+    let light = |column: usize, row: usize| if (column + 2 * row) % 3 == 0 { 10.0 } else { 1.0 };
+    let sum = |columns: usize, rows: usize| {
+        (0..rows).flat_map(|row| (0..columns).map(move |column| light(column, row))).sum::<f32>()
+    };
+    let all = sum(side, side);
+    let corners = (0..=side).flat_map(|row| (0..=side).map(move |column| (column, row)));
+    corners.map(|(columns, rows)| sum(columns, rows) / all).collect()
 }
 
 /// Texels of an image of 4 by 4 and of its coarser levels.

@@ -157,7 +157,7 @@ fn what_is_not_supported_is_said_once_and_left_out() {
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
          Material \"dielectric\" \"texture eta\" \"rough\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
-         LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n",
+         LightSource \"infinite\"\n",
     );
     let scene = &loaded.scene;
     assert_eq!((scene.objects.len(), scene.lights.len()), (4, 1));
@@ -167,13 +167,12 @@ fn what_is_not_supported_is_said_once_and_left_out() {
     for once in [
         "material `measured` is not supported: `Lambertian` takes its place",
         "texture `ptex` is not supported: `Constant` takes its place",
-        "`portal` of light `infinite` has no effect",
         "`shadowalpha` of shape `disk` has no effect",
         "`eta` of material `dielectric` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
-    assert_eq!(warnings.matches("warning[").count(), 5, "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 4, "{warnings}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod materials;
 mod mesh_shape;
 mod name;
 mod parallelogram;
+mod portal;
 mod shapes;
 mod textures;
 mod translation;
