@@ -174,9 +174,21 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             ],
         ],
         "Dielectric" => vec![vec![], vec![("roughnessU", 0.2.into()), ("roughnessV", 0.6.into())]],
-        "CoatedConductor" => {
-            vec![vec![], vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())]]
-        }
+        "CoatedDiffuse" => vec![
+            vec![],
+            vec![
+                ("thickness", 0.8.into()),
+                ("albedo", [0.9, 0.5, 0.2].into()),
+                ("g", 0.6.into()),
+                ("maxDepth", 10.into()),
+            ],
+            vec![("roughnessU", 0.3.into()), ("albedo", 1.0.into()), ("thickness", 0.1.into())],
+        ],
+        "CoatedConductor" => vec![
+            vec![],
+            vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())],
+            vec![("thickness", 0.8.into()), ("albedo", [0.9, 0.5, 0.2].into()), ("g", 0.6.into())],
+        ],
         "AshikhminShirley" => vec![
             vec![],
             vec![

@@ -14,7 +14,15 @@ pub static NAMES: Names = Names {
         material("conductor", "Conductor").renaming(ROUGHNESS),
         material("dielectric", "Dielectric").renaming(ROUGHNESS),
         material("thindielectric", "ThinDielectric"),
-        material("coateddiffuse", "CoatedDiffuse").renaming(ROUGHNESS).without(LAYERS),
+        material("coateddiffuse", "CoatedDiffuse")
+            .renaming(&[
+                ("uroughness", "roughnessU"),
+                ("vroughness", "roughnessV"),
+                ("remaproughness", "remapRoughness"),
+                ("maxdepth", "maxDepth"),
+                ("nsamples", "samples"),
+            ])
+            .with_defaults(LAYER),
         material("coatedconductor", "CoatedConductor")
             .renaming(&[
                 ("conductor.eta", "eta"),
@@ -27,8 +35,10 @@ pub static NAMES: Names = Names {
                 ("interface.uroughness", "coatRoughnessU"),
                 ("interface.vroughness", "coatRoughnessV"),
                 ("remaproughness", "remapRoughness"),
+                ("maxdepth", "maxDepth"),
+                ("nsamples", "samples"),
             ])
-            .without(LAYERS),
+            .with_defaults(LAYER),
         material("diffusetransmission", "DiffuseTransmission"),
         material("mix", "Mix").translated_by(split_materials),
         material("hair", "Hair")
@@ -55,8 +65,8 @@ const ROUGHNESS: &[(&str, &str)] = &[
     ("remaproughness", "remapRoughness"),
 ];
 
-/// Parameters of the layer between a coat and its base, and of pbrt's random walk in it.
-const LAYERS: &[&str] = &["thickness", "albedo", "g", "maxdepth", "nsamples"];
+/// The layer between a coat and its base.
+const LAYER: &[(&str, &[f64])] = &[("thickness", &[0.01]), ("maxDepth", &[10.0])];
 
 const fn material(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Material, name, class)
