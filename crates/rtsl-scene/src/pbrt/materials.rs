@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::measured;
 use super::name::{Names, PbrtName};
 use super::translation::Translation;
 use crate::description::EntityKind;
@@ -50,7 +51,7 @@ pub static NAMES: Names = Names {
                 ("alpha", "tilt"),
             ])
             .translated_by(choose_melanins),
-        PbrtName::replacing(EntityKind::Material, "measured", "Lambertian"),
+        material("measured", "Measured").made_by(measured::values, measured::PARAMETERS),
         PbrtName::replacing(EntityKind::Material, "subsurface", "Lambertian"),
     ],
     // Boundaries of media, which are invisible, by their name and by former names.

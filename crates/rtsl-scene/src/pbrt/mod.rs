@@ -9,10 +9,12 @@ mod images;
 mod lenses;
 mod lights;
 mod materials;
+mod measured;
 mod mesh_shape;
 mod name;
 mod parallelogram;
 mod shapes;
+mod tensor;
 mod textures;
 mod translation;
 

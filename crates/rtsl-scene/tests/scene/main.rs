@@ -5,8 +5,11 @@ mod files;
 mod format_page;
 mod inputs;
 mod leniency;
+mod measured;
 mod motion;
 mod pages;
+#[path = "../../../../fuzz/entries/paint.rs"]
+mod paint;
 mod reader;
 mod source;
 mod textured;
