@@ -49,7 +49,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-capi", &["rtsl"]),
     (
         "rtsl-cli",
-        &["rtsl", "rtsl-contract", "rtsl-image", "rtsl-memory", "rtsl-render", "rtsl-view"],
+        &[
+            "rtsl",
+            "rtsl-contract",
+            "rtsl-image",
+            "rtsl-memory",
+            "rtsl-render",
+            "rtsl-scene",
+            "rtsl-view",
+        ],
     ),
     ("rtsl-testing", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-sema", "rtsl-ir"]),
 ];

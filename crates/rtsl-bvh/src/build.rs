@@ -12,10 +12,10 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use rtsl_math::SIMD_LANES;
-use rtsl_memory::in_huge_pages;
+use rtsl_memory::{Amount, in_huge_pages};
 
 use super::bounds::Bounds;
-use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, Node8};
+use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, LeafHead, Node8};
 use super::collapse::CollapsePlan;
 
 /// The approximate number of nodes that the first pass of reinsertion tries to improve, which is also limited from
@@ -24,7 +24,18 @@ use super::collapse::CollapsePlan;
 const REINSERTED_NODES: f32 = 30_000.0;
 const MIN_REINSERTED: f32 = 0.03;
 
+/// The usual number of items of a leaf, and of leaves of a node.
+const ITEMS_OF_LEAF: f64 = 5.5;
+const LEAVES_OF_NODE: f64 = 4.0;
+
 impl Bvh8 {
+    /// An estimate of the memory of a hierarchy over this many items.
+    pub fn estimated_memory(items: usize) -> Amount {
+        let leaves = (items as f64 / ITEMS_OF_LEAF).ceil() as usize;
+        let nodes = (leaves as f64 / LEAVES_OF_NODE).ceil() as usize;
+        Amount::of::<Leaf>(leaves) + Amount::of::<LeafHead>(leaves) + Amount::of::<Node8>(nodes)
+    }
+
     /// Builds the hierarchy over items, which are identified by their index.
     pub fn build(items: &[Item]) -> Bvh8 {
         let _span = tracing::debug_span!("hierarchy", items = items.len()).entered();
@@ -229,6 +240,40 @@ impl Builder<'_> {
         let unbounded: Vec<u32> = unbounded.map(|(index, _)| index as u32).collect();
         if !unbounded.is_empty() {
             self.add_leaves(unbounded);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_estimated_before_the_build() {
+        // Triangles of a wavy surface, and boxes in disorder.
+        let surface = |index: usize| {
+            let (x, y) = ((index % 100) as f32, (index / 100) as f32);
+            let z = (x * 0.3).sin() + (y * 0.2).cos();
+            ([x, y, z], [x + 1.0, y + 1.0, z + 0.3])
+        };
+        let disorder = |index: usize| {
+            let part = |prime: usize| (index * prime % 9973) as f32;
+            let min = [part(7919), part(6007), part(4513)];
+            (min, min.map(|it| it + 40.0))
+        };
+        for item in [surface as fn(usize) -> ([f32; 3], [f32; 3]), disorder] {
+            let items: Vec<Item> = (0..9000)
+                .map(|index| {
+                    let (min, max) = item(index);
+                    Item { bounds: Bounds::new(min, max), class: 0 }
+                })
+                .collect();
+            let tree = Bvh8::build(&items);
+            let taken = Amount::of::<Leaf>(tree.leaves.len())
+                + Amount::of::<LeafHead>(tree.heads.len())
+                + Amount::of::<Node8>(tree.nodes.len());
+            let ratio = Bvh8::estimated_memory(items.len()).0 as f64 / taken.0 as f64;
+            assert!((0.7..1.4).contains(&ratio), "{ratio}");
         }
     }
 }

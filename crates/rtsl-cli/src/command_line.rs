@@ -11,6 +11,7 @@ use crate::commands::explain::ExplainArguments;
 use crate::commands::help::HelpArguments;
 use crate::commands::info::InfoArguments;
 use crate::commands::render::RenderArguments;
+use crate::commands::scene::SceneArguments;
 use crate::commands::test::TestArguments;
 use crate::commands::view::ViewArguments;
 
@@ -45,6 +46,8 @@ pub enum Command {
     Bench(BenchArguments),
     /// Render a scene to a picture.
     Render(RenderArguments),
+    /// Show what is in a scene, or convert it to the format of pbrt-v4.
+    Scene(SceneArguments),
     /// Show a scene in a window: fly through it, set parameters, edit its shaders.
     View(ViewArguments),
     /// Show information on this program and the machine, or on a class.

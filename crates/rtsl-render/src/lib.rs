@@ -8,6 +8,7 @@
 pub mod checkpoint;
 pub mod compiled;
 pub mod execution;
+pub mod extent;
 pub(crate) mod lanes;
 pub mod measure;
 pub mod path;

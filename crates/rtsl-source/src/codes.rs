@@ -197,6 +197,7 @@ diagnostics! {
     E0622 FOREIGN_CHECKPOINT "a checkpoint of another render";
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that the renderer does not make";
+    E0625 NOT_CONVERTIBLE "a file that cannot be converted to a scene";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";
@@ -227,6 +228,7 @@ diagnostics! {
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
+    W0604 OLD_SCENE "a scene in the format of an earlier version of pbrt";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0701 INTERPRETER_INSTEAD "LLVM cannot be loaded, so the interpreter runs everything";

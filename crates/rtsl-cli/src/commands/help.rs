@@ -45,6 +45,7 @@ const TOPICS: &[Topic] = topics! {
         "reference/command-line/test.md"
         "reference/command-line/bench.md"
         "reference/command-line/render.md"
+        "reference/command-line/scene.md"
         "how-to/long-renders.md"
         "how-to/timings.md"
     ];
@@ -65,6 +66,8 @@ const TOPICS: &[Topic] = topics! {
         "reference/scenes/meshes.md"
         "reference/scenes/settings.md"
         "reference/scenes/format.md"
+        "reference/scenes/old-versions.md"
+        "how-to/old-scenes.md"
     ];
     "viewer" "the window of `rtsl view`" ["how-to/viewer.md"];
     "embedding" "RTSL in your own renderer" [

@@ -8,6 +8,7 @@ pub mod explain;
 pub mod help;
 pub mod info;
 pub mod render;
+pub mod scene;
 mod shader;
 pub mod test;
 pub mod view;

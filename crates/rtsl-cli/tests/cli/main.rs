@@ -6,3 +6,4 @@ mod commands;
 mod files;
 mod memory_limits;
 mod resume;
+mod scene;

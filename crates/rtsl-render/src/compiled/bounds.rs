@@ -43,6 +43,25 @@ impl BoundsMaker {
     }
 }
 
+/// Returns the bounds of an instance that has no elements in its own space; `None` if it is unbounded.
+///
+/// # Errors
+/// If its bounds cannot be compiled.
+pub fn instance_bounds(
+    program: &Program,
+    instance: &Instance,
+) -> Result<Option<Bounds>, Diagnostic> {
+    if !program.has(Method::ComputeBounds) {
+        return Ok(None);
+    }
+    let kernel = program.kernel(Method::ComputeBounds, Variant::new(CallMode::Packet))?;
+    let (mut state, mut scratch) = (new_state(1), program.new_scratch(1));
+    let block = program.block(instance);
+    let blocks = (&mut state, &mut scratch);
+    let is_bounded = call(&program.class().name, &kernel, blocks, 1, Instances::One(&block));
+    Ok(is_bounded.then(|| read(&state, 0)).flatten())
+}
+
 /// Returns the bounds of an instance's `count` elements in their own space.
 ///
 /// # Errors

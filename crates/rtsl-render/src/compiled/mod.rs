@@ -24,5 +24,6 @@ pub(crate) mod tracer;
 pub(crate) mod variables;
 pub(crate) mod work_counts;
 
+pub(crate) use bounds::{element_bounds, instance_bounds};
 pub use builder::{BuildStep, SceneBuilder};
 pub use compiled_scene::CompiledScene;

@@ -1,4 +1,4 @@
-//! The directives of the scene format, as a table of the words and their operands.
+//! The directives of the scene format and of its earlier versions, as a table of the words and their operands.
 
 /// A directive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,18 +32,24 @@ pub enum Keyword {
     ObjectInstance,
     Option,
     PixelFilter,
+    Renderer,
     ReverseOrientation,
     Rotate,
     Sampler,
     Scale,
+    SearchPath,
     Shape,
+    SurfaceIntegrator,
     Texture,
     Transform,
     TransformBegin,
     TransformEnd,
     TransformTimes,
     Translate,
+    Volume,
+    VolumeIntegrator,
     WorldBegin,
+    WorldEnd,
 }
 
 /// The operands of a directive.
@@ -98,18 +104,24 @@ const DIRECTIVES: &[(&str, Keyword, Operands)] = &[
     ("ObjectInstance", Keyword::ObjectInstance, NAME),
     ("Option", Keyword::Option, PARAMETERS),
     ("PixelFilter", Keyword::PixelFilter, ENTITY),
+    ("Renderer", Keyword::Renderer, ENTITY),
     ("ReverseOrientation", Keyword::ReverseOrientation, NOTHING),
     ("Rotate", Keyword::Rotate, numbers(4)),
     ("Sampler", Keyword::Sampler, ENTITY),
     ("Scale", Keyword::Scale, numbers(3)),
+    ("SearchPath", Keyword::SearchPath, NAME),
     ("Shape", Keyword::Shape, ENTITY),
+    ("SurfaceIntegrator", Keyword::SurfaceIntegrator, ENTITY),
     ("Texture", Keyword::Texture, Operands { texts: 3, ..PARAMETERS }),
     ("Transform", Keyword::Transform, numbers(16)),
     ("TransformBegin", Keyword::TransformBegin, NOTHING),
     ("TransformEnd", Keyword::TransformEnd, NOTHING),
     ("TransformTimes", Keyword::TransformTimes, numbers(2)),
     ("Translate", Keyword::Translate, numbers(3)),
+    ("Volume", Keyword::Volume, ENTITY),
+    ("VolumeIntegrator", Keyword::VolumeIntegrator, ENTITY),
     ("WorldBegin", Keyword::WorldBegin, NOTHING),
+    ("WorldEnd", Keyword::WorldEnd, NOTHING),
 ];
 
 /// Returns the directive spelled `word`, and its operands.

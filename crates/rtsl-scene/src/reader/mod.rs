@@ -19,6 +19,7 @@
 //! one scene may expand to are limited, and all memory is reserved in a budget before it is allocated.
 
 mod command_memory;
+mod conversion;
 mod current_transform;
 pub mod defines;
 mod directive;
@@ -26,12 +27,16 @@ mod files;
 mod gzip;
 mod interpreter;
 mod lexer;
+mod limits;
 mod parameter;
 mod parser;
 mod recorded_files;
 mod spectra;
 mod state;
+mod upgrade;
+mod writer;
 
+pub use conversion::{Conversion, ConversionOptions, convert_scene};
 pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};

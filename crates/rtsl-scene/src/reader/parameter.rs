@@ -20,6 +20,53 @@ pub struct Parameter {
     pub values_span: Span,
 }
 
+impl Parameter {
+    /// Returns the first value, if it is a number.
+    pub fn first_number(&self) -> Option<f64> {
+        match &self.values {
+            Values::Numbers(numbers) => numbers.first().copied(),
+            Values::Booleans(_) | Values::Texts(_) => None,
+        }
+    }
+
+    /// Returns the first value, if it is a string.
+    pub fn first_text(&self) -> Option<&str> {
+        match &self.values {
+            Values::Texts(texts) => texts.first().map(String::as_str),
+            Values::Numbers(_) | Values::Booleans(_) => None,
+        }
+    }
+
+    /// Returns the first value, if it is a boolean, which older files quote.
+    pub fn first_boolean(&self) -> Option<bool> {
+        match &self.values {
+            Values::Booleans(values) => values.first().copied(),
+            Values::Texts(texts) => texts.first().and_then(|text| text.parse().ok()),
+            Values::Numbers(_) => None,
+        }
+    }
+
+    /// True if it is declared as a colour or a spectrum.
+    pub fn is_color(&self) -> bool {
+        self.kind == COLOR || self.kind == ParameterType::Spectrum
+    }
+
+    /// True if it is declared as a list of real numbers.
+    pub fn is_numbers(&self) -> bool {
+        self.kind == numeric(Component::Float, 1)
+    }
+
+    /// Takes the factor of a black body, which earlier versions give after its temperature.
+    pub fn take_blackbody_scale(&mut self) -> Option<f64> {
+        match (self.kind, &mut self.values) {
+            (ParameterType::Blackbody, Values::Numbers(numbers)) if numbers.len() == 2 => {
+                numbers.pop()
+            }
+            _ => None,
+        }
+    }
+}
+
 /// The values of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
@@ -149,6 +196,7 @@ const TYPES: &[(&str, ParameterType)] = &[
     ("string", ParameterType::Text),
     ("rgb", COLOR),
     ("color", COLOR),
+    ("xyz", COLOR),
     ("spectrum", ParameterType::Spectrum),
     ("blackbody", ParameterType::Blackbody),
     ("point2", numeric(Component::Float, 2)),

@@ -21,6 +21,8 @@ pub struct Command {
     pub span: Span,
     /// The numbers, as many as the directive requires.
     pub numbers: Vec<f64>,
+    /// The place of the numbers.
+    pub numbers_span: Span,
     /// Its quoted strings.
     pub texts: Vec<SpannedText>,
     /// Its parameters.
@@ -39,11 +41,13 @@ pub struct SpannedText {
 }
 
 impl Command {
-    fn new(keyword: Keyword, span: Span) -> Self {
+    /// A directive without operands.
+    pub fn new(keyword: Keyword, span: Span) -> Self {
         Command {
             keyword,
             span,
             numbers: Vec::new(),
+            numbers_span: span,
             texts: Vec::new(),
             parameters: Vec::new(),
             is_broken: false,
@@ -102,6 +106,11 @@ impl<'a> Parser<'a> {
     /// True if there are no more commands.
     pub fn is_at_end(&self) -> bool {
         self.token.kind == TokenKind::End
+    }
+
+    /// True if a parameter follows.
+    pub fn is_at_parameter(&self) -> bool {
+        matches!(self.token.kind, TokenKind::Text(_))
     }
 
     /// Reports an error of a command, which is then broken; `None` if the memory is exhausted.
@@ -167,6 +176,7 @@ impl<'a> Parser<'a> {
         if operands.numbers == 0 {
             return Ok(());
         }
+        command.numbers_span = self.token.span;
         let bracketed = self.accept(&TokenKind::Open);
         while command.numbers.len() < operands.numbers {
             let TokenKind::Number(value) = self.token.kind else {
@@ -178,11 +188,15 @@ impl<'a> Parser<'a> {
                 );
                 return Err(unexpected(&self.token, &expected).label_boxed(command.span));
             };
+            command.numbers_span = command.numbers_span.to(self.token.span);
             self.advance();
             command.numbers.push(value);
         }
-        if bracketed && !self.accept(&TokenKind::Close) {
-            return Err(unexpected(&self.token, "`]`"));
+        if bracketed {
+            command.numbers_span = command.numbers_span.to(self.token.span);
+            if !self.accept(&TokenKind::Close) {
+                return Err(unexpected(&self.token, "`]`"));
+            }
         }
         Ok(())
     }
@@ -213,8 +227,11 @@ impl<'a> Parser<'a> {
                 Keyword::Option => parse_option(&declaration)?,
                 _ => parse_declaration(&declaration)?,
             };
-            let (values, values_span) = self.parse_values(&declaration)?;
+            let (mut values, values_span) = self.parse_values(&declaration)?;
             check_values(&kind, &values, &declaration, values_span)?;
+            if declaration.text.split_ascii_whitespace().next() == Some("xyz") {
+                from_tristimulus(&mut values);
+            }
             command.parameters.push(Parameter {
                 kind,
                 name,
@@ -460,7 +477,10 @@ fn check_values(
                 .and_then(|()| check_floats(list))
                 .or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
-        (ParameterType::Blackbody, Values::Numbers(list)) if list.len() == 1 && list[0] > 0.0 => {
+        // Earlier versions of the format give a factor after the temperature.
+        (ParameterType::Blackbody, Values::Numbers(list))
+            if matches!(list.len(), 1 | 2) && list[0] > 0.0 =>
+        {
             check_floats(list).or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
         (ParameterType::Blackbody, _) => wrong(format!("`{name}` takes one temperature in kelvin")),
@@ -497,6 +517,23 @@ fn check_range(component: super::parameter::Component, value: f64) -> Result<(),
         Component::Uint if value == f64::from(value as u32) => Ok(()),
         Component::Uint => Err(format!("takes whole numbers from 0 to 4294967295, found {value}")),
         Component::Bool => Err("takes `true` or `false`".to_owned()),
+    }
+}
+
+/// Converts CIE XYZ, in which earlier versions of the format give colours, to linear red, green and blue.
+fn from_tristimulus(values: &mut Values) {
+    const TO_RGB: [[f64; 3]; 3] = [
+        [3.240_479, -1.537_150, -0.498_535],
+        [-0.969_256, 1.875_991, 0.041_556],
+        [0.055_648, -0.204_043, 1.057_311],
+    ];
+    if let Values::Numbers(numbers) = values {
+        let (colors, _) = numbers.as_chunks_mut::<3>();
+        for color in colors {
+            let component =
+                |row: [f64; 3]| (0..3).map(|it| row[it] * color[it]).sum::<f64>().max(0.0);
+            *color = TO_RGB.map(component);
+        }
     }
 }
 

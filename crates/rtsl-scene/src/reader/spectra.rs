@@ -15,6 +15,9 @@ pub fn convert(
     files: SceneFiles<'_>,
 ) -> Result<(), Box<Diagnostic>> {
     let numbers = match (parameter.kind, &parameter.values) {
+        (ParameterType::Blackbody, Values::Numbers(kelvin)) if kelvin.len() != 1 => {
+            return Err(wrong(parameter, "one temperature in kelvin is expected"));
+        }
         (ParameterType::Blackbody, Values::Numbers(kelvin)) => {
             blackbody(kelvin.first().copied().unwrap_or(0.0)).to_vec()
         }

@@ -14,3 +14,4 @@ mod paint;
 mod reader;
 mod source;
 mod textured;
+mod upgrade;

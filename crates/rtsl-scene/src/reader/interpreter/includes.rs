@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
-use super::{Executed, Interpreter, MAX_INCLUDE_DEPTH, first_text};
+use super::{Executed, Interpreter, first_text};
 use crate::reader::files::resolve;
+use crate::reader::limits::MAX_INCLUDE_DEPTH;
 use crate::reader::parser::Command;
 
 impl Interpreter<'_> {

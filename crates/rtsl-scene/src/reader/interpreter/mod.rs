@@ -6,6 +6,7 @@ mod includes;
 mod objects;
 mod options;
 mod transforms;
+mod versions;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -21,28 +22,17 @@ use super::command_memory::{entity_kind, memory};
 use super::current_transform::CurrentTransform;
 use super::directive::{Keyword, directive};
 use super::files::{FileSource, Input, unreadable};
+use super::limits::{BYTES_OF_REPEATED_DIRECTIVE, TEXT_EXPANSION, text_of};
 use super::parameter::ReferenceKind;
 use super::parser::{Command, Parser, SpannedText};
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
+use super::upgrade::{Target, Upgrader, is_old_text};
 use crate::spectrum::ColorSpace;
 use crate::{Description, EntityId, EntityKind, InstanceUse};
-
-/// The greatest depth of nested includes.
-const MAX_INCLUDE_DEPTH: usize = 64;
-
-/// The bytes of the memory budget that allow one directive from a file that was included before: files that include one
-/// another twice would otherwise expand without bound.
-const BYTES_OF_REPEATED_DIRECTIVE: u64 = 64;
 
 /// The greatest number of parameters, and of their values, that `Attribute` may set for following entities.
 const MAX_ATTRIBUTES: usize = 64;
 const MAX_ATTRIBUTE_VALUES: usize = 1024;
-
-/// The memory of a file's text, as a multiple of its length: the text itself and the index of its lines.
-const TEXT_EXPANSION: usize = 5;
-
-/// The greatest length of a text; spans are 32-bit byte offsets.
-const MAX_TEXT: usize = 1 << 30;
 
 /// Reads the scene in the file `path`. Errors are added to `diagnostics`; the description then contains the parts that
 /// were understood.
@@ -96,6 +86,9 @@ struct Interpreter<'a> {
     repeated_directives: u64,
     /// Messages that are reported once for the scene.
     said: BTreeSet<String>,
+    upgrader: Upgrader,
+    /// True if there are no shaders beside the scene, one of which could have the name of an old material.
+    is_without_shaders: Option<bool>,
 }
 
 struct MaterialUse {
@@ -135,6 +128,8 @@ impl<'a> Interpreter<'a> {
             repeated_files: 0,
             repeated_directives: 0,
             said: BTreeSet::new(),
+            upgrader: Upgrader::new(Target::Rtsl),
+            is_without_shaders: None,
         }
     }
 
@@ -198,8 +193,22 @@ impl<'a> Interpreter<'a> {
         parser.continue_command(last, self.diagnostics)
     }
 
+    /// Executes a command, or the commands that it becomes if the scene is one of an earlier version.
+    fn run(&mut self, command: Command) {
+        self.note_age(&command);
+        if command.is_broken || !self.upgrader.is_old() {
+            self.run_current(command);
+            return;
+        }
+        let commands = self.upgrader.upgrade(command);
+        for note in self.upgrader.take_notes() {
+            self.warn_once(note.message, note.span);
+        }
+        commands.into_iter().for_each(|command| self.run_current(command));
+    }
+
     /// Executes a command and reports its error. Errors that follow from it are not reported.
-    fn run(&mut self, mut command: Command) {
+    fn run_current(&mut self, mut command: Command) {
         let name = command.texts.first().map(|name| name.text.clone());
         let (keyword, span) = (command.keyword, command.span);
         if command.is_broken {
@@ -305,6 +314,9 @@ impl<'a> Interpreter<'a> {
             });
         match text {
             Ok(text) => {
+                if is_old_text(&text) {
+                    self.upgrade_from_here();
+                }
                 let file = self.map.add(path.display().to_string(), text);
                 self.known_files.insert(path.to_owned(), file);
                 Some(file)
@@ -400,6 +412,13 @@ impl<'a> Interpreter<'a> {
                 self.state.area_light = Some(self.add(EntityKind::AreaLight, command));
             }
             Keyword::Shape => self.shape(command)?,
+            // An upgrade replaces the directives of earlier versions.
+            Keyword::Renderer
+            | Keyword::SearchPath
+            | Keyword::SurfaceIntegrator
+            | Keyword::Volume
+            | Keyword::VolumeIntegrator
+            | Keyword::WorldEnd => {}
         }
         Ok(())
     }
@@ -461,15 +480,6 @@ impl<'a> Interpreter<'a> {
 /// True if a list of parameters belongs to a command, to which the including file can add.
 fn takes_parameters(command: &Command) -> bool {
     directive(command.keyword.word()).is_some_and(|(_, operands)| operands.parameters)
-}
-
-/// The text of a file. Bytes that are not UTF-8, which files of older programs have in comments, are replaced.
-fn text_of(bytes: Vec<u8>) -> std::io::Result<String> {
-    if bytes.len() > MAX_TEXT {
-        return Err(std::io::Error::other("larger than 1 GiB"));
-    }
-    Ok(String::from_utf8(bytes)
-        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
 }
 
 /// Errors are boxed: they are large and rare.

@@ -1,0 +1,235 @@
+//! `rtsl scene`: the contents of scenes, and their conversion.
+
+use expect_test::expect;
+
+use crate::command::{DONE, Folder, INPUT_AT_FAULT, WRONG_USAGE};
+
+/// A scene of pbrt-v2 that includes a file, with something that pbrt-v4 does not have.
+const OLD: &str = "LookAt 0 1 -5  0 0 0  0 1 0\n\
+    Camera \"perspective\" \"float fov\" [40.0]\n\
+    Film \"image\" \"integer xresolution\" 12 \"integer yresolution\" 8\n\
+    Sampler \"lowdiscrepancy\" \"integer pixelsamples\" 4\n\
+    SurfaceIntegrator \"path\" \"integer maxdepth\" 3\n\
+    WorldBegin\n\
+    LightSource \"point\" \"color I\" [9 9 8] \"color scale\" [2 2 2] \"point from\" [1 4 -4]\n\
+    Texture \"uv\" \"color\" \"uv\"\n\
+    Material \"matte\" \"texture Kd\" \"uv\" \"float sigma\" 20\n\
+    Include \"parts/ball.pbrt\"\n\
+    ObjectBegin \"pair\"\n\
+    Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n\
+    Shape \"trianglemesh\" \"point P\" [0 0 1 1 0 1 0 1 1] \"integer indices\" [0 1 2]\n\
+    ObjectEnd\n\
+    ObjectInstance \"pair\"\n\
+    Translate -2 0 0\n\
+    ObjectInstance \"pair\"\n\
+    AreaLightSource \"area\" \"color L\" [2 1 1]\n\
+    Shape \"cone\" \"float height\" .5\n\
+    WorldEnd\n";
+
+fn folder() -> Folder {
+    let folder = Folder::new("scene");
+    std::fs::create_dir(folder.0.path().join("parts")).unwrap();
+    folder.write("old.pbrt", OLD);
+    folder.write("parts/ball.pbrt", "Shape \"sphere\" \"color Kd\" [.8 .1 .1]\n");
+    folder
+}
+
+fn picture(folder: &Folder, scene: &str) -> Vec<u8> {
+    let arguments = ["render", scene, "--backend", "interp", "-o", "picture.exr"];
+    folder.run(&arguments).exits(DONE);
+    std::fs::read(folder.0.path().join("picture.exr")).unwrap()
+}
+
+#[test]
+fn a_converted_scene_has_the_picture_of_the_old_one() {
+    let folder = folder();
+    std::fs::create_dir(folder.0.path().join("v4")).unwrap();
+    let converted = folder.run(&["scene", "convert", "old.pbrt", "-o", "new.pbrt"]).exits(DONE);
+    let heads: Vec<String> = converted
+        .errors()
+        .lines()
+        .filter(|it| it.starts_with("warning"))
+        .map(str::to_owned)
+        .collect();
+    assert_eq!(
+        heads,
+        ["warning[W0601]: `sigma` of material `matte` has no effect: it is left out"]
+    );
+    folder.run(&["scene", "convert", "old.pbrt", "-o", "v4/one.pbrt", "--inline"]).exits(DONE);
+    let text = |name: &str| std::fs::read_to_string(folder.0.path().join(name)).unwrap();
+    assert!(text("new.pbrt").contains("Include \"parts/ball-v4.pbrt\"\n"), "{}", text("new.pbrt"));
+    assert!(!text("v4/one.pbrt").contains("Include"));
+    assert_eq!(text("old.pbrt"), OLD);
+    let old = picture(&folder, "old.pbrt");
+    assert!(old == picture(&folder, "new.pbrt"), "the pictures differ");
+    assert!(old == picture(&folder, "v4/one.pbrt"), "the pictures differ");
+    // A scene of pbrt-v4 stays as it is.
+    let again =
+        folder.run(&["scene", "convert", "new.pbrt", "-o", "again.pbrt", "--inline"]).exits(DONE);
+    assert_eq!(again.errors(), "note: `new.pbrt` is in the format of pbrt-v4 already\n");
+    assert_eq!(text("again.pbrt"), text("v4/one.pbrt"));
+}
+
+#[test]
+fn what_cannot_be_converted_is_an_error() {
+    let folder = folder();
+    folder.write("model.glb", "glTF");
+    folder.write("broken.pbrt", "Shape \"sphere\" \"float radius\" x\nWorldEnd\n");
+    let convert =
+        |scene: &str, output: &str| folder.run(&["scene", "convert", scene, "-o", output]);
+    convert("model.glb", "new.pbrt").fails_with("E0625");
+    convert("old.pbrt", "./parts/../old.pbrt").fails_with("E0625");
+    convert("old.pbrt", "parts/ball.pbrt").fails_with("E0625");
+    convert("missing.pbrt", "new.pbrt").fails_with("E0601");
+    convert("broken.pbrt", "new.pbrt").fails_with("E0602");
+    convert("old.pbrt", "nowhere/new.pbrt").exits(WRONG_USAGE);
+    convert("old.pbrt", "parts").exits(WRONG_USAGE);
+    folder.run(&["scene"]).exits(WRONG_USAGE);
+    let left = std::fs::read_dir(folder.0.path()).unwrap().count();
+    assert_eq!(left, 4, "nothing was written");
+}
+
+#[test]
+fn info_shows_what_is_in_a_scene() {
+    let folder = folder();
+    folder.run(&["scene", "info", "old.pbrt"]).exits(DONE).prints(expect![[r#"
+        scene         old.pbrt, pbrt-v3 or earlier
+        camera        perspective
+        film          rgb, 12 by 8
+        filter        default
+        sampler       paddedsobol, 4 samples per pixel
+        integrator    path, to a depth of 3
+        shapes        4: 3 trianglemesh, 1 sphere
+          objects     1
+          instances   2
+          triangles   1 538, 1 540 with instances; 45.4 KiB
+        materials     2: 2 diffuse
+        textures      1: 1 bilerp
+        images        0, 0.0 KiB of texels
+        lights        1: 1 point
+        area lights   1: 1 diffuse
+          shapes      1
+        bounds        (-3.000000 -1.000000 -1.000000) to (1.000000 1.000000 1.000000)
+        hierarchy     about 91.3 KiB for 1 541 items
+        files         2, 0.8 KiB
+          old.pbrt                         0.7 KiB
+          parts/ball.pbrt                  0.0 KiB
+        warnings      2
+          W0604                            `old.pbrt` is in the format of an earlier version of pbrt: it is read as `pbrt --upgrade` would convert it
+          W0601, line 9                    `sigma` of material `matte` has no effect: it is left out
+    "#]]);
+}
+
+#[test]
+fn info_is_json_for_scripts() {
+    let folder = folder();
+    folder.run(&["scene", "convert", "old.pbrt", "-o", "new.pbrt", "--inline"]).exits(DONE);
+    let ran = folder.run(&["scene", "info", "new.pbrt", "--json", "-D", "film.xresolution=20"]);
+    let ran = ran.exits(DONE);
+    assert_eq!(ran.errors(), "");
+    ran.prints(expect![[r#"
+        {
+          "scene": "new.pbrt",
+          "format": "pbrt-v4",
+          "camera": "perspective",
+          "film": "rgb",
+          "width": 20,
+          "height": 8,
+          "filter": "default",
+          "sampler": "paddedsobol",
+          "samplesPerPixel": 4,
+          "integrator": "path",
+          "maxDepth": 3,
+          "shapes": {
+            "classes": {
+              "sphere": 1,
+              "trianglemesh": 3
+            },
+            "objects": 1,
+            "instances": 2,
+            "triangles": 1538,
+            "instancedTriangles": 1540,
+            "meshBytes": 46464
+          },
+          "materials": {
+            "diffuse": 2
+          },
+          "textures": {
+            "bilerp": 1
+          },
+          "lights": {
+            "point": 1
+          },
+          "areaLights": {
+            "diffuse": 1
+          },
+          "emittingShapes": 1,
+          "images": [],
+          "bounds": [
+            [
+              -3.0000002,
+              -1.0000001,
+              -1.0000001
+            ],
+            [
+              1.0000002,
+              1.0000002,
+              1.0000002
+            ]
+          ],
+          "unboundedShapes": 0,
+          "hierarchy": {
+            "items": 1541,
+            "bytes": 93484
+          },
+          "files": [
+            {
+              "path": "new.pbrt",
+              "bytes": 130855
+            }
+          ],
+          "warnings": []
+        }
+    "#]]);
+}
+
+#[test]
+fn info_on_a_broken_scene_is_its_errors() {
+    let folder = folder();
+    folder.write(
+        "broken.pbrt",
+        "Camera \"perspective\"\nWorldBegin\nShape \"plymesh\" \"string filename\" \"a.ply\"\n",
+    );
+    let ran = folder.run(&["scene", "info", "broken.pbrt"]).exits(INPUT_AT_FAULT);
+    assert_eq!(ran.output(), "");
+    assert!(ran.errors().contains("error[E0601]: cannot read `a.ply`"), "{}", ran.errors());
+    folder.run(&["scene", "info"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn info_lists_images() {
+    let folder = Folder::new("images");
+    let image = rtsl_image::Image::new(4, 2).unwrap();
+    let path = folder.0.path().join("a.png");
+    let options = rtsl_image::ImageOptions::default();
+    rtsl_image::write_image_with(&image, &[], &path, &options).unwrap();
+    folder.write(
+        "scene.pbrt",
+        "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n\
+         Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n\
+         Texture \"b\" \"spectrum\" \"imagemap\" \"string filename\" \"./a.png\"\n\
+         Material \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"\n\
+         Material \"diffuse\" \"texture reflectance\" \"b\"\nShape \"sphere\"\n",
+    );
+    let ran = folder.run(&["scene", "info", "scene.pbrt"]).exits(DONE);
+    let lines: Vec<String> = ran
+        .output()
+        .lines()
+        .filter(|line| line.contains("a.png") || line.contains("images"))
+        .map(str::to_owned)
+        .collect();
+    expect![[r#"
+        images        1, 0.0 KiB of texels
+          a.png                            4 by 2, 3 channels of 8 bits, 0.0 KiB
+          a.png                            0.1 KiB"#]].assert_eq(&lines.join("\n"));
+}
