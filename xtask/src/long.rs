@@ -14,7 +14,8 @@ The tests that take too long for every day: for nights, and before a release.
   repetitions the comparisons of machine code and C++ with the interpreter, at every width, in every call mode and with
               every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that its
               script builds
-  texts       the longest texts and the largest frames that are accepted; takes about an hour
+  texts       the longest texts and the largest frames that are accepted; takes ten minutes
+  gallery     the scenes of `tests/gallery` with 2,048 samples, compared with pbrt's pictures
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
   fuzz        every fuzz target with cargo-fuzz, which needs a nightly toolchain
 
@@ -24,8 +25,17 @@ Without a part all of them run, one after another; the parts that fail are liste
   --seconds N      how long `fuzz` runs each target; default: 600
 ";
 
-const PARTS: [&str; 8] =
-    ["scenes", "contracts", "functions", "mutations", "repetitions", "texts", "llvm", "fuzz"];
+const PARTS: [&str; 9] = [
+    "scenes",
+    "contracts",
+    "functions",
+    "mutations",
+    "repetitions",
+    "texts",
+    "gallery",
+    "llvm",
+    "fuzz",
+];
 
 struct Options {
     llvm: String,
@@ -108,6 +118,9 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
             let texts =
                 ["--", "--ignored", "values_or_refuse", "deep_texts::the_longest_texts_end"];
             test("rtsl", "rtsl").args(texts).run()
+        }
+        "gallery" => {
+            test("rtsl-render", "render").args(["--", "gallery::"]).env("RTSL_LONG", "1").run()
         }
         "llvm" => Command::new(".ci/every-llvm").args(["--fetch", &options.llvm]).run(),
         "fuzz" => fuzz(options.seconds),

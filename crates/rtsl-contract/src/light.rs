@@ -250,6 +250,7 @@ impl Tests<'_> {
     fn rays_at(&self, point: &Point, stream: Stream, numbers: Range<u64>) -> Rays {
         let mut rays = self.subject.rays(Role::Light, stream, numbers);
         rays.fill_vector("rt_HitPoint", point.point.as_vec3());
+        rays.fill_vector("rt_RayOrigin", point.point.as_vec3());
         rays.fill_vector("rt_GeometricNormal", point.normal.as_vec3());
         rays.fill_vector("rt_ShadingNormal", point.normal.as_vec3());
         rays

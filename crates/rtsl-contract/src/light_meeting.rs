@@ -90,6 +90,7 @@ fn check_samples(
 fn rays_at(subject: &Subject<'_>, point: Vec3, stream: Stream, numbers: Range<u64>) -> Rays {
     let mut rays = subject.rays(Role::Light, stream, numbers);
     rays.fill_vector("rt_HitPoint", point);
+    rays.fill_vector("rt_RayOrigin", point);
     rays.fill_vector("rt_GeometricNormal", Vec3::Y);
     rays.fill_vector("rt_ShadingNormal", Vec3::Y);
     rays

@@ -285,6 +285,7 @@ const ROWS: &[Row] = &[
     ours(all(Light, "rt_LightColor", Color, access![Out: Illumination;], ZERO,
         "radiance where `rt_PDF` > 0; else the whole contribution (a delta light: intensity over distance squared)")),
     ours(all(Light, "rt_PDF", Float, access![Out: Illumination, EvaluatePdf;], ZERO, "density per solid angle; 0 for a delta")),
+    ours(all(Light, "rt_RayOrigin", Vec3, access![In: Emission;], ZERO, "origin of a ray that leaves the scene")),
     ours(all(Light, "rt_RayDirection", Vec3, access![In: Emission;], Components(&[0.0, 0.0, 1.0]), "direction of a ray that leaves the scene")),
     ours(all(Light, "rt_EmissionColor", Color, access![Out: Emission;], ZERO, "radiance that such a ray brings back")),
 ];

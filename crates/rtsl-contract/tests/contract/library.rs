@@ -23,6 +23,8 @@ fn exceptions(class: &str) -> &'static [Contract] {
         "Curve" => &[Contract::Points, Contract::Normals, Contract::Derivatives],
         // The place across a strand belongs to the viewer alone.
         "Hair" => &[Contract::Reciprocity],
+        // Neither are measurements the same both ways, nor made-up tables.
+        "Measured" => &[Contract::Reciprocity, Contract::Energy],
         _ => &[],
     }
 }
@@ -174,9 +176,22 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             ],
         ],
         "Dielectric" => vec![vec![], vec![("roughnessU", 0.2.into()), ("roughnessV", 0.6.into())]],
-        "CoatedConductor" => {
-            vec![vec![], vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())]]
-        }
+        "CoatedDiffuse" => vec![
+            vec![],
+            vec![
+                ("thickness", 0.8.into()),
+                ("albedo", [0.9, 0.5, 0.2].into()),
+                ("g", 0.6.into()),
+                ("maxDepth", 10.into()),
+            ],
+            vec![("roughnessU", 0.3.into()), ("albedo", 1.0.into()), ("thickness", 0.1.into())],
+        ],
+        "CoatedConductor" => vec![
+            vec![],
+            vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())],
+            vec![("thickness", 0.8.into()), ("albedo", [0.9, 0.5, 0.2].into()), ("g", 0.6.into())],
+        ],
+        "Measured" => vec![measured(1), measured(5)],
         "AshikhminShirley" => vec![
             vec![],
             vec![
@@ -213,6 +228,18 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ),
             ),
         ]],
+        "PortalSky" => vec![
+            vec![],
+            vec![
+                ("texels", floats(&(0..192).map(|it| (it * 7 % 5) as f32).collect::<Vec<_>>())),
+                ("size", [8, 8].into()),
+                ("sums", floats(&sums_of_cells(4))),
+                ("cells", [4, 4].into()),
+                ("corner", [-3.0, -2.0, 2.0].into()),
+                ("side1", [6.0, 0.0, 0.0].into()),
+                ("side2", [0.0, 5.0, 0.0].into()),
+            ],
+        ],
         "Image" => vec![
             vec![("texels", floats(&image_levels())), ("size", [4, 4].into())],
             vec![
@@ -237,6 +264,70 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         row.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     };
     rows.into_iter().map(named).collect()
+}
+
+/// Sums over the lower columns and rows of a grid of cells, some of which are ten times as bright as others.
+fn sums_of_cells(side: usize) -> Vec<f32> {
+    let light = |column: usize, row: usize| if (column + 2 * row) % 3 == 0 { 10.0 } else { 1.0 };
+    let sum = |columns: usize, rows: usize| {
+        (0..rows).flat_map(|row| (0..columns).map(move |column| light(column, row))).sum::<f32>()
+    };
+    let all = sum(side, side);
+    let corners = (0..=side).flat_map(|row| (0..=side).map(move |column| (column, row)));
+    corners.map(|(columns, rows)| sum(columns, rows) / all).collect()
+}
+
+/// Tables of the class `Measured` for three angles and some azimuths of views.
+fn measured(azimuths: usize) -> Vec<(&'static str, Value)> {
+    const SIDE: usize = 6;
+    let angles = [0.0, 0.7, 1.5];
+    let azimuth = |index: usize| (index as f32 / 4.0 - 0.5) * std::f32::consts::TAU;
+    let mut tables = angles.to_vec();
+    tables.extend((0..azimuths).map(azimuth));
+    let table = |slope: f32, turn: f32| -> Vec<f32> {
+        let number = |index: usize| {
+            let [x, y] = [index % SIDE, index / SIDE].map(|it| it as f32 / (SIDE - 1) as f32);
+            // Azimuths of facets meet at the ends.
+            1.0 - slope * x + turn * y * (1.0 - y)
+        };
+        (0..SIDE * SIDE).map(number).collect()
+    };
+    tables.extend(table(0.9, 0.4));
+    tables.extend(table(0.6, 0.0));
+    let slopes = (0..3 * azimuths).map(|slice| 0.2 + 0.7 * slice as f32 / (3 * azimuths) as f32);
+    let slopes: Vec<f32> = slopes.collect();
+    for turn in [2.0, 0.5] {
+        let slices: Vec<_> = slopes.iter().map(|slope| warp(table(*slope, turn), SIDE)).collect();
+        for part in 0..3 {
+            tables.extend(slices.iter().flat_map(|slice| &slice[part]));
+        }
+    }
+    tables.extend((0..3 * azimuths * SIDE * SIDE * 3).map(|it| (it % 7) as f32 / 40.0));
+    let side = || Value::from([SIDE as i32, SIDE as i32]);
+    vec![
+        ("tables", Value::Numbers(Numbers::floats(tables))),
+        ("views", [3, azimuths as i32].into()),
+        ("facets", side()),
+        ("areas", side()),
+        ("visible", side()),
+        ("lit", side()),
+    ]
+}
+
+/// The densities of a slice, the sums along its rows, and the sums of rows.
+fn warp(numbers: Vec<f32>, side: usize) -> [Vec<f32>; 3] {
+    let sums = |numbers: &[f32]| -> Vec<f32> {
+        let mean = |two: &[f32]| 0.5 * (two[0] + two[1]);
+        let sum = |sum: &mut f32, two: &[f32]| {
+            *sum += mean(two);
+            Some(*sum)
+        };
+        std::iter::once(0.0).chain(numbers.windows(2).scan(0.0, sum)).collect()
+    };
+    let along: Vec<Vec<f32>> = numbers.chunks(side).map(sums).collect();
+    let up = sums(&along.iter().map(|row| row[side - 1]).collect::<Vec<_>>());
+    let whole = up[side - 1];
+    [numbers, along.concat(), up].map(|part| part.iter().map(|it| it / whole).collect())
 }
 
 /// Texels of an image of 4 by 4 and of its coarser levels.

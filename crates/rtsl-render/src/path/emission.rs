@@ -116,7 +116,7 @@ impl PathTracer<'_> {
             batch.load_left(paths, left, NUMBERS_OF_SKIES);
             for sky in &self.scene.lights.skies {
                 let weights = self.weights_of_sky(sky, batch);
-                dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, batch));
+                dispatch!(Level::new(), simd => self.set_sky_rays(simd, sky, batch));
                 self.call_sky(sky, Method::Emission, &sky.emission, batch);
                 let lost = add(batch, paths, &weights);
                 self.report_lost(&sky.program.class().name, Method::Emission, lost);
@@ -134,14 +134,16 @@ impl PathTracer<'_> {
     }
 
     #[inline(always)]
-    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, batch: &mut ShadingBatch) {
+    fn set_sky_rays<S: Simd>(&self, simd: S, sky: &Sky, batch: &mut ShadingBatch) {
         let v = variables();
         let light = &self.scene.compiled.lights[sky.light as usize];
         for eight in eights_of(simd, batch.count) {
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
             let direction = eight.vector(&light.inverse, &eight.vectors(&batch.direction));
             let direction = eight.normalized_or(&direction, &up);
+            let origin = eight.point(&light.inverse, &eight.vectors(&batch.origin));
             let state = &mut batch.state;
+            eight.store_vectors(state, v.ray_origin, &origin);
             eight.store_vectors(state, v.ray_direction, &direction);
             eight.store_vectors(state, v.light_direction, &direction);
             eight.store(state, v.time_seed, eight.floats(&batch.time));
@@ -154,7 +156,7 @@ impl PathTracer<'_> {
         let mut weights = [1.0; BATCH_LANES];
         let Some((kernel, entry)) = &sky.density else { return weights };
         dispatch!(Level::new(), simd => {
-            self.set_sky_directions(simd, sky, batch);
+            self.set_sky_rays(simd, sky, batch);
             self.set_sky_points(simd, sky, batch);
         });
         self.call_sky(sky, Method::EvaluatePdf, kernel, batch);

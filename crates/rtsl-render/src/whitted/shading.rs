@@ -86,7 +86,7 @@ fn add_sky(
     for light in &tracer.scene.lights {
         let call = tracer.scene.call(&light.instance, Method::Emission, tracer.errors);
         let Some(call) = call else { continue };
-        dispatch!(SimdLevel::new(), simd => set_directions(simd, light, rays, lanes, blocks));
+        dispatch!(SimdLevel::new(), simd => set_sky_rays(simd, light, rays, lanes, blocks));
         blocks.call(&call, lanes, None, context);
         call.report_not_finite(add_colors(&blocks.state, v.emission_color, lanes, colors));
     }
@@ -94,7 +94,7 @@ fn add_sky(
 
 /// Sets the inputs of a light's `emission` for rays that leave the scene.
 #[inline(always)]
-fn set_directions<S: Simd>(
+fn set_sky_rays<S: Simd>(
     simd: S,
     light: &Light,
     rays: &RayPacket,
@@ -105,6 +105,8 @@ fn set_directions<S: Simd>(
     for eight in eights_alone(simd, lanes) {
         let up = eight.splat_vector([0.0, 0.0, 1.0]);
         let direction = eight.vector(&light.inverse, &eight.vectors(&rays.direction));
+        let origin = eight.point(&light.inverse, &eight.vectors(&rays.origin));
+        eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
         eight.store_vectors(
             &mut blocks.state,
             v.ray_direction,

@@ -153,11 +153,11 @@ fn wrong_spectra_are_errors() {
 fn what_is_not_supported_is_said_once_and_left_out() {
     let loaded = loaded(
         "Texture \"rough\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
-         Material \"measured\" \"string filename\" \"cloth.bsdf\"\nShape \"sphere\"\n\
+         Material \"subsurface\"\nShape \"sphere\"\n\
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
          Material \"dielectric\" \"texture eta\" \"rough\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
-         LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n",
+         LightSource \"infinite\"\n",
     );
     let scene = &loaded.scene;
     assert_eq!((scene.objects.len(), scene.lights.len()), (4, 1));
@@ -165,15 +165,14 @@ fn what_is_not_supported_is_said_once_and_left_out() {
     assert_eq!(classes, ["Lambertian", "Dielectric"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
-        "material `measured` is not supported: `Lambertian` takes its place",
+        "material `subsurface` is not supported: `Lambertian` takes its place",
         "texture `ptex` is not supported: `Constant` takes its place",
-        "`portal` of light `infinite` has no effect",
         "`shadowalpha` of shape `disk` has no effect",
         "`eta` of material `dielectric` has no effect",
     ] {
         assert_eq!(warnings.matches(once).count(), 1, "{once}: {warnings}");
     }
-    assert_eq!(warnings.matches("warning[").count(), 5, "{warnings}");
+    assert_eq!(warnings.matches("warning[").count(), 4, "{warnings}");
 }
 
 #[test]

@@ -7,8 +7,12 @@ mod checkpoint;
 mod gltf;
 #[path = "../../../../fuzz/entries/lenses.rs"]
 mod lenses;
+#[path = "../../../../fuzz/entries/measured.rs"]
+mod measured;
 #[path = "../../../../fuzz/entries/mutation.rs"]
 mod mutation;
+#[path = "../../../../fuzz/entries/paint.rs"]
+mod paint;
 #[path = "../../../../fuzz/entries/ply.rs"]
 mod ply;
 #[path = "../../../../fuzz/entries/scene.rs"]
@@ -89,6 +93,11 @@ fn any_lenses_are_read_or_refused() {
         b"# lens\n29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n0 4.5 0 17.1\n-39.73 35 1 20\n",
     ];
     run_on(seeds.map(<[u8]>::to_vec).into(), 40, lenses::lenses);
+}
+
+#[test]
+fn any_measured_material_is_read_or_refused() {
+    run_on([1, 3].map(paint::paint).into(), 60, measured::measured);
 }
 
 #[test]

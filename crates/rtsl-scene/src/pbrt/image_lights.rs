@@ -95,12 +95,12 @@ impl Images {
 /// The solid angle of the sphere.
 const SPHERE: f64 = 4.0 * std::f64::consts::PI;
 
-fn has_file(entity: &Entity) -> bool {
+pub fn has_file(entity: &Entity) -> bool {
     entity.parameter("filename").is_some()
 }
 
 /// The factor from what a light has to what it should have; 1 if it has nothing.
-fn gain(expected: f64, found: f64) -> (String, Value) {
+pub fn gain(expected: f64, found: f64) -> (String, Value) {
     let factor = (expected / found) as f32;
     ("gain".to_owned(), Value::Float(if factor.is_finite() { factor } else { 1.0 }))
 }
@@ -139,7 +139,7 @@ pub fn distributions(picture: &Picture) -> [(String, Value); 3] {
 }
 
 /// The illuminance of a sky's upper half by pbrt-v4's formula, which is half of that on a surface that faces up.
-fn illuminance_of(image: &Mipmap) -> f64 {
+pub fn illuminance_of(image: &Mipmap) -> f64 {
     let (width, height) = (image.width, image.height);
     let latitudes = width != height;
     let weight = |index: usize| {

@@ -6,8 +6,9 @@ use rtsl_math::sine_and_cosine_of_degrees;
 
 use super::image_lights;
 use super::name::{Names, PbrtName};
+use super::portal;
 use super::translation::Translation;
-use crate::description::{Entity, EntityKind};
+use crate::description::EntityKind;
 
 pub static NAMES: Names = Names {
     kind: EntityKind::Light,
@@ -48,8 +49,12 @@ pub static NAMES: Names = Names {
             .with_image("image"),
     ],
     left_out: &[],
-    without_effect: &["portal"],
-    choose: |entity| is_image_sky(entity).then_some(&IMAGE_SKY),
+    without_effect: &[],
+    choose: |entity| match entity.class.as_str() {
+        "infinite" if entity.parameter("portal").is_some() => Some(&PORTAL_SKY),
+        "infinite" if entity.parameter("filename").is_some() => Some(&IMAGE_SKY),
+        _ => None,
+    },
 };
 
 pub static AREA_LIGHTS: Names = Names {
@@ -68,13 +73,13 @@ static IMAGE_SKY: PbrtName = light("infinite", "ImageSky")
     .renaming(&[("scale", "strength")])
     .made_by(image_lights::sky, image_lights::SKY);
 
+/// `infinite` with a portal.
+static PORTAL_SKY: PbrtName = light("infinite", "PortalSky")
+    .renaming(&[("L", "radiance"), ("scale", "strength")])
+    .made_by(portal::sky, portal::PARAMETERS);
+
 const fn light(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Light, name, class)
-}
-
-fn is_image_sky(entity: &Entity) -> bool {
-    let has_image = entity.parameters.iter().any(|parameter| parameter.name == "filename");
-    entity.class == "infinite" && has_image
 }
 
 /// Scales a light to the value of its parameter `name`, a power or an illuminance, which is `unscaled` without it.

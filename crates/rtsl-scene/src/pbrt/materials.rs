@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::measured;
 use super::name::{Names, PbrtName};
 use super::translation::Translation;
 use crate::description::EntityKind;
@@ -14,7 +15,15 @@ pub static NAMES: Names = Names {
         material("conductor", "Conductor").renaming(ROUGHNESS),
         material("dielectric", "Dielectric").renaming(ROUGHNESS),
         material("thindielectric", "ThinDielectric"),
-        material("coateddiffuse", "CoatedDiffuse").renaming(ROUGHNESS).without(LAYERS),
+        material("coateddiffuse", "CoatedDiffuse")
+            .renaming(&[
+                ("uroughness", "roughnessU"),
+                ("vroughness", "roughnessV"),
+                ("remaproughness", "remapRoughness"),
+                ("maxdepth", "maxDepth"),
+                ("nsamples", "samples"),
+            ])
+            .with_defaults(LAYER),
         material("coatedconductor", "CoatedConductor")
             .renaming(&[
                 ("conductor.eta", "eta"),
@@ -27,8 +36,10 @@ pub static NAMES: Names = Names {
                 ("interface.uroughness", "coatRoughnessU"),
                 ("interface.vroughness", "coatRoughnessV"),
                 ("remaproughness", "remapRoughness"),
+                ("maxdepth", "maxDepth"),
+                ("nsamples", "samples"),
             ])
-            .without(LAYERS),
+            .with_defaults(LAYER),
         material("diffusetransmission", "DiffuseTransmission"),
         material("mix", "Mix").translated_by(split_materials),
         material("hair", "Hair")
@@ -40,7 +51,7 @@ pub static NAMES: Names = Names {
                 ("alpha", "tilt"),
             ])
             .translated_by(choose_melanins),
-        PbrtName::replacing(EntityKind::Material, "measured", "Lambertian"),
+        material("measured", "Measured").made_by(measured::values, measured::PARAMETERS),
         PbrtName::replacing(EntityKind::Material, "subsurface", "Lambertian"),
     ],
     // Boundaries of media, which are invisible, by their name and by former names.
@@ -55,8 +66,8 @@ const ROUGHNESS: &[(&str, &str)] = &[
     ("remaproughness", "remapRoughness"),
 ];
 
-/// Parameters of the layer between a coat and its base, and of pbrt's random walk in it.
-const LAYERS: &[&str] = &["thickness", "albedo", "g", "maxdepth", "nsamples"];
+/// The layer between a coat and its base.
+const LAYER: &[(&str, &[f64])] = &[("thickness", &[0.01]), ("maxDepth", &[10.0])];
 
 const fn material(name: &'static str, class: &'static str) -> PbrtName {
     PbrtName::new(EntityKind::Material, name, class)

@@ -9,10 +9,13 @@ mod images;
 mod lenses;
 mod lights;
 mod materials;
+mod measured;
 mod mesh_shape;
 mod name;
 mod parallelogram;
+mod portal;
 mod shapes;
+mod tensor;
 mod textures;
 mod translation;
 

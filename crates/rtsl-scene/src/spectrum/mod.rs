@@ -4,6 +4,7 @@
 
 mod blackbody;
 mod color_space;
+mod daylight;
 mod matching;
 mod named;
 mod sampled;
@@ -11,6 +12,7 @@ mod white_balance;
 
 pub use blackbody::blackbody;
 pub use color_space::ColorSpace;
+pub use daylight::daylight_weights;
 pub use matching::luminance;
 pub use named::{named, names};
 pub use sampled::Sampled;

@@ -30,7 +30,7 @@ fn light_chromaticity(kelvin: f64) -> [f64; 2] {
     // The scale of temperatures was revised after the definition of the daylights.
     let t = kelvin * 1.4388 / 1.4380;
     if t < COLDEST_DAYLIGHT {
-        return blackbody_chromaticity(kelvin);
+        return blackbody_chromaticity(t);
     }
     let x = if t <= 7000.0 {
         -4.607e9 / (t * t * t) + 2.9678e6 / (t * t) + 99.11 / t + 0.244_063

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use rtsl_scene::reader::FileSource;
 use rtsl_scene::{LoadOptions, SceneSource};
 
+use crate::paint;
+
 const PAGE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/reference/scenes/format.md");
 
@@ -23,11 +25,12 @@ impl Files {
         let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
             property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
             0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-        let files: [(&str, Vec<u8>); 4] = [
+        let files: [(&str, Vec<u8>); 5] = [
             ("part.pbrt", b"Shape \"sphere\"".to_vec()),
             ("lenses.dat", b"0 2 0 20\n50 2 1.5 20\n-50 50 1 20\n".to_vec()),
             ("mesh.ply", ply.as_bytes().to_vec()),
             ("image.png", image()),
+            ("paint.bsdf", paint::paint(1)),
         ];
         let others = files.into_iter().map(|(path, bytes)| (PathBuf::from(path), bytes)).collect();
         Files { scene: RefCell::default(), others }
@@ -100,9 +103,8 @@ impl Entity {
             ("Shape", "trianglemesh" | "bilinearmesh" | "curve") => {
                 &[P, ("integer indices", "[0 1 2 3]")]
             }
-            ("Texture", "imagemap" | "ptex") | ("Material", "measured") => {
-                &[("string filename", "\"image.png\"")]
-            }
+            ("Texture", "imagemap" | "ptex") => &[("string filename", "\"image.png\"")],
+            ("Material", "measured") => &[("string filename", "\"paint.bsdf\"")],
             ("LightSource", "goniometric" | "projection") => {
                 &[("string filename", "\"image.png\"")]
             }

@@ -6,8 +6,11 @@ mod format_page;
 mod images;
 mod inputs;
 mod leniency;
+mod measured;
 mod motion;
 mod pages;
+#[path = "../../../../fuzz/entries/paint.rs"]
+mod paint;
 mod reader;
 mod source;
 mod textured;

@@ -41,7 +41,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
         input_memory: arguments.input.input_memory,
-        ..LoadOptions::default()
+        texture_memory: arguments.input.texture_memory,
     };
     let files = RecordedFiles::new(&DiskFiles);
     let mut source = SceneSource::read(&arguments.scene, &files, &options);

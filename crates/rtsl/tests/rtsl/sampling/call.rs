@@ -23,12 +23,17 @@ impl Shader {
     pub fn library(class: &str, arguments: Vec<(&str, Value)>) -> Shader {
         let header = format!("class {class} :");
         let file = library::files().iter().find(|file| file.text.contains(&header));
-        Shader::text(file.unwrap_or_else(|| panic!("no class {class}")).text, class, arguments)
+        let file = file.unwrap_or_else(|| panic!("no class {class}"));
+        Shader::compiled(file.path, file.text, class, arguments)
     }
 
     /// An instance of a class of this text.
     pub fn text(text: &str, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
-        let compilation = Compiler::default().compile("test.rtsl", text);
+        Shader::compiled("test.rtsl", text, class, arguments)
+    }
+
+    fn compiled(path: &str, text: &str, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
+        let compilation = Compiler::default().compile(path, text);
         let report = compilation.report(false);
         let unit = compilation.unit.unwrap_or_else(|| panic!("{report}"));
         let class = unit.class(class).expect("the class is there");

@@ -148,19 +148,89 @@ fn diffuse_transmission_sends_light_through() {
 
 /// Of white bases, what is missing from 1 is light that facets hide from one another.
 #[test]
-fn white_under_a_coat_stays_white() {
-    for (roughness, least) in [(0.0, 0.995), (0.1, 0.97), (0.5, 0.9)] {
+fn white_under_a_polished_coat_stays_white() {
+    let white = material("CoatedDiffuse", &[("reflectance", 1.0)], &[]);
+    check("CoatedDiffuse", &white, 0.995..1.01);
+    let layers = [("sheen", 1.0), ("clearcoat", 1.0), ("metallic", 0.3), ("roughness", 0.5)];
+    let white = material("Principled", &[("baseColor", 1.0)], &layers);
+    check("Principled", &white, 0.6..1.01);
+}
+
+/// Facets of a coat lose what they send to other facets, each time that light meets them.
+#[test]
+fn white_under_a_rough_coat_loses_light() {
+    for (roughness, range) in [(0.01, 0.83..0.95), (0.1, 0.6..0.75), (0.5, 0.36..0.5)] {
         let white = material("CoatedDiffuse", &[("reflectance", 1.0)], &[("roughness", roughness)]);
-        check("CoatedDiffuse", &white, least..1.01);
+        check("CoatedDiffuse", &white, range);
     }
     for (roughness, coat_roughness) in [(0.2, 0.0), (0.0, 0.2), (0.1, 0.3)] {
         let parameters = [("roughness", roughness), ("coatRoughness", coat_roughness)];
         let white = material("CoatedConductor", &[("reflectance", 1.0)], &parameters);
-        check("CoatedConductor", &white, 0.6..1.01);
+        check("CoatedConductor", &white, 0.3..0.98);
     }
-    let layers = [("sheen", 1.0), ("clearcoat", 1.0), ("metallic", 0.3), ("roughness", 0.5)];
-    let white = material("Principled", &[("baseColor", 1.0)], &layers);
-    check("Principled", &white, 0.6..1.01);
+}
+
+/// A texture of a black medium has the class compute by random walks what it computes exactly for the number 0.
+#[test]
+fn random_walks_in_a_coat_agree_with_its_tables() {
+    for roughness in [0.0, 0.02, 0.1, 0.4] {
+        for (thickness, events, reflectance) in [(0.0, 1000, 1.0), (0.2, 10, 0.9), (0.05, 3, 0.5)] {
+            let mut parameters: Vec<(&'static str, Value)> = vec![
+                ("roughness", roughness.into()),
+                ("thickness", thickness.into()),
+                ("maxDepth", events.into()),
+                ("reflectance", reflectance.into()),
+            ];
+            let exact = Shader::library("CoatedDiffuse", parameters.clone());
+            parameters.push(("albedo", constant(0.0)));
+            let walked = Shader::library("CoatedDiffuse", parameters);
+            for (part, behind) in MEETINGS {
+                let meeting = Meeting::new(part, behind);
+                let (exact, walked) = (albedo(&exact, &meeting), albedo(&walked, &meeting));
+                assert!(
+                    (walked - exact).abs() < 0.015 * exact,
+                    "roughness {roughness}, thickness {thickness}, {part}: {walked}, exactly {exact}"
+                );
+            }
+        }
+    }
+}
+
+/// Light is lost in a medium only by absorption, and in proportion to it if there is little of it.
+#[test]
+fn a_medium_in_a_coat_loses_what_it_absorbs() {
+    let coat = |class: &'static str, albedo: f32| {
+        let numbers = [("thickness", 0.5), ("albedo", albedo), ("g", 0.4)];
+        material(class, &[("reflectance", 1.0)], &numbers)
+    };
+    check("CoatedDiffuse", &coat("CoatedDiffuse", 1.0), 0.98..1.02);
+    check("CoatedConductor", &coat("CoatedConductor", 1.0), 0.97..1.02);
+    check("CoatedDiffuse", &coat("CoatedDiffuse", 0.9), 0.6..0.95);
+    check("CoatedConductor", &coat("CoatedConductor", 0.9), 0.7..0.98);
+}
+
+/// Without facets that hide one another, what is reflected to and fro between mirrors is a geometric series.
+#[test]
+fn polished_metal_under_a_polished_coat_is_a_series() {
+    let coated = |events: i32, thickness: f32| {
+        let parameters = vec![
+            ("reflectance", constant(0.8)),
+            ("maxDepth", events.into()),
+            ("thickness", thickness.into()),
+        ];
+        albedo(&Shader::library("CoatedConductor", parameters), &Meeting::new(0.0, false))
+    };
+    // With an index of 1 and an extinction that reflects 0.8, both divided by that of the layer.
+    let (n, k2) = (1.0 / 1.5_f32, 4.0 * 0.8 / 0.2 / 2.25);
+    let metal = ((n - 1.0).powi(2) + k2) / ((n + 1.0).powi(2) + k2);
+    for (events, thickness) in [(1, 0.0_f32), (3, 0.1), (1000, 0.1), (1000, 0.0)] {
+        let once = metal * (-2.0 * thickness).exp();
+        let terms = (events + 1) / 2;
+        let series: f32 = (0..terms.min(50)).map(|it| (0.04 * once).powi(it)).sum();
+        let expected = 0.04 + 0.96 * 0.96 * once * series;
+        let found = coated(events, thickness);
+        assert!((found - expected).abs() < 2e-3, "{events} events: {found}, not {expected}");
+    }
 }
 
 #[test]
