@@ -7,6 +7,7 @@ mod checkpoint;
 mod film;
 mod format;
 mod fuzz;
+mod gltf;
 mod guide;
 mod hand_made;
 mod importance;

@@ -32,7 +32,9 @@ mod recorded_files;
 mod spectra;
 mod state;
 
-pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
+pub use files::{
+    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable,
+};
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};
 pub use parameter::{

@@ -2,7 +2,7 @@
 //!
 //! They are matched against the parameters of a class when the class is known, by [`crate`].
 
-use rtsl::Span;
+use rtsl::{Numbers, Span};
 use rtsl_memory::Amount;
 
 /// A parameter with its values.
@@ -29,6 +29,8 @@ pub enum Values {
     Booleans(Vec<bool>),
     /// Quoted strings.
     Texts(Vec<String>),
+    /// The numbers of a class's buffer, which instances share. No text gives them.
+    Buffer(Numbers),
 }
 
 impl Values {
@@ -38,6 +40,7 @@ impl Values {
             Values::Numbers(values) => values.len(),
             Values::Booleans(values) => values.len(),
             Values::Texts(values) => values.len(),
+            Values::Buffer(numbers) => numbers.words().len(),
         }
     }
 
@@ -55,6 +58,7 @@ impl Values {
                 let bytes = values.iter().map(String::len).sum();
                 Amount::of::<String>(values.len()) + Amount::of::<u8>(bytes)
             }
+            Values::Buffer(numbers) => Amount::of::<u32>(numbers.words().len()),
         }
     }
 
@@ -64,6 +68,7 @@ impl Values {
             Values::Numbers(_) => "numbers",
             Values::Booleans(_) => "truth values",
             Values::Texts(_) => "strings",
+            Values::Buffer(_) => "a buffer",
         }
     }
 }
