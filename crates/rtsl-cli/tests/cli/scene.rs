@@ -231,5 +231,6 @@ fn info_lists_images() {
     expect![[r#"
         images        1, 0.0 KiB of texels
           a.png                            4 by 2, 3 channels of 8 bits, 0.0 KiB
-          a.png                            0.1 KiB"#]].assert_eq(&lines.join("\n"));
+          a.png                            0.1 KiB"#]]
+    .assert_eq(&lines.join("\n"));
 }
