@@ -31,6 +31,8 @@ pub struct RenderRequest<'a> {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The camera of a glTF file, by its name or index; its first one if `None`.
+    pub camera: Option<String>,
     /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
     /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
@@ -366,8 +368,13 @@ impl LoadedScene {
         let start = Instant::now();
         request.tell(Progress::Reading);
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
-        let RenderRequest { input_memory, texture_memory, .. } = *request;
-        let options = LoadOptions { defines, search_path, input_memory, texture_memory };
+        let options = LoadOptions {
+            defines,
+            search_path,
+            camera: request.camera.clone(),
+            input_memory: request.input_memory,
+            texture_memory: request.texture_memory,
+        };
         let mut loaded = load_scene(&request.scene, files, &options)?;
         apply(request, &mut loaded.scene.settings);
         if let Some(problem) = loaded.scene.settings.size_problem() {

@@ -56,7 +56,9 @@ fn textured(
 ) -> Result<Value, Box<Diagnostic>> {
     match parameter.values {
         Values::Texts(_) => references(parameter, Role::Texture, None, resolve),
-        Values::Numbers(_) | Values::Booleans(_) => data(parameter, ty.value_type()),
+        Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => {
+            data(parameter, ty.value_type())
+        }
     }
 }
 
@@ -152,7 +154,7 @@ fn constant_color(parameter: &Parameter) -> Option<[f32; 3]> {
             [red, green, blue] => Some([*red as f32, *green as f32, *blue as f32]),
             _ => None,
         },
-        Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) => None,
+        Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
     }
 }
 
@@ -175,6 +177,11 @@ fn data(parameter: &Parameter, ty: &ClassType) -> Result<Value, Box<Diagnostic>>
         );
         return Err(wrong(parameter, message));
     };
+    if let (Values::Buffer(numbers), None) = (&parameter.values, count)
+        && numbers.scalar() == scalar
+    {
+        return Ok(Value::Numbers(numbers.clone()));
+    }
     let words = words(parameter, scalar).ok_or_else(|| mismatch(parameter, ty))?;
     let expected = match count {
         Some(count) => words.len() == count,

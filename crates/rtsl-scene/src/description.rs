@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rtsl::Span;
 use rtsl_math::Transform;
 
-use crate::reader::{Parameter, ReferenceKind, Values};
+use crate::reader::{EmbeddedFiles, Parameter, ReferenceKind, Values};
 
 /// The content of a scene's text.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct Description {
     pub transform_times: [f64; 2],
     /// Options of the whole scene.
     pub options: SceneOptions,
+    /// Files in memory, by the paths to which the names in entities resolve: the images in a glTF file.
+    pub embedded: EmbeddedFiles,
     /// Entities that the text defines with errors, which were reported: uses of them are not reported again. A camera's
     /// name is empty.
     pub failed: BTreeSet<(ReferenceKind, String)>,
@@ -67,6 +69,7 @@ impl Default for Description {
             instances: Vec::new(),
             transform_times: [0.0, 1.0],
             options: SceneOptions::default(),
+            embedded: EmbeddedFiles::new(),
             failed: BTreeSet::new(),
         }
     }
@@ -106,7 +109,7 @@ impl Entity {
     pub fn number(&self, name: &str) -> Option<f64> {
         match &self.parameter(name)?.values {
             Values::Numbers(numbers) => numbers.first().copied(),
-            Values::Booleans(_) | Values::Texts(_) => None,
+            Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -115,7 +118,7 @@ impl Entity {
         let parameter = self.parameter(name)?;
         match &parameter.values {
             Values::Texts(texts) => texts.first().map(|text| (text.as_str(), parameter)),
-            Values::Numbers(_) | Values::Booleans(_) => None,
+            Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
         }
     }
 }

@@ -32,7 +32,7 @@ impl Shutter {
             };
             match &parameter.values {
                 Values::Numbers(numbers) if numbers.len() == 1 => *time = numbers[0],
-                Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) => {
+                Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => {
                     let message = format!("`{name}` takes one number");
                     let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
                     return Err(Box::new(diagnostic.at(parameter.values_span, "")));

@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Compiler, CompilerOptions, Diagnostics, Instance, Messages, SourceMap};
+use rtsl::{
+    Compiler, CompilerOptions, Diagnostic, Diagnostics, Instance, Messages, SourceMap,
+    diagnostic_codes as codes,
+};
 use rtsl_memory::{Amount, InputBudget};
 
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId};
+use super::gltf::{is_gltf, read_gltf_scene};
 use super::load::{Earlier, Loader, Made, Origins};
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::scene::Scene;
@@ -26,6 +30,8 @@ pub struct LoadOptions {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The camera of a glTF file, by its name or index; its first one if `None`.
+    pub camera: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
     /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
@@ -110,6 +116,8 @@ pub struct SceneSource<'f> {
     budget: InputBudget,
     /// Entities with a parameter that was set since the last load.
     changed: BTreeSet<EntityId>,
+    /// The digest of a scene that is no text.
+    contents: Option<blake3::Hash>,
 }
 
 impl<'f> SceneSource<'f> {
@@ -137,8 +145,9 @@ impl<'f> SceneSource<'f> {
         let mut map = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
         let budget = InputBudget::new(options.input_memory);
-        let mut description = read_scene_within(path, files, &budget, &mut map, &mut diagnostics);
+        let mut description = read(path, files, options, &budget, &mut map, &mut diagnostics);
         add_missing_camera(&mut description, &mut diagnostics);
+        let contents = if is_gltf(path) { digest(path, files, options) } else { None };
         defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
         share_film_size(&mut description);
         let settings = Settings::read(&description, &mut diagnostics);
@@ -162,6 +171,7 @@ impl<'f> SceneSource<'f> {
             made: Vec::new(),
             budget,
             changed: BTreeSet::new(),
+            contents,
         }
     }
 
@@ -178,7 +188,10 @@ impl<'f> SceneSource<'f> {
             // Sources without a file, such as the command line, cannot change.
             Err(_) => false,
         };
-        files.into_iter().any(|file| changed(Path::new(&file.name), &file.text))
+        let is_other = self.contents.is_some()
+            && digest(&self.path, self.files, &self.options)
+                .is_some_and(|now| Some(now) != self.contents);
+        is_other || files.into_iter().any(|file| changed(Path::new(&file.name), &file.text))
     }
 
     /// Discards the shader files, so that the next load reads them again.
@@ -203,6 +216,7 @@ impl<'f> SceneSource<'f> {
             SceneFiles {
                 scene: &self.path,
                 files: self.files,
+                embedded: &self.description.embedded,
                 budget: &budget,
                 texture_memory: self.options.texture_memory,
             },
@@ -296,6 +310,32 @@ impl<'f> SceneSource<'f> {
         let own = self.map.files().map(|(_, file)| PathBuf::from(&file.name));
         own.filter(|path| path.is_file()).chain(self.classes.source_files()).collect()
     }
+}
+
+/// Reads the description in a file of either format.
+fn read(
+    path: &Path,
+    files: &dyn FileSource,
+    options: &LoadOptions,
+    budget: &InputBudget,
+    map: &mut SourceMap,
+    diagnostics: &mut Diagnostics,
+) -> Description {
+    let camera = options.camera.as_deref();
+    if is_gltf(path) {
+        return read_gltf_scene(path, camera, files, budget, map, diagnostics);
+    }
+    if let Some(camera) = camera {
+        let message = format!("unknown camera `{camera}`: only glTF files have several");
+        diagnostics.push(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message));
+    }
+    read_scene_within(path, files, budget, map, diagnostics)
+}
+
+/// The digest of a file, if it can be read.
+fn digest(path: &Path, files: &dyn FileSource, options: &LoadOptions) -> Option<blake3::Hash> {
+    let input = Input::read(files, path, &InputBudget::new(options.input_memory)).ok()?;
+    Some(blake3::hash(&input.bytes))
 }
 
 /// A parameter of `entity` in the form of a definition from the command line.

@@ -27,12 +27,15 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
 /// The command line of `rtsl render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {
-    /// The scene, in the format of pbrt-v4 with RTSL's class names.
+    /// The scene, in the format of pbrt-v4 with RTSL's class names, or a glTF file.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: OUT.png or OUT.exr.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// The camera of a glTF file, by its name or index; its first one if not given.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// The renderer, overriding the scene's integrator.
     #[arg(long, value_enum)]
     renderer: Option<RendererName>,
@@ -178,6 +181,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         renderer: arguments.renderer.map(Renderer::from),
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
+        camera: arguments.camera.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
         size: arguments.size,

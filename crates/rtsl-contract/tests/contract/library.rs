@@ -88,6 +88,22 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         "TriangleMesh" => {
             vec![mesh(&corners, &[], &uvs, &[0, 1, 2]), mesh(&corners, &leaning, &[], &[1, 0, 3])]
         }
+        "GltfMesh" => {
+            let none = || floats(&[]);
+            let rich = |normals: &[f32], more: [Value; 3]| {
+                let [tangents, uvs1, colors] = more;
+                let more = [("tangents", tangents), ("uvs1", uvs1), ("colors", colors)];
+                mesh(&corners, normals, &uvs, &[0, 1, 2]).into_iter().chain(more).collect()
+            };
+            let tangents = [1.0, 0.1, 0.2, -1.0, 0.9, 0.3, 0.1, -1.0, 1.0, 0.0, 0.3, -1.0];
+            let tangents = [&tangents[..], &[0.0; 4]].concat();
+            let colors = [0.5; 16];
+            vec![
+                rich(&leaning, [floats(&tangents), none(), floats(&colors)]),
+                rich(&[], [none(), floats(&uvs), floats(&colors)]),
+                rich(&[], [none(), none(), none()]),
+            ]
+        }
         "BilinearMesh" => vec![
             mesh(&corners, &[], &[], &[0, 1, 2, 3]),
             mesh(&parallelogram, &leaning, &uvs, &[0, 1, 2, 3]),
@@ -402,7 +418,11 @@ fn materials_on_top_of_others() {
     let bump = [("displacement", clouds), ("scale", 0.3.into())];
     // A class, materials for one of its parameters, and values of the others.
     type Case<'a> = (&'a str, &'a [Value], &'a str, &'a [(&'a str, Value)]);
-    let cases: [Case<'_>; 5] = [
+    let velvet = [("sheen", [0.5, 0.2, 0.9].into()), ("roughness", 0.4.into())];
+    let lacquer = [("normals", tilted.clone()), ("roughness", 0.3.into()), ("coat", 0.7.into())];
+    let cases: [Case<'_>; 7] = [
+        ("GltfSheen", &[matte.clone(), plastic.clone(), mirror.clone()], "base", &velvet),
+        ("GltfCoat", &[matte.clone(), glass.clone(), mirror.clone()], "base", &lacquer),
         (
             "NormalMap",
             &[matte.clone(), mirror.clone(), glass, plastic.clone()],

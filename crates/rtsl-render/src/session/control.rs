@@ -132,7 +132,7 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
     match values {
         Values::Numbers(numbers) => Some(numbers.clone()),
         Values::Booleans(values) => Some(values.iter().map(|value| f64::from(*value)).collect()),
-        Values::Texts(_) => None,
+        Values::Texts(_) | Values::Buffer(_) => None,
     }
 }
 

@@ -13,6 +13,8 @@ pub struct SessionOptions {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The camera of a glTF file, by its name or index; its first one if `None`.
+    pub camera: Option<String>,
     /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
     /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.

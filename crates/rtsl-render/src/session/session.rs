@@ -109,8 +109,13 @@ impl Session {
     /// Any error of the scene, its shaders, or the machine.
     pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
         let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
-        let SessionOptions { input_memory, texture_memory, .. } = options;
-        let load = LoadOptions { defines, search_path, input_memory, texture_memory };
+        let load = LoadOptions {
+            defines,
+            search_path,
+            camera: options.camera.clone(),
+            input_memory: options.input_memory,
+            texture_memory: options.texture_memory,
+        };
         let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);

@@ -8,6 +8,7 @@ mod film;
 mod format;
 mod fuzz;
 mod gallery;
+mod gltf;
 mod guide;
 mod hand_made;
 mod importance;

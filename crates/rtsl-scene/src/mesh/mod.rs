@@ -9,7 +9,7 @@
 
 mod builder;
 mod error;
-mod gltf;
+pub mod gltf;
 mod ply;
 mod subdivision;
 

@@ -89,7 +89,7 @@ fn find<'e>(entity: &'e Entity, name: &str) -> Option<&'e Parameter> {
 fn has_lens_or_window(entity: &Entity) -> bool {
     let has_lens = match find(entity, "lensradius").map(|radius| &radius.values) {
         Some(Values::Numbers(radius)) => radius.first().is_some_and(|radius| *radius != 0.0),
-        Some(Values::Booleans(_) | Values::Texts(_)) => true,
+        Some(Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_)) => true,
         None => false,
     };
     let has_window =
@@ -130,7 +130,7 @@ fn set_mapping(camera: &mut Translation<'_>) {
             Some("equirectangular") => Some(false),
             _ => None,
         },
-        Values::Numbers(_) | Values::Booleans(_) => None,
+        Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
     };
     let mut parameter = parameter.into_owned();
     if let Some(equal_area) = equal_area {

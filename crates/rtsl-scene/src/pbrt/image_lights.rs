@@ -82,7 +82,7 @@ impl Images {
             Values::Booleans(values) => {
                 it.name.eq_ignore_ascii_case("twosided") && values.first() == Some(&true)
             }
-            Values::Numbers(_) | Values::Texts(_) => false,
+            Values::Numbers(_) | Values::Texts(_) | Values::Buffer(_) => false,
         };
         let sides = if light.parameters.iter().any(is_two_sided) { 2.0 } else { 1.0 };
         // The error of an image that cannot be read is reported where the light is made.

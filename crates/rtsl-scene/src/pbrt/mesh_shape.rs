@@ -223,7 +223,9 @@ fn indices(entity: &Entity, single: &[u32]) -> Result<Vec<u32>, Box<Diagnostic>>
 fn numbers(parameter: &Parameter) -> Result<&[f64], Box<Diagnostic>> {
     match &parameter.values {
         Values::Numbers(numbers) => Ok(numbers),
-        Values::Booleans(_) | Values::Texts(_) => Err(wrong(parameter, "numbers")),
+        Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => {
+            Err(wrong(parameter, "numbers"))
+        }
     }
 }
 

@@ -84,7 +84,7 @@ impl<const N: usize> Span<N> {
 fn numbers(parameter: &Parameter) -> Option<&[f64]> {
     match &parameter.values {
         Values::Numbers(numbers) => Some(numbers),
-        Values::Booleans(_) | Values::Texts(_) => None,
+        Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
     }
 }
 

@@ -121,7 +121,7 @@ impl<'e> Translation<'e> {
     pub fn text(&self, name: &str) -> Option<&str> {
         match &self.find(name)?.values {
             Values::Texts(texts) => texts.first().map(String::as_str),
-            Values::Numbers(_) | Values::Booleans(_) => None,
+            Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -137,7 +137,7 @@ impl<'e> Translation<'e> {
     pub fn take_number(&mut self, name: &str) -> Option<Option<f64>> {
         match self.take(name)?.values {
             Values::Numbers(ref values) => Some(values.first().copied()),
-            Values::Booleans(_) | Values::Texts(_) => None,
+            Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -183,6 +183,6 @@ impl<'e> Translation<'e> {
 fn first_number(parameter: &Parameter) -> Option<f64> {
     match &parameter.values {
         Values::Numbers(values) => values.first().copied(),
-        Values::Booleans(_) | Values::Texts(_) => None,
+        Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
     }
 }

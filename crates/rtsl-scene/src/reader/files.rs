@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{File, Metadata};
 use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
@@ -71,6 +72,9 @@ impl FileSource for DiskFiles {
     }
 }
 
+/// The contents of files in memory, by their paths.
+pub type EmbeddedFiles = BTreeMap<PathBuf, Arc<[u8]>>;
+
 /// The files that the entities of a scene name, relative to the folder of the scene.
 #[derive(Clone, Copy)]
 pub struct SceneFiles<'a> {
@@ -78,6 +82,8 @@ pub struct SceneFiles<'a> {
     pub scene: &'a Path,
     /// The source of the files.
     pub files: &'a dyn FileSource,
+    /// Files in memory, which come before those of the source.
+    pub embedded: &'a EmbeddedFiles,
     /// The memory budget of the files.
     pub budget: &'a InputBudget,
     /// The memory of textures from images, if it is limited.
@@ -131,6 +137,10 @@ impl SceneFiles<'_> {
     /// # Errors
     /// As for [`Input::read`].
     pub fn read(&self, path: &Path) -> io::Result<Input> {
+        if let Some(bytes) = self.embedded.get(path) {
+            let held = self.budget.hold(Amount(bytes.len() as u64))?;
+            return Ok(Input { bytes: bytes.to_vec(), held });
+        }
         Input::read(self.files, path, self.budget)
     }
 

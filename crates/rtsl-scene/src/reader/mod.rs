@@ -37,7 +37,9 @@ mod upgrade;
 mod writer;
 
 pub use conversion::{Conversion, ConversionOptions, convert_scene};
-pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
+pub use files::{
+    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable,
+};
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};
 pub use parameter::{

@@ -2,7 +2,7 @@
 //!
 //! They are matched against the parameters of a class when the class is known, by [`crate`].
 
-use rtsl::Span;
+use rtsl::{Numbers, Span};
 use rtsl_memory::Amount;
 
 /// A parameter with its values.
@@ -25,7 +25,7 @@ impl Parameter {
     pub fn first_number(&self) -> Option<f64> {
         match &self.values {
             Values::Numbers(numbers) => numbers.first().copied(),
-            Values::Booleans(_) | Values::Texts(_) => None,
+            Values::Booleans(_) | Values::Texts(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -33,7 +33,7 @@ impl Parameter {
     pub fn first_text(&self) -> Option<&str> {
         match &self.values {
             Values::Texts(texts) => texts.first().map(String::as_str),
-            Values::Numbers(_) | Values::Booleans(_) => None,
+            Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -42,7 +42,7 @@ impl Parameter {
         match &self.values {
             Values::Booleans(values) => values.first().copied(),
             Values::Texts(texts) => texts.first().and_then(|text| text.parse().ok()),
-            Values::Numbers(_) => None,
+            Values::Numbers(_) | Values::Buffer(_) => None,
         }
     }
 
@@ -76,6 +76,8 @@ pub enum Values {
     Booleans(Vec<bool>),
     /// Quoted strings.
     Texts(Vec<String>),
+    /// The numbers of a class's buffer, which instances share. No text gives them.
+    Buffer(Numbers),
 }
 
 impl Values {
@@ -85,6 +87,7 @@ impl Values {
             Values::Numbers(values) => values.len(),
             Values::Booleans(values) => values.len(),
             Values::Texts(values) => values.len(),
+            Values::Buffer(numbers) => numbers.words().len(),
         }
     }
 
@@ -102,6 +105,7 @@ impl Values {
                 let bytes = values.iter().map(String::len).sum();
                 Amount::of::<String>(values.len()) + Amount::of::<u8>(bytes)
             }
+            Values::Buffer(numbers) => Amount::of::<u32>(numbers.words().len()),
         }
     }
 
@@ -111,6 +115,7 @@ impl Values {
             Values::Numbers(_) => "numbers",
             Values::Booleans(_) => "truth values",
             Values::Texts(_) => "strings",
+            Values::Buffer(_) => "a buffer",
         }
     }
 }

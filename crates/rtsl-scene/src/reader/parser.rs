@@ -319,6 +319,7 @@ impl<'a> Parser<'a> {
             Values::Numbers(values) => values.shrink_to_fit(),
             Values::Booleans(values) => values.shrink_to_fit(),
             Values::Texts(values) => values.shrink_to_fit(),
+            Values::Buffer(_) => {}
         }
     }
 
@@ -484,7 +485,7 @@ fn check_values(
             check_floats(list).or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
         (ParameterType::Blackbody, _) => wrong(format!("`{name}` takes one temperature in kelvin")),
-        (ParameterType::Spectrum, Values::Booleans(_)) => {
+        (ParameterType::Spectrum, Values::Booleans(_) | Values::Buffer(_)) => {
             wrong(format!("`{name}` takes numbers or a name, found booleans"))
         }
         (ParameterType::Text | ParameterType::Reference(_), other) => {

@@ -160,6 +160,8 @@ impl Writer {
                     if is_boolean { self.text.push_str(text) } else { self.quoted(text) }
                 }
             }
+            // Only the parameters of texts are written.
+            Values::Buffer(_) => {}
         }
         self.text.push_str(" ]");
     }
@@ -235,7 +237,7 @@ fn keeps_spelling(parameter: &Parameter, map: &SourceMap) -> bool {
             let is_whole = !parameter.is_color() || numbers.len() != 1;
             is_whole && spelled_numbers(parameter.values_span, map) == *numbers
         }
-        (Values::Texts(_), ParameterType::Numeric { .. }) => false,
+        (Values::Texts(_), ParameterType::Numeric { .. }) | (Values::Buffer(_), _) => false,
         (Values::Texts(texts), _) => spelled_texts(parameter.values_span, map) == *texts,
         (Values::Booleans(_), _) => !source.contains('"') && !source.is_empty(),
     }

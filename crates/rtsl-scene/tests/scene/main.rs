@@ -3,6 +3,7 @@
 mod cameras;
 mod files;
 mod format_page;
+mod gltf;
 mod images;
 mod inputs;
 mod leniency;

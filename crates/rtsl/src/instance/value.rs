@@ -42,7 +42,7 @@ pub enum Value {
 }
 
 /// Numbers of one type. Cloning shares them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Numbers {
     scalar: Scalar,
     words: Arc<[u32]>,

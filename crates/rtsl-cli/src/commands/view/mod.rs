@@ -18,9 +18,12 @@ use crate::report::Reporter;
 Drag to orbit, turn the wheel to come nearer, fly with w a s d, click to pick; h shows all keys.
 Shaders beside the scene are watched: save one, and the picture changes.")]
 pub struct ViewArguments {
-    /// The scene, in the format of pbrt-v4 with RTSL's class names.
+    /// The scene, in the format of pbrt-v4 with RTSL's class names, or a glTF file.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
+    /// The camera of a glTF file, by its name or index; its first one if not given.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// Columns and rows of the window, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,

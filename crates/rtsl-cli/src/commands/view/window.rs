@@ -20,6 +20,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     let options = SessionOptions {
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
+        camera: arguments.camera.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
         size: arguments.size,

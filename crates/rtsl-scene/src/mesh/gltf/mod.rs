@@ -1,37 +1,39 @@
-//! The reader of glTF files, `.gltf` and `.glb`.
+//! The reader of glTF files, `.gltf` and `.glb`, as one mesh.
 //!
 //! It creates one mesh of all triangles of the default scene (or the first scene, if there is no default), transformed
-//! by their nodes. Materials, cameras, lights, skins and animations are ignored. Coordinates are not converted.
+//! by their nodes. Materials, cameras, lights, skins and animations are ignored: [`crate::gltf`] reads them. Coordinates
+//! are not converted.
 //!
-//! The crate `gltf` parses and validates the structure. This module checks the properties that the crate does not: the
-//! length of a binary file, attributes without accessors, cycles of nodes, and offsets and counts of numbers in
-//! buffers.
+//! The crate `gltf` parses the structure. This module checks all that it refers to: indices, cycles of nodes, and
+//! offsets and counts of numbers in buffers.
 
 mod buffers;
+mod corners;
+mod file;
 mod numbers;
 
-use std::io;
-
-use gltf::mesh::Mode;
-use gltf::{Accessor, Document, Node, Primitive, Semantic};
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::scene::Node;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
+pub use buffers::contents;
+pub use corners::corners;
+pub use file::{DRACO, GltfFile, ReadFile, attribute, size, structure_memory};
+pub use numbers::Numbers;
+
 use super::{Mesh, MeshBuilder, MeshError};
-use buffers::Buffers;
-use numbers::Numbers;
 
 /// The greatest number of vertices, and of triangles, of the result: a mesh may be instantiated many times.
-const MAX_PLACED: usize = 1 << 27;
+pub const MAX_PLACED: usize = 1 << 27;
 
 /// Reads a mesh from the bytes of a file. `read` returns the contents of the files that it refers to.
 ///
 /// # Errors
 /// If one of the files is invalid or cannot be read.
-pub fn read_gltf(
-    bytes: &[u8],
-    read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Mesh, MeshError> {
+pub fn read_gltf(bytes: &[u8], read: ReadFile<'_>) -> Result<Mesh, MeshError> {
     read_gltf_within(bytes, read, &InputBudget::default())
 }
 
@@ -41,43 +43,48 @@ pub fn read_gltf(
 /// If one of the files is invalid or cannot be read, or they take too much memory.
 pub fn read_gltf_within(
     bytes: &[u8],
-    read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    read: ReadFile<'_>,
     budget: &InputBudget,
 ) -> Result<Mesh, MeshError> {
-    let of_structure = budget.hold(buffers::structure_memory(bytes)?)?;
-    let (document, embedded) = buffers::open(bytes)?;
-    let reader = Reader { buffers: Buffers::read(&document, embedded, read)? };
+    let of_structure = budget.hold(structure_memory(bytes)?)?;
+    let file = GltfFile::open(bytes, read)?;
     let mut held = budget.hold(Amount::default())?;
-    let mesh = reader.scene(&document, &mut held)?.finish()?;
+    let mesh = Reader { file }.scene(&mut held)?.finish()?;
     held.keep(mesh.memory());
     drop(of_structure);
     Ok(mesh)
 }
 
 struct Reader<'a> {
-    buffers: Buffers<'a>,
+    file: GltfFile<'a>,
 }
 
 impl Reader<'_> {
-    fn scene(&self, document: &Document, held: &mut Held) -> Result<MeshBuilder, MeshError> {
+    fn scene(&self, held: &mut Held) -> Result<MeshBuilder, MeshError> {
         let mut builder = MeshBuilder::default();
-        let mut visited = vec![false; document.nodes().len()];
-        let scene = document.default_scene().or_else(|| document.scenes().next());
-        let roots = scene.into_iter().flat_map(|scene| scene.nodes().collect::<Vec<_>>());
-        let mut open: Vec<(Node<'_>, Transform)> =
-            roots.map(|node| (node, Transform::IDENTITY)).collect();
-        while let Some((node, parent)) = open.pop() {
-            if std::mem::replace(&mut visited[node.index()], true) {
-                let message = format!("node {} has two parents or contains itself", node.index());
+        let root = &self.file.root;
+        let mut visited = vec![false; root.nodes.len()];
+        let roots = self.file.root_nodes();
+        let mut open: Vec<(Index<Node>, Transform)> =
+            roots.iter().map(|node| (*node, Transform::IDENTITY)).collect();
+        while let Some((index, parent)) = open.pop() {
+            let Some(node) = root.nodes.get(index.value()) else {
+                return Err(missing("node", index.value()));
+            };
+            if std::mem::replace(&mut visited[index.value()], true) {
+                let message = format!("node {} has two parents or contains itself", index.value());
                 return Err(MeshError::Malformed(message));
             }
-            let placement = parent.after(transform(&node));
-            if let Some(mesh) = node.mesh() {
-                for primitive in mesh.primitives() {
-                    self.primitive(&primitive, placement, &mut builder, held)?;
+            let placement = parent.after(transform(node));
+            if let Some(mesh) = node.mesh {
+                let Some(mesh) = root.meshes.get(mesh.value()) else {
+                    return Err(missing("mesh", mesh.value()));
+                };
+                for primitive in &mesh.primitives {
+                    self.primitive(primitive, placement, &mut builder, held)?;
                 }
             }
-            open.extend(node.children().map(|child| (child, placement)));
+            open.extend(node.children.iter().flatten().map(|child| (*child, placement)));
         }
         held.grow_to(builder.memory(2 * builder.positions.len()))?;
         // Vertices after the last one with normals have no normals.
@@ -89,41 +96,46 @@ impl Reader<'_> {
     /// Adds the triangles of a primitive; points and lines are ignored.
     fn primitive(
         &self,
-        primitive: &Primitive<'_>,
+        primitive: &Primitive,
         placement: Transform,
         builder: &mut MeshBuilder,
         held: &mut Held,
     ) -> Result<(), MeshError> {
-        let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
+        let Some(positions) = attribute(primitive, Semantic::Positions) else { return Ok(()) };
+        if self.file.is_compressed(primitive) {
+            let message = format!("it is compressed by `{DRACO}`, which is not supported");
+            return Err(MeshError::Malformed(message));
+        }
         let first = builder.positions.len() / 3;
-        let count = positions.count();
-        if first + count > MAX_PLACED {
+        let count = size(self.file.accessor(positions)?.count);
+        if count > MAX_PLACED || first + count > MAX_PLACED {
             return Err(MeshError::TooLarge(MAX_PLACED, "vertices"));
         }
-        let corners = primitive.indices().map_or(count, |indices| indices.count());
+        let indices = primitive.indices.map(|index| self.file.accessor(index)).transpose()?;
+        let listed = indices.map_or(count, |indices| size(indices.count));
         // Positions, normals, texture coordinates, and those that earlier vertices lack; for a corner of a strip three
         // indices of its triangles, besides the list itself.
         let of_vertices = count.saturating_mul(8).saturating_add(builder.positions.len() * 2);
-        held.grow_to(builder.memory(of_vertices.saturating_add(corners.saturating_mul(8))))?;
-        let Some(corners) = self.corners(primitive, count)? else { return Ok(()) };
+        held.grow_to(builder.memory(of_vertices.saturating_add(listed.saturating_mul(8))))?;
+        let Some(corners) = corners(&self.file, primitive, count)? else { return Ok(()) };
         if builder.indices.len() / 3 + corners.len() / 3 > MAX_PLACED {
             return Err(MeshError::TooLarge(MAX_PLACED, "triangles"));
         }
-        for position in self.vertices::<3>(&positions, count)?.iter() {
+        for position in self.vertices::<3>(positions, count)?.iter() {
             builder.positions.extend(placement.point(position).map(|x| (x as f32).to_bits()));
         }
         // A singular transform has no normal transform: faces are then flat.
-        let normals = primitive.get(&Semantic::Normals).zip(placement.inverse());
+        let normals = attribute(primitive, Semantic::Normals).zip(placement.inverse());
         if let Some((normals, inverse)) = normals {
             fill(&mut builder.normals, 3 * first);
-            for normal in self.vertices::<3>(&normals, count)?.iter() {
+            for normal in self.vertices::<3>(normals, count)?.iter() {
                 let normal = inverse.transposed_vector(normal);
                 builder.normals.extend(normal.map(|x| (x as f32).to_bits()));
             }
         }
-        if let Some(uvs) = primitive.get(&Semantic::TexCoords(0)) {
+        if let Some(uvs) = attribute(primitive, Semantic::TexCoords(0)) {
             fill(&mut builder.uvs, 2 * first);
-            for uv in self.vertices::<2>(&uvs, count)?.iter() {
+            for uv in self.vertices::<2>(uvs, count)?.iter() {
                 builder.uvs.extend(uv.map(|x| (x as f32).to_bits()));
             }
         }
@@ -131,44 +143,23 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The corners of a primitive's triangles, three for each; `None` for points and lines.
-    fn corners(
-        &self,
-        primitive: &Primitive<'_>,
-        vertices: usize,
-    ) -> Result<Option<Vec<u32>>, MeshError> {
-        let mode = primitive.mode();
-        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-            return Ok(None);
-        }
-        let corners: Vec<u32> = match primitive.indices() {
-            None => (0..vertices as u32).collect(),
-            Some(indices) => {
-                let numbers = Numbers::<1>::new(&indices, &self.buffers)?;
-                numbers.iter().map(|[index]| index as u32).collect()
-            }
-        };
-        if let Some(index) = corners.iter().find(|index| **index as usize >= vertices) {
-            return Err(MeshError::IndexOutOfRange { index: (*index).into(), vertices });
-        }
-        Ok(Some(match mode {
-            Mode::TriangleStrip => unroll_strip(&corners),
-            Mode::TriangleFan => unroll_fan(&corners),
-            _ => corners,
-        }))
-    }
-
     fn vertices<const COUNT: usize>(
         &self,
-        accessor: &Accessor<'_>,
+        index: Index<Accessor>,
         vertices: usize,
     ) -> Result<Numbers<'_, COUNT>, MeshError> {
-        if accessor.count() != vertices {
+        let found = size(self.file.accessor(index)?.count);
+        if found != vertices {
             let what = "of another attribute";
-            return Err(MeshError::CountMismatch { what, found: accessor.count(), vertices });
+            return Err(MeshError::CountMismatch { what, found, vertices });
         }
-        Numbers::new(accessor, &self.buffers)
+        Numbers::new(index, &self.file)
     }
+}
+
+/// The error of a reference to something that does not exist.
+pub fn missing(what: &str, index: usize) -> MeshError {
+    MeshError::Malformed(format!("it refers to {what} {index}, which does not exist"))
 }
 
 /// Appends zeros for the vertices of primitives without this attribute: normals of length 0.
@@ -178,9 +169,39 @@ fn fill(numbers: &mut Vec<u32>, length: usize) {
     }
 }
 
-fn transform(node: &Node<'_>) -> Transform {
-    let columns = node.transform().matrix();
-    Transform::from_columns(&std::array::from_fn(|index| columns[index / 4][index % 4].into()))
+/// Returns the transform of a node to its parent's space.
+pub fn transform(node: &Node) -> Transform {
+    if let Some(columns) = node.matrix {
+        return Transform::from_columns(&columns.map(f64::from));
+    }
+    let [x, y, z] = node.translation.unwrap_or_default().map(f64::from);
+    let [a, b, c] = node.scale.unwrap_or([1.0; 3]).map(f64::from);
+    let rotation = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |it| it.0.map(f64::from));
+    Transform::translate([x, y, z]).after(turned(rotation)).after(Transform::scale([a, b, c]))
+}
+
+/// The rotation of a quaternion, which need not have unit length.
+pub fn turned([x, y, z, w]: [f64; 4]) -> Transform {
+    let square = x * x + y * y + z * z + w * w;
+    let s = if square > 0.0 { 2.0 / square } else { 0.0 };
+    Transform::from_columns(&[
+        1.0 - s * (y * y + z * z),
+        s * (x * y + z * w),
+        s * (x * z - y * w),
+        0.0,
+        s * (x * y - z * w),
+        1.0 - s * (x * x + z * z),
+        s * (y * z + x * w),
+        0.0,
+        s * (x * z + y * w),
+        s * (y * z - x * w),
+        1.0 - s * (x * x + y * y),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    ])
 }
 
 /// Adds triangles whose corners are relative to the vertex `first`. A mirrored transform reverses the order of corners,
@@ -190,23 +211,6 @@ fn add_triangles(corners: &[u32], first: u32, mirrored: bool, builder: &mut Mesh
         let [a, b, c] = [first + triangle[0], first + triangle[1], first + triangle[2]];
         builder.indices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
     }
-}
-
-/// Converts a strip to triangles. Every other one reverses its orientation.
-fn unroll_strip(corners: &[u32]) -> Vec<u32> {
-    let triangles = corners.windows(3).enumerate().map(|(index, corners)| {
-        if index % 2 == 0 {
-            [corners[0], corners[1], corners[2]]
-        } else {
-            [corners[1], corners[0], corners[2]]
-        }
-    });
-    triangles.flatten().collect()
-}
-
-fn unroll_fan(corners: &[u32]) -> Vec<u32> {
-    let [center, rest @ ..] = corners else { return Vec::new() };
-    rest.windows(2).flat_map(|pair| [*center, pair[0], pair[1]]).collect()
 }
 
 #[cfg(test)]

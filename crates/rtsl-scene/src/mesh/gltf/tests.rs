@@ -1,3 +1,5 @@
+use std::io;
+
 use base64::Engine;
 
 use super::*;
@@ -89,13 +91,6 @@ fn triangles_are_placed_by_their_nodes() {
     }
 }
 
-#[test]
-fn strips_turn_every_other_triangle() {
-    assert_eq!(unroll_strip(&[0, 1, 2, 3, 4]), [0, 1, 2, 2, 1, 3, 2, 3, 4]);
-    assert_eq!(unroll_strip(&[0, 1]), [0; 0]);
-    assert_eq!(unroll_fan(&[]), [0; 0]);
-}
-
 fn problem(bytes: &[u8]) -> String {
     read_gltf(bytes, &no_files).expect_err("it is wrong").to_string()
 }
@@ -115,7 +110,7 @@ fn what_is_wrong_is_said() {
     );
     assert_eq!(
         with(r#""indices": 3"#, r#""indices": 9"#),
-        "at `meshes[0].primitives[0].indices`: Index out of bounds"
+        "it refers to accessor 9, which does not exist"
     );
     assert_eq!(
         with(r#""POSITION": 0"#, r#""POSITION": 4"#),
@@ -123,7 +118,15 @@ fn what_is_wrong_is_said() {
     );
     assert_eq!(with(r#""count": 6"#, r#""count": 7"#), "accessor 3 ends outside its buffer");
     assert_eq!(with(r#""count": 6"#, r#""count": 0"#), "accessor 3 ends outside its buffer");
-    assert_eq!(with(r#""bufferView": 0, "#, ""), "at `accessors[0].bufferView`: Missing data");
+    assert_eq!(with(r#""mesh": 0}"#, r#""mesh": 3}"#), "it refers to mesh 3, which does not exist");
+    assert_eq!(
+        with(r#""children": [1, 2]"#, r#""children": [1, 9]"#),
+        "it refers to node 9, which does not exist"
+    );
+    assert_eq!(
+        with(r#""version": "2.0""#, r#""version": "1.0", "nodes": {}"#).split(": ").next(),
+        Some("it is not a glTF file")
+    );
     assert_eq!(
         with(r#""count": 4, "type": "VEC2""#, r#""count": 3, "type": "VEC2""#),
         "it has 4 vertices, but 3 of another attribute"
@@ -150,13 +153,34 @@ fn what_is_wrong_is_said() {
         r#""count": 4294967295, "type": "VEC3", "min""#,
     );
     assert_eq!(many, "it has more than 134217728 vertices");
-    let required = with(
-        r#""scene": 0"#,
-        r#""extensionsRequired": ["KHR_draco_mesh_compression"], "scene": 0"#,
-    );
+    let compressed = text
+        .replace(
+            r#""indices": 3}"#,
+            r#""indices": 3, "extensions": {"KHR_draco_mesh_compression": {}}}"#,
+        )
+        .replace(r#"{"bufferView": 0, "componentType""#, r#"{"componentType""#);
     assert_eq!(
-        required,
-        "at `extensionsRequired[0] = \"KHR_draco_mesh_compression\"`: Unsupported extension"
+        problem(compressed.as_bytes()),
+        "it is compressed by `KHR_draco_mesh_compression`, which is not supported"
+    );
+}
+
+#[test]
+fn numbers_may_be_replaced_one_by_one() {
+    // The second corner is where the third is, and the fourth accessor has zeros but for one normal.
+    let sparse = text().replace(
+        r#""count": 4, "type": "VEC3"}"#,
+        r#""count": 4, "type": "VEC3", "sparse": {"count": 1,
+            "indices": {"bufferView": 2, "byteOffset": 2, "componentType": 5123},
+            "values": {"bufferView": 0, "byteOffset": 24}}}"#,
+    );
+    let mesh = read_gltf(sparse.as_bytes(), &no_files).expect("it is valid");
+    // The normal of vertex 1 is the position of vertex 2, turned by the node.
+    assert_eq!(floats(&mesh.normals)[24..30], [0., 0., 1., 1., 1., 0.]);
+    let unordered = sparse.replace(r#""sparse": {"count": 1"#, r#""sparse": {"count": 3"#);
+    assert_eq!(
+        problem(unordered.as_bytes()),
+        "accessor 1 has sparse indices that are out of order"
     );
 }
 

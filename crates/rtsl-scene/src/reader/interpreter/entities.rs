@@ -146,7 +146,7 @@ impl Interpreter<'_> {
             .map(|position| parameters.remove(position));
         let name = name.and_then(|name| match name.values {
             Values::Texts(texts) => texts.into_iter().next(),
-            Values::Numbers(_) | Values::Booleans(_) => None,
+            Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
         });
         let mut texts = command.texts;
         let class = texts.swap_remove(0);
@@ -169,8 +169,13 @@ impl Interpreter<'_> {
         let scene = self.main_file;
         for parameter in parameters {
             spectra::convert_space(parameter, emits, self.state.color_space);
-            let files =
-                SceneFiles { scene, files: self.files, budget: self.budget, texture_memory: None };
+            let files = SceneFiles {
+                scene,
+                files: self.files,
+                embedded: &self.description.embedded,
+                budget: self.budget,
+                texture_memory: None,
+            };
             if let Err(diagnostic) = spectra::convert(parameter, emits, files) {
                 parameter.kind = COLOR;
                 parameter.values = Values::Numbers(vec![0.5]);

@@ -1,0 +1,251 @@
+//! Cameras: one of the file's, or one that shows all of the scene.
+
+use gltf::json::camera::{Camera, Type};
+use gltf::json::validation::Checked;
+use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
+use rtsl_math::{Transform, sine_and_cosine_of_degrees};
+
+use super::bounds::Bounds;
+use super::builder::Builder;
+use super::hierarchy::Hierarchy;
+use super::outline::Kind;
+use crate::description::EntityKind;
+
+/// The rows of pictures by cameras that have an aspect ratio.
+const ROWS: f64 = 720.0;
+
+/// The direction from the scene to the camera that shows all of it, which is not yet of unit length: from the front, the
+/// right and above.
+const THREE_QUARTERS: [f64; 3] = [0.55, 0.4, 1.0];
+
+/// The field of view of that camera, in degrees.
+const FIELD_OF_VIEW: f64 = 35.0;
+
+impl Builder<'_> {
+    /// Adds the camera `wanted`, by its name or index, or else the first one, or one that shows all of the scene.
+    pub fn add_camera(&mut self, hierarchy: &Hierarchy, bounds: &Bounds, wanted: Option<&str>) {
+        let placed = self.placed_cameras(hierarchy);
+        let chosen = match wanted {
+            Some(wanted) => {
+                let found = placed.iter().find(|(camera, node)| {
+                    self.camera_names(*camera, *node).any(|name| name == wanted)
+                });
+                if found.is_none() {
+                    self.report_unknown_camera(wanted, &placed);
+                }
+                found
+            }
+            None => placed.first(),
+        };
+        let Some((camera, node)) = chosen.copied() else { return self.add_framing_camera(bounds) };
+        let definition = self.file.root.cameras[camera].clone();
+        let world_to_camera = world_to_camera(hierarchy.world(node));
+        let parameters = self.parameters(Kind::Camera, camera);
+        let (class, parameters, aspect) = match (projection(&definition), world_to_camera) {
+            (Some(Projection::Perspective { degrees, aspect }), Some(_)) => {
+                ("Pinhole", parameters.numbers("fov", &[degrees]), aspect)
+            }
+            (Some(Projection::Orthographic { scale, aspect }), Some(_)) => {
+                ("Orthographic", parameters.numbers("scale", &[scale]), Some(aspect))
+            }
+            (None, _) | (_, None) => {
+                let message = format!("camera {camera} is invalid: another one shows the scene");
+                self.warn(message, self.outline.span(Kind::Camera, camera));
+                return self.add_framing_camera(bounds);
+            }
+        };
+        let transform = world_to_camera.unwrap_or(Transform::IDENTITY);
+        let id = self.add(EntityKind::Camera, class, Some("camera"), parameters, transform);
+        self.description.camera = Some(id);
+        if let Some(aspect) = aspect {
+            self.add_film(camera, aspect);
+        }
+    }
+
+    /// The cameras of visible nodes, each with its node.
+    fn placed_cameras(&self, hierarchy: &Hierarchy) -> Vec<(usize, usize)> {
+        let root = &self.file.root;
+        let camera = |node: &usize| root.nodes[*node].camera.map(|camera| (camera.value(), *node));
+        let placed = hierarchy.visible.iter().filter_map(camera);
+        placed.filter(|(camera, _)| *camera < root.cameras.len()).collect()
+    }
+
+    /// The names by which a camera can be chosen.
+    fn camera_names(&self, camera: usize, node: usize) -> impl Iterator<Item = String> {
+        let own = self.file.root.cameras[camera].name.clone();
+        let of_node = self.file.root.nodes[node].name.clone();
+        own.into_iter().chain(of_node).chain([camera.to_string()])
+    }
+
+    fn report_unknown_camera(&mut self, wanted: &str, placed: &[(usize, usize)]) {
+        let names: Vec<String> =
+            placed.iter().flat_map(|(camera, node)| self.camera_names(*camera, *node)).collect();
+        let message = format!("unknown camera `{wanted}`");
+        let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
+        self.diagnostics.push(match most_similar(wanted, names.iter().map(String::as_str)) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None if names.is_empty() => diagnostic.note("the file has no camera"),
+            None => diagnostic.note(format!("there are {}", names.join(", "))),
+        });
+    }
+
+    /// A film with the camera's aspect ratio.
+    fn add_film(&mut self, camera: usize, aspect: f64) {
+        let aspect = aspect.clamp(0.1, 10.0);
+        let parameters = self
+            .parameters(Kind::Camera, camera)
+            .numbers("xresolution", &[(ROWS * aspect).round()])
+            .numbers("yresolution", &[ROWS]);
+        let film = self.add(EntityKind::Film, "rgb", None, parameters, Transform::IDENTITY);
+        self.description.film = Some(film);
+    }
+
+    fn add_framing_camera(&mut self, bounds: &Bounds) {
+        let parameters = self.parameters(Kind::File, 0).numbers("fov", &[FIELD_OF_VIEW]);
+        let transform = frame(bounds);
+        let id = self.add(EntityKind::Camera, "Pinhole", Some("camera"), parameters, transform);
+        self.description.camera = Some(id);
+    }
+}
+
+enum Projection {
+    Perspective { degrees: f64, aspect: Option<f64> },
+    Orthographic { scale: f64, aspect: f64 },
+}
+
+/// The projection of a camera, by the shorter side of the picture as the classes have it; `None` if it is invalid.
+fn projection(camera: &Camera) -> Option<Projection> {
+    match (&camera.type_, &camera.perspective, &camera.orthographic) {
+        (Checked::Valid(Type::Perspective), Some(it), _) => {
+            let vertical = f64::from(it.yfov);
+            let aspect = it.aspect_ratio.map(f64::from).filter(|it| *it > 0.0);
+            let upright = aspect.unwrap_or(1.0).min(1.0);
+            if !(vertical > 0.0 && vertical < std::f64::consts::PI) {
+                return None;
+            }
+            let half = 0.5 * vertical.to_degrees();
+            let degrees = 2.0 * if upright < 1.0 { narrowed(half, upright) } else { half };
+            Some(Projection::Perspective { degrees: degrees.clamp(0.01, 170.0), aspect })
+        }
+        (Checked::Valid(Type::Orthographic), _, Some(it)) => {
+            let (x, y) = (f64::from(it.xmag).abs(), f64::from(it.ymag).abs());
+            let is_valid = x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite();
+            is_valid.then(|| Projection::Orthographic { scale: x.min(y), aspect: x / y })
+        }
+        _ => None,
+    }
+}
+
+/// The angle in degrees whose tangent is so many times that of another, found by halving, whose steps are the same on
+/// every machine.
+fn narrowed(degrees: f64, factor: f64) -> f64 {
+    let tangent = |degrees: f64| {
+        let (sine, cosine) = sine_and_cosine_of_degrees(degrees);
+        sine / cosine
+    };
+    let wanted = factor * tangent(degrees);
+    let (mut low, mut high) = (0.0, degrees);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if tangent(middle) < wanted { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// From the world to a camera that looks along its z, with y up and x to the right; glTF's looks along -z. The scale of
+/// its node does not count. `None` if its axes span no space.
+fn world_to_camera(node: Transform) -> Option<Transform> {
+    let origin = node.point([0.0; 3]);
+    let axis = |tip: [f64; 3]| {
+        let tip = node.point(tip);
+        std::array::from_fn::<f64, 3, _>(|axis| tip[axis] - origin[axis])
+    };
+    look(origin, axis([0.0, 0.0, -1.0]), axis([0.0, 1.0, 0.0]))
+}
+
+/// From the world to a camera at `eye` that looks in a direction, with another one up.
+fn look(eye: [f64; 3], direction: [f64; 3], up: [f64; 3]) -> Option<Transform> {
+    let ahead = unit(direction)?;
+    let right = unit(cross(ahead, up))?;
+    let up = cross(right, ahead);
+    let columns = [
+        right[0], right[1], right[2], 0.0, up[0], up[1], up[2], 0.0, ahead[0], ahead[1], ahead[2],
+        0.0, eye[0], eye[1], eye[2], 1.0,
+    ];
+    Transform::from_columns(&columns).inverse()
+}
+
+/// From the world to the camera that shows all of a box.
+fn frame(bounds: &Bounds) -> Transform {
+    let all = Bounds { least: [-1.0; 3], greatest: [1.0; 3] };
+    let bounds = if bounds.is_empty() || !bounds.radius().is_finite() { &all } else { bounds };
+    let (center, radius) = (bounds.center(), bounds.radius().max(1e-6));
+    let [Some(back), Some(right)] =
+        [unit(THREE_QUARTERS), unit(cross([0.0, 1.0, 0.0], THREE_QUARTERS))]
+    else {
+        return Transform::IDENTITY;
+    };
+    let up = cross(back, right);
+    let (sine, cosine) = sine_and_cosine_of_degrees(0.5 * FIELD_OF_VIEW);
+    let tangent = sine / cosine;
+    // Each corner is to appear within the square, with a margin.
+    const MARGIN: f64 = 1.08;
+    let distances = bounds.corners().map(|corner| {
+        let from_center = std::array::from_fn::<f64, 3, _>(|axis| corner[axis] - center[axis]);
+        let part = |axis: [f64; 3]| dot(from_center, axis);
+        part(back) + MARGIN * part(right).abs().max(part(up).abs()) / tangent
+    });
+    let distance = distances.fold(1.1 * radius, f64::max);
+    let eye = std::array::from_fn(|axis| center[axis] + distance * back[axis]);
+    look(eye, back.map(|part| -part), [0.0, 1.0, 0.0]).unwrap_or(Transform::IDENTITY)
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
+    let length = dot(v, v).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| v.map(|part| part / length))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_corners_of_a_box_are_in_the_picture() {
+        let flat = Bounds { least: [-5.0, 1.0, -0.5], greatest: [3.0, 1.0, 90.0] };
+        for bounds in [Bounds { least: [2.0; 3], greatest: [3.0; 3] }, flat] {
+            let to_camera = frame(&bounds);
+            let tangent = (0.5 * FIELD_OF_VIEW).to_radians().tan();
+            let mut most: f64 = 0.0;
+            for corner in bounds.corners() {
+                let [x, y, z] = to_camera.point(corner);
+                assert!(z > 0.0);
+                most = most.max(x.abs().max(y.abs()) / (z * tangent));
+            }
+            assert!(most < 1.0 && most > 0.8, "{most}");
+        }
+    }
+
+    #[test]
+    fn an_upright_picture_narrows_the_field_of_view() {
+        let half = narrowed(45.0, 0.5);
+        assert!((half.to_radians().tan() - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn cameras_look_along_the_negative_axis_of_their_nodes() {
+        let node = Transform::translate([1.0, 2.0, 3.0]).after(Transform::scale([2.0; 3]));
+        let to_camera = world_to_camera(node).expect("it has an inverse");
+        let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < 1e-12);
+        assert!(near(to_camera.point([1.0, 2.0, 3.0]), [0.0; 3]));
+        assert!(near(to_camera.point([2.0, 2.0, -7.0]), [1.0, 0.0, 10.0]));
+        assert!(near(to_camera.point([1.0, 5.0, 3.0]), [0.0, 3.0, 0.0]));
+    }
+}

@@ -1,0 +1,330 @@
+//! Textures and their images.
+
+use gltf::json::texture::{Info, MagFilter, MinFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use rtsl_math::{Transform, sine_and_cosine_of_degrees};
+use rtsl_memory::Amount;
+
+use super::builder::{Builder, Parameters};
+use super::extension::{Extension, extension};
+use super::outline::Kind;
+use crate::description::EntityKind;
+use crate::mesh::gltf::contents;
+use crate::reader::{ReferenceKind, resolve};
+
+/// A use of a texture by a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUse {
+    /// The index of the texture.
+    pub texture: usize,
+    /// The set of texture coordinates.
+    pub set: u32,
+    offset: [f64; 2],
+    rotation: f64,
+    scale: [f64; 2],
+}
+
+/// An image that can be read.
+#[derive(Clone, Debug)]
+pub struct ImageFile {
+    /// The name of its file, or of its bytes in the description.
+    name: String,
+    has_opacity: bool,
+}
+
+/// An image entity: the image, true for colours, and the names of wrap mode and filter.
+pub type ImageKey = (usize, bool, &'static str, &'static str);
+
+/// The part of a texture's value that a parameter takes, and what is made of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// True for colours, which images have in sRGB.
+    pub is_color: bool,
+    /// Scales red, green, blue and opacity.
+    pub factor: [f64; 4],
+    /// The channel of a number.
+    pub channel: u32,
+    /// Added to the number.
+    pub base: f64,
+    /// The least number that counts as 1, if others count as 0.
+    pub cutoff: Option<f64>,
+    /// The packing of vertices' colours that scale it; 0 for none.
+    pub colors: u32,
+}
+
+impl Sample {
+    /// The values of images as they are.
+    pub const PLAIN: Sample = Sample {
+        is_color: false,
+        factor: [1.0; 4],
+        channel: 3,
+        base: 0.0,
+        cutoff: None,
+        colors: 0,
+    };
+}
+
+const TRANSFORM: &str = "KHR_texture_transform";
+
+impl TextureUse {
+    /// The use of the library's type.
+    pub fn of(info: &Info) -> Self {
+        Self::new(info.index.value(), info.tex_coord, extension!(info, TRANSFORM))
+    }
+
+    /// The use by an object's member `name`.
+    pub fn member(object: Extension<'_>, name: &str) -> Option<Self> {
+        let info = object.object(name)?;
+        let transform = info.object("extensions").and_then(|it| it.object(TRANSFORM));
+        Some(Self::new(info.index("index")?, set(info).unwrap_or(0), transform))
+    }
+
+    /// The use of a texture by coordinates of a set, transformed by an extension.
+    pub fn new(texture: usize, own: u32, transform: Option<Extension<'_>>) -> Self {
+        TextureUse {
+            texture,
+            set: transform.and_then(set).unwrap_or(own),
+            offset: transform.and_then(|it| it.numbers("offset")).unwrap_or_default(),
+            rotation: transform.map_or(0.0, |it| it.number("rotation", 0.0)),
+            scale: transform.and_then(|it| it.numbers("scale")).unwrap_or([1.0; 2]),
+        }
+    }
+
+    /// The rows of the matrix from coordinates to places in the image.
+    fn rows(&self) -> [[f64; 3]; 2] {
+        let (sine, cosine) = sine_and_cosine_of_degrees(self.rotation.to_degrees());
+        let ([u, v], [x, y]) = (self.scale, self.offset);
+        [[cosine * u, sine * v, x], [-sine * u, cosine * v, y]]
+    }
+}
+
+fn set(object: Extension<'_>) -> Option<u32> {
+    object.index("texCoord").and_then(|set| u32::try_from(set).ok())
+}
+
+/// How coordinates beyond the edges are mapped, as the class `GltfTexture` counts them. An image whose sides differ in
+/// this is repeated by the texture, and the other side's edge continues.
+fn wrap(sampler: &Sampler) -> ([f64; 2], &'static str) {
+    let sides = [&sampler.wrap_s, &sampler.wrap_t];
+    let modes = sides.map(|mode| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => 1.0,
+        Checked::Valid(WrappingMode::MirroredRepeat) => 2.0,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => 0.0,
+    });
+    if modes == [0.0, 0.0] {
+        return (modes, "repeat");
+    }
+    (modes.map(|mode| if mode == 0.0 { 3.0 } else { mode }), "clamp")
+}
+
+fn filter(sampler: &Sampler) -> &'static str {
+    match (&sampler.mag_filter, &sampler.min_filter) {
+        (Some(Checked::Valid(MagFilter::Nearest)), _) => "point",
+        (None, Some(Checked::Valid(MinFilter::Nearest))) => "point",
+        _ => "bilinear",
+    }
+}
+
+impl Builder<'_> {
+    /// Adds the entity of a texture's sample and returns its name; `None` if the texture has no image that can be read
+    /// and nothing else scales it.
+    pub fn texture(
+        &mut self,
+        use_: Option<(TextureUse, usize)>,
+        sample: Sample,
+        owner: Parameters,
+        name: &str,
+    ) -> Option<String> {
+        let mut parameters = owner;
+        let image = use_.and_then(|(use_, place)| Some((use_, place, self.image_of(use_)?)));
+        if image.is_none() && sample.colors == 0 {
+            return None;
+        }
+        if let Some((use_, place, (image, modes, has_opacity))) = image {
+            let entity = self.image_entity(image, sample.is_color, use_.texture);
+            let [to_s, to_t] = use_.rows();
+            parameters = parameters.reference(ReferenceKind::Texture, "image", &entity);
+            if place > 0 {
+                parameters = parameters.numbers("set", &[1.0]);
+            }
+            if [to_s, to_t] != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
+                parameters = parameters.numbers("toS", &to_s).numbers("toT", &to_t);
+            }
+            if modes != [0.0, 0.0] {
+                parameters = parameters.numbers("wrap", &modes);
+            }
+            if has_opacity && sample.channel == 3 {
+                parameters = parameters.boolean("hasOpacity", true);
+            }
+        }
+        if sample.factor != [1.0; 4] {
+            parameters = parameters.numbers("factor", &sample.factor);
+        }
+        parameters = parameters.numbers("channel", &[sample.channel.into()]);
+        if sample.base != 0.0 {
+            parameters = parameters.numbers("base", &[sample.base]);
+        }
+        if let Some(cutoff) = sample.cutoff {
+            parameters = parameters.numbers("cutoff", &[cutoff.max(0.0)]);
+        }
+        if sample.colors != 0 {
+            parameters = parameters.numbers("colors", &[sample.colors.into()]);
+        }
+        let id = self.add(
+            EntityKind::Texture,
+            "GltfTexture",
+            Some(name),
+            parameters,
+            Transform::IDENTITY,
+        );
+        Some(self.name_of(id))
+    }
+
+    /// The image of a texture with its modes of wrapping.
+    #[allow(clippy::type_complexity, reason = "one use")]
+    fn image_of(
+        &mut self,
+        use_: TextureUse,
+    ) -> Option<((usize, &'static str, &'static str), [f64; 2], bool)> {
+        let span = self.outline.span(Kind::Texture, use_.texture);
+        let Some(texture) = self.file.root.textures.get(use_.texture) else {
+            let message = format!("texture {} does not exist: it is left out", use_.texture);
+            self.warn(message, span);
+            return None;
+        };
+        let sampler = texture.sampler.and_then(|it| self.file.root.samplers.get(it.value()));
+        let sampler = sampler.cloned().unwrap_or_default();
+        let webp = extension!(texture, "EXT_texture_webp").and_then(|it| it.index("source"));
+        let basis = extension!(texture, "KHR_texture_basisu").and_then(|it| it.index("source"));
+        let plain = Some(texture.source.value()).filter(|it| *it < self.file.root.images.len());
+        let image = plain.or(webp).or(basis)?;
+        let known = match self.images.get(&image) {
+            Some(known) => known.clone(),
+            None => {
+                let found = match self.read_image(image) {
+                    Ok(found) => Some(found),
+                    Err(problem) => {
+                        let message = format!("image {image} is left out: {problem}");
+                        self.warn(message, span);
+                        None
+                    }
+                };
+                self.images.insert(image, found.clone());
+                found
+            }
+        };
+        let (modes, word) = wrap(&sampler);
+        known.map(|file| ((image, word, filter(&sampler)), modes, file.has_opacity))
+    }
+
+    /// The name of an image's entity, which is made at its first use.
+    fn image_entity(
+        &mut self,
+        (image, wrap, filter): (usize, &'static str, &'static str),
+        is_color: bool,
+        texture: usize,
+    ) -> String {
+        let key = (image, is_color, wrap, filter);
+        if let Some(name) = self.image_entities.get(&key) {
+            return name.clone();
+        }
+        let file = self.images.get(&image).cloned().flatten();
+        let parameters = self
+            .parameters(Kind::Texture, texture)
+            .text("filename", &file.map_or(String::new(), |file| file.name))
+            .text("encoding", if is_color { "sRGB" } else { "linear" })
+            .text("wrap", wrap)
+            .text("filter", filter);
+        let name = format!("image {image}");
+        let transform = Transform::IDENTITY;
+        let id = self.add(EntityKind::Texture, "imagemap", Some(&name), parameters, transform);
+        let name = self.name_of(id);
+        self.image_entities.insert(key, name.clone());
+        name
+    }
+
+    /// Finds the bytes of an image, and puts those that are in the file among the description's.
+    fn read_image(&mut self, index: usize) -> Result<ImageFile, String> {
+        let image = self.file.root.images.get(index).ok_or("it does not exist")?;
+        let path = self.path;
+        let external = image.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+        if let Some(uri) = external {
+            if uri.contains("://") {
+                return Err(format!("it is at `{uri}`, expected a file"));
+            }
+            let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned();
+            let start = self.start_of_file(&name)?;
+            return Ok(ImageFile { name, has_opacity: has_opacity(&start)? });
+        }
+        let no_files = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+        let bytes = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => contents(uri, &no_files).map_err(|error| error.to_string())?,
+            (None, Some(view)) => {
+                let view = self.file.root.buffer_views.get(view.value());
+                let bytes = view.and_then(|view| self.file.buffers.view(view));
+                bytes.ok_or("it ends outside its buffer")?.to_vec()
+            }
+            (None, None) => return Err("it has no contents".to_owned()),
+        };
+        let has_opacity = has_opacity(&bytes)?;
+        let amount = Amount::of::<u8>(bytes.len());
+        self.budget.hold(amount).map_err(|error| format!("it {error}"))?.keep(amount);
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let name = format!("{file}#images[{index}]");
+        self.description.embedded.insert(resolve(path, &name), bytes.into());
+        Ok(ImageFile { name, has_opacity })
+    }
+
+    /// The start of an image file, up to its texels.
+    fn start_of_file(&self, name: &str) -> Result<Vec<u8>, String> {
+        const LENGTH: u64 = 1 << 16;
+        let path = resolve(self.path, name);
+        let mut start = Vec::new();
+        let file = self.files.open(&path);
+        let read = file.and_then(|file| {
+            std::io::Read::read_to_end(&mut std::io::Read::take(file, LENGTH), &mut start)
+        });
+        match read {
+            Ok(_) => Ok(start),
+            Err(error) => Err(format!("cannot read `{}`: {error}", path.display())),
+        }
+    }
+}
+
+/// True if an image has opacity.
+///
+/// # Errors
+/// If its format is not supported.
+fn has_opacity(bytes: &[u8]) -> Result<bool, String> {
+    const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+    if bytes.starts_with(PNG) {
+        let kind = bytes.get(25).copied().unwrap_or(0);
+        return Ok(matches!(kind, 4 | 6) || has_transparency_chunk(bytes));
+    }
+    if bytes.starts_with(b"\xff\xd8\xff") {
+        return Ok(false);
+    }
+    Err(if bytes.starts_with(b"\xabKTX 20") {
+        "KTX 2.0 is not supported (`KHR_texture_basisu`)".to_owned()
+    } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+        "WebP is not supported (`EXT_texture_webp`)".to_owned()
+    } else if bytes.starts_with(b"DDS ") {
+        "DDS is not supported (`MSFT_texture_dds`)".to_owned()
+    } else {
+        "it is neither a PNG nor a JPEG".to_owned()
+    })
+}
+
+/// True if a PNG has a chunk `tRNS`, which comes before the texels.
+fn has_transparency_chunk(bytes: &[u8]) -> bool {
+    let mut at = 8_usize;
+    while let Some(header) = bytes.get(at..at.saturating_add(8)) {
+        let length = u32::from_be_bytes([header[0], header[1], header[2], header[3]]);
+        match &header[4..8] {
+            b"tRNS" => return true,
+            b"IDAT" => return false,
+            _ => at = at.saturating_add(12).saturating_add(length as usize),
+        }
+    }
+    false
+}

@@ -1,0 +1,138 @@
+//! A glTF file: its JSON structure and its buffers.
+
+use std::borrow::Cow;
+use std::io;
+
+use gltf::Glb;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::scene::Node;
+use gltf::json::validation::{Checked, USize64};
+use gltf::json::{Accessor, Index, Root, Value};
+use rtsl_memory::Amount;
+
+use super::buffers::Buffers;
+use crate::mesh::MeshError;
+
+/// Returns the contents of the files that a glTF file refers to.
+pub type ReadFile<'r> = &'r dyn Fn(&str) -> io::Result<Vec<u8>>;
+
+/// A glTF file. Indices in its structure may be invalid.
+pub struct GltfFile<'a> {
+    /// The structure.
+    pub root: Root,
+    /// The contents of the buffers.
+    pub buffers: Buffers<'a>,
+}
+
+/// The extension that compresses meshes.
+pub const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// An upper bound of the memory of a file's structure: each element becomes a struct of limited size, each reference in
+/// a list may be invalid and give a message, and texts, including buffers encoded in them, are copied.
+pub fn structure_memory(bytes: &[u8]) -> Result<Amount, MeshError> {
+    const THING: Amount = Amount(512);
+    const MEMBER: Amount = Amount(128);
+    let (json, _) = parts(bytes)?;
+    let count = |wanted: u8| json.iter().filter(|byte| **byte == wanted).count();
+    let texts = Amount(json.len() as u64).times(4);
+    Ok(THING.times(count(b'{')) + MEMBER.times(count(b',')) + texts)
+}
+
+impl<'a> GltfFile<'a> {
+    /// Parses the structure of a file and reads its buffers.
+    ///
+    /// # Errors
+    /// If one of the files is invalid or cannot be read.
+    pub fn open(bytes: &'a [u8], read: ReadFile<'_>) -> Result<Self, MeshError> {
+        let (json, embedded) = parts(bytes)?;
+        let root =
+            Root::from_slice(json).map_err(|error| MeshError::Malformed(describe(json, &error)))?;
+        let buffers = Buffers::read(&root, embedded, read)?;
+        Ok(GltfFile { root, buffers })
+    }
+
+    /// Returns an accessor.
+    ///
+    /// # Errors
+    /// If it does not exist.
+    pub fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor, MeshError> {
+        self.root.accessors.get(index.value()).ok_or_else(|| {
+            let message = format!("it refers to accessor {}, which does not exist", index.value());
+            MeshError::Malformed(message)
+        })
+    }
+
+    /// Returns the root nodes of the default scene, or of the first if there is no default. Without scenes, all nodes that
+    /// have no parent are roots.
+    pub fn root_nodes(&self) -> Vec<Index<Node>> {
+        let default = self.root.scene.and_then(|scene| self.root.scenes.get(scene.value()));
+        if let Some(scene) = default.or_else(|| self.root.scenes.first()) {
+            return scene.nodes.clone();
+        }
+        let mut is_root = vec![true; self.root.nodes.len()];
+        for child in self.root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
+            if let Some(is_root) = is_root.get_mut(child.value()) {
+                *is_root = false;
+            }
+        }
+        let roots = is_root.iter().enumerate().filter(|(_, is_root)| **is_root);
+        roots.map(|(index, _)| Index::new(index as u32)).collect()
+    }
+
+    /// True if the accessor of a primitive's attribute is compressed, in a way that is not supported.
+    pub fn is_compressed(&self, primitive: &Primitive) -> bool {
+        let has_extension =
+            primitive.extensions.as_ref().is_some_and(|it| it.others.contains_key(DRACO));
+        let has_numbers = |index: &Index<Accessor>| {
+            self.root.accessors.get(index.value()).is_some_and(|it| it.buffer_view.is_some())
+        };
+        has_extension && !primitive.attributes.values().all(has_numbers)
+    }
+}
+
+/// Returns the accessor of a primitive's attribute.
+pub fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Accessor>> {
+    primitive.attributes.get(&Checked::Valid(semantic)).copied()
+}
+
+/// Returns a size as an index of memory, or the greatest.
+pub fn size(number: USize64) -> usize {
+    usize::try_from(number.0).unwrap_or(usize::MAX)
+}
+
+/// Returns the JSON text and the embedded buffer of a file.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
+    if bytes.starts_with(b"glTF") { split(bytes) } else { Ok((bytes, None)) }
+}
+
+/// Splits a binary file into its JSON text and its buffer.
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
+    // The library subtracts the header's length from this length without a check.
+    let length = bytes.get(8..12).map_or(0, |it| u32::from_le_bytes([it[0], it[1], it[2], it[3]]));
+    if length < 12 {
+        return Err(MeshError::Truncated("its header".to_owned()));
+    }
+    let parts = Glb::from_slice(bytes).map_err(|error| MeshError::Malformed(error.to_string()))?;
+    let json = borrowed(parts.json).unwrap_or_default();
+    Ok((json, parts.bin.and_then(borrowed)))
+}
+
+/// The borrowed bytes of a part.
+fn borrowed(part: Cow<'_, [u8]>) -> Option<&[u8]> {
+    match part {
+        Cow::Borrowed(part) => Some(part),
+        Cow::Owned(_) => None,
+    }
+}
+
+/// The text of an error of the structure. Version 1 differs in nearly all of it.
+fn describe(json: &[u8], error: &gltf::json::Error) -> String {
+    let value: Option<Value> = gltf::json::deserialize::from_slice(json).ok();
+    let version = value.as_ref().and_then(|it| it["asset"]["version"].as_str());
+    match version {
+        Some(version) if !version.starts_with('2') => {
+            format!("it is a glTF file of version {version}, expected version 2")
+        }
+        Some(_) | None => format!("it is not a glTF file: {error}"),
+    }
+}
