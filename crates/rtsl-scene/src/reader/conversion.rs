@@ -37,8 +37,8 @@ pub struct ConversionOptions {
     pub input_memory: Option<Amount>,
 }
 
-/// Converts the scene in the file `input` to a text for the file `output`, and those that it includes to texts for files
-/// beside that. Nothing is written.
+/// Converts the scene in the file `input` to a text for the file `output`, and those that it includes to texts for
+/// files beside that. Nothing is written.
 ///
 /// # Errors
 /// All errors of the texts, with the warnings among them.

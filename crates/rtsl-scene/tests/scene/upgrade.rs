@@ -109,7 +109,7 @@ fn settings_are_those_of_the_current_format() {
             Accelerator "bvh"
                 "string splitmethod" "sah"
             Integrator "path"
-                "integer maxdepth" [ 1 ]
+                "integer maxdepth" 5
         "##]],
     );
     check(
@@ -128,6 +128,11 @@ fn settings_are_those_of_the_current_format() {
                 "float radius" .5
         "##]],
     );
+    check("Integrator \"directlighting\"", expect![[r##"
+        # warning[W0601]: integrator `directlighting` is not supported: `path` takes its place
+        Integrator "path"
+            "integer maxdepth" [ 1 ]
+    "##]]);
     check(
         "SurfaceIntegrator \"photonmap\" \"integer nused\" 50",
         expect![[r##"

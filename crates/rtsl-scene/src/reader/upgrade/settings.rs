@@ -105,8 +105,9 @@ pub fn integrator(name: &str, parameters: &mut Parameters<'_>, context: &mut Con
     }
     let new = match name {
         "directlighting" => {
-            parameters.take("maxdepth");
-            parameters.set_integers("maxdepth", vec![1.0]);
+            if !parameters.has("maxdepth") {
+                parameters.set_integers("maxdepth", vec![1.0]);
+            }
             "path"
         }
         "metropolis" => "mlt",
