@@ -152,7 +152,7 @@ fn textures_are_those_of_the_current_format() {
          Texture \"e\" \"color\" \"scale\" \"color tex1\" [.5 .2 .1] \"color tex2\" [2 2 2]\n\
          Texture \"f\" \"color\" \"scale\" \"texture tex1\" \"a\" \"texture tex2\" \"d\"\n\
          Texture \"g\" \"color\" \"scale\" \"texture tex1\" \"a\" \"rgb tex2\" [1 0 0]\n\
-         Texture \"h\" \"color\" \"uv\" \"float uscale\" 2\n\
+         Texture \"h\" \"color\" \"uv\" \"float uscale\" 2 \"float vscale\" -1\n\
          Texture \"i\" \"color\" \"checkerboard\" \"string aamode\" \"none\" \"rgb tex1\" [1 0 0]\n\
          Texture \"j\" \"color\" \"fbm\" \"integer octaves\" 3\n",
         expect![[r##"
@@ -190,6 +190,8 @@ fn textures_are_those_of_the_current_format() {
                 "texture amount" [ "a-float" ]
             Texture "h" "spectrum" "bilerp"
                 "float uscale" 2
+                "float vscale" -1
+                "float vdelta" [ 1 ]
                 "rgb v00" [ 0 0 0 ]
                 "rgb v01" [ 0 1 0 ]
                 "rgb v10" [ 1 0 0 ]

@@ -98,6 +98,12 @@ fn image(parameters: &mut Parameters<'_>) {
 
 /// The texture coordinates as red and green, which the interpolation of four colours gives.
 fn coordinates(parameters: &mut Parameters<'_>, is_float: bool) {
+    // The fractional part of the coordinates is shown, which for mirrored ones is what they are moved to.
+    for (scale, offset) in [("uscale", "udelta"), ("vscale", "vdelta")] {
+        if parameters.number(scale) == Some(-1.0) && !parameters.has(offset) {
+            parameters.set_number(offset, 1.0);
+        }
+    }
     for (name, [red, green]) in
         [("v00", [0.0, 0.0]), ("v01", [0.0, 1.0]), ("v10", [1.0, 0.0]), ("v11", [1.0, 1.0])]
     {
