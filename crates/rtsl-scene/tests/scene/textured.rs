@@ -82,3 +82,15 @@ fn what_is_neither_is_an_error() {
         assert!(messages.contains(message), "{messages}");
     }
 }
+
+#[test]
+fn hair_takes_textures() {
+    let hair = made(
+        "Material \"hair\" \"texture beta_m\" \"checks\" \"texture beta_n\" \"checks\" \"texture alpha\" \"checks\" \
+         \"texture eta\" \"checks\" \"texture pheomelanin\" \"checks\"",
+    );
+    for name in ["betaM", "betaN", "tilt", "eta", "pheomelanin"] {
+        assert_eq!(hair.reference(name).unwrap().class().name, "Checkerboard", "{name}");
+    }
+    assert_eq!(floats(&hair, "eumelanin"), [0.0]);
+}
