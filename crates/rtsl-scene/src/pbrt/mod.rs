@@ -14,6 +14,7 @@ mod mesh_shape;
 mod name;
 mod parallelogram;
 mod shapes;
+mod subsurface;
 mod tensor;
 mod textures;
 mod translation;
