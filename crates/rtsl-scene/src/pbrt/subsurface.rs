@@ -108,7 +108,7 @@ impl Interface {
         interface
     }
 
-    /// What part of light it reflects that meets it from inside at a cosine.
+    /// The part that it reflects of light that meets it from inside at a cosine.
     fn reflected_inside(&self, cosine: f64) -> f64 {
         let sine2 = (1.0 - cosine * cosine) * self.eta * self.eta;
         if sine2 >= 1.0 {
@@ -196,9 +196,10 @@ impl Medium {
     }
 }
 
-/// Media: their names, reduced scattering and absorption per millimetre, red, green and blue. Up to `Wholemilk` they are
-/// from Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for Subsurface Light Transport" (SIGGRAPH 2001); the
-/// others from Narasimhan et al., "Acquiring Scattering Properties of Participating Media by Dilution" (SIGGRAPH 2006).
+/// Media: their names, reduced scattering and absorption per millimetre, red, green and blue. Up to `Wholemilk` they
+/// are from Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for Subsurface Light Transport" (SIGGRAPH 2001);
+/// the others from Narasimhan et al., "Acquiring Scattering Properties of Participating Media by Dilution" (SIGGRAPH
+/// 2006).
 #[rustfmt::skip]
 const MEDIA: &[(&str, [f32; 3], [f32; 3])] = &[
     ("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
