@@ -208,6 +208,11 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             vec![("thickness", 0.8.into()), ("albedo", [0.9, 0.5, 0.2].into()), ("g", 0.6.into())],
         ],
         "Measured" => vec![measured(1), measured(5)],
+        "Subsurface" => {
+            let albedos = || ("albedos", floats(&[0.0, 0.3, 0.5, 0.8, 0.97]));
+            let white = vec![albedos(), ("reflectance", constant(1.0)), ("roughness", 0.1.into())];
+            vec![vec![albedos()], white]
+        }
         "AshikhminShirley" => vec![
             vec![],
             vec![

@@ -153,19 +153,19 @@ fn wrong_spectra_are_errors() {
 fn what_is_not_supported_is_said_once_and_left_out() {
     let loaded = loaded(
         "Texture \"rough\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
-         Material \"subsurface\"\nShape \"sphere\"\n\
+         Material \"subsurface\"\nShape \"sphere\"\nMaterial \"subsurface\"\nShape \"sphere\"\n\
          Shape \"disk\" \"float shadowalpha\" 0.5\nShape \"disk\" \"float shadowalpha\" 0.5\n\
          Material \"dielectric\" \"texture eta\" \"rough\"\n\
          Shape \"sphere\"\nMaterial \"interface\"\nShape \"sphere\"\n\
          LightSource \"infinite\"\n",
     );
     let scene = &loaded.scene;
-    assert_eq!((scene.objects.len(), scene.lights.len()), (4, 1));
+    assert_eq!((scene.objects.len(), scene.lights.len()), (5, 1));
     let classes: Vec<&str> = scene.materials.iter().map(|it| it.class().name.as_str()).collect();
-    assert_eq!(classes, ["Lambertian", "Dielectric"]);
+    assert_eq!(classes, ["Subsurface", "Subsurface", "Dielectric"]);
     let warnings = loaded.warnings.to_text(false);
     for once in [
-        "material `subsurface` is not supported: `Lambertian` takes its place",
+        "material `subsurface` is simplified: light leaves its surface where it enters it",
         "texture `ptex` is not supported: `Constant` takes its place",
         "`shadowalpha` of shape `disk` has no effect",
         "`eta` of material `dielectric` has no effect",

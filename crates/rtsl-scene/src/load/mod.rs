@@ -641,6 +641,10 @@ impl<'a, 'f> Loader<'a, 'f> {
             self.say_once(message, entity.class_span);
             return;
         }
+        if let Some(simplification) = standard.simplification() {
+            let message = format!("{kind} `{name}` is simplified: {simplification}");
+            self.say_once(message, entity.class_span);
+        }
         for (parameter, why) in without_effect(entity, standard, class) {
             let message = format!("`{}` of {kind} `{name}` has no effect: {why}", parameter.name);
             self.say_once(message, parameter.declaration);

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::measured;
 use super::name::{Names, PbrtName};
+use super::subsurface;
 use super::translation::Translation;
 use crate::description::EntityKind;
 use crate::reader::{Parameter, Values};
@@ -52,7 +53,17 @@ pub static NAMES: Names = Names {
             ])
             .translated_by(choose_melanins),
         material("measured", "Measured").made_by(measured::values, measured::PARAMETERS),
-        PbrtName::replacing(EntityKind::Material, "subsurface", "Lambertian"),
+        material("subsurface", "Subsurface")
+            .renaming(&[
+                ("sigma_a", "sigmaA"),
+                ("sigma_s", "sigmaS"),
+                ("uroughness", "roughnessU"),
+                ("vroughness", "roughnessV"),
+                ("remaproughness", "remapRoughness"),
+            ])
+            .made_by(subsurface::values, subsurface::PARAMETERS)
+            .translated_by(subsurface::choose_medium)
+            .simplifying("light leaves its surface where it enters it"),
     ],
     // Boundaries of media, which are invisible, by their name and by former names.
     left_out: &["interface", "none", ""],

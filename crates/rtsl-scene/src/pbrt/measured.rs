@@ -166,8 +166,8 @@ fn push(tables: &mut Vec<u32>, numbers: Vec<f32>) {
     tables.extend(numbers.into_iter().map(f32::to_bits));
 }
 
-/// The densities of all slices, such that each integrates to 1 over its cells, then the sums along the rows of all, then
-/// the sums of rows.
+/// The densities of all slices, such that each integrates to 1 over its cells, then the sums along the rows of all,
+/// then the sums of rows.
 fn warps(numbers: &[f32], [columns, rows]: Size) -> Vec<f32> {
     let count = columns * rows;
     let slices = numbers.len() / count;

@@ -15,6 +15,7 @@ mod name;
 mod parallelogram;
 mod portal;
 mod shapes;
+mod subsurface;
 mod tensor;
 mod textures;
 mod translation;

@@ -28,6 +28,8 @@ pub struct PbrtName {
     stands_along_z: bool,
     /// True if the class is only a substitute that looks different.
     replaced: bool,
+    /// The way in which the class looks different, if little.
+    simplified: Option<&'static str>,
     translate: Option<Translate>,
     make: Option<Make>,
     /// The reference to a texture `Image` that takes the values made for it.
@@ -91,6 +93,11 @@ impl PbrtName {
     /// True if the class is only a substitute.
     pub fn is_replaced(&self) -> bool {
         self.replaced
+    }
+
+    /// Returns what the class leaves out, for a warning.
+    pub fn simplification(&self) -> Option<&'static str> {
+        self.simplified
     }
 
     /// True if entities of this name are ignored because no class implements them.
@@ -161,6 +168,7 @@ impl PbrtName {
             read_by_maker: &[],
             stands_along_z: false,
             replaced: false,
+            simplified: None,
             translate: None,
             make: None,
             image: None,
@@ -170,6 +178,11 @@ impl PbrtName {
     /// A name whose class is a substitute that looks different.
     pub const fn replacing(kind: EntityKind, name: &'static str, class: &'static str) -> Self {
         PbrtName { replaced: true, ..PbrtName::new(kind, name, class) }
+    }
+
+    /// A warning tells `simplified`: what the class leaves out.
+    pub const fn simplifying(self, simplified: &'static str) -> Self {
+        PbrtName { simplified: Some(simplified), ..self }
     }
 
     pub const fn renaming(self, parameters: &'static [(&'static str, &'static str)]) -> Self {

@@ -1,8 +1,8 @@
 //! Files of named arrays, in which the RGL database stores measured materials.
 //!
-//! A file begins with `tensor_file`, a byte 0, the version in two bytes and the number of fields in four. Each field has
-//! the length of its name (two bytes), the name, the number of dimensions (two), the type of its numbers (one), the place
-//! of its data in the file (eight), and the size of each dimension (eight). All numbers are little-endian.
+//! A file begins with `tensor_file`, a byte 0, the version in two bytes and the number of fields in four. Each field
+//! has the length of its name (two bytes), the name, the number of dimensions (two), the type of its numbers (one), the
+//! place of its data in the file (eight), and the size of each dimension (eight). All numbers are little-endian.
 
 use thiserror::Error;
 

@@ -96,6 +96,11 @@ pub struct Translation<'e> {
 }
 
 impl<'e> Translation<'e> {
+    /// The entity as the scene describes it.
+    pub fn entity(&self) -> &'e Entity {
+        self.entity
+    }
+
     /// The transform from the entity's space to the world's.
     pub fn to_world(&self) -> Transform {
         self.entity.transform

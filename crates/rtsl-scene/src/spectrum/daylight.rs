@@ -19,8 +19,8 @@ fn d65(wavelength: f64) -> f64 {
 }
 
 /// Returns for each of these increasing wavelengths the red, green and blue in daylight of a surface that reflects all
-/// light there, none at the other wavelengths, and between them linearly less. Beyond the ends, surfaces reflect as at the
-/// ends. The sum of these colours, each times a reflectance, is the colour of a surface.
+/// light there, none at the other wavelengths, and between them linearly less. Beyond the ends, surfaces reflect as at
+/// the ends. The sum of these colours, each times a reflectance, is the colour of a surface.
 pub fn daylight_weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
     let white = color(d65);
     let part_at = |index: usize, wavelength: f64| {

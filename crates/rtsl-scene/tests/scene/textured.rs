@@ -82,3 +82,57 @@ fn what_is_neither_is_an_error() {
         assert!(messages.contains(message), "{messages}");
     }
 }
+
+#[test]
+fn hair_takes_textures() {
+    let hair = made(
+        "Material \"hair\" \"texture beta_m\" \"checks\" \"texture beta_n\" \"checks\" \"texture alpha\" \"checks\" \
+         \"texture eta\" \"checks\" \"texture pheomelanin\" \"checks\"",
+    );
+    for name in ["betaM", "betaN", "tilt", "eta", "pheomelanin"] {
+        assert_eq!(hair.reference(name).unwrap().class().name, "Checkerboard", "{name}");
+    }
+    assert_eq!(floats(&hair, "eumelanin"), [0.0]);
+}
+
+/// The part of the light that a medium returns, as its class computes it.
+#[test]
+fn subsurface_materials_are_media_by_name_by_coefficients_or_by_reflectance() {
+    let simplified = |parameters: &str| {
+        let made = material(&format!("Material \"subsurface\" {parameters}"));
+        let (made, messages) = made.unwrap_or_else(|messages| panic!("{messages}"));
+        assert_eq!(messages.matches("warning[").count(), 1, "{messages}");
+        let expected =
+            "material `subsurface` is simplified: light leaves its surface where it enters it";
+        assert!(messages.contains(expected), "{messages}");
+        assert_eq!(made.class().name, "Subsurface");
+        assert_eq!(made.buffer("albedos").unwrap().len(), 33);
+        made
+    };
+    let coefficients = |made: &Instance| [floats(made, "sigmaA"), floats(made, "sigmaS")];
+    let milk = [vec![0.0011, 0.0024, 0.014], vec![2.55, 3.21, 3.77]];
+    assert_eq!(coefficients(&simplified("")), milk);
+    // The name of a named material is another.
+    let made = material(
+        "MakeNamedMaterial \"soap\" \"string type\" \"subsurface\" \"string name\" \"Cream\"\n\
+         NamedMaterial \"soap\"",
+    );
+    assert_eq!(floats(&made.unwrap().0, "sigmaS"), [7.38, 5.47, 3.15]);
+    let named = "\"string name\" \"Skin1\" \"rgb sigma_a\" [9 9 9] \"texture reflectance\" \"paint\" \"float g\" 0.5";
+    let skin = simplified(named);
+    assert_eq!(coefficients(&skin), [vec![0.032, 0.17, 0.48], vec![0.74, 0.88, 1.01]]);
+    assert!(skin.reference("reflectance").is_none());
+    // Coefficients of named media are reduced ones, so that they are independent of `g`.
+    assert_eq!(skin.buffer("albedos"), simplified("\"string name\" \"Marble\"").buffer("albedos"));
+    let given =
+        simplified("\"rgb sigma_a\" [1 2 3] \"texture sigma_s\" \"paint\" \"rgb reflectance\" 0.5");
+    assert_eq!(floats(&given, "sigmaA"), [1.0, 2.0, 3.0]);
+    assert!(given.reference("sigmaS").is_some() && given.reference("reflectance").is_none());
+    let diffuse =
+        simplified("\"texture reflectance\" \"paint\" \"rgb mfp\" [1 2 3] \"float scale\" 10");
+    assert!(diffuse.reference("reflectance").is_some());
+    assert_eq!(floats(&simplified("\"float eta\" 0.5"), "eta"), [1.0]);
+    let messages = material("Material \"subsurface\" \"string name\" \"Skin9\"").unwrap_err();
+    assert!(messages.contains("`name` is `Skin9`, which is no medium"), "{messages}");
+    assert!(messages.contains("expected one of Apple, Chicken1"), "{messages}");
+}

@@ -140,9 +140,15 @@ impl Interpreter<'_> {
             let missing = defaults.iter().filter(|default| !given.contains(&default.name));
             parameters.extend(missing.cloned());
         }
+        let is_name = |parameter: &Parameter| {
+            parameter.name == "name" && parameter.kind == ParameterType::Text
+        };
+        // The name of such a material is that of a medium.
+        let is_medium = kind == EntityKind::Material
+            && command.texts.first().is_some_and(|class| class.text == "subsurface");
         let name = parameters
             .iter()
-            .position(|parameter| parameter.name == "name" && parameter.kind == ParameterType::Text)
+            .position(|parameter| is_name(parameter) && !is_medium)
             .map(|position| parameters.remove(position));
         let name = name.and_then(|name| match name.values {
             Values::Texts(texts) => texts.into_iter().next(),
