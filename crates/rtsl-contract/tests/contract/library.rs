@@ -95,8 +95,8 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 let more = [("tangents", tangents), ("uvs1", uvs1), ("colors", colors)];
                 mesh(&corners, normals, &uvs, &[0, 1, 2]).into_iter().chain(more).collect()
             };
-            let tangents = [1.0, 0.1, 0.2, -1.0, 0.9, 0.3, 0.1, -1.0, 1.0, 0.0, 0.3, -1.0];
-            let tangents = [&tangents[..], &[0.0; 4]].concat();
+            // Along the first coordinate.
+            let tangents = [0.89, -0.01, -0.18, 1.0].repeat(4);
             let colors = [0.5; 16];
             vec![
                 rich(&leaning, [floats(&tangents), none(), floats(&colors)]),

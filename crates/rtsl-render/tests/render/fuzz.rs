@@ -112,6 +112,13 @@ fn any_gltf_file_is_read_or_refused() {
 }
 
 #[test]
+fn any_gltf_scene_is_read_or_refused() {
+    run("../../scenes", "glb", 300, gltf::gltf_scene);
+    run("tests/meshes", "gltf", 300, gltf::gltf_scene);
+    run("tests/meshes", "glb", 300, gltf::gltf_scene);
+}
+
+#[test]
 fn any_checkpoint_is_read_or_refused() {
     let mut seeds = Vec::new();
     for count in [0, 3, 200] {

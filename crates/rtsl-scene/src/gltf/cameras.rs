@@ -10,12 +10,13 @@ use super::builder::Builder;
 use super::hierarchy::Hierarchy;
 use super::outline::Kind;
 use crate::description::EntityKind;
+use crate::reader::Values;
 
 /// The rows of pictures by cameras that have an aspect ratio.
 const ROWS: f64 = 720.0;
 
-/// The direction from the scene to the camera that shows all of it, which is not yet of unit length: from the front, the
-/// right and above.
+/// The direction from the scene to the camera that shows all of it, which is not yet of unit length: from the front,
+/// the right and above.
 const THREE_QUARTERS: [f64; 3] = [0.55, 0.4, 1.0];
 
 /// The field of view of that camera, in degrees.
@@ -57,9 +58,7 @@ impl Builder<'_> {
         let transform = world_to_camera.unwrap_or(Transform::IDENTITY);
         let id = self.add(EntityKind::Camera, class, Some("camera"), parameters, transform);
         self.description.camera = Some(id);
-        if let Some(aspect) = aspect {
-            self.add_film(camera, aspect);
-        }
+        self.add_film(aspect, bounds);
     }
 
     /// The cameras of visible nodes, each with its node.
@@ -89,18 +88,52 @@ impl Builder<'_> {
         });
     }
 
-    /// A film with the camera's aspect ratio.
-    fn add_film(&mut self, camera: usize, aspect: f64) {
-        let aspect = aspect.clamp(0.1, 10.0);
-        let parameters = self
-            .parameters(Kind::Camera, camera)
-            .numbers("xresolution", &[(ROWS * aspect).round()])
-            .numbers("yresolution", &[ROWS]);
+    /// A film with the camera's aspect ratio, exposed for the lights.
+    fn add_film(&mut self, aspect: Option<f64>, bounds: &Bounds) {
+        let exposure = self.exposure(bounds);
+        if aspect.is_none() && exposure == 0.0 {
+            return;
+        }
+        let mut parameters = self.parameters(Kind::File, 0);
+        if let Some(aspect) = aspect {
+            let aspect = aspect.clamp(0.1, 10.0);
+            parameters = parameters
+                .numbers("xresolution", &[(ROWS * aspect).round()])
+                .numbers("yresolution", &[ROWS]);
+        }
+        if exposure != 0.0 {
+            parameters = parameters.numbers("exposure", &[exposure]);
+        }
         let film = self.add(EntityKind::Film, "rgb", None, parameters, Transform::IDENTITY);
         self.description.film = Some(film);
     }
 
+    /// The exposure in whole stops, at most 0, under which the radiance of a white surface in the middle of the scene
+    /// that faces all lights is at most 2: many files have lights as bright as the sun.
+    fn exposure(&self, bounds: &Bounds) -> f64 {
+        let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
+        let lights = self.description.lights.iter().map(|light| {
+            let light = &self.description.entities[light.0];
+            let strength = light.number("strength").unwrap_or(0.0);
+            match light.parameter("position").map(|it| &it.values) {
+                Some(Values::Numbers(position)) if position.len() == 3 => {
+                    let squares = (0..3).map(|axis| (position[axis] - center[axis]).powi(2));
+                    strength / squares.sum::<f64>().max(1e-6)
+                }
+                Some(_) | None => strength,
+            }
+        });
+        let mut radiance = lights.sum::<f64>() / std::f64::consts::PI;
+        let mut stops = 0.0;
+        while radiance > 2.0 && stops > -40.0 {
+            radiance *= 0.5;
+            stops -= 1.0;
+        }
+        stops
+    }
+
     fn add_framing_camera(&mut self, bounds: &Bounds) {
+        self.add_film(None, bounds);
         let parameters = self.parameters(Kind::File, 0).numbers("fov", &[FIELD_OF_VIEW]);
         let transform = frame(bounds);
         let id = self.add(EntityKind::Camera, "Pinhole", Some("camera"), parameters, transform);
@@ -177,7 +210,7 @@ fn look(eye: [f64; 3], direction: [f64; 3], up: [f64; 3]) -> Option<Transform> {
 
 /// From the world to the camera that shows all of a box.
 fn frame(bounds: &Bounds) -> Transform {
-    let all = Bounds { least: [-1.0; 3], greatest: [1.0; 3] };
+    let all = [[-1.0; 3], [1.0; 3]].into_iter().collect();
     let bounds = if bounds.is_empty() || !bounds.radius().is_finite() { &all } else { bounds };
     let (center, radius) = (bounds.center(), bounds.radius().max(1e-6));
     let [Some(back), Some(right)] =
@@ -188,14 +221,14 @@ fn frame(bounds: &Bounds) -> Transform {
     let up = cross(back, right);
     let (sine, cosine) = sine_and_cosine_of_degrees(0.5 * FIELD_OF_VIEW);
     let tangent = sine / cosine;
-    // Each corner is to appear within the square, with a margin.
-    const MARGIN: f64 = 1.08;
-    let distances = bounds.corners().map(|corner| {
-        let from_center = std::array::from_fn::<f64, 3, _>(|axis| corner[axis] - center[axis]);
+    // Each point is to appear within the square, with a margin.
+    const MARGIN: f64 = 1.12;
+    let distances = bounds.outline().map(|point| {
+        let from_center = std::array::from_fn::<f64, 3, _>(|axis| point[axis] - center[axis]);
         let part = |axis: [f64; 3]| dot(from_center, axis);
         part(back) + MARGIN * part(right).abs().max(part(up).abs()) / tangent
     });
-    let distance = distances.fold(1.1 * radius, f64::max);
+    let distance = distances.fold(0.5 * radius, f64::max);
     let eye = std::array::from_fn(|axis| center[axis] + distance * back[axis]);
     look(eye, back.map(|part| -part), [0.0, 1.0, 0.0]).unwrap_or(Transform::IDENTITY)
 }
@@ -218,17 +251,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_corners_of_a_box_are_in_the_picture() {
-        let flat = Bounds { least: [-5.0, 1.0, -0.5], greatest: [3.0, 1.0, 90.0] };
-        for bounds in [Bounds { least: [2.0; 3], greatest: [3.0; 3] }, flat] {
+    fn the_outline_is_in_the_picture() {
+        let flat = [[-5.0, 1.0, -0.5], [3.0, 1.0, 90.0], [3.0, 1.0, -0.5]];
+        let disk = (0..360).map(|degrees| {
+            let (sine, cosine) = sine_and_cosine_of_degrees(degrees.into());
+            [7.0 + cosine, 3.0, sine]
+        });
+        for points in [vec![[2.0; 3], [3.0; 3]], flat.to_vec(), disk.collect()] {
+            let bounds: Bounds = points.iter().copied().collect();
             let to_camera = frame(&bounds);
             let tangent = (0.5 * FIELD_OF_VIEW).to_radians().tan();
-            let mut most: f64 = 0.0;
-            for corner in bounds.corners() {
-                let [x, y, z] = to_camera.point(corner);
+            let places = points.iter().map(|point| {
+                let [x, y, z] = to_camera.point(*point);
                 assert!(z > 0.0);
-                most = most.max(x.abs().max(y.abs()) / (z * tangent));
-            }
+                x.abs().max(y.abs()) / (z * tangent)
+            });
+            let most = places.fold(0.0, f64::max);
             assert!(most < 1.0 && most > 0.8, "{most}");
         }
     }

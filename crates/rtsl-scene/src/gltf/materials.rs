@@ -88,8 +88,16 @@ impl Builder<'_> {
             Some(index) => self.file.root.materials[index].clone(),
             None => Material::default(),
         };
-        let layers = Layers::read(&material);
+        let mut layers = Layers::read(&material);
         let place = index.unwrap_or(usize::MAX);
+        let dropped = layers.limit();
+        if !dropped.is_empty() {
+            let message = format!(
+                "a material has too many textures: those of {} are left out",
+                dropped.join(", ")
+            );
+            self.warn(message, self.outline.span(Kind::Material, place));
+        }
         self.warn_of_unsupported(&material, place);
         let sets = self.sets(&layers, place);
         let wanted = Wanted { sets, tangents: layers.needs_tangents };
@@ -149,6 +157,28 @@ impl Builder<'_> {
     }
 }
 
+/// The greatest number of lookups in one method of a material: each takes about three thousand operations of the 65,536
+/// that a kernel may have.
+const MAX_LOOKUPS: usize = 18;
+
+/// The parameters whose textures are left out first.
+const LESSER: [&str; 14] = [
+    "iridescenceThickness",
+    "iridescence",
+    "specular",
+    "anisotropyMap",
+    "diffuseTransmissionColor",
+    "specularColor",
+    "diffuseTransmission",
+    "normals",
+    "roughness",
+    "coat",
+    "sheen",
+    "transmission",
+    "metallicRoughness",
+    "metallic",
+];
+
 /// The extensions of materials that are read.
 pub const SUPPORTED: [&str; 13] = [
     "KHR_materials_anisotropy",
@@ -199,8 +229,10 @@ impl Layers {
             Some(glossy) => layers.read_glossy(glossy),
             None => {
                 let map = pbr.metallic_roughness_texture.as_ref().map(TextureUse::of);
-                layers.number("metallic", pbr.metallic_factor.0.into(), map, 2);
-                layers.number("roughness", pbr.roughness_factor.0.into(), map, 1);
+                layers.number("metallic", pbr.metallic_factor.0.into(), None, 0);
+                layers.number("roughness", pbr.roughness_factor.0.into(), None, 0);
+                let kind = InputKind::Map;
+                layers.base.push(Input { name: "metallicRoughness", kind, texture: map });
                 layers.read_dielectric(material);
             }
         }
@@ -333,6 +365,41 @@ impl Layers {
         channel: u32,
     ) {
         self.base.push(number_input(name, factor, texture, channel));
+    }
+
+    /// The number of lookups in the greatest method: a cover that takes a sample also evaluates its base and the
+    /// density of its base.
+    fn lookups(&self) -> usize {
+        let count = |inputs: &[Input]| inputs.iter().filter(|it| it.texture.is_some()).count();
+        let base = count(&self.base) + usize::from(self.color.1.is_some());
+        let sheen = self.sheen.as_deref().map(count);
+        let coat = self.coat.as_ref().map(|(inputs, _)| count(inputs));
+        let times = match (sheen, coat) {
+            (None, None) => 1,
+            (Some(_), None) | (None, Some(_)) => 3,
+            (Some(_), Some(_)) => 5,
+        };
+        let of_sheen = sheen.map_or(0, |count| if coat.is_some() { 3 * count } else { count });
+        let of_normal = usize::from(self.normal.is_some()) * if coat.is_some() { 3 } else { 1 };
+        times * base + of_sheen + of_normal + coat.unwrap_or(0)
+    }
+
+    /// Leaves out the textures that matter least until the methods fit the limits of kernels. Returns their parameters.
+    fn limit(&mut self) -> Vec<&'static str> {
+        let mut dropped = Vec::new();
+        for name in LESSER {
+            if self.lookups() <= MAX_LOOKUPS {
+                break;
+            }
+            let sheen = self.sheen.iter_mut().flatten();
+            let coat = self.coat.iter_mut().flat_map(|(inputs, _)| inputs);
+            let inputs = self.base.iter_mut().chain(sheen).chain(coat);
+            for input in inputs.filter(|it| it.name == name && it.texture.is_some()) {
+                input.texture = None;
+                dropped.push(name);
+            }
+        }
+        dropped
     }
 
     /// All textures, that of the normals first.

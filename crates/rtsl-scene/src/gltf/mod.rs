@@ -1,11 +1,11 @@
 //! glTF 2.0 files as scenes: the same [`Description`] that the reader of pbrt's format makes.
 //!
-//! Meshes become shapes whose buffers are in memory, materials layers of the classes `GltfPbr`, `GltfSheen`, `NormalMap`
-//! and `GltfCoat`, textures the class `GltfTexture` over images, which may be bytes in the file. A file without a camera is
-//! shown from the front, the right and above; one without lights stands in a studio.
+//! Meshes become shapes whose buffers are in memory, materials layers of the classes `GltfPbr`, `GltfSheen`,
+//! `NormalMap` and `GltfCoat`, textures the class `GltfTexture` over images, which may be bytes in the file. A file
+//! without a camera is shown from the front, the right and above; one without lights stands in a studio.
 //!
-//! Files are untrusted: whatever is invalid is left out with a warning, and memory is reserved in the budget before it is
-//! allocated. Messages point to a list of the file's objects, because the file itself may be binary.
+//! Files are untrusted: whatever is invalid is left out with a warning, and memory is reserved in the budget before it
+//! is allocated. Messages point to a list of the file's objects, because the file itself may be binary.
 
 mod bounds;
 mod builder;
@@ -73,7 +73,7 @@ pub fn read_gltf_scene(
         buffers.borrow_mut().push(held);
         Ok(bytes)
     };
-    let file = match GltfFile::open(&bytes, &read) {
+    let file = match GltfFile::open(&bytes, &read, budget) {
         Ok(file) => file,
         Err(error) => {
             diagnostics.push(unusable(path, error));
@@ -121,10 +121,10 @@ impl Builder<'_> {
             self.diagnostics.push(diagnostic.at(self.outline.whole(), ""));
         }
         self.add_lights(&hierarchy);
-        self.add_camera(&hierarchy, &bounds, camera);
-        if self.description.lights.is_empty() && !self.has_lamps {
+        if self.description.lights.is_empty() {
             self.add_studio();
         }
+        self.add_camera(&hierarchy, &bounds, camera);
     }
 
     /// Warns of extensions without which the file's author does not want it shown.

@@ -21,7 +21,7 @@ use super::surface::{Joints, Surface};
 use super::tangents::add_tangents;
 use crate::description::{EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 use crate::mesh::MeshError;
-use crate::mesh::gltf::{DRACO, Numbers, attribute, size, turned};
+use crate::mesh::gltf::{DRACO, MESHOPT, Numbers, attribute, size, turned};
 use crate::reader::ReferenceKind;
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
@@ -279,7 +279,9 @@ impl Builder<'_> {
             || !surface.uvs[1].is_empty()
             || !surface.colors.is_empty()
             || lacks_coordinates;
-        let [uvs, second] = surface.uvs;
+        // Textures count from the bottom, and the file from the top.
+        let [uvs, second] =
+            surface.uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect::<Vec<_>>());
         parameters = parameters
             .buffer("positions", floats(surface.positions))
             .buffer("normals", floats(surface.normals))
@@ -391,4 +393,5 @@ fn floats<const COUNT: usize>(tuples: Vec<[f32; COUNT]>) -> Buffer {
 }
 
 /// The extensions that change geometry, and are read.
-pub const SUPPORTED: [&str; 3] = [INSTANCING, "KHR_mesh_quantization", "KHR_node_visibility"];
+pub const SUPPORTED: [&str; 5] =
+    [INSTANCING, MESHOPT[0], MESHOPT[1], "KHR_mesh_quantization", "KHR_node_visibility"];

@@ -1,5 +1,7 @@
 //! The light of scenes without lights: a photographer's studio as an image of all directions, which is in memory only.
 
+use std::sync::{Arc, LazyLock};
+
 use rtsl_math::{Transform, sine_and_cosine_of_degrees};
 use rtsl_memory::Amount;
 
@@ -21,17 +23,22 @@ const SOFTBOXES: [Softbox; 3] = [
     ([0.25, 0.7, -0.75], 3.0, 25.0),
 ];
 
+/// The part of its light that scenes with lamps have.
+const BESIDE_LAMPS: f64 = 0.25;
+
 impl Builder<'_> {
     /// Adds the studio.
     pub fn add_studio(&mut self) {
-        let bytes = picture();
-        let amount = Amount::of::<u8>(bytes.len());
+        let amount = Amount::of::<u8>(PICTURE.len());
         let Ok(held) = self.budget.hold(amount) else { return };
         held.keep(amount);
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = format!("{file}#studio");
-        self.description.embedded.insert(resolve(self.path, &name), bytes.into());
-        let parameters = self.parameters(Kind::File, 0).text("filename", &name);
+        self.description.embedded.insert(resolve(self.path, &name), PICTURE.clone());
+        let mut parameters = self.parameters(Kind::File, 0).text("filename", &name);
+        if self.has_lamps {
+            parameters = parameters.numbers("scale", &[BESIDE_LAMPS]);
+        }
         // The axis of skies is z.
         let upright = Transform::from_columns(&[
             1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
@@ -40,6 +47,8 @@ impl Builder<'_> {
         self.description.lights.push(light);
     }
 }
+
+static PICTURE: LazyLock<Arc<[u8]>> = LazyLock::new(|| picture().into());
 
 /// The studio as a PFM picture, whose rows count from the bottom: latitudes.
 fn picture() -> Vec<u8> {

@@ -52,12 +52,15 @@ pub struct Sample {
     pub colors: u32,
 }
 
+/// The index of the channel of opacity.
+const OPACITY: u32 = 3;
+
 impl Sample {
     /// The values of images as they are.
     pub const PLAIN: Sample = Sample {
         is_color: false,
         factor: [1.0; 4],
-        channel: 3,
+        channel: OPACITY,
         base: 0.0,
         cutoff: None,
         colors: 0,
@@ -90,11 +93,12 @@ impl TextureUse {
         }
     }
 
-    /// The rows of the matrix from coordinates to places in the image.
+    /// The rows of the matrix from the coordinates of shapes to places in the image. Both count from the bottom, and
+    /// those in the file from the top.
     fn rows(&self) -> [[f64; 3]; 2] {
         let (sine, cosine) = sine_and_cosine_of_degrees(self.rotation.to_degrees());
         let ([u, v], [x, y]) = (self.scale, self.offset);
-        [[cosine * u, sine * v, x], [-sine * u, cosine * v, y]]
+        [[cosine * u, -sine * v, x + sine * v], [sine * u, cosine * v, 1.0 - cosine * v - y]]
     }
 }
 
@@ -153,14 +157,16 @@ impl Builder<'_> {
             if modes != [0.0, 0.0] {
                 parameters = parameters.numbers("wrap", &modes);
             }
-            if has_opacity && sample.channel == 3 {
+            if has_opacity && sample.channel == OPACITY {
                 parameters = parameters.boolean("hasOpacity", true);
             }
         }
         if sample.factor != [1.0; 4] {
             parameters = parameters.numbers("factor", &sample.factor);
         }
-        parameters = parameters.numbers("channel", &[sample.channel.into()]);
+        if sample.channel > 0 && sample.channel < OPACITY {
+            parameters = parameters.numbers("channel", &[sample.channel.into()]);
+        }
         if sample.base != 0.0 {
             parameters = parameters.numbers("base", &[sample.base]);
         }
@@ -170,13 +176,9 @@ impl Builder<'_> {
         if sample.colors != 0 {
             parameters = parameters.numbers("colors", &[sample.colors.into()]);
         }
-        let id = self.add(
-            EntityKind::Texture,
-            "GltfTexture",
-            Some(name),
-            parameters,
-            Transform::IDENTITY,
-        );
+        let class = if sample.channel == OPACITY { "GltfOpacity" } else { "GltfTexture" };
+        let transform = Transform::IDENTITY;
+        let id = self.add(EntityKind::Texture, class, Some(name), parameters, transform);
         Some(self.name_of(id))
     }
 
@@ -260,9 +262,8 @@ impl Builder<'_> {
         let bytes = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => contents(uri, &no_files).map_err(|error| error.to_string())?,
             (None, Some(view)) => {
-                let view = self.file.root.buffer_views.get(view.value());
-                let bytes = view.and_then(|view| self.file.buffers.view(view));
-                bytes.ok_or("it ends outside its buffer")?.to_vec()
+                let bytes = self.file.buffers.view(&self.file.root, view);
+                bytes.map_err(|problem| format!("its buffer view {problem}"))?.to_vec()
             }
             (None, None) => return Err("it has no contents".to_owned()),
         };

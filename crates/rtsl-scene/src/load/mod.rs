@@ -508,7 +508,12 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     fn mesh_arguments(&mut self, mesh: MeshShape, entity: &Entity) -> Option<Arguments> {
         match mesh.arguments(entity, self.files) {
-            Ok(values) => Some(Arguments { values, ..Arguments::default() }),
+            Ok((values, warning)) => {
+                if let Some(warning) = warning {
+                    self.say_once(warning, entity.class_span);
+                }
+                Some(Arguments { values, ..Arguments::default() })
+            }
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
                 None

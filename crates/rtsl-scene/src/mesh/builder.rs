@@ -19,6 +19,8 @@ pub struct Mesh {
     pub uvs: Numbers,
     /// Three ints for each triangle, or four for each quadrilateral: the indices of its vertices.
     pub indices: Numbers,
+    /// True if the file has materials, which a mesh does not.
+    pub has_materials: bool,
 }
 
 impl Mesh {
@@ -111,6 +113,7 @@ impl MeshBuilder {
             normals: Numbers::from_words(Scalar::F32, self.normals),
             uvs: Numbers::from_words(Scalar::F32, self.uvs),
             indices: Numbers::from_words(Scalar::I32, self.indices),
+            has_materials: false,
         })
     }
 }

@@ -28,6 +28,9 @@ pub enum MeshShape {
     Subdivision,
 }
 
+/// The arguments of a class, and a warning.
+pub type Made = (Vec<(String, Value)>, Option<String>);
+
 impl MeshShape {
     /// The mesh shape with this name in the format.
     pub fn named(name: &str) -> Option<MeshShape> {
@@ -51,14 +54,14 @@ impl MeshShape {
         }
     }
 
-    /// The arguments of the class for `entity`.
+    /// The arguments of the class for `entity`, and a warning.
     pub fn arguments(
         self,
         entity: &Entity,
         files: SceneFiles<'_>,
-    ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
+    ) -> Result<Made, Box<Diagnostic>> {
         if let Some(parallelogram) = Parallelogram::of(entity) {
-            return Ok(parallelogram.arguments());
+            return Ok((parallelogram.arguments(), None));
         }
         check_names(entity, self.parameters())?;
         let mesh = match self {
@@ -68,10 +71,17 @@ impl MeshShape {
             MeshShape::Gltf => file(entity, files, gltf),
             MeshShape::Subdivision => subdivision(entity, files.budget),
         }?;
-        let Mesh { positions, normals, uvs, indices } = mesh;
+        let Mesh { positions, normals, uvs, indices, has_materials } = mesh;
         let buffers =
             [("positions", positions), ("normals", normals), ("uvs", uvs), ("indices", indices)];
-        Ok(buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers))).into())
+        let values = buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers)));
+        let file = entity.text("filename").map_or("", |(name, _)| name);
+        let warning = has_materials.then(|| {
+            format!(
+                "the materials of `{file}` have no effect on a shape: `rtsl render {file}` shows the file as a scene"
+            )
+        });
+        Ok((values.into(), warning))
     }
 }
 

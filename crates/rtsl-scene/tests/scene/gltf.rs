@@ -292,19 +292,18 @@ fn textures_have_channels_transforms_and_samplers() {
     assert_eq!(warnings, "");
     expect![[r#"
         image 0: imagemap filename=map one.png encoding=linear wrap=clamp filter=point
-        tiles alpha: GltfTexture image=image 0 toS=[0.0, 4.0, 0.5] toT=[-2.0, 0.0, 0.0] wrap=[1.0, 3.0] hasOpacity=[true] factor=[1.0, 1.0, 1.0, 0.5] channel=[3.0] cutoff=[0.25]
+        tiles alpha: GltfOpacity image=image 0 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] hasOpacity=[true] factor=[1.0, 1.0, 1.0, 0.5] cutoff=[0.25]
         image 0 2: imagemap filename=map one.png encoding=sRGB wrap=repeat filter=bilinear
-        tiles emission: GltfTexture image=image 0 2 factor=[0.5, 0.5, 0.5, 1.0] channel=[0.0]
+        tiles emission: GltfTexture image=image 0 2 factor=[0.5, 0.5, 0.5, 1.0]
         image 0 3: imagemap filename=map one.png encoding=sRGB wrap=clamp filter=point
-        tiles baseColor: GltfTexture image=image 0 3 toS=[0.0, 4.0, 0.5] toT=[-2.0, 0.0, 0.0] wrap=[1.0, 3.0] factor=[1.0, 1.0, 1.0, 0.5] channel=[0.0]
+        tiles baseColor: GltfTexture image=image 0 3 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] factor=[1.0, 1.0, 1.0, 0.5]
         image 0 4: imagemap filename=map one.png encoding=linear wrap=repeat filter=bilinear
-        tiles metallic: GltfTexture image=image 0 4 set=[1.0] channel=[2.0]
-        tiles roughness: GltfTexture image=image 0 4 set=[1.0] channel=[1.0]
-        tiles normals: GltfTexture image=image 0 4 channel=[0.0]
+        tiles metallicRoughness: GltfTexture image=image 0 4 set=[1.0]
+        tiles normals: GltfTexture image=image 0 4
     "#]]
     .assert_eq(&listed(&description, EntityKind::Texture));
     expect![[r#"
-        tiles: GltfPbr baseColor=tiles baseColor metallic=tiles metallic roughness=tiles roughness
+        tiles: GltfPbr baseColor=tiles baseColor metallic=[1.0] roughness=[1.0] metallicRoughness=tiles metallicRoughness
         tiles normals: NormalMap base=tiles normals=tiles normals scale=[2.0] alongV=[true]
     "#]]
     .assert_eq(&listed(&description, EntityKind::Material));
@@ -349,6 +348,29 @@ fn extensions_become_layers_and_parameters() {
 }
 
 #[test]
+fn textures_beyond_the_limit_of_kernels_are_left_out() {
+    let map = r#"{"index": 0}"#;
+    let material = format!(
+        r#"{{"pbrMetallicRoughness": {{"baseColorTexture": {map}, "metallicRoughnessTexture": {map}}},
+        "normalTexture": {map}, "extensions": {{
+            "KHR_materials_specular": {{"specularTexture": {map}, "specularColorTexture": {map}}},
+            "KHR_materials_transmission": {{"transmissionFactor": 1, "transmissionTexture": {map}}},
+            "KHR_materials_clearcoat": {{"clearcoatFactor": 1, "clearcoatTexture": {map},
+                "clearcoatRoughnessTexture": {map}, "clearcoatNormalTexture": {map}}}}}}}"#
+    );
+    let files = with_image(&with_material(&square_of_material(), &material, TEXTURES));
+    expect![[r#"
+        warning[W0601]: a material has too many textures: those of specular are left out
+          ┌─ model.gltf#contents:4:1
+          │
+        4 │ materials[0]
+          │ ^^^^^^^^^^^^
+
+    "#]]
+    .assert_eq(&loaded(&files).2);
+}
+
+#[test]
 fn glossy_and_unlit_materials_have_their_look() {
     let glossy = r#"{"name": "glossy", "extensions": {"KHR_materials_pbrSpecularGlossiness":
         {"diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": [0.25, 0.25, 0.25], "glossinessFactor": 0.75}}},
@@ -370,7 +392,7 @@ fn colors_of_vertices_scale_the_base_color() {
         r#"{"name": "painted", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 1]}}"#;
     let description = description(&with_material(&primitive, material, ""));
     expect![[r#"
-        painted baseColor: GltfTexture factor=[0.5, 1.0, 1.0, 1.0] channel=[0.0] colors=[1.0]
+        painted baseColor: GltfTexture factor=[0.5, 1.0, 1.0, 1.0] colors=[1.0]
     "#]]
     .assert_eq(&listed(&description, EntityKind::Texture));
     let colors = buffer_of(&description, description.shapes[0].shape, "colors");

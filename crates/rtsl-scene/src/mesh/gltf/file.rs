@@ -8,7 +8,7 @@ use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::scene::Node;
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Accessor, Index, Root, Value};
-use rtsl_memory::Amount;
+use rtsl_memory::{Amount, InputBudget};
 
 use super::buffers::Buffers;
 use crate::mesh::MeshError;
@@ -39,15 +39,21 @@ pub fn structure_memory(bytes: &[u8]) -> Result<Amount, MeshError> {
 }
 
 impl<'a> GltfFile<'a> {
-    /// Parses the structure of a file and reads its buffers.
+    /// Parses the structure of a file and reads its buffers, whose compressed parts the budget must allow.
     ///
     /// # Errors
     /// If one of the files is invalid or cannot be read.
-    pub fn open(bytes: &'a [u8], read: ReadFile<'_>) -> Result<Self, MeshError> {
+    pub fn open(
+        bytes: &'a [u8],
+        read: ReadFile<'_>,
+        budget: &InputBudget,
+    ) -> Result<Self, MeshError> {
         let (json, embedded) = parts(bytes)?;
-        let root =
-            Root::from_slice(json).map_err(|error| MeshError::Malformed(describe(json, &error)))?;
-        let buffers = Buffers::read(&root, embedded, read)?;
+        let root = structure(json)?;
+        if !root.asset.version.starts_with('2') {
+            return Err(MeshError::Malformed(other_version(&root.asset.version)));
+        }
+        let buffers = Buffers::read(&root, embedded, read, budget)?;
         Ok(GltfFile { root, buffers })
     }
 
@@ -62,8 +68,8 @@ impl<'a> GltfFile<'a> {
         })
     }
 
-    /// Returns the root nodes of the default scene, or of the first if there is no default. Without scenes, all nodes that
-    /// have no parent are roots.
+    /// Returns the root nodes of the default scene, or of the first if there is no default. Without scenes, all nodes
+    /// that have no parent are roots.
     pub fn root_nodes(&self) -> Vec<Index<Node>> {
         let default = self.root.scene.and_then(|scene| self.root.scenes.get(scene.value()));
         if let Some(scene) = default.or_else(|| self.root.scenes.first()) {
@@ -125,14 +131,35 @@ fn borrowed(part: Cow<'_, [u8]>) -> Option<&[u8]> {
     }
 }
 
-/// The text of an error of the structure. Version 1 differs in nearly all of it.
-fn describe(json: &[u8], error: &gltf::json::Error) -> String {
+/// Parses the JSON text. If it does not have the form that the library expects, that may be for parts that are not
+/// read.
+fn structure(json: &[u8]) -> Result<Root, MeshError> {
+    let error = match Root::from_slice(json) {
+        Ok(root) => return Ok(root),
+        Err(error) => error,
+    };
     let value: Option<Value> = gltf::json::deserialize::from_slice(json).ok();
-    let version = value.as_ref().and_then(|it| it["asset"]["version"].as_str());
-    match version {
-        Some(version) if !version.starts_with('2') => {
-            format!("it is a glTF file of version {version}, expected version 2")
-        }
-        Some(_) | None => format!("it is not a glTF file: {error}"),
+    let Some(mut value) = value.filter(Value::is_object) else { return Err(malformed(&error)) };
+    let version = value["asset"]["version"].as_str();
+    if let Some(version) = version.filter(|version| !version.starts_with('2')) {
+        return Err(MeshError::Malformed(other_version(version)));
     }
+    if let Some(members) = value.as_object_mut() {
+        members.remove("animations");
+        // Scenes may be empty.
+        let scenes = members.get_mut("scenes").and_then(Value::as_array_mut);
+        for scene in scenes.into_iter().flatten().filter_map(Value::as_object_mut) {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    gltf::json::deserialize::from_value(value).map_err(|_| malformed(&error))
+}
+
+fn malformed(error: &gltf::json::Error) -> MeshError {
+    MeshError::Malformed(format!("it is not a glTF file: {error}"))
+}
+
+fn other_version(version: &str) -> String {
+    let shown: String = version.chars().take(20).collect();
+    format!("it is a glTF file of version {shown}, expected version 2")
 }

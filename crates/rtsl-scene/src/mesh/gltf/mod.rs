@@ -1,8 +1,8 @@
 //! The reader of glTF files, `.gltf` and `.glb`, as one mesh.
 //!
 //! It creates one mesh of all triangles of the default scene (or the first scene, if there is no default), transformed
-//! by their nodes. Materials, cameras, lights, skins and animations are ignored: [`crate::gltf`] reads them. Coordinates
-//! are not converted.
+//! by their nodes. Materials, cameras, lights, skins and animations are ignored: [`crate::gltf`] reads them.
+//! Coordinates are not converted.
 //!
 //! The crate `gltf` parses the structure. This module checks all that it refers to: indices, cycles of nodes, and
 //! offsets and counts of numbers in buffers.
@@ -10,6 +10,7 @@
 mod buffers;
 mod corners;
 mod file;
+mod meshopt;
 mod numbers;
 
 use gltf::json::Index;
@@ -19,7 +20,7 @@ use gltf::json::scene::Node;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
-pub use buffers::contents;
+pub use buffers::{MESHOPT, contents};
 pub use corners::corners;
 pub use file::{DRACO, GltfFile, ReadFile, attribute, size, structure_memory};
 pub use numbers::Numbers;
@@ -47,9 +48,10 @@ pub fn read_gltf_within(
     budget: &InputBudget,
 ) -> Result<Mesh, MeshError> {
     let of_structure = budget.hold(structure_memory(bytes)?)?;
-    let file = GltfFile::open(bytes, read)?;
+    let file = GltfFile::open(bytes, read, budget)?;
     let mut held = budget.hold(Amount::default())?;
-    let mesh = Reader { file }.scene(&mut held)?.finish()?;
+    let has_materials = !file.root.materials.is_empty();
+    let mesh = Mesh { has_materials, ..Reader { file }.scene(&mut held)?.finish()? };
     held.keep(mesh.memory());
     drop(of_structure);
     Ok(mesh)

@@ -92,6 +92,7 @@ fn tuples<'a>(
     numbers: usize,
     count: usize,
 ) -> Result<Tuples<'a>, &'static str> {
+    let bytes = file.buffers.view(&file.root, view)?;
     let view = file.root.buffer_views.get(view.value()).ok_or("refers to no buffer view")?;
     let size = format.component.size() * numbers;
     let stride = view.byte_stride.map_or(size, |stride| stride.0);
@@ -100,8 +101,7 @@ fn tuples<'a>(
     }
     let last = count.checked_sub(1).and_then(|last| last.checked_mul(stride));
     let end = last.and_then(|last| last.checked_add(size));
-    let bytes = file.buffers.view(view).and_then(|bytes| bytes.get(offset..));
-    match (bytes, end) {
+    match (bytes.get(offset..), end) {
         (Some(bytes), Some(end)) if end <= bytes.len() => Ok(Tuples { bytes, stride, format }),
         _ => Err("ends outside its buffer"),
     }
