@@ -1,5 +1,5 @@
-//! The gallery: scenes of `tests/gallery` with pictures of them by pbrt-v4, and the parameters of the format's page that
-//! they have.
+//! The gallery: scenes of `tests/gallery` with pictures of them by pbrt-v4, and the parameters of the format's page
+//! that they have.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -43,8 +43,8 @@ impl Effort {
     }
 }
 
-/// The greatest relative differences from pbrt's picture: of the mean of a channel, and of the mean of a block of 8 by 8
-/// pixels.
+/// The greatest relative differences from pbrt's picture: of the mean of a channel, and of the mean of a block of 8 by
+/// 8 pixels.
 #[derive(Clone, Copy)]
 struct Limits {
     mean: f64,

@@ -59,7 +59,7 @@ struct Undecoded {
     encoding: Encoding,
 }
 
-/// What decoding a file gives.
+/// A file, decoded.
 struct Decoded {
     image: Mipmap,
     /// The memory of the picture.

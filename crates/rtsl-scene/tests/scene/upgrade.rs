@@ -128,11 +128,14 @@ fn settings_are_those_of_the_current_format() {
                 "float radius" .5
         "##]],
     );
-    check("Integrator \"directlighting\"", expect![[r##"
+    check(
+        "Integrator \"directlighting\"",
+        expect![[r##"
         # warning[W0601]: integrator `directlighting` is not supported: `path` takes its place
         Integrator "path"
             "integer maxdepth" [ 1 ]
-    "##]]);
+    "##]],
+    );
     check(
         "SurfaceIntegrator \"photonmap\" \"integer nused\" 50",
         expect![[r##"
