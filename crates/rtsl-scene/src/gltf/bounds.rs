@@ -55,10 +55,8 @@ impl Bounds {
     }
 
     fn include(&mut self, point: [f64; 3]) {
-        for axis in 0..3 {
-            self.least[axis] = self.least[axis].min(point[axis]);
-            self.greatest[axis] = self.greatest[axis].max(point[axis]);
-        }
+        self.least = std::array::from_fn(|axis| self.least[axis].min(point[axis]));
+        self.greatest = std::array::from_fn(|axis| self.greatest[axis].max(point[axis]));
         for (direction, extreme) in DIRECTIONS.iter().zip(&mut self.extremes) {
             let distance = (0..3).map(|axis| direction[axis] * point[axis]).sum();
             if distance > extreme.0 {
@@ -86,7 +84,7 @@ impl Bounds {
 
     /// Returns half of the diagonal.
     pub fn radius(&self) -> f64 {
-        let squares = (0..3).map(|axis| (self.greatest[axis] - self.least[axis]).powi(2));
-        0.5 * squares.sum::<f64>().sqrt()
+        let sides = (0..3).map(|axis| self.greatest[axis] - self.least[axis]);
+        0.5 * sides.map(|side| side * side).sum::<f64>().sqrt()
     }
 }

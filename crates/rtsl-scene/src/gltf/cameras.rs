@@ -117,8 +117,8 @@ impl Builder<'_> {
             let strength = light.number("strength").unwrap_or(0.0);
             match light.parameter("position").map(|it| &it.values) {
                 Some(Values::Numbers(position)) if position.len() == 3 => {
-                    let squares = (0..3).map(|axis| (position[axis] - center[axis]).powi(2));
-                    strength / squares.sum::<f64>().max(1e-6)
+                    let parts = (0..3).map(|axis| position[axis] - center[axis]);
+                    strength / parts.map(|part| part * part).sum::<f64>().max(1e-6)
                 }
                 Some(_) | None => strength,
             }
@@ -172,10 +172,6 @@ fn projection(camera: &Camera) -> Option<Projection> {
 /// The angle in degrees whose tangent is so many times that of another, found by halving, whose steps are the same on
 /// every machine.
 fn narrowed(degrees: f64, factor: f64) -> f64 {
-    let tangent = |degrees: f64| {
-        let (sine, cosine) = sine_and_cosine_of_degrees(degrees);
-        sine / cosine
-    };
     let wanted = factor * tangent(degrees);
     let (mut low, mut high) = (0.0, degrees);
     for _ in 0..60 {
@@ -183,6 +179,11 @@ fn narrowed(degrees: f64, factor: f64) -> f64 {
         if tangent(middle) < wanted { low = middle } else { high = middle }
     }
     0.5 * (low + high)
+}
+
+fn tangent(degrees: f64) -> f64 {
+    let (sine, cosine) = sine_and_cosine_of_degrees(degrees);
+    sine / cosine
 }
 
 /// From the world to a camera that looks along its z, with y up and x to the right; glTF's looks along -z. The scale of
@@ -219,8 +220,7 @@ fn frame(bounds: &Bounds) -> Transform {
         return Transform::IDENTITY;
     };
     let up = cross(back, right);
-    let (sine, cosine) = sine_and_cosine_of_degrees(0.5 * FIELD_OF_VIEW);
-    let tangent = sine / cosine;
+    let tangent = tangent(0.5 * FIELD_OF_VIEW);
     // Each point is to appear within the square, with a margin.
     const MARGIN: f64 = 1.12;
     let distances = bounds.outline().map(|point| {
@@ -260,7 +260,7 @@ mod tests {
         for points in [vec![[2.0; 3], [3.0; 3]], flat.to_vec(), disk.collect()] {
             let bounds: Bounds = points.iter().copied().collect();
             let to_camera = frame(&bounds);
-            let tangent = (0.5 * FIELD_OF_VIEW).to_radians().tan();
+            let tangent = tangent(0.5 * FIELD_OF_VIEW);
             let places = points.iter().map(|point| {
                 let [x, y, z] = to_camera.point(*point);
                 assert!(z > 0.0);
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn an_upright_picture_narrows_the_field_of_view() {
         let half = narrowed(45.0, 0.5);
-        assert!((half.to_radians().tan() - 0.5).abs() < 1e-9);
+        assert!((tangent(half) - 0.5).abs() < 1e-9);
     }
 
     #[test]

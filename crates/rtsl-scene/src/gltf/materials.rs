@@ -93,8 +93,8 @@ impl Builder<'_> {
         let dropped = layers.limit();
         if !dropped.is_empty() {
             let message = format!(
-                "a material has too many textures: those of {} are left out",
-                dropped.join(", ")
+                "a material has too many layers and textures: it is without those of `{}`",
+                dropped.join("`, `")
             );
             self.warn(message, self.outline.span(Kind::Material, place));
         }
@@ -157,9 +157,15 @@ impl Builder<'_> {
     }
 }
 
-/// The greatest number of lookups in one method of a material: each takes about three thousand operations of the 65,536
-/// that a kernel may have.
-const MAX_LOOKUPS: usize = 18;
+/// Operations of a texture's lookup, of `GltfPbr` and of its thin film, measured and rounded up, and how many of the
+/// 65,536 that a kernel may have are planned with.
+const OF_LOOKUP: usize = 3_600;
+const OF_BASE: usize = 5_000;
+const OF_FILM: usize = 12_000;
+const MAX_OPERATIONS: usize = 60_000;
+
+/// The parameter of the film, with which the names of its others begin.
+const FILM: &str = "iridescence";
 
 /// The parameters whose textures are left out first.
 const LESSER: [&str; 14] = [
@@ -367,9 +373,9 @@ impl Layers {
         self.base.push(number_input(name, factor, texture, channel));
     }
 
-    /// The number of lookups in the greatest method: a cover that takes a sample also evaluates its base and the
-    /// density of its base.
-    fn lookups(&self) -> usize {
+    /// An estimate of the operations of the greatest method: a cover that takes a sample also evaluates its base and
+    /// the density of its base.
+    fn operations(&self) -> usize {
         let count = |inputs: &[Input]| inputs.iter().filter(|it| it.texture.is_some()).count();
         let base = count(&self.base) + usize::from(self.color.1.is_some());
         let sheen = self.sheen.as_deref().map(count);
@@ -381,14 +387,26 @@ impl Layers {
         };
         let of_sheen = sheen.map_or(0, |count| if coat.is_some() { 3 * count } else { count });
         let of_normal = usize::from(self.normal.is_some()) * if coat.is_some() { 3 } else { 1 };
-        times * base + of_sheen + of_normal + coat.unwrap_or(0)
+        let lookups = times * base + of_sheen + of_normal + coat.unwrap_or(0);
+        let of_film = if self.has_film() { OF_FILM } else { 0 };
+        times * (OF_BASE + of_film) + lookups * OF_LOOKUP
     }
 
-    /// Leaves out the textures that matter least until the methods fit the limits of kernels. Returns their parameters.
+    fn has_film(&self) -> bool {
+        self.base.iter().any(|it| it.name == FILM)
+    }
+
+    /// Leaves out what matters least until the methods fit the limits of kernels: a film under a cover, then textures.
+    /// Returns their parameters.
     fn limit(&mut self) -> Vec<&'static str> {
         let mut dropped = Vec::new();
+        let has_cover = self.sheen.is_some() || self.coat.is_some();
+        if has_cover && self.has_film() && self.operations() > MAX_OPERATIONS {
+            self.base.retain(|it| !it.name.starts_with(FILM));
+            dropped.push(FILM);
+        }
         for name in LESSER {
-            if self.lookups() <= MAX_LOOKUPS {
+            if self.operations() <= MAX_OPERATIONS {
                 break;
             }
             let sheen = self.sheen.iter_mut().flatten();

@@ -43,6 +43,12 @@ struct Use {
     skin: Option<usize>,
 }
 
+/// A mesh, and the bits of the weights of its morph targets.
+type SharedKey = (usize, Vec<u32>);
+
+/// The shapes of a mesh, and its object if it has one.
+type Shared = (Vec<Shape>, Option<usize>);
+
 /// A primitive's entity, as often as it can be shared.
 #[derive(Clone)]
 struct Shape {
@@ -62,7 +68,7 @@ impl Builder<'_> {
         for use_ in uses.iter().filter(|use_| use_.is_shared()) {
             *places.entry((use_.mesh, use_.weight_bits())).or_insert(0) += use_.transforms.len();
         }
-        let mut shared: BTreeMap<(usize, Vec<u32>), (Vec<Shape>, Option<usize>)> = BTreeMap::new();
+        let mut shared: BTreeMap<SharedKey, Shared> = BTreeMap::new();
         for use_ in &uses {
             if !use_.is_shared() {
                 for shape in self.shapes(use_, hierarchy, Transform::IDENTITY) {

@@ -106,7 +106,7 @@ fn set(object: Extension<'_>) -> Option<u32> {
     object.index("texCoord").and_then(|set| u32::try_from(set).ok())
 }
 
-/// How coordinates beyond the edges are mapped, as the class `GltfTexture` counts them. An image whose sides differ in
+/// The mapping of coordinates beyond the edges, as the class `GltfTexture` counts them. An image whose sides differ in
 /// this is repeated by the texture, and the other side's edge continues.
 fn wrap(sampler: &Sampler) -> ([f64; 2], &'static str) {
     let sides = [&sampler.wrap_s, &sampler.wrap_t];

@@ -330,15 +330,13 @@ fn extensions_become_layers_and_parameters() {
             "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": 1},
             "KHR_materials_iridescence": {"iridescenceFactor": 1, "iridescenceIor": 1.75, "iridescenceThicknessMaximum": 500},
             "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.25},
-            "KHR_materials_sheen": {"sheenColorFactor": [0, 0, 1], "sheenRoughnessFactor": 0.5},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25}}}"#;
     let (description, _, warnings) =
         loaded(&files(&with_material(&square_of_material(), material, "")));
     assert_eq!(warnings, "");
     expect![[r#"
         all: GltfPbr baseColor=[1.0, 1.0, 1.0] metallic=[1.0] roughness=[1.0] specular=[0.5] specularColor=[1.0, 0.5, 0.0] transmission=[0.75] diffuseTransmission=[0.25] diffuseTransmissionColor=[1.0, 1.0, 1.0] iridescence=[1.0] iridescenceThickness=[500.0] ior=[1.25] attenuationColor=[0.5, 1.0, 1.0] attenuationDistance=[2.0] anisotropy=[0.5] anisotropyRotation=[1.0] iridescenceIor=[1.75] thin=[false]
-        all sheen: GltfSheen base=all sheen=[0.0, 0.0, 1.0] roughness=[0.5]
-        all coat: GltfCoat base=all sheen scale=[1.0] coat=[0.5] roughness=[0.25]
+        all coat: GltfCoat base=all scale=[1.0] coat=[0.5] roughness=[0.25]
     "#]]
     .assert_eq(&listed(&description, EntityKind::Material));
     let [square] = description.shapes[..] else { panic!("one shape") };
@@ -360,7 +358,7 @@ fn textures_beyond_the_limit_of_kernels_are_left_out() {
     );
     let files = with_image(&with_material(&square_of_material(), &material, TEXTURES));
     expect![[r#"
-        warning[W0601]: a material has too many textures: those of specular are left out
+        warning[W0601]: a material has too many layers and textures: it is without those of `specular`, `specularColor`, `normals`, `roughness`, `coat`
           ┌─ model.gltf#contents:4:1
           │
         4 │ materials[0]
@@ -374,13 +372,20 @@ fn textures_beyond_the_limit_of_kernels_are_left_out() {
 fn glossy_and_unlit_materials_have_their_look() {
     let glossy = r#"{"name": "glossy", "extensions": {"KHR_materials_pbrSpecularGlossiness":
         {"diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": [0.25, 0.25, 0.25], "glossinessFactor": 0.75}}},
-        {"name": "flat", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}}"#;
+        {"name": "flat", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}},
+        {"name": "velvet", "extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0, 1], "sheenRoughnessFactor": 0.5}}}"#;
+    let velvet = square_of_material().replace(r#""material": 0"#, r#""material": 2"#);
     let flat = square_of_material().replace(r#""material": 0"#, r#""material": 1"#);
-    let description =
-        description(&with_material(&format!("{}, {flat}", square_of_material()), glossy, ""));
+    let description = description(&with_material(
+        &format!("{}, {flat}, {velvet}", square_of_material()),
+        glossy,
+        "",
+    ));
     expect![[r#"
         glossy: GltfPbr baseColor=[0.5, 0.5, 0.5] metallic=[0.0] specularColor=[0.25, 0.25, 0.25] roughness=[0.25] ior=[0.0]
         flat: Emissive twoSided=[true] radiance=[0.5, 0.0, 0.0]
+        velvet: GltfPbr baseColor=[1.0, 1.0, 1.0] metallic=[1.0] roughness=[1.0]
+        velvet sheen: GltfSheen base=velvet sheen=[0.0, 0.0, 1.0] roughness=[0.5]
     "#]]
     .assert_eq(&listed(&description, EntityKind::Material));
 }
@@ -442,7 +447,9 @@ fn a_scene_without_lights_stands_in_a_studio() {
     .assert_eq(&listed(&description, EntityKind::Light));
     let camera = entity(&description, description.camera.expect("there is one"));
     // All of it is in front of the camera and within its angle.
-    let tangent = (0.5 * camera.number("fov").expect("given")).to_radians().tan();
+    let half = 0.5 * camera.number("fov").expect("given");
+    let (sine, cosine) = rtsl_math::sine_and_cosine_of_degrees(half);
+    let tangent = sine / cosine;
     for corner in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
         let [x, y, z] = camera.transform.point(corner);
         assert!(z > 0.0 && x.abs() < tangent * z && y.abs() < tangent * z);
