@@ -627,3 +627,21 @@ fn files_that_show_nothing_are_refused() {
     "#]],
     );
 }
+
+#[test]
+fn a_shape_from_a_file_with_materials_says_how_to_see_them() {
+    let mut files = files(&with_material(&square_of_material(), r#"{"name": "clay"}"#, ""));
+    let scene =
+        "Camera \"Pinhole\"\nWorldBegin\nShape \"gltf\" \"string filename\" \"model.gltf\"\n";
+    files.0.insert("scene.pbrt".into(), scene.as_bytes().to_vec());
+    let mut source = SceneSource::read(Path::new("scene.pbrt"), &files, &options(None));
+    let loaded = source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    expect![[r#"
+        warning[W0601]: the materials of `model.gltf` have no effect on a shape: `rtsl render model.gltf` shows the file as a scene
+          ┌─ scene.pbrt:3:7
+          │
+        3 │ Shape "gltf" "string filename" "model.gltf"
+          │       ^^^^^^
+
+    "#]].assert_eq(&loaded.warnings.to_text(false));
+}
