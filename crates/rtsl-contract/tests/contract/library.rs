@@ -289,7 +289,8 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
 
 /// Sums over the lower columns and rows of a grid of cells, some of which are ten times as bright as others.
 fn sums_of_cells(side: usize) -> Vec<f32> {
-    let light = |column: usize, row: usize| if (column + 2 * row) % 3 == 0 { 10.0 } else { 1.0 };
+    let light =
+        |column: usize, row: usize| if (column + 2 * row).is_multiple_of(3) { 10.0 } else { 1.0 };
     let sum = |columns: usize, rows: usize| {
         (0..rows).flat_map(|row| (0..columns).map(move |column| light(column, row))).sum::<f32>()
     };
