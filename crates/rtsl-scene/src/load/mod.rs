@@ -1,6 +1,7 @@
 //! Loading: from the description of a scene to instances of classes.
 
 mod emitter;
+mod images;
 mod reachable;
 mod relief;
 
@@ -14,12 +15,11 @@ use rtsl::{
 };
 use rtsl_math::Transform;
 
-use self::reachable::reachable;
 use crate::arguments::{Resolve, argument, texture};
 use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::parts::SceneParts;
-use crate::pbrt::{Images, MeshShape, NamedImage, PbrtName, translated, without_effect};
+use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::Settings;
@@ -237,29 +237,6 @@ impl<'a, 'f> Loader<'a, 'f> {
             objects: parts.object_origins,
         };
         Some((scene, origins))
-    }
-
-    /// Decodes the images that the scene uses, unless instances of an earlier load have them.
-    fn read_images(&mut self) {
-        let description = self.description;
-        let Earlier { made, changed } = self.earlier;
-        let is_new = |id: &EntityId| {
-            changed.contains(id) || made.get(id.0).is_none_or(|earlier| earlier.is_none())
-        };
-        let used = reachable(description, &self.names).into_iter().filter(is_new);
-        let images: Vec<NamedImage<'_>> =
-            used.flat_map(|id| NamedImage::of(&description.entities[id.0])).collect();
-        self.images.read_ahead(&images, self.files);
-        let (reduced, limit) = (self.images.reduced(), self.files.texture_memory);
-        if let Some(limit) = limit.filter(|_| reduced > 0) {
-            let message = format!(
-                "{reduced} of the scene's images lost resolution, so that textures take {limit}"
-            );
-            self.diagnostics.push(
-                Diagnostic::new(codes::IGNORED_SETTING, message)
-                    .help("give more by `--texture-memory`"),
-            );
-        }
     }
 
     fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
