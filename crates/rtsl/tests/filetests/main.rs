@@ -26,13 +26,18 @@ fn main() -> ExitCode {
     libtest_mimic::run(&arguments, trials.collect()).exit_code()
 }
 
-/// All files below `folder`, the texts about tests excepted.
+/// The folder with scenes and pictures, which the tests of `rtsl-render` compare.
+const GALLERY: &str = "gallery";
+
+/// All files below `folder`, the texts about tests and the gallery excepted.
 fn find_tests(folder: &Path, paths: &mut Vec<PathBuf>) {
     let entries = std::fs::read_dir(folder).expect("the folder of tests can be read");
     for entry in entries {
         let path = entry.expect("the folder of tests can be read").path();
         if path.is_dir() {
-            find_tests(&path, paths);
+            if !path.ends_with(GALLERY) {
+                find_tests(&path, paths);
+            }
         } else if path.extension().is_some_and(|extension| extension != "md") {
             paths.push(path);
         }
