@@ -157,9 +157,9 @@ impl Builder<'_> {
     }
 }
 
-/// Operations of a texture's lookup, of `GltfPbr` and of its thin film, and how many of the 65,536 that a kernel may have
-/// are planned with. The numbers are estimates: with them, the kernels of a material with every layer and texture stay
-/// below the limit.
+/// Operations of a texture's lookup, of `GltfPbr` and of its thin film, and how many of the 65,536 that a kernel may
+/// have are planned with. The numbers are estimates: with them, the kernels of a material with every layer and texture
+/// stay below the limit.
 const OF_LOOKUP: usize = 3_600;
 const OF_BASE: usize = 5_000;
 const OF_FILM: usize = 12_000;
