@@ -19,6 +19,7 @@ mod settings;
 mod shutter;
 mod source;
 pub mod spectrum;
+mod vector;
 
 pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,

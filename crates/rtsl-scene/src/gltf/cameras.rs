@@ -11,6 +11,7 @@ use super::hierarchy::Hierarchy;
 use super::outline::Kind;
 use crate::description::EntityKind;
 use crate::reader::Values;
+use crate::vector::{cross, dot, unit};
 
 /// The rows of pictures by cameras that have an aspect ratio.
 const ROWS: f64 = 720.0;
@@ -231,19 +232,6 @@ fn frame(bounds: &Bounds) -> Transform {
     let distance = distances.fold(0.5 * radius, f64::max);
     let eye = std::array::from_fn(|axis| center[axis] + distance * back[axis]);
     look(eye, back.map(|part| -part), [0.0, 1.0, 0.0]).unwrap_or(Transform::IDENTITY)
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(v, v).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| v.map(|part| part / length))
 }
 
 #[cfg(test)]

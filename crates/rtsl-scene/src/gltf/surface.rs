@@ -8,6 +8,7 @@ use rtsl_memory::{Amount, Held};
 
 use crate::mesh::MeshError;
 use crate::mesh::gltf::{GltfFile, MAX_PLACED, Numbers, attribute, corners, size};
+use crate::vector::cross;
 
 /// The arrays of a primitive. Those that it does not have are empty.
 #[derive(Clone, Debug, Default)]
@@ -294,10 +295,6 @@ fn cofactors(columns: &[f64; 16]) -> [f64; 16] {
     let (a, b, c) = (column(0), column(4), column(8));
     let [x, y, z] = [cross(b, c), cross(c, a), cross(a, b)];
     [x[0], x[1], x[2], 0.0, y[0], y[1], y[2], 0.0, z[0], z[1], z[2], 0.0, 0.0, 0.0, 0.0, 1.0]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn face_normal(face: &[[f32; 3]]) -> [f32; 3] {

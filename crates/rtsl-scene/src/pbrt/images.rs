@@ -51,6 +51,14 @@ pub struct NamedImage<'e> {
     use_: Use,
 }
 
+/// The result of looking for an image.
+enum Lookup {
+    /// Its contents were decoded before.
+    Known(Arc<Converted>),
+    /// The file is to be decoded.
+    New(Undecoded),
+}
+
 /// A file to be decoded.
 struct Undecoded {
     key: Key,
@@ -185,7 +193,7 @@ impl Images {
         let mut keys = BTreeSet::new();
         for (index, image) in wanted.iter().enumerate() {
             let file = self.find(&files.path(image.name), image.encoding, files, image.use_);
-            if let Ok(Err(undecoded)) = file
+            if let Ok(Lookup::New(undecoded)) = file
                 && keys.insert(undecoded.key)
             {
                 pending.push(undecoded);
@@ -239,8 +247,8 @@ impl Images {
         use_: Use,
     ) -> Result<Arc<Converted>, Diagnostic> {
         match self.find(path, encoding, files, use_)? {
-            Ok(converted) => Ok(converted),
-            Err(undecoded) => Ok(self.keep(undecoded.key, undecoded.decode(files.budget)?)),
+            Lookup::Known(converted) => Ok(converted),
+            Lookup::New(undecoded) => Ok(self.keep(undecoded.key, undecoded.decode(files.budget)?)),
         }
     }
 
@@ -251,18 +259,18 @@ impl Images {
         encoding: Encoding,
         files: SceneFiles<'_>,
         use_: Use,
-    ) -> Result<Result<Arc<Converted>, Undecoded>, Diagnostic> {
+    ) -> Result<Lookup, Diagnostic> {
         let key = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
         if let Some(known) = self.digests.get(path).and_then(|it| self.converted.get(&key(it))) {
-            return Ok(Ok(known.clone()));
+            return Ok(Lookup::Known(known.clone()));
         }
         let input = files.read(path).map_err(|error| unreadable(path, &error))?;
         let digest = blake3::hash(&input.bytes);
         self.digests.insert(path.to_owned(), digest);
         if let Some(known) = self.converted.get(&key(&digest)) {
-            return Ok(Ok(known.clone()));
+            return Ok(Lookup::Known(known.clone()));
         }
-        Ok(Err(Undecoded { key: key(&digest), path: path.to_owned(), input, encoding }))
+        Ok(Lookup::New(Undecoded { key: key(&digest), path: path.to_owned(), input, encoding }))
     }
 
     /// Keeps an image for all entities that name it.

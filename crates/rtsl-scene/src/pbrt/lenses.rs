@@ -11,6 +11,7 @@ use super::aperture::Aperture;
 use super::images::Images;
 use crate::description::Entity;
 use crate::reader::{Input, Parameter, SceneFiles, unreadable};
+use crate::vector::dot;
 
 /// The film's parameter that cameras with lenses need, in millimetres.
 pub const DIAGONAL: &str = "diagonal";
@@ -294,10 +295,6 @@ fn refract(direction: [f64; 3], normal: [f64; 3], ratio: f64) -> Option<[f64; 3]
     let square = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
     let bend = ratio * cosine - square.sqrt();
     (square > 0.0).then(|| [0, 1, 2].map(|axis| ratio * direction[axis] + bend * normal[axis]))
-}
-
-fn dot(one: [f64; 3], other: [f64; 3]) -> f64 {
-    one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 }
 
 fn normalized(vector: [f64; 3]) -> [f64; 3] {

@@ -13,6 +13,7 @@ use super::image_lights::{gain, has_file, illuminance_of};
 use super::images::{Images, Use};
 use crate::description::Entity;
 use crate::reader::{Parameter, SceneFiles, Values};
+use crate::vector::{cross, difference, dot, unit};
 
 /// The parameter with the corners of the window.
 const PORTAL: &str = "portal";
@@ -56,6 +57,8 @@ struct Window {
     corner: [f64; 3],
     side1: [f64; 3],
     side2: [f64; 3],
+    /// The directions of the sides, and the normal.
+    axes: [[f64; 3]; 3],
 }
 
 impl Window {
@@ -78,19 +81,25 @@ impl Window {
         let point = |index: usize| [0, 1, 2].map(|axis| numbers[3 * index + axis]);
         let [p0, p1, p2, p3] = [0, 1, 2, 3].map(|index| to_light.point(point(index)));
         let sides = [(p0, p1), (p1, p2), (p3, p2), (p0, p3)];
-        let [p01, p12, p32, p03] = sides.map(|(from, to)| unit(difference(to, from)));
-        let is_parallel =
-            (dot(p01, p32) - 1.0).abs() <= TOLERANCE && (dot(p12, p03) - 1.0).abs() <= TOLERANCE;
-        if !is_parallel || dot(p01, p12).abs() > TOLERANCE {
+        let [Some(p01), Some(p12), Some(p32), Some(p03)] =
+            sides.map(|(from, to)| unit(difference(to, from)))
+        else {
+            return Err(wrong(parameter, "is not a rectangle"));
+        };
+        let is_parallel = |one, other| (dot(one, other) - 1.0).abs() <= TOLERANCE;
+        if !is_parallel(p01, p32) || !is_parallel(p12, p03) || dot(p01, p12).abs() > TOLERANCE {
             return Err(wrong(parameter, "is not a rectangle"));
         }
-        Ok(Window { corner: p0, side1: difference(p3, p0), side2: difference(p1, p0) })
+        Ok(Window {
+            corner: p0,
+            side1: difference(p3, p0),
+            side2: difference(p1, p0),
+            axes: [p03, p01, cross(p03, p01)],
+        })
     }
 
     fn values(&self, sky: &Sky) -> Vec<(String, Value)> {
         let side = sky.resolution();
-        let axes = [unit(self.side1), unit(self.side2)];
-        let axes = [axes[0], axes[1], cross(axes[0], axes[1])];
         // The middle of a texel as an angle from the normal, and its tangent.
         let slope = |at: usize| libm::tan(PI * ((at as f64 + 0.5) / side as f64 - 0.5));
         let slopes: Vec<f64> = (0..side).map(slope).collect();
@@ -99,9 +108,11 @@ impl Window {
         let mut texels = Vec::with_capacity(3 * side * side);
         for (row, down) in slopes.iter().enumerate() {
             for (column, across) in slopes.iter().enumerate() {
-                let local = unit([*across, *down, 1.0]);
-                let direction = [0, 1, 2]
-                    .map(|axis| (0..3).map(|part| local[part] * axes[part][axis]).sum::<f64>());
+                let length = (across * across + down * down + 1.0).sqrt();
+                let local = [across / length, down / length, 1.0 / length];
+                let direction = [0, 1, 2].map(|axis| {
+                    (0..3).map(|part| local[part] * self.axes[part][axis]).sum::<f64>()
+                });
                 let color = sky.radiance(direction);
                 texels.extend(color.map(|channel| channel as f32));
                 let solid_angle =
@@ -230,23 +241,6 @@ fn to_latitudes([x, y, z]: [f64; 3]) -> [f64; 2] {
     let around = libm::atan2(y, x) / (2.0 * PI);
     let down = libm::acos(z.clamp(-1.0, 1.0)) / PI;
     [if around < 0.0 { around + 1.0 } else { around }, down]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
-    v.map(|component| component / length)
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use rtsl::{Diagnostic, Diagnostics, FileId, Messages, SourceMap, Span, diagnosti
 use rtsl_memory::{Amount, InputBudget};
 
 use super::directive::{Keyword, directive};
-use super::files::{FileSource, Input, resolve, unreadable};
-use super::limits::{BYTES_OF_REPEATED_DIRECTIVE, MAX_INCLUDE_DEPTH, TEXT_EXPANSION, text_of};
+use super::files::{FileSource, resolve, unreadable};
+use super::limits::{MAX_INCLUDE_DEPTH, RepeatedDirectives, included_path, read_text};
 use super::parameter::{Parameter, ParameterType, Values};
 use super::parser::{Command, Parser};
 use super::recorded_files::Digest;
@@ -65,7 +65,7 @@ pub fn convert_scene(
         places: BTreeMap::new(),
         counts: BTreeMap::new(),
         repeated_files: 0,
-        repeated_directives: 0,
+        repeated_directives: RepeatedDirectives::default(),
     };
     converter.convert_main();
     converter.finish()
@@ -89,7 +89,7 @@ struct Converter<'a> {
     places: BTreeMap<(PathBuf, Digest), PathBuf>,
     counts: BTreeMap<PathBuf, usize>,
     repeated_files: usize,
-    repeated_directives: u64,
+    repeated_directives: RepeatedDirectives,
 }
 
 /// Parameters that name files.
@@ -164,14 +164,7 @@ impl Converter<'_> {
     }
 
     fn load(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
-        let text =
-            Input::read(self.files, path, self.budget).and_then(|Input { bytes, mut held }| {
-                let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION);
-                held.grow_to(amount)?;
-                held.keep(amount);
-                text_of(bytes)
-            });
-        match text {
+        match read_text(self.files, path, self.budget) {
             Ok(text) => {
                 if is_old_text(&text) {
                     self.upgrader.set_old();
@@ -227,10 +220,7 @@ impl Converter<'_> {
     /// The path of an included file, as a reader of the scene finds it.
     fn included_path(&self, name: &str) -> PathBuf {
         let exists = |path: &Path| self.known.contains_key(path) || self.files.size(path).is_ok();
-        let main = resolve(self.input, name);
-        let including = self.open.last().map_or(self.input, PathBuf::as_path);
-        let beside = resolve(including, name);
-        if !exists(&main) && exists(&beside) { beside } else { main }
+        included_path(name, self.input, self.open.last(), exists)
     }
 
     /// Records the text for a file that is included, and returns its path: the same as before if it was converted to the
@@ -316,17 +306,10 @@ impl Converter<'_> {
 
     /// True if one more directive is within the limit; reports once that it is not.
     fn count_repeated_directive(&mut self, span: Span) -> bool {
-        let limit = self.budget.limit().0 / BYTES_OF_REPEATED_DIRECTIVE;
-        self.repeated_directives += 1;
-        if self.repeated_directives == limit + 1 {
-            let message =
-                format!("files included more than once give more than {limit} directives");
-            self.diagnostics.push(
-                Diagnostic::new(codes::SCENE_LIMIT, message)
-                    .at(span, "reading stops before this one"),
-            );
-        }
-        self.repeated_directives <= limit
+        let counted = self.repeated_directives.count(self.budget, span);
+        let is_within = counted.is_ok();
+        self.diagnostics.extend(counted.err().flatten());
+        is_within
     }
 }
 

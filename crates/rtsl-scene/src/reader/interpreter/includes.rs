@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 use super::{Executed, Interpreter, first_text};
-use crate::reader::files::resolve;
-use crate::reader::limits::MAX_INCLUDE_DEPTH;
+use crate::reader::limits::{MAX_INCLUDE_DEPTH, included_path};
 use crate::reader::parser::Command;
 
 impl Interpreter<'_> {
@@ -44,14 +43,9 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// The path of an included file: relative to the folder of the main file as in pbrt, or if there is none, relative
-    /// to the file that includes it.
     fn included_path(&self, name: &str) -> PathBuf {
         let exists =
             |path: &Path| self.known_files.contains_key(path) || self.files.size(path).is_ok();
-        let main = resolve(self.main_file, name);
-        let including = self.open_files.last().map_or(self.main_file, PathBuf::as_path);
-        let beside = resolve(including, name);
-        if !exists(&main) && exists(&beside) { beside } else { main }
+        included_path(name, self.main_file, self.open_files.last(), exists)
     }
 }

@@ -21,8 +21,8 @@ use rtsl_memory::{Amount, InputBudget};
 use super::command_memory::{entity_kind, memory};
 use super::current_transform::CurrentTransform;
 use super::directive::{Keyword, directive};
-use super::files::{FileSource, Input, unreadable};
-use super::limits::{BYTES_OF_REPEATED_DIRECTIVE, TEXT_EXPANSION, text_of};
+use super::files::{FileSource, unreadable};
+use super::limits::{RepeatedDirectives, read_text};
 use super::parameter::ReferenceKind;
 use super::parser::{Command, Parser, SpannedText};
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
@@ -83,7 +83,7 @@ struct Interpreter<'a> {
     material_uses: Vec<MaterialUse>,
     /// The number of open files that were read before, and the number of directives from such files.
     repeated_files: usize,
-    repeated_directives: u64,
+    repeated_directives: RepeatedDirectives,
     /// Messages that are reported once for the scene.
     said: BTreeSet<String>,
     upgrader: Upgrader,
@@ -126,7 +126,7 @@ impl<'a> Interpreter<'a> {
             instance_uses: Vec::new(),
             material_uses: Vec::new(),
             repeated_files: 0,
-            repeated_directives: 0,
+            repeated_directives: RepeatedDirectives::default(),
             said: BTreeSet::new(),
             upgrader: Upgrader::new(Target::Rtsl),
             is_without_shaders: None,
@@ -290,29 +290,14 @@ impl<'a> Interpreter<'a> {
 
     /// True if one more directive is within the limit; reports once that it is not.
     fn count_repeated_directive(&mut self, span: Span) -> bool {
-        let limit = self.budget.limit().0 / BYTES_OF_REPEATED_DIRECTIVE;
-        self.repeated_directives += 1;
-        if self.repeated_directives == limit + 1 {
-            let message =
-                format!("files included more than once give more than {limit} directives");
-            self.diagnostics.push(
-                Diagnostic::new(codes::SCENE_LIMIT, message)
-                    .at(span, "reading stops before this one")
-                    .help("place repeated parts with `ObjectInstance`"),
-            );
-        }
-        self.repeated_directives <= limit
+        let counted = self.repeated_directives.count(self.budget, span);
+        let is_within = counted.is_ok();
+        self.diagnostics.extend(counted.err().flatten());
+        is_within
     }
 
     fn load_file(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
-        let text =
-            Input::read(self.files, path, self.budget).and_then(|Input { bytes, mut held }| {
-                let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION);
-                held.grow_to(amount)?;
-                held.keep(amount);
-                text_of(bytes)
-            });
-        match text {
+        match read_text(self.files, path, self.budget) {
             Ok(text) => {
                 if is_old_text(&text) {
                     self.upgrade_from_here();

@@ -1,7 +1,8 @@
 //! Patches of rational B-splines as triangles.
 
 use super::parameters::Parameters;
-use super::surfaces::{Surface, cross, grid, unit};
+use super::surfaces::{NO_NORMAL, Surface, grid};
+use crate::vector::{cross, unit};
 
 /// The number of cells along each side, as in earlier versions.
 const CELLS: usize = 29;
@@ -122,7 +123,7 @@ pub fn patch(parameters: &mut Parameters<'_>) -> Option<Surface> {
         let position = [0, 1, 2].map(|axis| sum[axis] / sum[3]);
         let slope =
             |by: [f64; 4]| [0, 1, 2].map(|axis| (by[axis] - position[axis] * by[3]) / sum[3]);
-        (position, Some(unit(cross(slope(by_u), slope(by_v)))))
+        (position, Some(unit(cross(slope(by_u), slope(by_v))).unwrap_or(NO_NORMAL)))
     });
     // Texture coordinates are those of the knots.
     for pair in surface.uvs.chunks_exact_mut(2) {

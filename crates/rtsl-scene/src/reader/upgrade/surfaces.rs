@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::parameters::Parameters;
+use crate::vector::{cross, unit};
 
 /// A mesh of triangles.
 #[derive(Debug, PartialEq)]
@@ -77,7 +78,7 @@ fn revolved(
         // On the axis the direction around it is that of a point beside it.
         let beside = if at[0] == 0.0 && at[1] == 0.0 { turned([1.0, 0.0, 0.0]) } else { at };
         let normal = cross([-beside[1], beside[0], 0.0], turned(slope(v)));
-        (at, Some(unit(normal)))
+        (at, Some(unit(normal).unwrap_or(NO_NORMAL)))
     })
 }
 
@@ -138,15 +139,8 @@ pub fn height_field(parameters: &mut Parameters<'_>) -> Option<Surface> {
     Some(surface)
 }
 
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The vector of length 1 in a direction, or the z axis if there is none.
-pub fn unit(vector: [f64; 3]) -> [f64; 3] {
-    let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
-    if length > 0.0 { vector.map(|part| part / length) } else { [0.0, 0.0, 1.0] }
-}
+/// The normal of a surface that has none at a place.
+pub const NO_NORMAL: [f64; 3] = [0.0, 0.0, 1.0];
 
 #[cfg(test)]
 mod tests {
@@ -190,8 +184,11 @@ mod tests {
             if across.iter().all(|it| it.abs() < 1e-9) {
                 continue;
             }
-            let along: f64 =
-                (0..3).map(|axis| unit(across)[axis] * normals[corners[0] as usize][axis]).sum();
+            let along: f64 = (0..3)
+                .map(|axis| {
+                    unit(across).unwrap_or(NO_NORMAL)[axis] * normals[corners[0] as usize][axis]
+                })
+                .sum();
             assert!(along > 0.9, "{corners:?}: {along}");
         }
     }
