@@ -73,3 +73,29 @@ fn large_images_lose_resolution_until_all_fit() {
     let (reduced, _) = textures(&["large.png", "small.png"], Some(0));
     assert_eq!(sides(&reduced), [1, 1]);
 }
+
+#[test]
+fn portals_are_rectangles() {
+    let messages = |portal: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("scene.pbrt");
+        let light = format!("LightSource \"infinite\" \"point3 portal\" [{portal}]");
+        let scene = format!("Camera \"perspective\"\nWorldBegin\n{light}\nShape \"sphere\"\n");
+        std::fs::write(&path, scene).expect("the scene");
+        let mut source = SceneSource::read(&path, &DiskFiles, &LoadOptions::default());
+        match source.load() {
+            Ok(loaded) => loaded.scene.lights[0].light.class().name.clone(),
+            Err(messages) => messages.to_text(false),
+        }
+    };
+    assert_eq!(messages("0 0 0  1 0 0  1 2 0  0 2 0"), "PortalSky");
+    for (portal, problem) in [
+        ("0 0 0  1 0 0  1 1 0", "error[E0607]: `portal` takes four points"),
+        ("0 0 0  1 0 0  1 1 0  0 2 0", "error[E0607]: `portal` is not a rectangle"),
+        ("0 0 0  1 0 0  2 1 0  1 1 0", "error[E0607]: `portal` is not a rectangle"),
+        ("0 0 0  0 0 0  0 0 0  0 0 0", "error[E0607]: `portal` is not a rectangle"),
+    ] {
+        let text = messages(portal);
+        assert!(text.contains(problem), "{portal}: {text}");
+    }
+}

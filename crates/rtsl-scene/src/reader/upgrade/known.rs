@@ -9,8 +9,12 @@ pub fn parameters(kind: EntityKind, class: &str) -> Option<[&'static [&'static s
         EntityKind::Film => (FILM, FILMS),
         EntityKind::Filter => (&["xradius", "yradius"], FILTERS),
         EntityKind::Sampler => (&["seed"], SAMPLERS),
+        EntityKind::Integrator if matches!(class, "ambientocclusion" | "function") => {
+            (&[], INTEGRATORS)
+        }
         EntityKind::Integrator => (&["maxdepth"], INTEGRATORS),
         EntityKind::Texture => (&[], TEXTURES),
+        EntityKind::Material if matches!(class, "hair" | "interface" | "mix") => (&[], MATERIALS),
         EntityKind::Material => (&["displacement", "normalmap"], MATERIALS),
         EntityKind::AreaLight => {
             (&["scale", "power"], &[("diffuse", &["L", "twosided", "filename"])])
@@ -90,11 +94,17 @@ const INTEGRATORS: &[(&str, &[&str])] = &[
     ),
     ("sppm", &["photonsperiteration", "radius", "seed"]),
     ("ambientocclusion", &["cossample", "maxdistance"]),
+    ("function", &["function", "filename", "skipbad", "imagefilename"]),
 ];
 
+/// The parameter of a `scale` with a colour.
+const FACTOR: &str = "factor";
+
 const TEXTURES: &[(&str, &[&str])] = &[
+    ("directionmix", &["tex1", "tex2", "dir"]),
     ("constant", &["value"]),
-    ("scale", &["tex", "scale", "factor"]),
+    // The colour by which this program scales, which pbrt-v4 has not, is for scenes that are not written.
+    ("scale", &["tex", "scale", FACTOR]),
     ("mix", &["tex1", "tex2", "amount"]),
     (
         "bilerp",
@@ -181,6 +191,28 @@ const MATERIALS: &[(&str, &[&str])] = &[
     ("diffusetransmission", &["reflectance", "transmittance", "scale"]),
     ("mix", &["materials", "amount"]),
     ("interface", &[]),
+    ("measured", &["filename"]),
+    (
+        "coatedconductor",
+        &[
+            "interface.eta",
+            "interface.roughness",
+            "interface.uroughness",
+            "interface.vroughness",
+            "conductor.eta",
+            "conductor.k",
+            "reflectance",
+            "conductor.roughness",
+            "conductor.uroughness",
+            "conductor.vroughness",
+            "remaproughness",
+            "thickness",
+            "maxdepth",
+            "nsamples",
+            "g",
+            "albedo",
+        ],
+    ),
     (
         "hair",
         &[
@@ -219,7 +251,72 @@ const SHAPES: &[(&str, &[&str])] = &[
     ("disk", &["height", "radius", "innerradius", "phimax"]),
     ("cylinder", &["radius", "zmin", "zmax", "phimax"]),
     ("trianglemesh", &["P", "indices", "N", "S", "uv", "faceIndices"]),
-    ("plymesh", &["filename"]),
+    ("bilinearmesh", &["P", "indices", "N", "uv", "faceIndices", "emissionfilename"]),
+    ("plymesh", &["filename", "displacement", "edgelength"]),
     ("loopsubdiv", &["P", "indices", "levels", "scheme"]),
     ("curve", &["P", "basis", "degree", "type", "N", "width", "width0", "width1", "splitdepth"]),
 ];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::*;
+
+    const PAGE: &str =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/reference/scenes/format.md");
+
+    /// The kinds of entities by their directives in the page of the format.
+    const KINDS: [(&str, EntityKind); 10] = [
+        ("Camera", EntityKind::Camera),
+        ("Film", EntityKind::Film),
+        ("PixelFilter", EntityKind::Filter),
+        ("Sampler", EntityKind::Sampler),
+        ("Integrator", EntityKind::Integrator),
+        ("Texture", EntityKind::Texture),
+        ("Material", EntityKind::Material),
+        ("AreaLightSource", EntityKind::AreaLight),
+        ("LightSource", EntityKind::Light),
+        ("Shape", EntityKind::Shape),
+    ];
+
+    #[test]
+    fn parameters_are_those_of_the_formats_page() {
+        let page = std::fs::read_to_string(PAGE).expect("there is a page");
+        let mut entities: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        let mut entity = String::new();
+        for line in page.lines() {
+            if let Some(heading) = line.strip_prefix("### ") {
+                entity = heading.replace('`', "");
+                entities.entry(entity.clone()).or_default();
+            }
+            let declaration = line.strip_prefix("| `").and_then(|rest| rest.split_once('`'));
+            let name = declaration.and_then(|(it, _)| it.split_whitespace().next_back());
+            if let Some(parameters) = entities.get_mut(&entity) {
+                parameters.extend(name.map(str::to_owned));
+            }
+        }
+        assert!(entities.len() > 60, "{}", entities.len());
+        let mut differences = Vec::new();
+        for (entity, expected) in entities {
+            let (directive, class) = entity.split_once(' ').expect("a kind and a name");
+            let (_, kind) = KINDS.iter().find(|(name, _)| *name == directive).expect("a kind");
+            let Some(known) = parameters(*kind, class) else {
+                differences.push(format!("{entity} is missing"));
+                continue;
+            };
+            let known: BTreeSet<String> = known
+                .into_iter()
+                .flatten()
+                .filter(|name| **name != FACTOR)
+                .map(|name| (*name).to_owned())
+                .collect();
+            if known != expected {
+                let here: Vec<_> = known.difference(&expected).collect();
+                let there: Vec<_> = expected.difference(&known).collect();
+                differences.push(format!("{entity}: {here:?} here alone, {there:?} there alone"));
+            }
+        }
+        assert!(differences.is_empty(), "{differences:#?}");
+    }
+}
