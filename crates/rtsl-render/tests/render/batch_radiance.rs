@@ -218,14 +218,14 @@ fn textures_know_how_wide_rays_are() {
     // The first sample is four times as wide as the mean: no reflectance may exceed 1.
     let floor = |head: &str| {
         let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]
-            Texture \"width\" \"spectrum\" \"Width\" \"float scale\" 200
+            Texture \"width\" \"spectrum\" \"Width\" \"float scale\" 100
             Material \"diffuse\" \"texture reflectance\" \"width\" Shape \"Plane\"";
         scene(&format!("{head}\n{INTEGRATOR}"), world)
     };
-    check(&floor(DOWN), 200.0 * width);
+    check(&floor(DOWN), 100.0 * width);
     // At a slant of 60 degrees the cut is twice as long one way.
     let aslant = "LookAt 0 2 -3.464102  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 1";
-    check(&floor(aslant), 200.0 * width * 2.0_f64.sqrt());
+    check(&floor(aslant), 100.0 * width * 2.0_f64.sqrt());
 }
 
 /// Materials that have nothing but `shade`.
