@@ -234,3 +234,10 @@ fn info_lists_images() {
           a.png                            0.1 KiB"#]]
     .assert_eq(&lines.join("\n"));
 }
+
+#[test]
+fn info_names_the_format_of_gltf_files() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/still-life.glb");
+    let ran = Folder::new("scene").run(&["scene", "info", model]).exits(DONE);
+    assert_eq!(ran.output().lines().next(), Some(&*format!("scene         {model}, glTF")));
+}

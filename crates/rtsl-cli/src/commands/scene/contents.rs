@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{Instance, Messages, diagnostic_codes as codes};
 use rtsl_render::extent::SceneExtent;
+use rtsl_scene::gltf::is_gltf;
 use rtsl_scene::reader::RecordedFiles;
 use rtsl_scene::{Description, Entity, EntityId, EntityKind, Loaded, SceneSource};
 use serde::Serialize;
@@ -15,7 +16,7 @@ use serde::Serialize;
 #[serde(rename_all = "camelCase")]
 pub struct Contents {
     pub scene: String,
-    /// `pbrt-v4`, or `pbrt-v3 or earlier`.
+    /// `pbrt-v4`, `pbrt-v3 or earlier`, or `glTF`.
     pub format: &'static str,
     pub camera: String,
     pub film: String,
@@ -117,9 +118,14 @@ impl Contents {
         };
         let lights = description.lights.iter().map(|id| shown_class(&description.entities[id.0]));
         let is_old = loaded.warnings.iter().any(|(_, it)| it.code == codes::OLD_SCENE);
+        let format = match is_gltf(path) {
+            true => "glTF",
+            false if is_old => "pbrt-v3 or earlier",
+            false => "pbrt-v4",
+        };
         Contents {
             scene: path.display().to_string(),
-            format: if is_old { "pbrt-v3 or earlier" } else { "pbrt-v4" },
+            format,
             camera: setting(description.camera),
             film: setting(description.film),
             width: settings.width,
