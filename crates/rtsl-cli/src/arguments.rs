@@ -33,7 +33,7 @@ pub struct InputArguments {
     /// The memory for the scene's files: texts, images, meshes. Three quarters of the free memory if not given.
     #[arg(long, value_name = "AMOUNT")]
     pub input_memory: Option<Amount>,
-    /// The memory for textures from images; half of that for all files if not given. Further images are in temporary
+    /// The memory for textures from images; an eighth of that for all files if not given. Further images are in temporary
     /// files, in the folder `TMPDIR` or `/var/tmp`.
     #[arg(long, value_name = "AMOUNT")]
     pub texture_memory: Option<Amount>,

@@ -17,7 +17,7 @@ pub struct SessionOptions {
     pub camera: Option<String>,
     /// The memory budget of the scene's files; three quarters of the available memory if `None`.
     pub input_memory: Option<Amount>,
-    /// The memory of textures from images; half of the budget if `None`. Further ones are in temporary files.
+    /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
     pub texture_memory: Option<Amount>,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,

@@ -231,7 +231,7 @@ impl Images {
     /// Returns the place of an image's texels: in memory until textures take as much as they may.
     fn place(&mut self, image: &Mipmap, files: SceneFiles<'_>) -> Place {
         let Amount(budget) = files.budget.limit();
-        let limit = files.texture_memory.unwrap_or(Amount(budget / 2));
+        let limit = files.texture_memory.unwrap_or(Amount(budget / 8));
         let total = self.in_memory + image.size();
         if total > limit {
             return Place::File;
