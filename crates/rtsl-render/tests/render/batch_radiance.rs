@@ -30,6 +30,7 @@ fn compiled(text: &str, how: How) -> BatchScene {
         ("width.rtsl", WIDTH),
         ("shaded.rtsl", SHADED),
         ("chance.rtsl", CHANCE),
+        ("raised.rtsl", RAISED),
     ];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
@@ -148,6 +149,36 @@ fn a_lamp_may_be_scaled_unevenly_or_placed_by_an_instance() {
     let one = flat("Scale 1 0.25 1 Shape \"sphere\" \"float radius\" 1");
     let other = flat("Scale 2 0.5 2 Shape \"sphere\" \"float radius\" 0.5");
     assert!((one - other).abs() < 0.01 * one, "{one} {other}");
+}
+
+/// A floor whose rays begin above it, by a length in its own space.
+const RAISED: &str = "class Raised : rt_Primitive;
+    public float offset = 0.0;
+    void intersect() {
+        float t = -rt_RayOrigin.y / rt_RayDirection.y;
+        vec3 at = rt_RayOrigin + t * rt_RayDirection;
+        if (max(abs(at.x), abs(at.z)) < 1.0) hit(t);
+    }
+    void computeBounds() { rt_BoundMin = vec3(-1.0, -0.1, -1.0); rt_BoundMax = vec3(1.0, 0.1, 1.0); }
+    void computeNormal() { rt_GeometricNormal = vec3(0.0, 2.0, 0.0); rt_SurfaceOffset = offset; }";
+
+/// Rays towards a light pass a screen below their origins.
+#[test]
+fn shapes_set_offsets_of_rays() {
+    let floor = |shape: &str| {
+        let world = format!(
+            "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [2 2 0]
+            Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+            AttributeBegin Translate 0.5 0.5 0 Shape \"Disk\" \"float radius\" 0.2 AttributeEnd
+            Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n{shape}"
+        );
+        scene(&format!("{DOWN}\n{INTEGRATOR}"), &world)
+    };
+    let lit = 0.5 / std::f64::consts::PI * 10.0 * 0.5_f64.sqrt() / 8.0;
+    check(&floor("Shape \"Raised\" \"float offset\" 1"), lit);
+    check(&floor("Scale 2 2 2 Shape \"Raised\" \"float offset\" 0.5"), lit);
+    let shadowed = rendered(&floor("Shape \"Raised\""), PLAIN);
+    assert_eq!(mean(&shadowed, 0), (0.0, 0.0));
 }
 
 #[test]
