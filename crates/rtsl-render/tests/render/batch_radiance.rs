@@ -151,6 +151,32 @@ fn a_lamp_may_be_scaled_unevenly_or_placed_by_an_instance() {
     assert!((one - other).abs() < 0.01 * one, "{one} {other}");
 }
 
+/// The part of a lamp that rays hit shines, and all of a lamp that no ray hits.
+#[test]
+fn lamps_shine_by_their_alpha() {
+    let lamp = |alpha: f32| {
+        format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3]
+            Material \"diffuse\" \"rgb reflectance\" [0 0 0] Translate 1.5 2 0
+            Shape \"sphere\" \"float radius\" 1 \"float alpha\" {alpha} AttributeEnd"
+        )
+    };
+    let whole = 0.5 / std::f64::consts::PI * sphere_irradiance(3.0, 1.0, [1.5, 2.0]);
+    check(&above_floor(&lamp(0.5)), 0.5 * whole);
+    check(&above_floor(&lamp(0.0)), whole);
+}
+
+/// Paths alone would find one sample in a hundred of this lamp.
+#[test]
+fn lamps_with_a_texture_are_sampled() {
+    let lamp = "Texture \"halves\" \"spectrum\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 1
+            \"rgb tex1\" [0.2 0.2 0.2] \"rgb tex2\" [1 1 1]
+        AttributeBegin AreaLightSource \"Emissive\" \"rgb radiance\" [3 3 3] \"texture image\" \"halves\"
+        ReverseOrientation Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+        Translate 0 5 0 Shape \"Disk\" \"float radius\" 0.5 AttributeEnd";
+    check(&above_floor(lamp), 0.5 * 0.6 * 3.0 * 0.25 / 25.25);
+}
+
 /// A floor whose rays begin above it, by a length in its own space.
 const RAISED: &str = "class Raised : rt_Primitive;
     public float offset = 0.0;
