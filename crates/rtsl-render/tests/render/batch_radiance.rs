@@ -102,6 +102,20 @@ fn a_point_light_lights_by_its_squared_distance() {
     check(&above_floor(light), 0.5 / std::f64::consts::PI * 2.5);
 }
 
+/// Transforms of lights move them, and leave their intensity.
+#[test]
+fn lights_at_a_point_keep_their_intensity_under_transforms() {
+    let lit = 0.5 / std::f64::consts::PI * 2.5;
+    for light in [
+        "Scale 4 4 4 LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 0.5 0]",
+        "Scale 3 0.5 1 LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 4 0]",
+        "Rotate 90 0 0 1 Scale 0.1 0.1 0.1 LightSource \"spot\" \"rgb I\" [10 10 10] \"float coneangle\" 60
+            \"point3 from\" [20 0 0] \"point3 to\" [0 0 0]",
+    ] {
+        check(&above_floor(light), lit);
+    }
+}
+
 #[test]
 fn two_lights_add_up() {
     let lights = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]

@@ -15,6 +15,7 @@ use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
+use crate::lanes::delta_light::delta_scale;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
@@ -310,6 +311,8 @@ impl PathTracer<'_> {
             let state = &memory.state;
             let mut direction = eight.load_vectors(state, v.light_direction);
             let mut distance = eight.load(state, v.light_distance);
+            let mut color = eight.load_vectors(state, v.light_color);
+            let density = eight.load(state, v.pdf);
             if class.is_placed {
                 let maps = LaneMaps::each(eight, |lane| {
                     let index = match class.of {
@@ -319,14 +322,16 @@ impl PathTracer<'_> {
                     lights[class.lights[index as usize] as usize].forward
                 });
                 let world = maps.vectors(&direction);
-                distance *= dots(&world, &world).sqrt();
+                let stretch2 = dots(&world, &world);
+                color = scaled(&color, delta_scale(eight, stretch2, distance, density));
+                distance *= stretch2.sqrt();
                 direction = eight.normalized_or(&world, &direction);
             }
             eight.blend_vectors(&direction, &mut memory.direction);
             let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
             eight.blend(end, &mut memory.distance);
-            eight.blend_vectors(&eight.load_vectors(state, v.light_color), &mut memory.color);
-            eight.blend(eight.load(state, v.pdf), &mut memory.density);
+            eight.blend_vectors(&color, &mut memory.color);
+            eight.blend(density, &mut memory.density);
         }
     }
 
