@@ -144,6 +144,7 @@ fn is_supported(name: &str) -> bool {
     OTHERS.contains(&name)
         || materials::SUPPORTED.contains(&name)
         || shapes::SUPPORTED.contains(&name)
+        || textures::SUPPORTED.contains(&name)
 }
 
 fn names_of_lights(root: &Root) -> Vec<Option<&str>> {

@@ -240,9 +240,7 @@ impl Builder<'_> {
         baked: Transform,
     ) -> Result<Option<Shape>, MeshError> {
         let span = self.outline.span(Kind::Mesh, use_.mesh);
-        if self.file.is_compressed(primitive) {
-            return Err(MeshError::Malformed(format!("`{DRACO}` is not supported")));
-        }
+        self.file.check_compression(primitive)?;
         if is_thin(primitive) {
             self.warn("points and lines are left out".to_owned(), span);
             return Ok(None);
@@ -399,5 +397,5 @@ fn floats<const COUNT: usize>(tuples: Vec<[f32; COUNT]>) -> Buffer {
 }
 
 /// The extensions that change geometry, and are read.
-pub const SUPPORTED: [&str; 5] =
-    [INSTANCING, MESHOPT[0], MESHOPT[1], "KHR_mesh_quantization", "KHR_node_visibility"];
+pub const SUPPORTED: [&str; 6] =
+    [INSTANCING, DRACO, MESHOPT[0], MESHOPT[1], "KHR_mesh_quantization", "KHR_node_visibility"];

@@ -15,7 +15,11 @@ use crate::description::{Entity, EntityKind};
 use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
 /// The parameters by which pbrt describes the images of textures.
-pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap"];
+pub const PARAMETERS: &[&str] =
+    &["filename", "encoding", "filter", "maxanisotropy", "wrap", CONVENTION];
+
+/// The parameter that has the value `gltf` if an image is read by the rules of glTF rather than those of pbrt-v4.
+pub const CONVENTION: &str = "convention";
 
 /// The values of wrap modes in the class.
 const WRAP_MODES: [(&str, i32); 4] =
@@ -47,8 +51,16 @@ pub struct Converted {
 /// An image that an entity names.
 pub struct NamedImage<'e> {
     name: &'e str,
-    encoding: Encoding,
+    reading: Reading,
     use_: Use,
+}
+
+/// The encoding of an image, and the rules by which its file is read.
+#[derive(Clone, Copy)]
+struct Reading {
+    encoding: Encoding,
+    /// True for the rules of glTF, false for those of pbrt-v4.
+    of_gltf: bool,
 }
 
 /// The result of looking for an image.
@@ -64,7 +76,7 @@ struct Undecoded {
     key: Key,
     path: PathBuf,
     input: Input,
-    encoding: Encoding,
+    reading: Reading,
 }
 
 /// A file, decoded.
@@ -77,7 +89,7 @@ struct Decoded {
 }
 
 /// The contents of a file, and what is made of it.
-type Key = ([u8; 32], Use, EncodingKey);
+type Key = ([u8; 32], Use, EncodingKey, bool);
 
 /// An encoding with an order.
 type EncodingKey = (u8, u64);
@@ -121,6 +133,11 @@ fn choice(
             Err(wrong(parameter, message))
         }
     }
+}
+
+fn reading(entity: &Entity) -> Result<Reading, Box<Diagnostic>> {
+    let of_gltf = entity.text(CONVENTION).is_some_and(|(word, _)| word == "gltf");
+    Ok(Reading { encoding: encoding(entity)?, of_gltf })
 }
 
 fn encoding(entity: &Entity) -> Result<Encoding, Box<Diagnostic>> {
@@ -169,8 +186,8 @@ impl Images {
                 diagnostic.at(entity.class_span, "expected `\"string filename\"`"),
             ));
         };
-        let encoding = encoding(entity)?;
-        self.read(&files.path(name), encoding, files, use_)
+        let reading = reading(entity)?;
+        self.read(&files.path(name), reading, files, use_)
             .map_err(|diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here")))
     }
 
@@ -180,7 +197,7 @@ impl Images {
         name: &str,
         files: SceneFiles<'_>,
     ) -> Result<Vec<(String, Value)>, Diagnostic> {
-        let image = self.read(&files.path(name), Encoding::Linear, files, Use::Texture)?;
+        let image = self.read(&files.path(name), Reading::LINEAR, files, Use::Texture)?;
         Ok(image.values.clone())
     }
 
@@ -192,7 +209,7 @@ impl Images {
         let mut pending: Vec<Undecoded> = Vec::new();
         let mut keys = BTreeSet::new();
         for (index, image) in wanted.iter().enumerate() {
-            let file = self.find(&files.path(image.name), image.encoding, files, image.use_);
+            let file = self.find(&files.path(image.name), image.reading, files, image.use_);
             if let Ok(Lookup::New(undecoded)) = file
                 && keys.insert(undecoded.key)
             {
@@ -220,7 +237,7 @@ impl Images {
         let texels = |it: &Converted| it.image.memory();
         let mut total: Amount = self.converted.values().map(|it| texels(it)).sum();
         while total > limit {
-            let textures = self.converted.iter().filter(|((_, use_, _), _)| *use_ == Use::Texture);
+            let textures = self.converted.iter().filter(|((_, use_, ..), _)| *use_ == Use::Texture);
             let Some((key, largest)) = textures.max_by_key(|(_, it)| texels(it)) else { return };
             let (key, before) = (*key, texels(largest));
             let Some(image) = largest.image.without_first_level() else { return };
@@ -242,11 +259,11 @@ impl Images {
     fn read(
         &mut self,
         path: &Path,
-        encoding: Encoding,
+        reading: Reading,
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Arc<Converted>, Diagnostic> {
-        match self.find(path, encoding, files, use_)? {
+        match self.find(path, reading, files, use_)? {
             Lookup::Known(converted) => Ok(converted),
             Lookup::New(undecoded) => Ok(self.keep(undecoded.key, undecoded.decode(files.budget)?)),
         }
@@ -256,11 +273,13 @@ impl Images {
     fn find(
         &mut self,
         path: &Path,
-        encoding: Encoding,
+        reading: Reading,
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Lookup, Diagnostic> {
-        let key = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
+        let key = |digest: &blake3::Hash| {
+            (*digest.as_bytes(), use_, key(reading.encoding), reading.of_gltf)
+        };
         if let Some(known) = self.digests.get(path).and_then(|it| self.converted.get(&key(it))) {
             return Ok(Lookup::Known(known.clone()));
         }
@@ -270,7 +289,7 @@ impl Images {
         if let Some(known) = self.converted.get(&key(&digest)) {
             return Ok(Lookup::Known(known.clone()));
         }
-        Ok(Lookup::New(Undecoded { key: key(&digest), path: path.to_owned(), input, encoding }))
+        Ok(Lookup::New(Undecoded { key: key(&digest), path: path.to_owned(), input, reading }))
     }
 
     /// Keeps an image for all entities that name it.
@@ -310,8 +329,10 @@ impl Images {
 
 impl Undecoded {
     fn decode(self, budget: &InputBudget) -> Result<Decoded, Diagnostic> {
-        let Undecoded { key: (_, use_, _), path, input, encoding } = self;
-        let read = Picture::read(&input.bytes, encoding, budget);
+        let Undecoded { key: (_, use_, ..), path, input, reading } = self;
+        let Reading { encoding, of_gltf } = reading;
+        let read = if of_gltf { Picture::read_for_gltf } else { Picture::read };
+        let read = read(&input.bytes, encoding, budget);
         let (picture, held) = read.map_err(|error| match error {
             PictureError::Malformed(problem) => unreadable(&path, &std::io::Error::other(problem))
                 .help("convert the image to a PNG or an EXR file"),
@@ -328,6 +349,10 @@ impl Undecoded {
     }
 }
 
+impl Reading {
+    const LINEAR: Reading = Reading { encoding: Encoding::Linear, of_gltf: false };
+}
+
 impl<'e> NamedImage<'e> {
     /// Returns the images that an entity of one of pbrt's names uses. Those with a wrong encoding are left out: their
     /// use reports it.
@@ -338,12 +363,12 @@ impl<'e> NamedImage<'e> {
             EntityKind::Light => Some(Use::Texture),
             _ => None,
         };
-        let file = entity.text("filename").zip(use_).zip(encoding(entity).ok());
-        let file = file.map(|(((name, _), use_), encoding)| NamedImage { name, encoding, use_ });
+        let file = entity.text("filename").zip(use_).zip(reading(entity).ok());
+        let file = file.map(|(((name, _), use_), reading)| NamedImage { name, reading, use_ });
         let relief = entity.text("normalmap").filter(|_| entity.kind == EntityKind::Material);
         let relief = relief.map(|(name, _)| NamedImage {
             name,
-            encoding: Encoding::Linear,
+            reading: Reading::LINEAR,
             use_: Use::Texture,
         });
         file.into_iter().chain(relief)

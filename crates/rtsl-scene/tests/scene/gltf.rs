@@ -1,28 +1,14 @@
 //! glTF files as scenes: what becomes of nodes, meshes, materials, lights and cameras.
 
-use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use expect_test::{Expect, expect};
 use rtsl_math::Transform;
-use rtsl_scene::reader::{FileSource, Values};
+use rtsl_scene::reader::{MemoryFiles, Values};
 use rtsl_scene::{Description, Entity, EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
 
-/// Files in memory.
-#[derive(Default)]
-struct Files(BTreeMap<PathBuf, Vec<u8>>);
-
-impl FileSource for Files {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-
-    fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(self.0.keys().cloned().collect())
-    }
-}
+type Files = MemoryFiles<Vec<u8>>;
 
 /// The buffer of all tests: positions, normals and coordinates of a square, its indices, and more numbers.
 fn buffer() -> Vec<u8> {
@@ -96,7 +82,7 @@ const SQUARE: &str =
     r#"{"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 6}"#;
 
 fn files(members: &str) -> Files {
-    Files([(PathBuf::from("model.gltf"), file(members).into_bytes())].into())
+    MemoryFiles([(PathBuf::from("model.gltf"), file(members).into_bytes())].into())
 }
 
 fn options(camera: Option<&str>) -> LoadOptions {
@@ -291,13 +277,13 @@ fn textures_have_channels_transforms_and_samplers() {
         loaded(&with_image(&with_material(&primitive, material, TEXTURES)));
     assert_eq!(warnings, "");
     expect![[r#"
-        image 0: imagemap filename=map one.png encoding=linear wrap=clamp filter=point
+        image 0: imagemap filename=map one.png encoding=linear convention=gltf wrap=clamp filter=point
         tiles alpha: GltfOpacity image=image 0 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] hasOpacity=[true] factor=[1.0, 1.0, 1.0, 0.5] cutoff=[0.25]
-        image 0 2: imagemap filename=map one.png encoding=sRGB wrap=repeat filter=bilinear
+        image 0 2: imagemap filename=map one.png encoding=sRGB convention=gltf wrap=repeat filter=bilinear
         tiles emission: GltfTexture image=image 0 2 factor=[0.5, 0.5, 0.5, 1.0]
-        image 0 3: imagemap filename=map one.png encoding=sRGB wrap=clamp filter=point
+        image 0 3: imagemap filename=map one.png encoding=sRGB convention=gltf wrap=clamp filter=point
         tiles baseColor: GltfTexture image=image 0 3 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] factor=[1.0, 1.0, 1.0, 0.5]
-        image 0 4: imagemap filename=map one.png encoding=linear wrap=repeat filter=bilinear
+        image 0 4: imagemap filename=map one.png encoding=linear convention=gltf wrap=repeat filter=bilinear
         tiles metallicRoughness: GltfTexture image=image 0 4 set=[1.0]
         tiles normals: GltfTexture image=image 0 4
     "#]]
@@ -503,15 +489,9 @@ fn what_cannot_be_shown_is_said_once() {
     let place = text.find(quantized).expect("it is there");
     let end = place + text[place..].find('}').expect("it ends") + 1;
     text.insert_str(end, r#",{"componentType": 5126, "count": 4, "type": "VEC3"}"#);
-    let files = Files([(PathBuf::from("model.gltf"), text.into_bytes())].into());
+    let files = MemoryFiles([(PathBuf::from("model.gltf"), text.into_bytes())].into());
     let (_, _, warnings) = loaded(&files);
     expect![[r#"
-        warning[W0601]: the file requires `KHR_draco_mesh_compression`, which is not supported
-          ┌─ model.gltf#contents:1:1
-          │
-        1 │ glTF 2.0
-          │ ^^^^^^^^
-
         warning[W0601]: node 0 has two parents or contains itself: only one counts
           ┌─ model.gltf#contents:2:1
           │
@@ -524,7 +504,7 @@ fn what_cannot_be_shown_is_said_once() {
         4 │ nodes[2]
           │ ^^^^^^^^
 
-        warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression` is not supported
+        warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression`: it names no compressed buffer view
           ┌─ model.gltf#contents:7:1
           │
         7 │ meshes[1] "ball"
@@ -555,37 +535,38 @@ fn textures_without_an_image_that_can_be_read_are_left_out() {
     check_warnings(
         &with_material(&square_of_material(), material, more),
         expect![[r#"
-        warning[W0601]: `KHR_materials_dispersion` is not supported: materials are as without it
-          ┌─ model.gltf#contents:4:1
-          │
-        4 │ materials[0]
-          │ ^^^^^^^^^^^^
+            warning[W0601]: `KHR_materials_dispersion` is not supported: materials are as without it
+              ┌─ model.gltf#contents:4:1
+              │
+            4 │ materials[0]
+              │ ^^^^^^^^^^^^
 
-        warning[W0601]: texture 5 does not exist: it is left out
-          ┌─ model.gltf#contents:1:1
-          │
-        1 │ glTF 2.0
-          │ ^^^^^^^^
+            warning[W0601]: texture 5 does not exist: it is left out
+              ┌─ model.gltf#contents:1:1
+              │
+            1 │ glTF 2.0
+              │ ^^^^^^^^
 
-        warning[W0601]: image 0 is left out: cannot read `away.png`: entity not found
-          ┌─ model.gltf#contents:5:1
-          │
-        5 │ textures[0]
-          │ ^^^^^^^^^^^
+            warning[W0601]: image 0 is left out: cannot read `away.png`: entity not found
+              ┌─ model.gltf#contents:5:1
+              │
+            5 │ textures[0]
+              │ ^^^^^^^^^^^
 
-        warning[W0601]: image 1 is left out: it is neither a PNG nor a JPEG
-          ┌─ model.gltf#contents:6:1
-          │
-        6 │ textures[1]
-          │ ^^^^^^^^^^^
+            warning[W0601]: image 1 is left out: it is not a PNG, a JPEG, a WebP or a KTX 2.0 file
+              ┌─ model.gltf#contents:6:1
+              │
+            6 │ textures[1]
+              │ ^^^^^^^^^^^
 
-    "#]],
+        "#]],
     );
 }
 
 #[test]
 fn files_that_show_nothing_are_refused() {
-    let none = |text: &str| Files([(PathBuf::from("model.gltf"), text.as_bytes().to_vec())].into());
+    let none =
+        |text: &str| MemoryFiles([(PathBuf::from("model.gltf"), text.as_bytes().to_vec())].into());
     check_errors(
         &none("solid"),
         None,
@@ -644,4 +625,94 @@ fn a_shape_from_a_file_with_materials_says_how_to_see_them() {
           │       ^^^^^^
 
     "#]].assert_eq(&loaded.warnings.to_text(false));
+}
+
+/// Squares with texture coordinates and colours, compressed by Draco in sequence and along edges.
+const DRACO: [&str; 2] = [
+    "RFJBQ08CAgEAAAACBAEAAQIAAgMBAwAJAwAAAwkCAAECAgQBAgICAQABAQADAwEwARADADSCiAQAAAAA/wAAAAABAQADAwEgASADACCEhgIAAAAA\
+     /wAAAAABAQAJAwEgFwEgAwDwgykQAPAPIBDwPwAAAAD/AAAAAAAAAAAAAAAAAAAAAACAPwgAAAAAAAAAAAAAgD8I",
+    "RFJBQ08CAgEBAAAABAICAgAAAR//ARH/ARH/ARED/wAAAAAAAQAAAQAJAwAAAgEDCQIAAQIBAgIEAQIBAQEBAAMDATABEAMAKIKYAAAAAAD/AAAA\
+     AAAAAAAAAAAAAAAAAACAPwgBAQEAAwMBIAEgAwDwg6YAAAAAAP8AAAAAAAAAAAAAAAAAgD8IAQEBAAkDASABEBMBEAMAcJApMQABAP8AAAAA/wAA\
+     AA==",
+];
+
+/// A file with a square whose arrays are compressed.
+fn compressed(bytes: &[u8], corners: usize) -> Files {
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    let length = bytes.len();
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "extensionsRequired": ["KHR_draco_mesh_compression"],
+        "nodes": [{{"mesh": 0}}], "materials": [{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}}}}}],
+        "textures": [{{"source": 0}}], "images": [{{"uri": "map%20one.png"}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}}, "indices": 3,
+            "material": 0, "extensions": {{"KHR_draco_mesh_compression": {{"bufferView": 0,
+                "attributes": {{"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}}}}}}}}]}}],
+        "accessors": [{{"componentType": 5126, "count": 4, "type": "VEC3"}},
+            {{"componentType": 5126, "count": 4, "type": "VEC2"}},
+            {{"componentType": 5121, "count": 4, "type": "VEC4", "normalized": true}},
+            {{"componentType": 5123, "count": {corners}, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": {length}}}],
+        "buffers": [{{"byteLength": {length}, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
+    );
+    Files::default().with("model.gltf", text).with("map one.png", png())
+}
+
+fn of_draco(method: usize) -> Vec<u8> {
+    base64::engine::general_purpose::STANDARD.decode(DRACO[method]).expect("valid")
+}
+
+#[test]
+fn meshes_compressed_by_draco_are_decoded() {
+    for method in [0, 1] {
+        let (description, _, warnings) = loaded(&compressed(&of_draco(method), 6));
+        assert_eq!(warnings, "");
+        let shape = description.shapes[0].shape;
+        let [positions, uvs, colors] =
+            ["positions", "uvs", "colors"].map(|name| buffer_of(&description, shape, name));
+        let mut vertices: Vec<_> = positions
+            .chunks(3)
+            .zip(uvs.chunks(2))
+            .zip(colors.chunks(4))
+            .map(|((position, uv), color)| (position.to_vec(), uv.to_vec(), color.to_vec()))
+            .collect();
+        vertices.sort_by(|a, b| a.0.partial_cmp(&b.0).expect("numbers"));
+        let half = 127.0 / 255.0;
+        let vertex = |x: f32, y: f32, color: [f32; 4]| (vec![x, y, 0.], vec![x, y], color.to_vec());
+        let expected = [
+            vertex(0., 0., [1., 0., 0., 1.]),
+            vertex(0., 1., [1., 1., 1., 1.]),
+            vertex(1., 0., [0., 1., 0., half]),
+            vertex(1., 1., [0., 0., 1., 1.]),
+        ];
+        assert_eq!(vertices, expected, "{method}");
+        let indices = buffer_of(&description, shape, "indices");
+        assert_eq!(indices.len(), 6);
+    }
+}
+
+#[test]
+fn what_draco_cannot_decode_is_left_out() {
+    let warning = |files: &Files| {
+        let mut source = SceneSource::read(Path::new("model.gltf"), files, &options(None));
+        let messages = source.load().expect_err("there is no surface").to_text(false);
+        let line = messages.lines().find(|line| line.contains("primitive")).map(str::to_owned);
+        line.unwrap_or(messages)
+    };
+    let start = "warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression`: ";
+    let whole = of_draco(1);
+    let cut = warning(&compressed(&whole[..60], 6));
+    assert!(cut.starts_with(start), "{cut}");
+    // The accessor promises one triangle.
+    let many = warning(&compressed(&whole, 3));
+    assert_eq!(
+        many,
+        format!(
+            "{start}Decode limit exceeded: stream decodes 2 faces, over the caller's ceiling of 1"
+        )
+    );
+    let mut files = compressed(&whole, 6);
+    let text = String::from_utf8(files.0[Path::new("model.gltf")].clone()).expect("text");
+    let text = text.replace(r#""COLOR_0": 2}}"#, r#""COLOR_0": 9}}"#);
+    files.0.insert("model.gltf".into(), text.into_bytes());
+    assert_eq!(warning(&files), format!("{start}its compressed data have no attribute 9"));
 }

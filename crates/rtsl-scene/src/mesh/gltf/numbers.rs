@@ -49,12 +49,16 @@ impl<'a, const COUNT: usize> Numbers<'a, COUNT> {
         }
         let format = Format { component: component.0, normalized: accessor.normalized };
         let count = size(accessor.count);
-        let tuples = match accessor.buffer_view {
-            Some(view) => {
+        let tuples = match (file.decoded.array(index), accessor.buffer_view) {
+            (Some(bytes), _) if count <= bytes.len() / (4 * COUNT) => {
+                Some(Tuples { bytes, stride: 4 * COUNT, format })
+            }
+            (Some(_), _) => return Err(wrong("ends outside its compressed data")),
+            (None, Some(view)) => {
                 let offset = accessor.byte_offset.map_or(0, size);
                 Some(tuples(file, view, offset, format, COUNT, count).map_err(wrong)?)
             }
-            None => None,
+            (None, None) => None,
         };
         let replacements = match &accessor.sparse {
             Some(sparse) => replacements(file, sparse, format, count).map_err(wrong)?,
