@@ -51,6 +51,7 @@ pub use metadata::ImageMetadata;
 pub use mipmap::Mipmap;
 pub use opacity::has_opacity;
 pub use picture::{Picture, PictureError, Samples};
+pub use png_file::encode_png;
 pub use srgb::{SrgbEncoder, decode as srgb_decode};
 pub use texel_format::{Depth, TexelFormat};
 pub use view_transform::{ViewEncoder, ViewTransform, exposure_scale};

@@ -716,3 +716,47 @@ fn what_draco_cannot_decode_is_left_out() {
     files.0.insert("model.gltf".into(), text.into_bytes());
     assert_eq!(warning(&files), format!("{start}its compressed data have no attribute 9"));
 }
+
+#[test]
+fn lights_of_other_extensions_are_said_to_be_left_out() {
+    let members = format!(
+        r#""extensionsUsed": ["EXT_lights_image_based"], "extensionsRequired": ["EXT_lights_image_based"],
+        "nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{SQUARE}]}}]"#
+    );
+    check_warnings(
+        &members,
+        expect![[r#"
+        warning[W0601]: `EXT_lights_image_based` is not supported: its lights are left out
+          ┌─ model.gltf#contents:1:1
+          │
+        1 │ glTF 2.0
+          │ ^^^^^^^^
+
+    "#]],
+    );
+}
+
+/// A note tells what the reader added.
+#[test]
+fn what_a_file_lacks_is_noted() {
+    let notes = |members: &str| {
+        let (description, loaded, _) = loaded(&files(members));
+        assert_eq!(description.notes, loaded.warnings.notes().collect::<Vec<_>>());
+        description.notes
+    };
+    let camera = r#"{"camera": 0, "translation": [0, 0, 5]}"#;
+    let light = r#"{"extensions": {"KHR_lights_punctual": {"light": 0}}}"#;
+    let scene = |more: &str| {
+        format!(
+            r#""nodes": [{{"mesh": 0}}{more}], "meshes": [{{"primitives": [{SQUARE}]}}], {CAMERAS},
+            "extensions": {{"KHR_lights_punctual": {{"lights": [{{"type": "point"}}]}}}}"#
+        )
+    };
+    assert_eq!(notes(&scene(&format!(", {camera}, {light}"))), [""; 0]);
+    let dark = ["the file has no lights: a studio lights the scene"];
+    assert_eq!(notes(&scene(&format!(", {camera}"))), dark);
+    let unseen = ["the file has no camera: one that shows all of the scene takes its place"];
+    assert_eq!(notes(&scene(&format!(", {light}"))), unseen);
+    let neither = ["the file has neither camera nor lights: all of the scene is shown in a studio"];
+    assert_eq!(notes(&scene("")), neither);
+}
