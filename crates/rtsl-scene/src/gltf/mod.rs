@@ -16,6 +16,7 @@ mod lights;
 mod materials;
 mod outline;
 mod shapes;
+mod strokes;
 mod studio;
 mod surface;
 mod tangents;

@@ -8,7 +8,7 @@ use rtsl_math::Transform;
 use rtsl_scene::reader::{MemoryFiles, Values};
 use rtsl_scene::{Description, Entity, EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
 
-type Files = MemoryFiles<Vec<u8>>;
+pub type Files = MemoryFiles<Vec<u8>>;
 
 /// The buffer of all tests: positions, normals and coordinates of a square, its indices, and more numbers.
 fn buffer() -> Vec<u8> {
@@ -85,12 +85,12 @@ fn files(members: &str) -> Files {
     MemoryFiles([(PathBuf::from("model.gltf"), file(members).into_bytes())].into())
 }
 
-fn options(camera: Option<&str>) -> LoadOptions {
+pub fn options(camera: Option<&str>) -> LoadOptions {
     LoadOptions { camera: camera.map(str::to_owned), ..LoadOptions::default() }
 }
 
 /// Reads and loads a file without errors; also returns the warnings.
-fn loaded(files: &Files) -> (Description, Loaded, String) {
+pub fn loaded(files: &Files) -> (Description, Loaded, String) {
     let mut source = SceneSource::read(Path::new("model.gltf"), files, &options(None));
     let description = source.description().clone();
     let loaded = source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
@@ -145,7 +145,7 @@ fn listed(description: &Description, kind: EntityKind) -> String {
 }
 
 /// The floats of a shape's buffer.
-fn buffer_of(description: &Description, shape: EntityId, name: &str) -> Vec<f32> {
+pub fn buffer_of(description: &Description, shape: EntityId, name: &str) -> Vec<f32> {
     match entity(description, shape).parameter(name).map(|it| &it.values) {
         Some(Values::Buffer(numbers)) => {
             numbers.words().iter().map(|bits| f32::from_bits(*bits)).collect()
@@ -244,7 +244,7 @@ fn a_plain_material_is_one_class() {
 }
 
 /// A PNG of one texel, with opacity.
-fn png() -> Vec<u8> {
+pub fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
     encoder.set_color(png::ColorType::Rgba);
@@ -510,12 +510,6 @@ fn what_cannot_be_shown_is_said_once() {
         7 │ meshes[1] "ball"
           │ ^^^^^^^^^^^^^^^^
 
-        warning[W0601]: points and lines are left out
-          ┌─ model.gltf#contents:7:1
-          │
-        7 │ meshes[1] "ball"
-          │ ^^^^^^^^^^^^^^^^
-
         warning[W0601]: primitive 2 of a mesh is left out: it has 4 vertices, but 3 of another attribute
           ┌─ model.gltf#contents:7:1
           │
@@ -627,96 +621,6 @@ fn a_shape_from_a_file_with_materials_says_how_to_see_them() {
     "#]].assert_eq(&loaded.warnings.to_text(false));
 }
 
-/// Squares with texture coordinates and colours, compressed by Draco in sequence and along edges.
-const DRACO: [&str; 2] = [
-    "RFJBQ08CAgEAAAACBAEAAQIAAgMBAwAJAwAAAwkCAAECAgQBAgICAQABAQADAwEwARADADSCiAQAAAAA/wAAAAABAQADAwEgASADACCEhgIAAAAA\
-     /wAAAAABAQAJAwEgFwEgAwDwgykQAPAPIBDwPwAAAAD/AAAAAAAAAAAAAAAAAAAAAACAPwgAAAAAAAAAAAAAgD8I",
-    "RFJBQ08CAgEBAAAABAICAgAAAR//ARH/ARH/ARED/wAAAAAAAQAAAQAJAwAAAgEDCQIAAQIBAgIEAQIBAQEBAAMDATABEAMAKIKYAAAAAAD/AAAA\
-     AAAAAAAAAAAAAAAAAACAPwgBAQEAAwMBIAEgAwDwg6YAAAAAAP8AAAAAAAAAAAAAAAAAgD8IAQEBAAkDASABEBMBEAMAcJApMQABAP8AAAAA/wAA\
-     AA==",
-];
-
-/// A file with a square whose arrays are compressed.
-fn compressed(bytes: &[u8], corners: usize) -> Files {
-    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
-    let length = bytes.len();
-    let text = format!(
-        r#"{{"asset": {{"version": "2.0"}}, "extensionsRequired": ["KHR_draco_mesh_compression"],
-        "nodes": [{{"mesh": 0}}], "materials": [{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}}}}}],
-        "textures": [{{"source": 0}}], "images": [{{"uri": "map%20one.png"}}],
-        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}}, "indices": 3,
-            "material": 0, "extensions": {{"KHR_draco_mesh_compression": {{"bufferView": 0,
-                "attributes": {{"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}}}}}}}}]}}],
-        "accessors": [{{"componentType": 5126, "count": 4, "type": "VEC3"}},
-            {{"componentType": 5126, "count": 4, "type": "VEC2"}},
-            {{"componentType": 5121, "count": 4, "type": "VEC4", "normalized": true}},
-            {{"componentType": 5123, "count": {corners}, "type": "SCALAR"}}],
-        "bufferViews": [{{"buffer": 0, "byteLength": {length}}}],
-        "buffers": [{{"byteLength": {length}, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
-    );
-    Files::default().with("model.gltf", text).with("map one.png", png())
-}
-
-fn of_draco(method: usize) -> Vec<u8> {
-    base64::engine::general_purpose::STANDARD.decode(DRACO[method]).expect("valid")
-}
-
-#[test]
-fn meshes_compressed_by_draco_are_decoded() {
-    for method in [0, 1] {
-        let (description, _, warnings) = loaded(&compressed(&of_draco(method), 6));
-        assert_eq!(warnings, "");
-        let shape = description.shapes[0].shape;
-        let [positions, uvs, colors] =
-            ["positions", "uvs", "colors"].map(|name| buffer_of(&description, shape, name));
-        let mut vertices: Vec<_> = positions
-            .chunks(3)
-            .zip(uvs.chunks(2))
-            .zip(colors.chunks(4))
-            .map(|((position, uv), color)| (position.to_vec(), uv.to_vec(), color.to_vec()))
-            .collect();
-        vertices.sort_by(|a, b| a.0.partial_cmp(&b.0).expect("numbers"));
-        let half = 127.0 / 255.0;
-        let vertex = |x: f32, y: f32, color: [f32; 4]| (vec![x, y, 0.], vec![x, y], color.to_vec());
-        let expected = [
-            vertex(0., 0., [1., 0., 0., 1.]),
-            vertex(0., 1., [1., 1., 1., 1.]),
-            vertex(1., 0., [0., 1., 0., half]),
-            vertex(1., 1., [0., 0., 1., 1.]),
-        ];
-        assert_eq!(vertices, expected, "{method}");
-        let indices = buffer_of(&description, shape, "indices");
-        assert_eq!(indices.len(), 6);
-    }
-}
-
-#[test]
-fn what_draco_cannot_decode_is_left_out() {
-    let warning = |files: &Files| {
-        let mut source = SceneSource::read(Path::new("model.gltf"), files, &options(None));
-        let messages = source.load().expect_err("there is no surface").to_text(false);
-        let line = messages.lines().find(|line| line.contains("primitive")).map(str::to_owned);
-        line.unwrap_or(messages)
-    };
-    let start = "warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression`: ";
-    let whole = of_draco(1);
-    let cut = warning(&compressed(&whole[..60], 6));
-    assert!(cut.starts_with(start), "{cut}");
-    // The accessor promises one triangle.
-    let many = warning(&compressed(&whole, 3));
-    assert_eq!(
-        many,
-        format!(
-            "{start}Decode limit exceeded: stream decodes 2 faces, over the caller's ceiling of 1"
-        )
-    );
-    let mut files = compressed(&whole, 6);
-    let text = String::from_utf8(files.0[Path::new("model.gltf")].clone()).expect("text");
-    let text = text.replace(r#""COLOR_0": 2}}"#, r#""COLOR_0": 9}}"#);
-    files.0.insert("model.gltf".into(), text.into_bytes());
-    assert_eq!(warning(&files), format!("{start}its compressed data have no attribute 9"));
-}
-
 #[test]
 fn lights_of_other_extensions_are_said_to_be_left_out() {
     let members = format!(
@@ -759,4 +663,43 @@ fn what_a_file_lacks_is_noted() {
     assert_eq!(notes(&scene(&format!(", {light}"))), unseen);
     let neither = ["the file has neither camera nor lights: all of the scene is shown in a studio"];
     assert_eq!(notes(&scene("")), neither);
+}
+
+/// Primitives that share arrays keep the vertices that they use.
+#[test]
+fn primitives_keep_their_own_vertices() {
+    let floats = (0..27).flat_map(|number| (number as f32).to_le_bytes());
+    let bytes: Vec<u8> = floats.chain([8, 2, 5, 0]).collect();
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "weights": [1]}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "targets": [{{"POSITION": 0}}]}}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}},
+            {{"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 108}}, {{"buffer": 0, "byteOffset": 108, "byteLength": 3}}],
+        "buffers": [{{"byteLength": 112, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
+    );
+    let (description, _, _) = loaded(&Files::default().with("model.gltf", text));
+    let shape = description.shapes[0].shape;
+    // The target has the same arrays, which doubles them.
+    let expected = [12., 14., 16., 30., 32., 34., 48., 50., 52.];
+    assert_eq!(buffer_of(&description, shape, "positions"), expected);
+    let indices = buffer_of(&description, shape, "indices").into_iter().map(f32::to_bits);
+    assert_eq!(indices.collect::<Vec<_>>(), [2, 0, 1]);
+}
+
+#[test]
+fn points_and_lines_are_small_bodies() {
+    let shape = |mode: u32| {
+        let members = format!(
+            r#""nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "COLOR_0": 3}}, "mode": {mode}}}]}}]"#
+        );
+        let (description, loaded, warnings) = loaded(&files(&members));
+        assert_eq!((warnings.as_str(), loaded.warnings.notes().count()), ("", 2));
+        let shape = description.shapes[0].shape;
+        let count = |name: &str| buffer_of(&description, shape, name).len();
+        (count("positions") / 3, count("colors") / 4, count("indices") / 3)
+    };
+    // Points, lines, loops and strips of four vertices.
+    assert_eq!([0, 1, 2, 3].map(shape), [(16, 16, 16), (12, 12, 12), (24, 24, 24), (18, 18, 18)]);
 }

@@ -22,7 +22,7 @@ use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
 pub use buffers::{MESHOPT, contents};
-pub use corners::corners;
+pub use corners::{corners, listed};
 pub use draco::DRACO;
 pub use file::{GltfFile, ReadFile, attribute, size, structure_memory};
 pub use numbers::Numbers;

@@ -67,6 +67,14 @@ impl<'a, const COUNT: usize> Numbers<'a, COUNT> {
         Ok(Numbers { tuples, count, replacements })
     }
 
+    /// Returns the tuple at an index, which is below their number.
+    pub fn at(&self, index: usize) -> [f64; COUNT] {
+        match self.replacements.binary_search_by_key(&index, |(replaced, _)| *replaced) {
+            Ok(place) => self.replacements[place].1,
+            Err(_) => self.tuples.as_ref().map_or([0.0; COUNT], |tuples| tuples.get(index)),
+        }
+    }
+
     /// Iterates over the tuples.
     pub fn iter(&self) -> impl Iterator<Item = [f64; COUNT]> {
         let mut replacements = self.replacements.iter().peekable();
