@@ -143,6 +143,30 @@ fn ktx2_files_have_the_colors_of_their_blocks() {
 }
 
 #[test]
+fn ktx2_files_may_have_bytes() {
+    let [colors, opaque, pair, grey] =
+        [(37_u8, 4_usize), (29, 3), (16, 2), (9, 1)].map(|(format, count)| {
+            [false, true].map(|is_packed| {
+                let bytes: [u8; 16] = std::array::from_fn(|index| 10 * index as u8);
+                let blocks = [[bytes[0], bytes[1], bytes[2], bytes[3]]];
+                let mut file = ktx2((2, 2), &blocks, 0, is_packed);
+                // The block's place has the bytes.
+                let start = if is_packed { 148 + 6 + 3 } else { 148 };
+                file[start..start + 16].copy_from_slice(&bytes);
+                file[12] = format;
+                let picture = read(&file, Encoding::Linear);
+                assert_eq!(rtsl_image::has_opacity(&file), Ok(count == 4));
+                (picture.channels, picture.bytes().expect("8 bits").to_vec())
+            })
+        });
+    let list = |count: u8| (0..4 * count).map(|index| 10 * index).collect::<Vec<u8>>();
+    assert_eq!(colors, [(4, list(4)), (4, list(4))]);
+    assert_eq!(opaque, [(3, list(3)), (3, list(3))]);
+    assert_eq!(pair[1], (3, vec![0, 10, 0, 20, 30, 0, 40, 50, 0, 60, 70, 0]));
+    assert_eq!(grey[0], (1, list(1)));
+}
+
+#[test]
 fn ktx2_files_that_are_wrong_are_refused() {
     let whole = ktx2((6, 3), &[[9; 4]; 2], 0, true);
     let problem = |change: &dyn Fn(&mut Vec<u8>)| {
@@ -160,7 +184,8 @@ fn ktx2_files_that_are_wrong_are_refused() {
     assert_eq!(problem(&|file| file.truncate(120)), end);
     assert_eq!(problem(&|file| file.truncate(170)), "it is damaged");
     assert_eq!(problem(&|file| file[28] = 1), "it has several pictures, expected one");
-    let expected = "its texels are not compressed by Basis Universal as ETC1S or UASTC";
+    let expected =
+        "its texels are neither compressed by Basis Universal as ETC1S or UASTC nor bytes";
     assert_eq!(problem(&|file| file[116] = 1), expected);
     // More is claimed to be unpacked than the texels take.
     assert_eq!(problem(&|file| file[101] = 1), "it is damaged");
