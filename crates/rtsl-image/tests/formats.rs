@@ -99,8 +99,7 @@ fn ktx2((width, height): (u32, u32), colors: &[[u8; 4]], channel: u8, is_packed:
         // A frame of one segment whose size takes a byte, with one block that is stored as it is.
         let size = blocks.len();
         let header = (1 | size << 3).to_le_bytes();
-        let frame = [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, size as u8], &header[..3], &blocks].concat();
-        frame
+        [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, size as u8], &header[..3], &blocks].concat()
     } else {
         blocks.clone()
     };

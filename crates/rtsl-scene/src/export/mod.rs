@@ -109,7 +109,7 @@ struct Exporter<'d, 'w> {
     objects: Vec<String>,
     used_names: BTreeSet<String>,
     used_files: BTreeSet<String>,
-    /// What is lost, with the materials that have it.
+    /// The features without counterpart, each with the materials that have it.
     lost: BTreeMap<&'static str, Vec<String>>,
     warnings: Vec<Diagnostic>,
     /// The first error of writing, after which nothing is written.
