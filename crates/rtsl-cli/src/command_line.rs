@@ -34,7 +34,7 @@ pub struct Arguments {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Check shaders and report what is wrong with them.
+    /// Check shaders and scenes and report what is wrong with them.
     Check(CheckArguments),
     /// Show a stage of compiling a shader, or write it to a file.
     Build(BuildArguments),

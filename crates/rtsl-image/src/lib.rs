@@ -20,8 +20,10 @@ mod guarded;
 mod hdr_picture;
 mod image;
 mod jpeg_picture;
+mod ktx2_picture;
 mod metadata;
 mod mipmap;
+mod opacity;
 mod pfm_picture;
 mod picture;
 mod picture_file;
@@ -32,6 +34,7 @@ mod srgb;
 mod texel_format;
 mod tga_picture;
 mod view_transform;
+mod webp_picture;
 
 pub use aov::{Aov, AovImage};
 pub use colormap::{HeatScale, logarithm};
@@ -46,7 +49,9 @@ pub use file::{
 pub use image::Image;
 pub use metadata::ImageMetadata;
 pub use mipmap::Mipmap;
+pub use opacity::has_opacity;
 pub use picture::{Picture, PictureError, Samples};
+pub use png_file::encode_png;
 pub use srgb::{SrgbEncoder, decode as srgb_decode};
 pub use texel_format::{Depth, TexelFormat};
 pub use view_transform::{ViewEncoder, ViewTransform, exposure_scale};

@@ -8,18 +8,20 @@ use super::guarded::guarded;
 use super::picture::{Picture, PictureError, check_size};
 use super::texel_format::TexelFormat;
 use super::{
-    bmp_picture, hdr_picture, jpeg_picture, pfm_picture, png_picture, qoi_picture, tga_picture,
+    bmp_picture, hdr_picture, jpeg_picture, ktx2_picture, pfm_picture, png_picture, qoi_picture,
+    tga_picture, webp_picture,
 };
 
 /// The names of the formats that are read, for diagnostics.
-const FORMATS: &str = "EXR, PNG, JPEG, TGA, HDR, PFM, BMP or QOI";
+const FORMATS: &str = "EXR, PNG, JPEG, WebP, TGA, HDR, PFM, BMP, QOI or KTX 2.0";
 
 impl Picture {
     /// Reads an image file, whose format is recognised by its first bytes. [`Picture::memory`] is held with it.
     ///
-    /// `encoding` is that of PNG files. As in pbrt-v4, JPEG, TGA and BMP files are sRGB, QOI files name their encoding,
-    /// and EXR, HDR and PFM files are linear. Opacity is read from EXR, QOI and from PNG files with red, green, blue and
-    /// opacity, whose opacity is encoded as their colours are; other files are opaque.
+    /// `encoding` is that of PNG, WebP and KTX 2.0 files. As in pbrt-v4, JPEG, TGA and BMP files are sRGB, QOI files
+    /// name their encoding, and EXR, HDR and PFM files are linear. Opacity is read from EXR, QOI, WebP and KTX 2.0 files
+    /// and from PNG files with red, green, blue and opacity. It is encoded as colours are, and dropped if it is 1
+    /// everywhere; other files are opaque.
     ///
     /// # Errors
     /// If it is no such file, is damaged, or takes more memory than is left in the budget.
@@ -28,22 +30,53 @@ impl Picture {
         encoding: Encoding,
         budget: &InputBudget,
     ) -> Result<(Picture, Held), PictureError> {
-        let (picture, held) = match bytes {
-            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget)?,
-            [0x89, b'P', b'N', b'G', ..] => png_picture::read(bytes, encoding, budget)?,
-            [0xff, 0xd8, 0xff, ..] => guarded(|| jpeg_picture::read(bytes, budget))?,
-            [b'B', b'M', ..] => guarded(|| bmp_picture::read(bytes, budget))?,
-            [b'q', b'o', b'i', b'f', ..] => guarded(|| qoi_picture::read(bytes, budget))?,
-            [b'#', b'?', ..] => guarded(|| hdr_picture::read(bytes, budget))?,
-            [b'P', b'F' | b'f', b' ' | b'\n' | b'\r' | b'\t', ..] => {
-                pfm_picture::read(bytes, budget)?
-            }
-            _ => match tga_picture::Header::read(bytes) {
-                Some(header) => tga_picture::read(&header, bytes, budget)?,
-                None => return Err(format!("it is not an image in {FORMATS} format").into()),
-            },
-        };
+        let (picture, held) = read(bytes, encoding, png_picture::Opacity::OfColors, budget)?;
         Ok((picture.without_full_opacity(), held))
+    }
+
+    /// Reads an image file of a glTF file: `encoding` is that of 8-bit files in every format, and all opacity is read
+    /// and kept, so that a picture has it if [`has_opacity`](crate::has_opacity) finds it in its file.
+    ///
+    /// # Errors
+    /// If it is no such file, is damaged, or takes more memory than is left in the budget.
+    pub fn read_for_gltf(
+        bytes: &[u8],
+        encoding: Encoding,
+        budget: &InputBudget,
+    ) -> Result<(Picture, Held), PictureError> {
+        let (mut picture, held) = read(bytes, encoding, png_picture::Opacity::Any, budget)?;
+        if picture.bytes().is_some() {
+            picture.encoding = encoding;
+        }
+        Ok((picture, held))
+    }
+}
+
+/// Reads a file in any of the formats.
+fn read(
+    bytes: &[u8],
+    encoding: Encoding,
+    of_png: png_picture::Opacity,
+    budget: &InputBudget,
+) -> Result<(Picture, Held), PictureError> {
+    match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget),
+        [0x89, b'P', b'N', b'G', ..] => png_picture::read(bytes, encoding, of_png, budget),
+        [0xff, 0xd8, 0xff, ..] => guarded(|| jpeg_picture::read(bytes, budget)),
+        [b'B', b'M', ..] => guarded(|| bmp_picture::read(bytes, budget)),
+        [b'q', b'o', b'i', b'f', ..] => guarded(|| qoi_picture::read(bytes, budget)),
+        [b'#', b'?', ..] => guarded(|| hdr_picture::read(bytes, budget)),
+        [b'P', b'F' | b'f', b' ' | b'\n' | b'\r' | b'\t', ..] => pfm_picture::read(bytes, budget),
+        _ if webp_picture::is_webp(bytes) => {
+            guarded(|| webp_picture::read(bytes, encoding, budget))
+        }
+        _ if ktx2_picture::is_ktx2(bytes) => {
+            guarded(|| ktx2_picture::read(bytes, encoding, budget))
+        }
+        _ => match tga_picture::Header::read(bytes) {
+            Some(header) => tga_picture::read(&header, bytes, budget),
+            None => Err(format!("it is not an image in {FORMATS} format").into()),
+        },
     }
 }
 
@@ -75,6 +108,9 @@ mod tests {
             b"#?RADIANCE\n\n-Y 99999999999 +X 4\n",
             b"PF\n4 x\n",
             b"PF 2 2 0\n0123456789",
+            b"RIFF\x08\0\0\0WEBP",
+            b"RIFF\x10\0\0\0WEBPVP8L\x04\0\0\0\x2f\xff\xff\xff",
+            b"\xabKTX 20\xbb\r\n\x1a\n",
             b"\0\0\x02\0\0\0\0\0\0\0\0\0\x02\0\x02\0\x18\0xy",
         ];
         for bytes in files {

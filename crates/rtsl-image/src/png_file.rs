@@ -32,3 +32,23 @@ pub fn write_png(
     writer.finish()?;
     buffered.flush()
 }
+
+/// Returns a PNG file of 8 bits a channel: grey for one channel, red, green and blue for three.
+///
+/// # Errors
+/// If the size is not that of the bytes.
+pub fn encode_png(
+    (width, height): (usize, usize),
+    channels: usize,
+    bytes: &[u8],
+) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
+    encoder.set_color(if channels == 1 { png::ColorType::Grayscale } else { png::ColorType::Rgb });
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(file)
+}

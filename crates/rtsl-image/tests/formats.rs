@@ -33,8 +33,12 @@ fn read(bytes: &[u8], encoding: Encoding) -> Picture {
 fn difference(name: &str) -> u8 {
     let picture = read(&file(name), Encoding::Gamma(2.0));
     assert_eq!((picture.width, picture.height), (WIDTH, HEIGHT), "{name}");
-    // The scene's encoding does not matter to these formats: a QOI file names its own, others are sRGB.
-    let encoding = if name.ends_with("qoi") { Encoding::Linear } else { Encoding::Srgb };
+    // The scene's encoding matters only to WebP of these formats: a QOI file names its own, others are sRGB.
+    let encoding = match name.split_once('.').expect("an extension").1 {
+        "qoi" => Encoding::Linear,
+        "webp" => Encoding::Gamma(2.0),
+        _ => Encoding::Srgb,
+    };
     assert_eq!((picture.channels, picture.encoding), (3, encoding), "{name}");
     let expected = (0..HEIGHT).flat_map(|y| (0..WIDTH).flat_map(move |x| color(x, y)));
     let pairs = picture.bytes().expect("8 bits a channel").iter().zip(expected);
@@ -43,7 +47,16 @@ fn difference(name: &str) -> u8 {
 
 #[test]
 fn lossless_files_have_their_colors() {
-    for name in ["colors.bmp", "colors.qoi", "colors.tga", "runs.tga", "opacity.tga"] {
+    let names = [
+        "colors.bmp",
+        "colors.qoi",
+        "colors.tga",
+        "colors.webp",
+        "animated.webp",
+        "runs.tga",
+        "opacity.tga",
+    ];
+    for name in names {
         assert_eq!(difference(name), 0, "{name}");
     }
     let opacity = read(&file("opacity.qoi"), Encoding::Linear);
@@ -53,6 +66,174 @@ fn lossless_files_have_their_colors() {
     // The colours that another program reads.
     let expected = [vec![48, 10, 230], vec![198, 200, 73], vec![72, 120, 165]];
     assert_eq!([pixel(0, 0), pixel(19, 11), pixel(7, 5)], expected);
+}
+
+#[test]
+fn webp_files_have_opacity() {
+    for (name, tolerance) in [("opacity.webp", 0), ("lossy-opacity.webp", 60)] {
+        let picture = read(&file(name), Encoding::Srgb);
+        assert_eq!((picture.channels, rtsl_image::has_opacity(&file(name))), (4, Ok(true)));
+        let texel = &picture.bytes().unwrap()[4 * (5 * WIDTH + 7)..][..4];
+        let [red, green, blue] = color(7, 5);
+        let expected = [red, green, blue, 91];
+        let near = texel.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= tolerance);
+        assert!(near && texel[3] == 91, "{name}: {texel:?}");
+    }
+    for name in ["colors.webp", "lossy.webp"] {
+        assert_eq!(rtsl_image::has_opacity(&file(name)), Ok(false), "{name}");
+    }
+    assert!(difference("lossy.webp") <= 24, "{}", difference("lossy.webp"));
+}
+
+/// A KTX 2.0 file of blocks in one colour each, compressed by Zstandard or not.
+fn ktx2((width, height): (u32, u32), colors: &[[u8; 4]], channel: u8, is_packed: bool) -> Vec<u8> {
+    let blocks: Vec<u8> = colors
+        .iter()
+        .flat_map(|color| {
+            // The mode of blocks in one colour has the code 23 of five bits.
+            let bits = 0x17 | u128::from(u32::from_le_bytes(*color)) << 5;
+            bits.to_le_bytes()
+        })
+        .collect();
+    let data = if is_packed {
+        // A frame of one segment whose size takes a byte, with one block that is stored as it is.
+        let size = blocks.len();
+        let header = (1 | size << 3).to_le_bytes();
+        [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, size as u8], &header[..3], &blocks].concat()
+    } else {
+        blocks.clone()
+    };
+    let mut file = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+    let word = |file: &mut Vec<u8>, word: u32| file.extend(word.to_le_bytes());
+    let descriptor = 104;
+    let scheme = if is_packed { 2 } else { 0 };
+    for it in [0, 1, width, height, 0, 0, 1, 1, scheme, descriptor, 44, 0, 0] {
+        word(&mut file, it);
+    }
+    file.extend([0_u8; 16]);
+    for it in [148, data.len() as u64, blocks.len() as u64] {
+        file.extend(it.to_le_bytes());
+    }
+    word(&mut file, 44);
+    word(&mut file, 0);
+    word(&mut file, 2 | 40 << 16);
+    file.extend([166, 1, 1, 0, 3, 3, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0]);
+    file.extend([0, 0, 127, channel]);
+    file.extend([0_u8; 12]);
+    file.extend(data);
+    file
+}
+
+#[test]
+fn ktx2_files_have_the_colors_of_their_blocks() {
+    let colors = [[255, 0, 10, 255], [1, 2, 3, 128]];
+    for is_packed in [false, true] {
+        let opaque = read(&ktx2((6, 3), &colors, 0, is_packed), Encoding::Linear);
+        assert_eq!((opaque.width, opaque.height, opaque.channels), (6, 3, 3));
+        let texels = opaque.bytes().expect("8 bits a channel");
+        assert_eq!(
+            (&texels[3 * 3..][..3], &texels[3 * 10..][..3]),
+            (&[255, 0, 10][..], &[1, 2, 3][..])
+        );
+        let file = ktx2((6, 3), &colors, 3, is_packed);
+        assert_eq!(rtsl_image::has_opacity(&file), Ok(true));
+        assert_eq!(read(&file, Encoding::Linear).bytes().unwrap()[4 * 5..][..4], [1, 2, 3, 128]);
+    }
+}
+
+#[test]
+fn ktx2_files_may_have_bytes() {
+    let [colors, opaque, pair, grey] =
+        [(37_u8, 4_usize), (29, 3), (16, 2), (9, 1)].map(|(format, count)| {
+            [false, true].map(|is_packed| {
+                let bytes: [u8; 16] = std::array::from_fn(|index| 10 * index as u8);
+                let blocks = [[bytes[0], bytes[1], bytes[2], bytes[3]]];
+                let mut file = ktx2((2, 2), &blocks, 0, is_packed);
+                // The block's place has the bytes.
+                let start = if is_packed { 148 + 6 + 3 } else { 148 };
+                file[start..start + 16].copy_from_slice(&bytes);
+                file[12] = format;
+                let picture = read(&file, Encoding::Linear);
+                assert_eq!(rtsl_image::has_opacity(&file), Ok(count == 4));
+                (picture.channels, picture.bytes().expect("8 bits").to_vec())
+            })
+        });
+    let list = |count: u8| (0..4 * count).map(|index| 10 * index).collect::<Vec<u8>>();
+    assert_eq!(colors, [(4, list(4)), (4, list(4))]);
+    assert_eq!(opaque, [(3, list(3)), (3, list(3))]);
+    assert_eq!(pair[1], (3, vec![0, 10, 0, 20, 30, 0, 40, 50, 0, 60, 70, 0]));
+    assert_eq!(grey[0], (1, list(1)));
+}
+
+#[test]
+fn ktx2_files_that_are_wrong_are_refused() {
+    let whole = ktx2((6, 3), &[[9; 4]; 2], 0, true);
+    let problem = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut file = whole.clone();
+        change(&mut file);
+        let budget = InputBudget::new(Some(Amount(64 << 20)));
+        match Picture::read(&file, Encoding::Srgb, &budget) {
+            Err(PictureError::Malformed(problem)) => problem,
+            Err(PictureError::OverBudget(_)) => "over budget".to_owned(),
+            Ok(_) => "none".to_owned(),
+        }
+    };
+    let end = "it ends within its header";
+    assert_eq!(problem(&|file| file.truncate(50)), end);
+    assert_eq!(problem(&|file| file.truncate(120)), end);
+    assert_eq!(problem(&|file| file.truncate(170)), "it is damaged");
+    assert_eq!(problem(&|file| file[28] = 1), "it has several pictures, expected one");
+    let expected =
+        "its texels are neither compressed by Basis Universal as ETC1S or UASTC nor bytes";
+    assert_eq!(problem(&|file| file[116] = 1), expected);
+    // More is claimed to be unpacked than the texels take.
+    assert_eq!(problem(&|file| file[101] = 1), "it is damaged");
+    assert_eq!(problem(&|file| file[22] = 200), "over budget");
+}
+
+/// The rules of glTF: the scene tells the encoding of every format, and opacity is kept.
+#[test]
+fn files_for_gltf_keep_their_numbers_and_opacity() {
+    use png::{BitDepth, ColorType};
+    let read = |bytes: &[u8], encoding| {
+        let budget = InputBudget::new(Some(Amount(64 << 20)));
+        Picture::read_for_gltf(bytes, encoding, &budget).expect("the file is valid").0
+    };
+    for name in ["baseline.jpg", "colors.webp", "colors.qoi", "colors.tga"] {
+        assert_eq!(read(&file(name), Encoding::Linear).encoding, Encoding::Linear, "{name}");
+        assert_eq!(read(&file(name), Encoding::Srgb).encoding, Encoding::Srgb, "{name}");
+    }
+    let read_as = |color: ColorType, depth: BitDepth, has_key: bool, data: &[u8]| {
+        let file = png((2, 1), |encoder| {
+            encoder.set_color(color);
+            encoder.set_depth(depth);
+            if color == ColorType::Indexed {
+                encoder.set_palette(vec![1, 2, 3, 40, 50, 60]);
+            }
+            if has_key {
+                encoder.set_trns(vec![0, 7]);
+            }
+            data.to_vec()
+        });
+        let picture = read(&file, Encoding::Linear);
+        assert_eq!(rtsl_image::has_opacity(&file), Ok(picture.channels == 4));
+        picture.samples
+    };
+    let bytes = |bytes: &[u8]| Samples::Bytes(bytes.to_vec());
+    use BitDepth::{Eight, Sixteen};
+    let opaque = [1, 2, 3, 255, 4, 5, 6, 255];
+    assert_eq!(read_as(ColorType::Rgba, Eight, false, &opaque), bytes(&opaque));
+    let greys = read_as(ColorType::GrayscaleAlpha, Eight, false, &[3, 9, 4, 8]);
+    assert_eq!(greys, bytes(&[3, 3, 3, 9, 4, 4, 4, 8]));
+    let keyed = read_as(ColorType::Grayscale, Eight, true, &[7, 8]);
+    assert_eq!(keyed, bytes(&[7, 7, 7, 0, 8, 8, 8, 255]));
+    let palette = read_as(ColorType::Indexed, Eight, true, &[0, 1]);
+    assert_eq!(palette, bytes(&[1, 2, 3, 0, 40, 50, 60, 7]));
+    let deep =
+        read_as(ColorType::GrayscaleAlpha, Sixteen, false, &[255, 255, 0, 0, 0, 0, 255, 255]);
+    let expected = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0].map(f16::from_f32).to_vec();
+    assert_eq!(deep, Samples::Halves(expected));
+    assert_eq!(read_as(ColorType::Grayscale, Eight, false, &[3, 4]), bytes(&[3, 4]));
 }
 
 #[test]
@@ -198,7 +379,8 @@ fn layers_parts_and_single_channels_of_exr_files_are_found() {
 
 #[test]
 fn headers_that_claim_much_are_over_budget() {
-    let files: [&[u8]; 4] = [
+    let files: [&[u8]; 5] = [
+        b"RIFF\x12\0\0\0WEBPVP8L\x05\0\0\0\x2f\x3f\xdf\xcf\x07\0",
         b"PF\n8000 8000\n-1\n",
         b"#?RADIANCE\n\n-Y 8000 +X 8000\n",
         b"qoif\0\0\x1f\x40\0\0\x1f\x40\x03\0",

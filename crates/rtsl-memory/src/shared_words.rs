@@ -107,6 +107,18 @@ impl From<Vec<u32>> for SharedWords {
     }
 }
 
+impl From<&[u32]> for SharedWords {
+    fn from(words: &[u32]) -> SharedWords {
+        SharedWords(Storage::Memory(words.into()))
+    }
+}
+
+impl<const COUNT: usize> From<[u32; COUNT]> for SharedWords {
+    fn from(words: [u32; COUNT]) -> SharedWords {
+        SharedWords(Storage::Memory(Arc::new(words)))
+    }
+}
+
 impl FromIterator<u32> for SharedWords {
     fn from_iter<I: IntoIterator<Item = u32>>(words: I) -> SharedWords {
         SharedWords(Storage::Memory(words.into_iter().collect()))

@@ -38,6 +38,8 @@ pub struct Description {
     pub options: SceneOptions,
     /// Files in memory, by the paths to which the names in entities resolve: the images in a glTF file.
     pub embedded: EmbeddedFiles,
+    /// Notes for the user about what the reader added.
+    pub notes: Vec<String>,
     /// Entities that the text defines with errors, which were reported: uses of them are not reported again. A camera's
     /// name is empty.
     pub failed: BTreeSet<(ReferenceKind, String)>,
@@ -70,6 +72,7 @@ impl Default for Description {
             transform_times: [0.0, 1.0],
             options: SceneOptions::default(),
             embedded: EmbeddedFiles::new(),
+            notes: Vec::new(),
             failed: BTreeSet::new(),
         }
     }

@@ -7,6 +7,7 @@ mod area;
 mod arguments;
 mod classes;
 mod description;
+pub mod export;
 pub mod gltf;
 mod load;
 pub mod mesh;

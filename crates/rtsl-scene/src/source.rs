@@ -236,6 +236,7 @@ impl<'f> SceneSource<'f> {
                 self.made = made;
                 self.changed.clear();
                 self.classes.accept_refresh();
+                self.description.notes.iter().for_each(|note| messages.note(note));
                 Ok(Loaded {
                     scene,
                     origins,

@@ -6,6 +6,7 @@ use crate::{Diagnostic, Diagnostics, SourceMap, render};
 #[derive(Clone, Debug, Default)]
 pub struct Messages {
     parts: Vec<(SourceMap, Diagnostics)>,
+    notes: Vec<String>,
 }
 
 impl Messages {
@@ -28,6 +29,16 @@ impl Messages {
         let mut diagnostics = Diagnostics::new();
         diagnostics.push(diagnostic);
         self.push(SourceMap::new(), diagnostics);
+    }
+
+    /// Adds a note for the user about something that is as it should be.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// Returns the notes.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        self.notes.iter().map(String::as_str)
     }
 
     /// True if any diagnostic is an error.

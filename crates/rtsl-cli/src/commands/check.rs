@@ -1,10 +1,14 @@
-//! `rtsl check`: reports the errors and warnings of shaders.
+//! `rtsl check`: reports the errors and warnings of shaders and scenes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rtsl::{Compilation, Severity};
+use rtsl::{Compilation, Diagnostic, Messages, Severity, SourceMap};
+use rtsl_scene::gltf::is_gltf;
+use rtsl_scene::reader::DiskFiles;
+use rtsl_scene::{LoadOptions, load_scene};
 
+use super::render::report;
 use super::shader::compiler;
 use crate::arguments::SearchPath;
 use crate::files::write_result;
@@ -14,7 +18,7 @@ use crate::report::{JsonDiagnostic, Reporter};
 /// The command line of `rtsl check`.
 #[derive(Debug, Args)]
 pub struct CheckArguments {
-    /// The files to check.
+    /// The files to check: shaders, or scenes, whose names end with `.pbrt`, `.gltf` or `.glb`.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print one JSON object per line for each diagnostic to standard output: code, severity, message, file, line,
@@ -25,25 +29,47 @@ pub struct CheckArguments {
     search_path: SearchPath,
 }
 
+/// The numbers of errors and warnings.
+#[derive(Default)]
+struct Counts {
+    errors: usize,
+    warnings: usize,
+}
+
+impl Counts {
+    fn count<'d>(&mut self, diagnostics: impl Iterator<Item = &'d Diagnostic>) {
+        for diagnostic in diagnostics {
+            match diagnostic.severity {
+                Severity::Error => self.errors += 1,
+                Severity::Warning => self.warnings += 1,
+            }
+        }
+    }
+}
+
 /// Checks all files and reports the number of errors and warnings.
 pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     let compiler = compiler(&arguments.search_path);
-    let (mut errors, mut warnings) = (0, 0);
+    let mut counts = Counts::default();
     for file in &arguments.files {
-        let compilation = compiler.compile_file(file);
-        for diagnostic in compilation.diagnostics.iter() {
-            match diagnostic.severity {
-                Severity::Error => errors += 1,
-                Severity::Warning => warnings += 1,
+        if is_scene(file) {
+            let messages = messages_of_scene(file, &arguments.search_path);
+            counts.count(messages.iter().map(|(_, diagnostic)| diagnostic));
+            match arguments.json {
+                true => write_result(None, json_lines(messages.iter()).as_bytes())?,
+                false => report(&messages, reporter),
             }
+            continue;
         }
-        errors += compilation.diagnostics.dropped();
-        if arguments.json {
-            write_result(None, json_lines(&compilation).as_bytes())?;
-        } else {
-            reporter.compilation(&compilation);
+        let compilation = compiler.compile_file(file);
+        counts.count(compilation.diagnostics.iter());
+        counts.errors += compilation.diagnostics.dropped();
+        match arguments.json {
+            true => write_result(None, json_of(&compilation).as_bytes())?,
+            false => reporter.compilation(&compilation),
         }
     }
+    let Counts { errors, warnings } = counts;
     if !arguments.json && errors + warnings > 0 {
         let files = counted(arguments.files.len(), "file");
         let counts = [(errors, "error"), (warnings, "warning")];
@@ -58,12 +84,32 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     Ok(if errors > 0 { Outcome::InputAtFault } else { Outcome::Done })
 }
 
-fn json_lines(compilation: &Compilation) -> String {
-    let lines = compilation.diagnostics.iter().map(|diagnostic| {
-        let diagnostic = JsonDiagnostic::new(&compilation.sources, diagnostic);
+/// True for the names of scenes, compressed ones too.
+fn is_scene(file: &Path) -> bool {
+    let name = file.to_string_lossy().to_ascii_lowercase();
+    is_gltf(file) || name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")
+}
+
+/// The messages of a scene and of its shaders, which are loaded and not rendered.
+fn messages_of_scene(file: &Path, search_path: &SearchPath) -> Messages {
+    let options =
+        LoadOptions { search_path: search_path.search_path.clone(), ..LoadOptions::default() };
+    match load_scene(file, &DiskFiles, &options) {
+        Ok(loaded) => loaded.warnings,
+        Err(messages) => messages,
+    }
+}
+
+fn json_of(compilation: &Compilation) -> String {
+    json_lines(compilation.diagnostics.iter().map(|it| (&compilation.sources, it)))
+}
+
+fn json_lines<'d>(diagnostics: impl Iterator<Item = (&'d SourceMap, &'d Diagnostic)>) -> String {
+    let line = |(sources, diagnostic)| {
+        let diagnostic = JsonDiagnostic::new(sources, diagnostic);
         serde_json::to_string(&diagnostic).unwrap_or_default() + "\n"
-    });
-    lines.collect()
+    };
+    diagnostics.map(line).collect()
 }
 
 fn counted(count: usize, name: &str) -> String {

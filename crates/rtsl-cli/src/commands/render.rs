@@ -318,6 +318,7 @@ pub fn report(messages: &Messages, reporter: &Reporter) {
     for (sources, diagnostic) in messages.iter() {
         reporter.diagnostics(sources, [diagnostic]);
     }
+    messages.notes().for_each(|note| reporter.message("note", note));
 }
 
 /// Parses columns and rows.

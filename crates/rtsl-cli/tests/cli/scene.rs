@@ -1,6 +1,8 @@
 //! `rtsl scene`: the contents of scenes, and their conversion.
 
 use expect_test::expect;
+use rtsl_image::{Encoding, Picture};
+use rtsl_memory::InputBudget;
 
 use crate::command::{DONE, Folder, INPUT_AT_FAULT, WRONG_USAGE};
 
@@ -77,7 +79,7 @@ fn what_cannot_be_converted_is_an_error() {
     folder.write("broken.pbrt", "Shape \"sphere\" \"float radius\" x\nWorldEnd\n");
     let convert =
         |scene: &str, output: &str| folder.run(&["scene", "convert", scene, "-o", output]);
-    convert("model.glb", "new.pbrt").fails_with("E0625");
+    convert("model.glb", "new.pbrt").exits(INPUT_AT_FAULT);
     convert("old.pbrt", "./parts/../old.pbrt").fails_with("E0625");
     convert("old.pbrt", "parts/ball.pbrt").fails_with("E0625");
     convert("missing.pbrt", "new.pbrt").fails_with("E0601");
@@ -269,4 +271,75 @@ fn info_names_the_format_of_gltf_files() {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/still-life.glb");
     let ran = Folder::new("scene").run(&["scene", "info", model]).exits(DONE);
     assert_eq!(ran.output().lines().next(), Some(&*format!("scene         {model}, glTF")));
+}
+
+/// A glTF file with a matte triangle, a point light and a camera.
+const MODEL: &str = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
+    "nodes": [{"mesh": 0, "scale": [2, 3, 1]}, {"camera": 0, "translation": [0.5, 0.25, 4]},
+        {"translation": [1, 2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "color": [1, 0.5, 0.25], "intensity": 200}]}},
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 0.9, "aspectRatio": 1.5, "znear": 0.1}}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.75, 1, 1], "metallicFactor": 0},
+        "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "new_files/mesh.bin"}]}"#;
+
+/// The same radiance, but for the brightness of PNG pictures, which pbrt-v4 has in its sensor.
+#[test]
+fn a_converted_model_has_the_picture_of_its_file() {
+    let folder = Folder::new("scene");
+    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let bytes: Vec<u8> = corners.iter().flat_map(|it| it.to_le_bytes()).collect();
+    std::fs::create_dir(folder.0.path().join("new_files")).unwrap();
+    folder.write("new_files/mesh.bin", &bytes);
+    folder.write("model.gltf", MODEL);
+    let ran = folder.run(&["scene", "convert", "model.gltf", "-o", "new.pbrt"]).exits(DONE);
+    assert_eq!(ran.errors(), "");
+    let pixels = |scene: &str| {
+        let picture = ["--renderer", "batch", "--size", "12x8", "--backend", "interp"];
+        let arguments = [&["render", scene, "-o", "picture.exr", "--spp", "16"], &picture[..]];
+        folder.run(&arguments.concat()).exits(DONE);
+        let bytes = std::fs::read(folder.0.path().join("picture.exr")).unwrap();
+        let read = Picture::read(&bytes, Encoding::Linear, &InputBudget::default());
+        read.expect("a picture").0.colors().collect::<Vec<_>>()
+    };
+    let (of_file, of_text) = (pixels("model.gltf"), pixels("new.pbrt"));
+    let text = std::fs::read_to_string(folder.0.path().join("new.pbrt")).unwrap();
+    let iso = text.split("\"float iso\" [ ").nth(1).and_then(|rest| rest.split(' ').next());
+    let gain: f32 = iso.expect("bright lights lower it").parse::<f32>().unwrap() / 100.0;
+    let sum = |pixels: &[[f32; 3]]| pixels.iter().flatten().sum::<f32>();
+    assert!(sum(&of_file) > 1.0 && gain < 1.0);
+    // Filters differ at edges alone: pixels that the surface fills, or nothing, agree.
+    let near = |a: &[f32; 3], b: &[f32; 3]| {
+        (0..3).all(|part| (a[part] * gain - b[part]).abs() <= 0.02 * b[part].max(0.01))
+    };
+    let agreeing = of_file.iter().zip(&of_text).filter(|(a, b)| near(a, b)).count();
+    assert!(agreeing > 60, "{agreeing} of 96: {of_file:?} {of_text:?}");
+    // A result would take the place of a file of the scene.
+    folder.write("model.gltf", MODEL.replace("mesh.bin", "mesh.ply"));
+    folder.write("new_files/mesh.ply", &bytes);
+    folder.run(&["scene", "convert", "model.gltf", "-o", "new.pbrt"]).fails_with("E0625");
+    assert_eq!(std::fs::read(folder.0.path().join("new_files/mesh.ply")).unwrap(), bytes);
+}
+
+#[test]
+fn scenes_are_checked_without_being_rendered() {
+    let folder = folder();
+    folder.write("wrong.pbrt", "Camera \"Pinhole\"\nWorldBegin\nShape \"Spere\"\nMaterial \"Lambertian\" \"float kd\" \"x\"\n");
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/still-life.glb");
+    let ran = folder.run(&["check", model]).exits(DONE);
+    assert_eq!(
+        ran.errors(),
+        "note: the file has neither camera nor lights: all of the scene is shown in a studio\n"
+    );
+    let ran = folder.run(&["check", "old.pbrt", "wrong.pbrt"]).exits(INPUT_AT_FAULT);
+    let errors = ran.errors();
+    assert!(errors.contains("W0604") && errors.contains("E0609"), "{errors}");
+    assert!(errors.ends_with(" in 2 files\n"), "{errors}");
+    let ran = folder.run(&["check", "--json", "wrong.pbrt"]).exits(INPUT_AT_FAULT);
+    let first = ran.output().lines().next().map(str::to_owned).unwrap_or_default();
+    assert!(first.starts_with("{\"code\":\"E") && first.contains("wrong.pbrt"), "{first}");
+    folder.run(&["check", "away.glb"]).exits(INPUT_AT_FAULT);
 }

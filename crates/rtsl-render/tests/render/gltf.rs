@@ -1,35 +1,26 @@
 //! Pictures of glTF files: the orientation of images, transforms of coordinates, colours of vertices, holes, and units.
 
-use std::collections::BTreeMap;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, Renderer};
-use rtsl_scene::reader::FileSource;
+use rtsl_scene::reader::MemoryFiles;
 
-struct Files(BTreeMap<PathBuf, Vec<u8>>);
-
-impl FileSource for Files {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-
-    fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(self.0.keys().cloned().collect())
-    }
-}
+type Files = MemoryFiles<Vec<u8>>;
 
 /// Linear colours of the texels of an image: red, green; blue, white. White is half opaque.
 const TEXELS: [[f32; 3]; 4] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
 
 fn image() -> Vec<u8> {
+    image_with_opacity([255, 255, 255, 127])
+}
+
+fn image_with_opacity(alpha: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
     encoder.set_color(png::ColorType::Rgba);
     let mut writer = encoder.write_header().expect("the header is valid");
     let texels = TEXELS.map(|texel| texel.map(|part| (255.0 * part) as u8));
-    let alpha = [255, 255, 255, 127];
     let data: Vec<u8> = texels
         .iter()
         .zip(alpha)
@@ -74,7 +65,7 @@ fn files(material: &str, attributes: &str, more: &str) -> Files {
         "buffers": [{{"byteLength": 140, "uri": "square.bin"}}]{more}}}"#
     );
     let named = [("square.gltf", text.into_bytes()), ("square.bin", bytes), ("image.png", image())];
-    Files(named.into_iter().map(|(name, bytes)| (PathBuf::from(name), bytes)).collect())
+    MemoryFiles(named.into_iter().map(|(name, bytes)| (PathBuf::from(name), bytes)).collect())
 }
 
 /// The pixels of a picture with a row of `width` and `height` rows.
@@ -158,4 +149,13 @@ fn a_lux_gives_a_radiance_of_one_by_pi() {
     let radiance = 2.0 / std::f32::consts::PI;
     let pixels = pixels(&files(matte, COORDINATES, ""), (1, 1), 4);
     check(&pixels, &[[radiance, radiance, 0.5 * radiance]], 2e-3);
+}
+
+/// An image whose opacity is 1 everywhere has it all the same.
+#[test]
+fn opaque_images_with_opacity_are_opaque() {
+    let material =
+        unlit(r#""baseColorTexture": {"index": 0}"#).replacen('{', r#"{"alphaMode": "BLEND", "#, 1);
+    let files = files(&material, COORDINATES, "").with("image.png", image_with_opacity([255; 4]));
+    check(&pixels(&files, (2, 2), 4), &TEXELS, 1e-4);
 }

@@ -1,45 +1,24 @@
 //! Mesh shapes: their description in scenes, their conversion, and their images.
 
-use std::collections::BTreeMap;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use expect_test::{Expect, expect};
 use rtsl_image::Image;
 use rtsl_memory::SharedWords;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Messages, RenderRequest, Renderer};
-use rtsl_scene::reader::FileSource;
+use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 
-/// Files in memory with any content.
-#[derive(Default)]
-struct Files(BTreeMap<PathBuf, Vec<u8>>);
+type Files = MemoryFiles<Vec<u8>>;
 
-impl Files {
-    /// A scene with a camera and the text `world`.
-    fn with_world(world: &str) -> Files {
-        let head = "LookAt 3 2 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
-            Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n\
-            Sampler \"independent\" \"integer pixelsamples\" 1\nWorldBegin\n\
-            LightSource \"PointLight\" \"point3 position\" [4 8 -4] \"rgb intensity\" [90 90 90]\n";
-        Files::default().with("scene.pbrt", format!("{head}{world}"))
-    }
-
-    fn with(mut self, path: &str, content: impl Into<Vec<u8>>) -> Files {
-        self.0.insert(path.into(), content.into());
-        self
-    }
-}
-
-impl FileSource for Files {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-
-    fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(self.0.keys().cloned().collect())
-    }
+/// A scene with a camera and the text `world`.
+fn with_world(world: &str) -> Files {
+    let head = "LookAt 3 2 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
+        Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n\
+        Sampler \"independent\" \"integer pixelsamples\" 1\nWorldBegin\n\
+        LightSource \"PointLight\" \"point3 position\" [4 8 -4] \"rgb intensity\" [90 90 90]\n";
+    Files::default().with("scene.pbrt", format!("{head}{world}"))
 }
 
 fn mesh_file(name: &str) -> Vec<u8> {
@@ -81,7 +60,7 @@ const SQUARE: &str = "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0  1 -1 0  1 1 
 
 #[test]
 fn a_mesh_is_one_object_with_elements() {
-    let scene = scene(&Files::with_world(SQUARE));
+    let scene = scene(&with_world(SQUARE));
     let [object] = scene.objects.as_slice() else { panic!("{} objects", scene.objects.len()) };
     assert_eq!(object.elements, Some(2));
     assert_eq!(object.primitive.buffer("indices").unwrap()[..], [0, 1, 2, 0, 2, 3]);
@@ -100,7 +79,7 @@ fn one_mesh_in_five_formats_is_the_same() {
     ];
     let objects = files.map(|(shape, name)| {
         let world = format!("Shape \"{shape}\" \"string filename\" \"meshes/../{name}\"");
-        scene(&Files::with_world(&world).with(name, mesh_file(name))).objects.remove(0)
+        scene(&with_world(&world).with(name, mesh_file(name))).objects.remove(0)
     });
     for object in &objects {
         assert_eq!(object.elements, Some(12));
@@ -115,7 +94,7 @@ fn one_mesh_in_five_formats_is_the_same() {
 #[test]
 fn a_triangle_takes_no_more_than_its_share_of_the_buffers() {
     let knot = mesh_file("../../../../scenes/knot.ply");
-    let files = Files::with_world("Shape \"plymesh\" \"string filename\" \"knot.ply\"");
+    let files = with_world("Shape \"plymesh\" \"string filename\" \"knot.ply\"");
     let object = scene(&files.with("knot.ply", knot)).objects.remove(0);
     let buffers = ["positions", "normals", "uvs", "indices"];
     let words = buffers.map(|name| object.primitive.buffer(name).map_or(0, |words| words.len()));
@@ -146,8 +125,8 @@ const CHECKED: &str = "Texture \"tiles\" \"spectrum\" \"Checker\" \"float scale\
 
 #[test]
 fn a_mesh_looks_like_its_triangles() {
-    let mesh = picture(&Files::with_world(&format!("{CHECKED}{SQUARE}")));
-    let single = picture(&Files::with_world(&format!("{CHECKED}{}", single_triangles())));
+    let mesh = picture(&with_world(&format!("{CHECKED}{SQUARE}")));
+    let single = picture(&with_world(&format!("{CHECKED}{}", single_triangles())));
     assert!(mesh.iter().any(|pixel| *pixel != mesh[0]), "there is something to see");
     assert!(mesh == single);
 }
@@ -157,7 +136,7 @@ fn what_has_no_effect_on_a_mesh_is_left_out() {
     for shape in ["trianglemesh", "bilinearmesh"] {
         let indices = if shape == "trianglemesh" { "0 1 2" } else { "0 1 2 3" };
         let with = |parameter: &str| {
-            Files::with_world(&format!(
+            with_world(&format!(
                 "Shape \"{shape}\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0.5]
                 \"integer indices\" [{indices}] {parameter}"
             ))
@@ -171,8 +150,8 @@ fn what_has_no_effect_on_a_mesh_is_left_out() {
 fn a_flat_patch_looks_like_two_triangles() {
     let text = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \
         \"normal N\" [0 0 -1  0 0 -1  0 0 -1  0 0 -1]";
-    let patch = picture(&Files::with_world(&format!("{CHECKED}{text}")));
-    let triangles = picture(&Files::with_world(&format!("{CHECKED}{SQUARE}")));
+    let patch = picture(&with_world(&format!("{CHECKED}{text}")));
+    let triangles = picture(&with_world(&format!("{CHECKED}{SQUARE}")));
     let close = |a: &[u32; 3], b: &[u32; 3]| {
         let difference = |channel: usize| f32::from_bits(a[channel]) - f32::from_bits(b[channel]);
         (0..3).all(|channel| difference(channel).abs() < 1e-3)
@@ -217,8 +196,8 @@ fn meshes_within_objects_are_placed() {
         "ObjectBegin \"pair\"\n{CHECKED}{SQUARE}ObjectEnd\n\
         ObjectInstance \"pair\"\n"
     );
-    let placed = picture(&Files::with_world(&placed));
-    assert!(placed == picture(&Files::with_world(&format!("{CHECKED}{SQUARE}"))));
+    let placed = picture(&with_world(&placed));
+    assert!(placed == picture(&with_world(&format!("{CHECKED}{SQUARE}"))));
 }
 
 #[test]
@@ -226,8 +205,8 @@ fn degenerate_triangles_are_never_hit() {
     // A point, a line along no axis, and a triangle that repeats a corner.
     let degenerate = "Shape \"trianglemesh\" \"point3 P\" [0.1 0.2 0.3  0.7 0.9 1.1  1.3 1.6 1.9] \
         \"integer indices\" [0 0 0  0 1 2  0 1 0  1 1 2]\n";
-    let with = picture(&Files::with_world(&format!("{SQUARE}{degenerate}")));
-    assert!(with == picture(&Files::with_world(SQUARE)));
+    let with = picture(&with_world(&format!("{SQUARE}{degenerate}")));
+    assert!(with == picture(&with_world(SQUARE)));
 }
 
 #[test]
@@ -239,7 +218,7 @@ fn tiny_and_huge_meshes_are_seen() {
         )
     };
     let seen = |size: &str, scale: &str| {
-        let pixels = picture(&Files::with_world(&square(size, scale)));
+        let pixels = picture(&with_world(&square(size, scale)));
         pixels.iter().filter(|pixel| **pixel != [0; 3]).count()
     };
     let usual = seen("1", "1");
@@ -264,7 +243,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
     let mut cut = mesh_file("cube_little_endian.ply");
     cut.truncate(500);
     check_messages(
-        &Files::with_world(shape).with("cut.ply", cut),
+        &with_world(shape).with("cut.ply", cut),
         expect![[r#"
             error[E0620]: this `trianglemesh` cannot be used: a face has the corner 3, but there are 3 vertices
               ┌─ scene.pbrt:6:7

@@ -26,8 +26,8 @@ pub struct Builder<'a> {
     pub description: Description,
     /// Messages that were given, each once.
     pub said: BTreeSet<String>,
-    /// Images by index: those that can be read.
-    pub images: BTreeMap<usize, Option<ImageFile>>,
+    /// Images by index, or the reasons for which they cannot be read.
+    pub images: BTreeMap<usize, Result<ImageFile, String>>,
     /// The names of entities of images.
     pub image_entities: BTreeMap<ImageKey, String>,
     /// The materials that were made.

@@ -25,7 +25,13 @@ const FIELD_OF_VIEW: f64 = 35.0;
 
 impl Builder<'_> {
     /// Adds the camera `wanted`, by its name or index, or else the first one, or one that shows all of the scene.
-    pub fn add_camera(&mut self, hierarchy: &Hierarchy, bounds: &Bounds, wanted: Option<&str>) {
+    /// Returns true if the file has cameras.
+    pub fn add_camera(
+        &mut self,
+        hierarchy: &Hierarchy,
+        bounds: &Bounds,
+        wanted: Option<&str>,
+    ) -> bool {
         let placed = self.placed_cameras(hierarchy);
         let chosen = match wanted {
             Some(wanted) => {
@@ -39,7 +45,10 @@ impl Builder<'_> {
             }
             None => placed.first(),
         };
-        let Some((camera, node)) = chosen.copied() else { return self.add_framing_camera(bounds) };
+        let Some((camera, node)) = chosen.copied() else {
+            self.add_framing_camera(bounds);
+            return !placed.is_empty();
+        };
         let definition = self.file.root.cameras[camera].clone();
         let world_to_camera = world_to_camera(hierarchy.world(node));
         let parameters = self.parameters(Kind::Camera, camera);
@@ -53,13 +62,15 @@ impl Builder<'_> {
             (None, _) | (_, None) => {
                 let message = format!("camera {camera} is invalid: another one shows the scene");
                 self.warn(message, self.outline.span(Kind::Camera, camera));
-                return self.add_framing_camera(bounds);
+                self.add_framing_camera(bounds);
+                return true;
             }
         };
         let transform = world_to_camera.unwrap_or(Transform::IDENTITY);
         let id = self.add(EntityKind::Camera, class, Some("camera"), parameters, transform);
         self.description.camera = Some(id);
         self.add_film(aspect, bounds);
+        true
     }
 
     /// The cameras of visible nodes, each with its node.

@@ -11,9 +11,18 @@ use crate::description::EntityKind;
 
 pub const PUNCTUAL: &str = "KHR_lights_punctual";
 
+/// Extensions with lights that are left out.
+pub const OTHERS: [&str; 2] = ["EXT_lights_ies", "EXT_lights_image_based"];
+
 impl Builder<'_> {
     /// Adds the lights of visible nodes.
     pub fn add_lights(&mut self, hierarchy: &Hierarchy) {
+        for name in OTHERS {
+            if self.file.root.extensions_used.iter().any(|it| it == name) {
+                let message = format!("`{name}` is not supported: its lights are left out");
+                self.warn(message, self.outline.whole());
+            }
+        }
         let root = self.file.root.extensions.clone();
         let Some(punctual) = root.as_ref().and_then(|it| it.others.get(PUNCTUAL)) else { return };
         let lights: Vec<Extension<'_>> = Extension(punctual).list("lights").collect();

@@ -16,6 +16,7 @@ mod lights;
 mod materials;
 mod outline;
 mod shapes;
+mod strokes;
 mod studio;
 mod surface;
 mod tangents;
@@ -37,6 +38,7 @@ use builder::Builder;
 use extension::Extension;
 use hierarchy::Hierarchy;
 use outline::{Kind, Outline};
+pub use studio::octahedral_studio;
 
 /// True if the name of a file is that of a glTF file.
 pub fn is_gltf(path: &Path) -> bool {
@@ -121,16 +123,30 @@ impl Builder<'_> {
             self.diagnostics.push(diagnostic.at(self.outline.whole(), ""));
         }
         self.add_lights(&hierarchy);
-        if self.description.lights.is_empty() {
+        let has_lights = !self.description.lights.is_empty();
+        if !has_lights {
             self.add_studio();
         }
-        self.add_camera(&hierarchy, &bounds, camera);
+        let has_camera = self.add_camera(&hierarchy, &bounds, camera);
+        let note = match (has_camera, has_lights) {
+            (true, true) => return,
+            (true, false) => "the file has no lights: a studio lights the scene",
+            (false, true) => {
+                "the file has no camera: one that shows all of the scene takes its place"
+            }
+            (false, false) => {
+                "the file has neither camera nor lights: all of the scene is shown in a studio"
+            }
+        };
+        self.description.notes.push(note.to_owned());
     }
 
     /// Warns of extensions without which the file's author does not want it shown.
     fn warn_of_required_extensions(&mut self) {
         let required = self.file.root.extensions_required.clone();
-        for name in required.iter().filter(|name| !is_supported(name)) {
+        let is_new =
+            |name: &&String| !is_supported(name) && !lights::OTHERS.contains(&name.as_str());
+        for name in required.iter().filter(is_new) {
             let message = format!("the file requires `{name}`, which is not supported");
             self.warn(message, self.outline.whole());
         }
@@ -144,6 +160,7 @@ fn is_supported(name: &str) -> bool {
     OTHERS.contains(&name)
         || materials::SUPPORTED.contains(&name)
         || shapes::SUPPORTED.contains(&name)
+        || textures::SUPPORTED.contains(&name)
 }
 
 fn names_of_lights(root: &Root) -> Vec<Option<&str>> {

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use gltf::json::Index;
 use gltf::json::accessor::Accessor;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::scene::Node;
-use gltf::json::validation::Checked;
 use rtsl::{Numbers as Buffer, Scalar};
 use rtsl_math::Transform;
 use rtsl_memory::Amount;
@@ -239,14 +238,7 @@ impl Builder<'_> {
         joints: Option<&Joints>,
         baked: Transform,
     ) -> Result<Option<Shape>, MeshError> {
-        let span = self.outline.span(Kind::Mesh, use_.mesh);
-        if self.file.is_compressed(primitive) {
-            return Err(MeshError::Malformed(format!("`{DRACO}` is not supported")));
-        }
-        if is_thin(primitive) {
-            self.warn("points and lines are left out".to_owned(), span);
-            return Ok(None);
-        }
+        self.file.check_compression(primitive)?;
         let key = FinishKey {
             material: primitive.material.map(|it| it.value()),
             has_colors: attribute(primitive, Semantic::Colors(0)).is_some(),
@@ -266,6 +258,10 @@ impl Builder<'_> {
         if baked != Transform::IDENTITY {
             surface.bake(baked);
         }
+        if surface.strokes.is_some() {
+            self.note_of_strokes();
+            surface.thicken();
+        }
         surface.check()?;
         if finish.wanted.tangents && surface.tangents.is_empty() {
             add_tangents(&mut surface);
@@ -276,6 +272,15 @@ impl Builder<'_> {
         let kept = self.memory_of(entity);
         held.keep(kept);
         Ok(Some(Shape { entity, finish, bounds, is_placed }))
+    }
+
+    /// Notes once that points and lines are bodies.
+    fn note_of_strokes(&mut self) {
+        const NOTE: &str =
+            "points and lines are shown as small bodies, whose size the file does not tell";
+        if self.said.insert(NOTE.to_owned()) {
+            self.description.notes.push(NOTE.to_owned());
+        }
     }
 
     fn shape_entity(&mut self, mesh: usize, surface: Surface, finish: &Finish) -> EntityId {
@@ -386,18 +391,10 @@ impl Shape {
     }
 }
 
-/// True for points and lines.
-fn is_thin(primitive: &Primitive) -> bool {
-    !matches!(
-        primitive.mode,
-        Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
-    )
-}
-
 fn floats<const COUNT: usize>(tuples: Vec<[f32; COUNT]>) -> Buffer {
     Buffer::floats(tuples.into_iter().flatten())
 }
 
 /// The extensions that change geometry, and are read.
-pub const SUPPORTED: [&str; 5] =
-    [INSTANCING, MESHOPT[0], MESHOPT[1], "KHR_mesh_quantization", "KHR_node_visibility"];
+pub const SUPPORTED: [&str; 6] =
+    [INSTANCING, DRACO, MESHOPT[0], MESHOPT[1], "KHR_mesh_quantization", "KHR_node_visibility"];

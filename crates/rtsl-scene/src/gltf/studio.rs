@@ -65,6 +65,34 @@ fn picture() -> Vec<u8> {
     bytes
 }
 
+/// The side of the octahedral map.
+const SIDE: usize = 256;
+
+/// The studio as a square PFM picture, an octahedral map of equal areas as pbrt-v4 has them.
+pub fn octahedral_studio() -> Vec<u8> {
+    let mut bytes = format!("PF\n{SIDE} {SIDE}\n-1.0\n").into_bytes();
+    let place = |index: usize| (2 * index + 1) as f64 / SIDE as f64 - 1.0;
+    for row in (0..SIDE).rev() {
+        for column in 0..SIDE {
+            let radiance = radiance(octahedral(place(column), place(row))) as f32;
+            (0..3).for_each(|_| bytes.extend(radiance.to_le_bytes()));
+        }
+    }
+    bytes
+}
+
+/// The direction at a place of an octahedral map of equal areas, whose coordinates are from -1 to 1 (Clarberg, "Fast
+/// Equal-Area Mapping of the (Hemi)Sphere using SIMD", 2008).
+fn octahedral(u: f64, v: f64) -> [f64; 3] {
+    let inside = 1.0 - u.abs() - v.abs();
+    let radius = 1.0 - inside.abs();
+    let turn = if radius > 0.0 { (v.abs() - u.abs()) / radius } else { 0.0 };
+    let (sine, cosine) = sine_and_cosine_of_degrees(45.0 * (turn + 1.0));
+    let across = radius * (2.0 - radius * radius).max(0.0).sqrt();
+    let height = (1.0 - radius * radius).copysign(inside);
+    [(across * cosine).copysign(u), (across * sine).copysign(v), height]
+}
+
 /// The radiance from a direction: a grey that darkens downwards, and the soft boxes.
 fn radiance(direction: [f64; 3]) -> f64 {
     let height = ((direction[1] + 0.5) / 1.2).clamp(0.0, 1.0);
@@ -87,5 +115,22 @@ mod tests {
         let bytes = picture();
         assert!(bytes.starts_with(b"PF\n512 256\n-1.0\n"));
         assert_eq!(bytes.len(), 16 + WIDTH * HEIGHT * 12);
+    }
+
+    #[test]
+    fn octahedral_maps_have_all_directions_alike() {
+        assert_eq!(octahedral(0.0, 0.0), [0.0, 0.0, 1.0]);
+        let (mut sum, mut above) = ([0.0; 3], 0);
+        for index in 0..SIDE * SIDE {
+            let place = |index: usize| (2 * index + 1) as f64 / SIDE as f64 - 1.0;
+            let direction = octahedral(place(index % SIDE), place(index / SIDE));
+            let square: f64 = direction.iter().map(|part| part * part).sum();
+            assert!((square - 1.0).abs() < 1e-9);
+            (0..3).for_each(|axis| sum[axis] += direction[axis]);
+            above += usize::from(direction[2] > 0.5);
+        }
+        assert!(sum.iter().all(|part| part.abs() < 1e-6), "{sum:?}");
+        // A quarter of the sphere is above 60 degrees from the equator's plane.
+        assert!((above as f64 / (SIDE * SIDE) as f64 - 0.25).abs() < 0.01, "{above}");
     }
 }

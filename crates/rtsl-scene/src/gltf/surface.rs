@@ -6,6 +6,7 @@ use gltf::json::mesh::{Primitive, Semantic};
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held};
 
+use super::strokes::{Bodies, Strokes};
 use crate::mesh::MeshError;
 use crate::mesh::gltf::{GltfFile, MAX_PLACED, Numbers, attribute, corners, size};
 use crate::vector::cross;
@@ -25,6 +26,12 @@ pub struct Surface {
     pub colors: Vec<[f32; 4]>,
     /// The vertices of triangles, three for each.
     pub corners: Vec<u32>,
+    /// Points or lines, which [`Surface::thicken`] makes triangles of.
+    pub strokes: Option<Strokes>,
+    /// The vertices of the attributes that the arrays have; `None` for all of them in their order.
+    pub used: Option<Vec<u32>>,
+    /// The number of vertices that the attributes have.
+    pub count: usize,
 }
 
 /// The attributes to read besides positions and normals.
@@ -43,7 +50,7 @@ pub type Joints = Vec<Transform>;
 const MAX_JOINT_SETS: u32 = 4;
 
 impl Surface {
-    /// Reads a primitive; `None` for points, lines and primitives without positions.
+    /// Reads a primitive; `None` for primitives without positions.
     ///
     /// # Errors
     /// If it is invalid, or would take too much memory.
@@ -65,14 +72,25 @@ impl Surface {
         if listed > MAX_PLACED {
             return Err(MeshError::TooLarge(MAX_PLACED, "corners"));
         }
-        held.grow_to(memory(count, listed))?;
-        let Some(corners) = corners(file, primitive, count)? else { return Ok(None) };
-        let reader = Reader { file, count };
+        held.grow_to(memory(0, listed))?;
+        let (mut corners, strokes) = match corners(file, primitive, count)? {
+            Some(corners) => (corners, None),
+            None => (Vec::new(), Some(Strokes::read(file, primitive, count)?)),
+        };
+        let used = if strokes.is_none() { used_alone(&mut corners, count) } else { None };
+        let vertices = used.as_ref().map_or(count, Vec::len);
+        held.grow_to(memory(vertices, listed))?;
+        if let Some(strokes) = &strokes {
+            held.grow_to(memory(strokes.vertices(), strokes.corners()))?;
+        }
+        let reader = Reader { file, count, used: used.as_deref() };
         let find = |semantic| attribute(primitive, semantic);
         let mut surface = Surface {
             positions: reader.floats(positions)?,
             normals: reader.optional(find(Semantic::Normals))?,
             corners,
+            strokes,
+            count,
             ..Surface::default()
         };
         if wanted.tangents && !surface.normals.is_empty() {
@@ -86,6 +104,7 @@ impl Surface {
         if let Some(colors) = find(Semantic::Colors(0)) {
             surface.colors = reader.colors(colors)?;
         }
+        surface.used = used;
         Ok(Some(surface))
     }
 
@@ -99,7 +118,7 @@ impl Surface {
         primitive: &Primitive,
         weights: &[f32],
     ) -> Result<(), MeshError> {
-        let reader = Reader { file, count: self.positions.len() };
+        let reader = Reader { file, count: self.count, used: self.used.as_deref() };
         for (target, weight) in primitive.targets.iter().flatten().zip(weights) {
             if *weight == 0.0 || !weight.is_finite() {
                 continue;
@@ -130,15 +149,16 @@ impl Surface {
         primitive: &Primitive,
         joints: &Joints,
     ) -> Result<(), MeshError> {
-        let reader = Reader { file, count: self.positions.len() };
+        let reader = Reader { file, count: self.count, used: self.used.as_deref() };
         let mut sums = vec![[0.0; 16]; self.positions.len()];
         for set in 0..MAX_JOINT_SETS {
             let indices = attribute(primitive, Semantic::Joints(set));
             let weights = attribute(primitive, Semantic::Weights(set));
             let (Some(indices), Some(weights)) = (indices, weights) else { break };
-            let pairs = reader.numbers::<4>(indices)?;
-            let weights = reader.numbers::<4>(weights)?;
-            for ((sum, indices), weights) in sums.iter_mut().zip(pairs.iter()).zip(weights.iter()) {
+            let pairs = reader.floats::<4>(indices)?;
+            let weights = reader.floats::<4>(weights)?;
+            for ((sum, indices), weights) in sums.iter_mut().zip(pairs).zip(weights) {
+                let weights = weights.map(f64::from);
                 for (index, weight) in indices.into_iter().zip(weights) {
                     let joint = joints.get(index as usize).copied().unwrap_or(Transform::IDENTITY);
                     if weight != 0.0 {
@@ -197,6 +217,23 @@ impl Surface {
         Ok(())
     }
 
+    /// Makes small bodies of points and lines, in the space of the vertices.
+    pub fn thicken(&mut self) {
+        let Some(strokes) = self.strokes.take() else { return };
+        let Bodies { positions, vertices, corners } = strokes.bodies(&self.positions);
+        fn spread<T: Copy>(values: &mut Vec<T>, vertices: &[u32]) {
+            if !values.is_empty() {
+                *values = vertices.iter().map(|vertex| values[*vertex as usize]).collect();
+            }
+        }
+        self.positions = positions;
+        self.corners = corners;
+        self.normals.clear();
+        self.tangents.clear();
+        self.uvs.iter_mut().for_each(|uvs| spread(uvs, &vertices));
+        spread(&mut self.colors, &vertices);
+    }
+
     /// Gives each triangle vertices of its own, and their normals if they have none: those of the faces.
     pub fn separate(&mut self) {
         let corners = std::mem::take(&mut self.corners);
@@ -231,6 +268,8 @@ fn memory(vertices: usize, corners: usize) -> Amount {
 struct Reader<'f> {
     file: &'f GltfFile<'f>,
     count: usize,
+    /// Those that are read.
+    used: Option<&'f [u32]>,
 }
 
 impl Reader<'_> {
@@ -251,7 +290,11 @@ impl Reader<'_> {
         index: Index<Accessor>,
     ) -> Result<Vec<[f32; COUNT]>, MeshError> {
         let numbers = self.numbers::<COUNT>(index)?;
-        Ok(numbers.iter().map(|tuple| tuple.map(|number| number as f32)).collect())
+        let float = |tuple: [f64; COUNT]| tuple.map(|number| number as f32);
+        Ok(match self.used {
+            Some(used) => used.iter().map(|vertex| float(numbers.at(*vertex as usize))).collect(),
+            None => numbers.iter().map(float).collect(),
+        })
     }
 
     fn optional<const COUNT: usize>(
@@ -272,6 +315,21 @@ impl Reader<'_> {
             _ => self.floats(index),
         }
     }
+}
+
+/// The vertices of corners that name less than half of `count`, which are then numbered among these: primitives may
+/// share the arrays of all of a mesh.
+fn used_alone(corners: &mut [u32], count: usize) -> Option<Vec<u32>> {
+    if corners.len() >= count / 2 {
+        return None;
+    }
+    let mut used = corners.to_vec();
+    used.sort_unstable();
+    used.dedup();
+    for corner in corners {
+        *corner = used.binary_search(corner).unwrap_or(0) as u32;
+    }
+    Some(used)
 }
 
 fn add(vectors: &mut [[f32; 3]], moved: &[[f32; 3]], weight: f32) {

@@ -1,7 +1,9 @@
 //! Textures and their images.
 
+use gltf::json::Texture;
 use gltf::json::texture::{Info, MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
+use rtsl_image::has_opacity;
 use rtsl_math::{Transform, sine_and_cosine_of_degrees};
 use rtsl_memory::Amount;
 
@@ -10,6 +12,7 @@ use super::extension::{Extension, extension};
 use super::outline::Kind;
 use crate::description::EntityKind;
 use crate::mesh::gltf::contents;
+use crate::pbrt::CONVENTION;
 use crate::reader::{ReferenceKind, resolve};
 
 /// A use of a texture by a material.
@@ -66,6 +69,9 @@ impl Sample {
         colors: 0,
     };
 }
+
+/// The extensions for images in further formats.
+pub const SUPPORTED: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 
 const TRANSFORM: &str = "KHR_texture_transform";
 
@@ -196,27 +202,43 @@ impl Builder<'_> {
         };
         let sampler = texture.sampler.and_then(|it| self.file.root.samplers.get(it.value()));
         let sampler = sampler.cloned().unwrap_or_default();
-        let webp = extension!(texture, "EXT_texture_webp").and_then(|it| it.index("source"));
-        let basis = extension!(texture, "KHR_texture_basisu").and_then(|it| it.index("source"));
-        let plain = Some(texture.source.value()).filter(|it| *it < self.file.root.images.len());
-        let image = plain.or(webp).or(basis)?;
-        let known = match self.images.get(&image) {
-            Some(known) => known.clone(),
-            None => {
-                let found = match self.read_image(image) {
-                    Ok(found) => Some(found),
-                    Err(problem) => {
-                        let message = format!("image {image} is left out: {problem}");
-                        self.warn(message, span);
-                        None
-                    }
-                };
-                self.images.insert(image, found.clone());
-                found
-            }
-        };
         let (modes, word) = wrap(&sampler);
-        known.map(|file| ((image, word, filter(&sampler)), modes, file.has_opacity))
+        let sources = self.sources(texture);
+        let texture = texture.clone();
+        let mut problems = Vec::new();
+        for image in sources {
+            match self.image(image) {
+                Ok(file) => {
+                    return Some(((image, word, filter(&sampler)), modes, file.has_opacity));
+                }
+                Err(problem) => problems.push(format!("image {image} is left out: {problem}")),
+            }
+        }
+        if problems.is_empty() {
+            problems.extend(unreadable_source(&texture));
+        }
+        problems.into_iter().for_each(|problem| self.warn(problem, span));
+        None
+    }
+
+    /// The images that a texture names for the formats that are read: that of glTF without extensions is the first.
+    fn sources(&self, texture: &Texture) -> Vec<usize> {
+        let plain = Some(texture.source.value()).filter(|it| *it < self.file.root.images.len());
+        let [webp, basis] = SUPPORTED.map(|name| {
+            let extension = texture.extensions.as_ref()?.others.get(name)?;
+            Extension(extension).index("source")
+        });
+        [plain, webp, basis].into_iter().flatten().collect()
+    }
+
+    /// An image, which is read at its first use.
+    fn image(&mut self, image: usize) -> Result<ImageFile, String> {
+        if let Some(known) = self.images.get(&image) {
+            return known.clone();
+        }
+        let found = self.read_image(image);
+        self.images.insert(image, found.clone());
+        found
     }
 
     /// The name of an image's entity, which is made at its first use.
@@ -230,11 +252,12 @@ impl Builder<'_> {
         if let Some(name) = self.image_entities.get(&key) {
             return name.clone();
         }
-        let file = self.images.get(&image).cloned().flatten();
+        let file = self.images.get(&image).and_then(|found| found.as_ref().ok()).cloned();
         let parameters = self
             .parameters(Kind::Texture, texture)
             .text("filename", &file.map_or(String::new(), |file| file.name))
             .text("encoding", if is_color { "sRGB" } else { "linear" })
+            .text(CONVENTION, "gltf")
             .text("wrap", wrap)
             .text("filter", filter);
         let name = format!("image {image}");
@@ -292,40 +315,13 @@ impl Builder<'_> {
     }
 }
 
-/// True if an image has opacity.
-///
-/// # Errors
-/// If its format is not supported.
-fn has_opacity(bytes: &[u8]) -> Result<bool, String> {
-    const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-    if bytes.starts_with(PNG) {
-        let kind = bytes.get(25).copied().unwrap_or(0);
-        return Ok(matches!(kind, 4 | 6) || has_transparency_chunk(bytes));
-    }
-    if bytes.starts_with(b"\xff\xd8\xff") {
-        return Ok(false);
-    }
-    Err(if bytes.starts_with(b"\xabKTX 20") {
-        "KTX 2.0 is not supported (`KHR_texture_basisu`)".to_owned()
-    } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
-        "WebP is not supported (`EXT_texture_webp`)".to_owned()
-    } else if bytes.starts_with(b"DDS ") {
-        "DDS is not supported (`MSFT_texture_dds`)".to_owned()
-    } else {
-        "it is neither a PNG nor a JPEG".to_owned()
-    })
-}
-
-/// True if a PNG has a chunk `tRNS`, which comes before the texels.
-fn has_transparency_chunk(bytes: &[u8]) -> bool {
-    let mut at = 8_usize;
-    while let Some(header) = bytes.get(at..at.saturating_add(8)) {
-        let length = u32::from_be_bytes([header[0], header[1], header[2], header[3]]);
-        match &header[4..8] {
-            b"tRNS" => return true,
-            b"IDAT" => return false,
-            _ => at = at.saturating_add(12).saturating_add(length as usize),
-        }
-    }
-    false
+/// The problem of a texture without an image in a format that is read.
+fn unreadable_source(texture: &Texture) -> Option<String> {
+    let named = texture.extensions.iter().flat_map(|it| it.others.keys());
+    let unread = named.filter(|name| !SUPPORTED.contains(&name.as_str()));
+    unread
+        .map(|name| {
+            format!("a texture is left out: its image needs `{name}`, which is not supported")
+        })
+        .next()
 }

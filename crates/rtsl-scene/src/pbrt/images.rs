@@ -16,7 +16,11 @@ use crate::description::{Entity, EntityKind};
 use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
 /// The parameters by which pbrt describes the images of textures.
-pub const PARAMETERS: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap"];
+pub const PARAMETERS: &[&str] =
+    &["filename", "encoding", "filter", "maxanisotropy", "wrap", CONVENTION];
+
+/// The parameter that has the value `gltf` if an image is read by the rules of glTF rather than those of pbrt-v4.
+pub const CONVENTION: &str = "convention";
 
 /// The values of wrap modes in the class.
 const WRAP_MODES: [(&str, i32); 4] =
@@ -48,8 +52,16 @@ pub struct Converted {
 /// An image that an entity names.
 pub struct NamedImage<'e> {
     name: &'e str,
-    encoding: Encoding,
+    reading: Reading,
     use_: Use,
+}
+
+/// The encoding of an image, and the rules by which its file is read.
+#[derive(Clone, Copy)]
+struct Reading {
+    encoding: Encoding,
+    /// True for the rules of glTF, false for those of pbrt-v4.
+    of_gltf: bool,
 }
 
 /// The result of looking for an image.
@@ -65,7 +77,7 @@ struct Undecoded {
     key: Key,
     path: PathBuf,
     input: Input,
-    encoding: Encoding,
+    reading: Reading,
 }
 
 /// A file, decoded.
@@ -86,7 +98,7 @@ enum Place {
 }
 
 /// The contents of a file, and what is made of it.
-type Key = ([u8; 32], Use, EncodingKey);
+type Key = ([u8; 32], Use, EncodingKey, bool);
 
 /// An encoding with an order.
 type EncodingKey = (u8, u64);
@@ -130,6 +142,11 @@ fn choice(
             Err(wrong(parameter, message))
         }
     }
+}
+
+fn reading(entity: &Entity) -> Result<Reading, Box<Diagnostic>> {
+    let of_gltf = entity.text(CONVENTION).is_some_and(|(word, _)| word == "gltf");
+    Ok(Reading { encoding: encoding(entity)?, of_gltf })
 }
 
 fn encoding(entity: &Entity) -> Result<Encoding, Box<Diagnostic>> {
@@ -178,8 +195,8 @@ impl Images {
                 diagnostic.at(entity.class_span, "expected `\"string filename\"`"),
             ));
         };
-        let encoding = encoding(entity)?;
-        self.read(&files.path(name), encoding, files, use_)
+        let reading = reading(entity)?;
+        self.read(&files.path(name), reading, files, use_)
             .map_err(|diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here")))
     }
 
@@ -189,7 +206,7 @@ impl Images {
         name: &str,
         files: SceneFiles<'_>,
     ) -> Result<Vec<(String, Value)>, Diagnostic> {
-        let image = self.read(&files.path(name), Encoding::Linear, files, Use::Texture)?;
+        let image = self.read(&files.path(name), Reading::LINEAR, files, Use::Texture)?;
         Ok(image.values.clone())
     }
 
@@ -201,7 +218,7 @@ impl Images {
         let mut pending: Vec<Undecoded> = Vec::new();
         let mut keys = BTreeSet::new();
         for (index, image) in wanted.iter().enumerate() {
-            let file = self.find(&files.path(image.name), image.encoding, files, image.use_);
+            let file = self.find(&files.path(image.name), image.reading, files, image.use_);
             if let Ok(Lookup::New(undecoded)) = file
                 && keys.insert(undecoded.key)
             {
@@ -210,21 +227,23 @@ impl Images {
             if pending.len() < part && index + 1 < wanted.len() {
                 continue;
             }
-            let undecoded = std::mem::take(&mut pending).into_par_iter();
-            let decoded: Vec<(Key, Decoded)> =
-                undecoded.filter_map(|it| Some((it.key, it.decode(files.budget).ok()?))).collect();
-            let choose = |(key, decoded): (Key, Decoded)| {
-                let place = self.place(&decoded.image, files);
-                (key, decoded, place)
-            };
-            let chosen: Vec<(Key, Decoded, Place)> = decoded.into_iter().map(choose).collect();
-            let moved: Vec<(Key, Decoded)> = chosen
-                .into_par_iter()
-                .filter_map(|(key, decoded, place)| Some((key, decoded.moved_to(place).ok()?)))
-                .collect();
-            for (key, decoded) in moved {
-                self.keep(key, decoded);
-            }
+            self.decode_all(std::mem::take(&mut pending), files);
+        }
+    }
+
+    /// Decodes images on all processors, and keeps those that can be decoded.
+    fn decode_all(&mut self, undecoded: Vec<Undecoded>, files: SceneFiles<'_>) {
+        let decode = |it: Undecoded| Some((it.key, it.decode(files.budget).ok()?));
+        let decoded: Vec<(Key, Decoded)> = undecoded.into_par_iter().filter_map(decode).collect();
+        // The order, and not the time, decides which images are in memory.
+        let place = |(_, decoded): &(Key, Decoded)| self.place(&decoded.image, files);
+        let places: Vec<Place> = decoded.iter().map(place).collect();
+        let moves = decoded.into_par_iter().zip(places);
+        let moved: Vec<(Key, Decoded)> = moves
+            .filter_map(|((key, decoded), place)| Some((key, decoded.moved_to(place).ok()?)))
+            .collect();
+        for (key, decoded) in moved {
+            self.keep(key, decoded);
         }
     }
 
@@ -244,11 +263,11 @@ impl Images {
     fn read(
         &mut self,
         path: &Path,
-        encoding: Encoding,
+        reading: Reading,
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Arc<Converted>, Diagnostic> {
-        match self.find(path, encoding, files, use_)? {
+        match self.find(path, reading, files, use_)? {
             Lookup::Known(converted) => Ok(converted),
             Lookup::New(undecoded) => {
                 let key = undecoded.key;
@@ -264,11 +283,13 @@ impl Images {
     fn find(
         &mut self,
         path: &Path,
-        encoding: Encoding,
+        reading: Reading,
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Lookup, Diagnostic> {
-        let key = |digest: &blake3::Hash| (*digest.as_bytes(), use_, key(encoding));
+        let key = |digest: &blake3::Hash| {
+            (*digest.as_bytes(), use_, key(reading.encoding), reading.of_gltf)
+        };
         if let Some(known) = self.digests.get(path).and_then(|it| self.converted.get(&key(it))) {
             return Ok(Lookup::Known(known.clone()));
         }
@@ -278,7 +299,7 @@ impl Images {
         if let Some(known) = self.converted.get(&key(&digest)) {
             return Ok(Lookup::Known(known.clone()));
         }
-        Ok(Lookup::New(Undecoded { key: key(&digest), path: path.to_owned(), input, encoding }))
+        Ok(Lookup::New(Undecoded { key: key(&digest), path: path.to_owned(), input, reading }))
     }
 
     /// Keeps an image for all entities that name it.
@@ -318,8 +339,10 @@ impl Images {
 
 impl Undecoded {
     fn decode(self, budget: &InputBudget) -> Result<Decoded, Diagnostic> {
-        let Undecoded { key: (_, use_, _), path, input, encoding } = self;
-        let read = Picture::read(&input.bytes, encoding, budget);
+        let Undecoded { key: (_, use_, ..), path, input, reading } = self;
+        let Reading { encoding, of_gltf } = reading;
+        let read = if of_gltf { Picture::read_for_gltf } else { Picture::read };
+        let read = read(&input.bytes, encoding, budget);
         let (picture, held) = read.map_err(|error| match error {
             PictureError::Malformed(problem) => unreadable(&path, &io::Error::other(problem))
                 .help("convert the image to a PNG or an EXR file"),
@@ -334,6 +357,10 @@ impl Undecoded {
             image.map_err(|error: OutOfMemory| unreadable(&path, &io::Error::other(error)))?;
         Ok(Decoded { image, held, distributions })
     }
+}
+
+impl Reading {
+    const LINEAR: Reading = Reading { encoding: Encoding::Linear, of_gltf: false };
 }
 
 impl Decoded {
@@ -359,12 +386,12 @@ impl<'e> NamedImage<'e> {
             EntityKind::Light => Some(Use::Texture),
             _ => None,
         };
-        let file = entity.text("filename").zip(use_).zip(encoding(entity).ok());
-        let file = file.map(|(((name, _), use_), encoding)| NamedImage { name, encoding, use_ });
+        let file = entity.text("filename").zip(use_).zip(reading(entity).ok());
+        let file = file.map(|(((name, _), use_), reading)| NamedImage { name, reading, use_ });
         let relief = entity.text("normalmap").filter(|_| entity.kind == EntityKind::Material);
         let relief = relief.map(|(name, _)| NamedImage {
             name,
-            encoding: Encoding::Linear,
+            reading: Reading::LINEAR,
             use_: Use::Texture,
         });
         file.into_iter().chain(relief)

@@ -156,19 +156,36 @@ fn regular_file(path: &Path) -> io::Result<Metadata> {
     if metadata.is_file() { Ok(metadata) } else { Err(io::Error::other("not a regular file")) }
 }
 
-/// Files that exist in memory only.
-#[derive(Clone, Debug, Default)]
-pub struct MemoryFiles(pub BTreeMap<PathBuf, String>);
+/// Files that exist in memory only, with texts or bytes as their contents.
+#[derive(Clone, Debug)]
+pub struct MemoryFiles<C = String>(pub BTreeMap<PathBuf, C>);
 
-impl FileSource for MemoryFiles {
+impl<C> Default for MemoryFiles<C> {
+    fn default() -> Self {
+        MemoryFiles(BTreeMap::new())
+    }
+}
+
+impl<C> MemoryFiles<C> {
+    /// Adds a file.
+    #[must_use]
+    pub fn with(mut self, path: &str, contents: impl Into<C>) -> Self {
+        self.0.insert(path.into(), contents.into());
+        self
+    }
+
+    fn contents(&self, path: &Path) -> io::Result<&C> {
+        self.0.get(path).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+impl<C: AsRef<[u8]>> FileSource for MemoryFiles<C> {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
-        Ok(text.clone().into_bytes())
+        Ok(self.contents(path)?.as_ref().to_vec())
     }
 
     fn size(&self, path: &Path) -> io::Result<u64> {
-        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
-        Ok(text.len() as u64)
+        Ok(self.contents(path)?.as_ref().len() as u64)
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {

@@ -46,6 +46,7 @@ pub use parameter::{
     COLOR, Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };
 pub use recorded_files::{Digest, RecordedFiles};
+pub use writer::push_quoted;
 
 #[cfg(doc)]
 use crate::Description;

@@ -181,18 +181,23 @@ impl Writer {
     }
 
     fn quoted(&mut self, text: &str) {
-        self.text.push('"');
-        for character in text.chars() {
-            match character {
-                '"' | '\\' => self.text.extend(['\\', character]),
-                '\n' => self.text.push_str("\\n"),
-                '\t' => self.text.push_str("\\t"),
-                '\r' => self.text.push_str("\\r"),
-                other => self.text.push(other),
-            }
-        }
-        self.text.push('"');
+        push_quoted(&mut self.text, text);
     }
+}
+
+/// Appends a quoted text, with escapes that pbrt-v4 reads.
+pub fn push_quoted(target: &mut String, text: &str) {
+    target.push('"');
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => target.extend(['\\', character]),
+            '\n' => target.push_str("\\n"),
+            '\t' => target.push_str("\\t"),
+            '\r' => target.push_str("\\r"),
+            other => target.push(other),
+        }
+    }
+    target.push('"');
 }
 
 /// The name of a parameter's type in pbrt-v4. `word` is that in the file.

@@ -1,7 +1,6 @@
 //! Directives across files: includes, imports, and compressed files.
 
-use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use flate2::Compression;
@@ -9,26 +8,13 @@ use flate2::write::GzEncoder;
 use rtsl::{Diagnostics, SourceMap};
 use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::Description;
-use rtsl_scene::reader::{FileSource, read_scene_within};
+use rtsl_scene::reader::{MemoryFiles, read_scene_within};
 use rtsl_scene::{LoadOptions, SceneSource};
 
-/// Files of any bytes in memory.
-struct Files(BTreeMap<PathBuf, Vec<u8>>);
+type Files = MemoryFiles<Vec<u8>>;
 
-impl Files {
-    fn new(files: &[(&str, &[u8])]) -> Self {
-        Files(files.iter().map(|(path, bytes)| (PathBuf::from(path), bytes.to_vec())).collect())
-    }
-}
-
-impl FileSource for Files {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-
-    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(self.0.keys().filter(|path| path.parent() == Some(folder)).cloned().collect())
-    }
+fn in_memory(files: &[(&str, &[u8])]) -> Files {
+    MemoryFiles(files.iter().map(|(path, bytes)| (PathBuf::from(path), bytes.to_vec())).collect())
 }
 
 fn compressed(bytes: &[u8]) -> Vec<u8> {
@@ -44,7 +30,7 @@ fn read_within(main: &str, files: &Files, budget: &InputBudget) -> (Description,
 }
 
 fn read(main: &str, files: &[(&str, &[u8])]) -> (Description, String) {
-    read_within(main, &Files::new(files), &InputBudget::new(Some(Amount(64 << 20))))
+    read_within(main, &in_memory(files), &InputBudget::new(Some(Amount(64 << 20))))
 }
 
 fn classes(description: &Description) -> Vec<&str> {
@@ -125,7 +111,7 @@ fn compressed_meshes_are_read() {
     let text =
         b"Camera \"perspective\"\nWorldBegin\nShape \"plymesh\" \"string filename\" \"a.ply.gz\"\n";
     let (text, ply) = (compressed(text), compressed(ply));
-    let files = Files::new(&[("main.pbrt.gz", &text), ("a.ply.gz", &ply)]);
+    let files = in_memory(&[("main.pbrt.gz", &text), ("a.ply.gz", &ply)]);
     let mut source = SceneSource::read(Path::new("main.pbrt.gz"), &files, &LoadOptions::default());
     let loaded = source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     assert_eq!(loaded.scene.objects.len(), 1);
@@ -136,7 +122,7 @@ fn compressed_meshes_are_read() {
 fn a_bomb_is_an_error_of_memory() {
     let mut bomb = b"WorldBegin\n".to_vec();
     bomb.resize(64 << 20, b' ');
-    let files = Files::new(&[("main.pbrt.gz", &compressed(&bomb))]);
+    let files = in_memory(&[("main.pbrt.gz", &compressed(&bomb))]);
     let budget = InputBudget::new(Some(Amount(16 << 20)));
     let (description, messages) = read_within("main.pbrt.gz", &files, &budget);
     assert!(description.entities.is_empty());

@@ -1,28 +1,14 @@
 //! glTF files as scenes: what becomes of nodes, meshes, materials, lights and cameras.
 
-use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use expect_test::{Expect, expect};
 use rtsl_math::Transform;
-use rtsl_scene::reader::{FileSource, Values};
+use rtsl_scene::reader::{MemoryFiles, Values};
 use rtsl_scene::{Description, Entity, EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
 
-/// Files in memory.
-#[derive(Default)]
-struct Files(BTreeMap<PathBuf, Vec<u8>>);
-
-impl FileSource for Files {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-
-    fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(self.0.keys().cloned().collect())
-    }
-}
+pub type Files = MemoryFiles<Vec<u8>>;
 
 /// The buffer of all tests: positions, normals and coordinates of a square, its indices, and more numbers.
 fn buffer() -> Vec<u8> {
@@ -96,15 +82,15 @@ const SQUARE: &str =
     r#"{"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 6}"#;
 
 fn files(members: &str) -> Files {
-    Files([(PathBuf::from("model.gltf"), file(members).into_bytes())].into())
+    MemoryFiles([(PathBuf::from("model.gltf"), file(members).into_bytes())].into())
 }
 
-fn options(camera: Option<&str>) -> LoadOptions {
+pub fn options(camera: Option<&str>) -> LoadOptions {
     LoadOptions { camera: camera.map(str::to_owned), ..LoadOptions::default() }
 }
 
 /// Reads and loads a file without errors; also returns the warnings.
-fn loaded(files: &Files) -> (Description, Loaded, String) {
+pub fn loaded(files: &Files) -> (Description, Loaded, String) {
     let mut source = SceneSource::read(Path::new("model.gltf"), files, &options(None));
     let description = source.description().clone();
     let loaded = source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
@@ -159,7 +145,7 @@ fn listed(description: &Description, kind: EntityKind) -> String {
 }
 
 /// The floats of a shape's buffer.
-fn buffer_of(description: &Description, shape: EntityId, name: &str) -> Vec<f32> {
+pub fn buffer_of(description: &Description, shape: EntityId, name: &str) -> Vec<f32> {
     match entity(description, shape).parameter(name).map(|it| &it.values) {
         Some(Values::Buffer(numbers)) => {
             numbers.words().iter().map(|bits| f32::from_bits(*bits)).collect()
@@ -258,7 +244,7 @@ fn a_plain_material_is_one_class() {
 }
 
 /// A PNG of one texel, with opacity.
-fn png() -> Vec<u8> {
+pub fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
     encoder.set_color(png::ColorType::Rgba);
@@ -291,13 +277,13 @@ fn textures_have_channels_transforms_and_samplers() {
         loaded(&with_image(&with_material(&primitive, material, TEXTURES)));
     assert_eq!(warnings, "");
     expect![[r#"
-        image 0: imagemap filename=map one.png encoding=linear wrap=clamp filter=point
+        image 0: imagemap filename=map one.png encoding=linear convention=gltf wrap=clamp filter=point
         tiles alpha: GltfOpacity image=image 0 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] hasOpacity=[true] factor=[1.0, 1.0, 1.0, 0.5] cutoff=[0.25]
-        image 0 2: imagemap filename=map one.png encoding=sRGB wrap=repeat filter=bilinear
+        image 0 2: imagemap filename=map one.png encoding=sRGB convention=gltf wrap=repeat filter=bilinear
         tiles emission: GltfTexture image=image 0 2 factor=[0.5, 0.5, 0.5, 1.0]
-        image 0 3: imagemap filename=map one.png encoding=sRGB wrap=clamp filter=point
+        image 0 3: imagemap filename=map one.png encoding=sRGB convention=gltf wrap=clamp filter=point
         tiles baseColor: GltfTexture image=image 0 3 toS=[0.0, -4.0, 4.5] toT=[2.0, 0.0, 1.0] wrap=[1.0, 3.0] factor=[1.0, 1.0, 1.0, 0.5]
-        image 0 4: imagemap filename=map one.png encoding=linear wrap=repeat filter=bilinear
+        image 0 4: imagemap filename=map one.png encoding=linear convention=gltf wrap=repeat filter=bilinear
         tiles metallicRoughness: GltfTexture image=image 0 4 set=[1.0]
         tiles normals: GltfTexture image=image 0 4
     "#]]
@@ -503,15 +489,9 @@ fn what_cannot_be_shown_is_said_once() {
     let place = text.find(quantized).expect("it is there");
     let end = place + text[place..].find('}').expect("it ends") + 1;
     text.insert_str(end, r#",{"componentType": 5126, "count": 4, "type": "VEC3"}"#);
-    let files = Files([(PathBuf::from("model.gltf"), text.into_bytes())].into());
+    let files = MemoryFiles([(PathBuf::from("model.gltf"), text.into_bytes())].into());
     let (_, _, warnings) = loaded(&files);
     expect![[r#"
-        warning[W0601]: the file requires `KHR_draco_mesh_compression`, which is not supported
-          ┌─ model.gltf#contents:1:1
-          │
-        1 │ glTF 2.0
-          │ ^^^^^^^^
-
         warning[W0601]: node 0 has two parents or contains itself: only one counts
           ┌─ model.gltf#contents:2:1
           │
@@ -524,13 +504,7 @@ fn what_cannot_be_shown_is_said_once() {
         4 │ nodes[2]
           │ ^^^^^^^^
 
-        warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression` is not supported
-          ┌─ model.gltf#contents:7:1
-          │
-        7 │ meshes[1] "ball"
-          │ ^^^^^^^^^^^^^^^^
-
-        warning[W0601]: points and lines are left out
+        warning[W0601]: primitive 0 of a mesh is left out: `KHR_draco_mesh_compression`: it names no compressed buffer view
           ┌─ model.gltf#contents:7:1
           │
         7 │ meshes[1] "ball"
@@ -555,37 +529,38 @@ fn textures_without_an_image_that_can_be_read_are_left_out() {
     check_warnings(
         &with_material(&square_of_material(), material, more),
         expect![[r#"
-        warning[W0601]: `KHR_materials_dispersion` is not supported: materials are as without it
-          ┌─ model.gltf#contents:4:1
-          │
-        4 │ materials[0]
-          │ ^^^^^^^^^^^^
+            warning[W0601]: `KHR_materials_dispersion` is not supported: materials are as without it
+              ┌─ model.gltf#contents:4:1
+              │
+            4 │ materials[0]
+              │ ^^^^^^^^^^^^
 
-        warning[W0601]: texture 5 does not exist: it is left out
-          ┌─ model.gltf#contents:1:1
-          │
-        1 │ glTF 2.0
-          │ ^^^^^^^^
+            warning[W0601]: texture 5 does not exist: it is left out
+              ┌─ model.gltf#contents:1:1
+              │
+            1 │ glTF 2.0
+              │ ^^^^^^^^
 
-        warning[W0601]: image 0 is left out: cannot read `away.png`: entity not found
-          ┌─ model.gltf#contents:5:1
-          │
-        5 │ textures[0]
-          │ ^^^^^^^^^^^
+            warning[W0601]: image 0 is left out: cannot read `away.png`: entity not found
+              ┌─ model.gltf#contents:5:1
+              │
+            5 │ textures[0]
+              │ ^^^^^^^^^^^
 
-        warning[W0601]: image 1 is left out: it is neither a PNG nor a JPEG
-          ┌─ model.gltf#contents:6:1
-          │
-        6 │ textures[1]
-          │ ^^^^^^^^^^^
+            warning[W0601]: image 1 is left out: it is not a PNG, a JPEG, a WebP or a KTX 2.0 file
+              ┌─ model.gltf#contents:6:1
+              │
+            6 │ textures[1]
+              │ ^^^^^^^^^^^
 
-    "#]],
+        "#]],
     );
 }
 
 #[test]
 fn files_that_show_nothing_are_refused() {
-    let none = |text: &str| Files([(PathBuf::from("model.gltf"), text.as_bytes().to_vec())].into());
+    let none =
+        |text: &str| MemoryFiles([(PathBuf::from("model.gltf"), text.as_bytes().to_vec())].into());
     check_errors(
         &none("solid"),
         None,
@@ -644,4 +619,87 @@ fn a_shape_from_a_file_with_materials_says_how_to_see_them() {
           │       ^^^^^^
 
     "#]].assert_eq(&loaded.warnings.to_text(false));
+}
+
+#[test]
+fn lights_of_other_extensions_are_said_to_be_left_out() {
+    let members = format!(
+        r#""extensionsUsed": ["EXT_lights_image_based"], "extensionsRequired": ["EXT_lights_image_based"],
+        "nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{SQUARE}]}}]"#
+    );
+    check_warnings(
+        &members,
+        expect![[r#"
+        warning[W0601]: `EXT_lights_image_based` is not supported: its lights are left out
+          ┌─ model.gltf#contents:1:1
+          │
+        1 │ glTF 2.0
+          │ ^^^^^^^^
+
+    "#]],
+    );
+}
+
+/// A note tells what the reader added.
+#[test]
+fn what_a_file_lacks_is_noted() {
+    let notes = |members: &str| {
+        let (description, loaded, _) = loaded(&files(members));
+        assert_eq!(description.notes, loaded.warnings.notes().collect::<Vec<_>>());
+        description.notes
+    };
+    let camera = r#"{"camera": 0, "translation": [0, 0, 5]}"#;
+    let light = r#"{"extensions": {"KHR_lights_punctual": {"light": 0}}}"#;
+    let scene = |more: &str| {
+        format!(
+            r#""nodes": [{{"mesh": 0}}{more}], "meshes": [{{"primitives": [{SQUARE}]}}], {CAMERAS},
+            "extensions": {{"KHR_lights_punctual": {{"lights": [{{"type": "point"}}]}}}}"#
+        )
+    };
+    assert_eq!(notes(&scene(&format!(", {camera}, {light}"))), [""; 0]);
+    let dark = ["the file has no lights: a studio lights the scene"];
+    assert_eq!(notes(&scene(&format!(", {camera}"))), dark);
+    let unseen = ["the file has no camera: one that shows all of the scene takes its place"];
+    assert_eq!(notes(&scene(&format!(", {light}"))), unseen);
+    let neither = ["the file has neither camera nor lights: all of the scene is shown in a studio"];
+    assert_eq!(notes(&scene("")), neither);
+}
+
+/// Primitives that share arrays keep the vertices that they use.
+#[test]
+fn primitives_keep_their_own_vertices() {
+    let floats = (0..27).flat_map(|number| (number as f32).to_le_bytes());
+    let bytes: Vec<u8> = floats.chain([8, 2, 5, 0]).collect();
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "weights": [1]}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "targets": [{{"POSITION": 0}}]}}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}},
+            {{"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 108}}, {{"buffer": 0, "byteOffset": 108, "byteLength": 3}}],
+        "buffers": [{{"byteLength": 112, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
+    );
+    let (description, _, _) = loaded(&Files::default().with("model.gltf", text));
+    let shape = description.shapes[0].shape;
+    // The target has the same arrays, which doubles them.
+    let expected = [12., 14., 16., 30., 32., 34., 48., 50., 52.];
+    assert_eq!(buffer_of(&description, shape, "positions"), expected);
+    let indices = buffer_of(&description, shape, "indices").into_iter().map(f32::to_bits);
+    assert_eq!(indices.collect::<Vec<_>>(), [2, 0, 1]);
+}
+
+#[test]
+fn points_and_lines_are_small_bodies() {
+    let shape = |mode: u32| {
+        let members = format!(
+            r#""nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "COLOR_0": 3}}, "mode": {mode}}}]}}]"#
+        );
+        let (description, loaded, warnings) = loaded(&files(&members));
+        assert_eq!((warnings.as_str(), loaded.warnings.notes().count()), ("", 2));
+        let shape = description.shapes[0].shape;
+        let count = |name: &str| buffer_of(&description, shape, name).len();
+        (count("positions") / 3, count("colors") / 4, count("indices") / 3)
+    };
+    // Points, lines, loops and strips of four vertices.
+    assert_eq!([0, 1, 2, 3].map(shape), [(16, 16, 16), (12, 12, 12), (24, 24, 24), (18, 18, 18)]);
 }

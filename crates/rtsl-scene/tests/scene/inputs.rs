@@ -164,7 +164,7 @@ fn mutated_pictures_process() {
     let mut seeds: Vec<Vec<u8>> = exr_files().into_iter().map(|(_, _, file)| file).collect();
     seeds.push(png_file(20, 20));
     let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtsl-image/tests/pictures");
-    for extension in ["jpg", "bmp", "qoi", "tga"] {
+    for extension in ["jpg", "bmp", "qoi", "tga", "webp", "ktx2"] {
         seeds.extend(mutation::seeds(&pictures, extension));
     }
     seeds.push([&b"PF 9 7 -1\n"[..], &[63; 9 * 7 * 12]].concat());

@@ -1,6 +1,8 @@
 //! The integration tests of `rtsl-scene`, as one program: linking is most of the work of building tests.
 
 mod cameras;
+mod draco;
+mod export;
 mod files;
 mod format_page;
 mod gltf;

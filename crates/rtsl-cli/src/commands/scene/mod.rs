@@ -24,7 +24,7 @@ pub struct SceneArguments {
 enum SceneCommand {
     /// Show what is in a scene: settings, classes, triangles, images, lights, files, and what is not supported.
     Info(InfoArguments),
-    /// Convert a scene of pbrt version 1, 2 or 3 to the format of pbrt-v4.
+    /// Convert a scene of pbrt version 1, 2 or 3, or a glTF file, to the format of pbrt-v4.
     Convert(ConvertArguments),
 }
 

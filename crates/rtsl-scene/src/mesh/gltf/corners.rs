@@ -20,21 +20,34 @@ pub fn corners(
         Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
         Checked::Valid(_) | Checked::Invalid => return Ok(None),
     };
-    let corners: Vec<u32> = match primitive.indices {
+    let corners = listed(file, primitive, vertices)?;
+    Ok(Some(match mode {
+        Mode::TriangleStrip => unroll_strip(&corners),
+        Mode::TriangleFan => unroll_fan(&corners),
+        _ => corners,
+    }))
+}
+
+/// Returns the vertices of a primitive in their order.
+///
+/// # Errors
+/// If one of them is none of so many vertices.
+pub fn listed(
+    file: &GltfFile<'_>,
+    primitive: &Primitive,
+    vertices: usize,
+) -> Result<Vec<u32>, MeshError> {
+    let listed: Vec<u32> = match primitive.indices {
         None => (0..vertices as u32).collect(),
         Some(indices) => {
             let numbers = Numbers::<1>::new(indices, file)?;
             numbers.iter().map(|[index]| index as u32).collect()
         }
     };
-    if let Some(index) = corners.iter().find(|index| **index as usize >= vertices) {
-        return Err(MeshError::IndexOutOfRange { index: (*index).into(), vertices });
+    match listed.iter().find(|index| **index as usize >= vertices) {
+        Some(index) => Err(MeshError::IndexOutOfRange { index: (*index).into(), vertices }),
+        None => Ok(listed),
     }
-    Ok(Some(match mode {
-        Mode::TriangleStrip => unroll_strip(&corners),
-        Mode::TriangleFan => unroll_fan(&corners),
-        _ => corners,
-    }))
 }
 
 /// Converts a strip to triangles. Every other one reverses its orientation.

@@ -11,6 +11,7 @@ use gltf::json::{Accessor, Index, Root, Value};
 use rtsl_memory::{Amount, InputBudget};
 
 use super::buffers::Buffers;
+use super::draco::{DRACO, Decoded};
 use crate::mesh::MeshError;
 
 /// Returns the contents of the files that a glTF file refers to.
@@ -22,10 +23,9 @@ pub struct GltfFile<'a> {
     pub root: Root,
     /// The contents of the buffers.
     pub buffers: Buffers<'a>,
+    /// Primitives that were compressed.
+    pub decoded: Decoded,
 }
-
-/// The extension that compresses meshes.
-pub const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// An upper bound of the memory of a file's structure: each element becomes a struct of limited size, each reference in
 /// a list may be invalid and give a message, and texts, including buffers encoded in them, are copied.
@@ -49,12 +49,13 @@ impl<'a> GltfFile<'a> {
         budget: &InputBudget,
     ) -> Result<Self, MeshError> {
         let (json, embedded) = parts(bytes)?;
-        let root = structure(json)?;
+        let mut root = structure(json)?;
         if !root.asset.version.starts_with('2') {
             return Err(MeshError::Malformed(other_version(&root.asset.version)));
         }
         let buffers = Buffers::read(&root, embedded, read, budget)?;
-        Ok(GltfFile { root, buffers })
+        let decoded = Decoded::decode(&mut root, &buffers, budget);
+        Ok(GltfFile { root, buffers, decoded })
     }
 
     /// Returns an accessor.
@@ -85,14 +86,15 @@ impl<'a> GltfFile<'a> {
         roots.map(|(index, _)| Index::new(index as u32)).collect()
     }
 
-    /// True if the accessor of a primitive's attribute is compressed, in a way that is not supported.
-    pub fn is_compressed(&self, primitive: &Primitive) -> bool {
-        let has_extension =
-            primitive.extensions.as_ref().is_some_and(|it| it.others.contains_key(DRACO));
-        let has_numbers = |index: &Index<Accessor>| {
-            self.root.accessors.get(index.value()).is_some_and(|it| it.buffer_view.is_some())
-        };
-        has_extension && !primitive.attributes.values().all(has_numbers)
+    /// Checks that a primitive is not compressed in a way that could not be decoded.
+    ///
+    /// # Errors
+    /// If it is.
+    pub fn check_compression(&self, primitive: &Primitive) -> Result<(), MeshError> {
+        match self.decoded.problem(&self.root, primitive) {
+            Some(problem) => Err(MeshError::Malformed(format!("`{DRACO}`: {problem}"))),
+            None => Ok(()),
+        }
     }
 }
 

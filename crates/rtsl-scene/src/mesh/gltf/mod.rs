@@ -9,6 +9,7 @@
 
 mod buffers;
 mod corners;
+mod draco;
 mod file;
 mod meshopt;
 mod numbers;
@@ -21,8 +22,9 @@ use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
 pub use buffers::{MESHOPT, contents};
-pub use corners::corners;
-pub use file::{DRACO, GltfFile, ReadFile, attribute, size, structure_memory};
+pub use corners::{corners, listed};
+pub use draco::DRACO;
+pub use file::{GltfFile, ReadFile, attribute, size, structure_memory};
 pub use numbers::Numbers;
 
 use super::{Mesh, MeshBuilder, MeshError};
@@ -104,10 +106,7 @@ impl Reader<'_> {
         held: &mut Held,
     ) -> Result<(), MeshError> {
         let Some(positions) = attribute(primitive, Semantic::Positions) else { return Ok(()) };
-        if self.file.is_compressed(primitive) {
-            let message = format!("it is compressed by `{DRACO}`, which is not supported");
-            return Err(MeshError::Malformed(message));
-        }
+        self.file.check_compression(primitive)?;
         let first = builder.positions.len() / 3;
         let count = size(self.file.accessor(positions)?.count);
         if count > MAX_PLACED || first + count > MAX_PLACED {

@@ -49,18 +49,30 @@ impl<'a, const COUNT: usize> Numbers<'a, COUNT> {
         }
         let format = Format { component: component.0, normalized: accessor.normalized };
         let count = size(accessor.count);
-        let tuples = match accessor.buffer_view {
-            Some(view) => {
+        let tuples = match (file.decoded.array(index), accessor.buffer_view) {
+            (Some(bytes), _) if count <= bytes.len() / (4 * COUNT) => {
+                Some(Tuples { bytes, stride: 4 * COUNT, format })
+            }
+            (Some(_), _) => return Err(wrong("ends outside its compressed data")),
+            (None, Some(view)) => {
                 let offset = accessor.byte_offset.map_or(0, size);
                 Some(tuples(file, view, offset, format, COUNT, count).map_err(wrong)?)
             }
-            None => None,
+            (None, None) => None,
         };
         let replacements = match &accessor.sparse {
             Some(sparse) => replacements(file, sparse, format, count).map_err(wrong)?,
             None => Vec::new(),
         };
         Ok(Numbers { tuples, count, replacements })
+    }
+
+    /// Returns the tuple at an index, which is below their number.
+    pub fn at(&self, index: usize) -> [f64; COUNT] {
+        match self.replacements.binary_search_by_key(&index, |(replaced, _)| *replaced) {
+            Ok(place) => self.replacements[place].1,
+            Err(_) => self.tuples.as_ref().map_or([0.0; COUNT], |tuples| tuples.get(index)),
+        }
     }
 
     /// Iterates over the tuples.

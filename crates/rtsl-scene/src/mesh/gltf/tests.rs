@@ -161,7 +161,7 @@ fn what_is_wrong_is_said() {
         .replace(r#"{"bufferView": 0, "componentType""#, r#"{"componentType""#);
     assert_eq!(
         problem(compressed.as_bytes()),
-        "it is compressed by `KHR_draco_mesh_compression`, which is not supported"
+        "`KHR_draco_mesh_compression`: it names no compressed buffer view"
     );
 }
 
