@@ -1,6 +1,6 @@
 //! The data of instances in the form that kernels read.
 
-use std::sync::Arc;
+use rtsl_memory::SharedWords;
 
 use crate::ObjectForm;
 use crate::offsets::BUFFER_WORDS;
@@ -21,7 +21,7 @@ pub struct BoundBuffer {
     /// The first word of its entry in the block, even.
     pub offset: u32,
     /// Its scalars, element by element.
-    pub words: Arc<[u32]>,
+    pub words: SharedWords,
     /// The number of scalars of one element, at least 1.
     pub element_words: u32,
 }

@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_memory::{prefetch_values, with_capacity_in_huge_pages};
+use rtsl_memory::{SharedWords, prefetch_values, with_capacity_in_huge_pages};
 
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
 use crate::object_form::ObjectForm;
@@ -29,7 +29,7 @@ pub struct Objects {
     /// The rows block by block, followed by as many blocks of zeros as the widest vector reads past the end.
     rows: Vec<ObjectRow>,
     /// The buffers whose entries are in blocks, by address.
-    buffers: Arc<BTreeMap<usize, Arc<[u32]>>>,
+    buffers: Arc<BTreeMap<usize, SharedWords>>,
     /// The entries that are in blocks of all objects, by words of the blocks.
     entries: BufferEntries,
 }
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn buffers_are_kept_once_and_found_again() {
-        let words: Arc<[u32]> = Arc::from([1, 2, 3]);
+        let words = SharedWords::from(vec![1, 2, 3]);
         let bound = || BoundBuffer { offset: 0, words: words.clone(), element_words: 1 };
         let instances = [0; 9].map(|_| InstanceBlock::new(&[0; 4], vec![bound()]));
         let objects = Objects::of_instances(ObjectForm::new(0..4), instances);

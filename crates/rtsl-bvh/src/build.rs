@@ -4,13 +4,14 @@
 //! The library's builder (parallel locally-ordered clustering, then reinsertion) is deterministic on any number of
 //! threads. The module `collapse` chooses the subtrees that become leaves of at most eight items.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use obvhs::{Boundable, BvhBuildParams};
 use rtsl_math::SIMD_LANES;
 use rtsl_memory::{Amount, in_huge_pages};
 
@@ -42,21 +43,8 @@ impl Bvh8 {
         let _span = tracing::debug_span!("hierarchy", items = items.len()).entered();
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let bounded: Vec<u32> = bounded.map(|(index, _)| index as u32).collect();
-        let binary = binary_tree(items, &bounded);
-        let mut builder = Builder {
-            items,
-            plan: CollapsePlan::new(&binary),
-            binary,
-            bounded,
-            leaves_of_class: BTreeMap::new(),
-            tree: Bvh8::default(),
-        };
-        builder.fold();
-        builder.add_unbounded();
-        builder.tree.bound_nodes();
-        builder.tree.count_classes();
-        builder.tree.measure_depth();
-        let tree = builder.tree;
+        // The binary tree ends here, before the tables are moved: it takes more memory than they do.
+        let tree = Builder::new(items, bounded).tree();
         let visits_when_built = tree.visits();
         Bvh8 {
             heads: in_huge_pages(tree.leaves.iter().map(Leaf::head).collect()),
@@ -68,11 +56,18 @@ impl Bvh8 {
     }
 }
 
+impl Boundable for Item {
+    fn aabb(&self) -> Aabb {
+        let Bounds { min, max } = self.bounds.unwrap_or(Bounds::EMPTY);
+        Aabb::new(min.into(), max.into())
+    }
+}
+
 fn binary_tree(items: &[Item], bounded: &[u32]) -> Bvh2 {
-    let own_box = |index: &u32| items[*index as usize].bounds.unwrap_or(Bounds::EMPTY);
-    let boxes = bounded.iter().map(own_box);
-    let boxes: Vec<Aabb> =
-        boxes.map(|bounds| Aabb::new(bounds.min.into(), bounds.max.into())).collect();
+    let boxes: Cow<'_, [Item]> = match bounded.len() == items.len() {
+        true => Cow::Borrowed(items),
+        false => bounded.iter().map(|index| items[*index as usize]).collect(),
+    };
     // There is no second pass of reinsertion after collapsing: it would double the build time, and random rays would
     // visit as many nodes.
     let ratio = REINSERTED_NODES / boxes.len().max(1) as f32;
@@ -84,7 +79,7 @@ fn binary_tree(items: &[Item], bounded: &[u32]) -> Bvh2 {
     if boxes.is_empty() {
         return Bvh2::default();
     }
-    build_bvh2(&boxes, parameters, &mut Duration::default())
+    build_bvh2(&boxes[..], parameters, &mut Duration::default())
 }
 
 struct Builder<'a> {
@@ -113,7 +108,29 @@ struct LeafItem {
     slot: usize,
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(items: &'a [Item], bounded: Vec<u32>) -> Builder<'a> {
+        let binary = binary_tree(items, &bounded);
+        Builder {
+            items,
+            plan: CollapsePlan::new(&binary),
+            binary,
+            bounded,
+            leaves_of_class: BTreeMap::new(),
+            tree: Bvh8::default(),
+        }
+    }
+
+    fn tree(mut self) -> Bvh8 {
+        self.fold();
+        self.add_unbounded();
+        let Builder { mut tree, .. } = self;
+        tree.bound_nodes();
+        tree.count_classes();
+        tree.measure_depth();
+        tree
+    }
+
     fn fold(&mut self) {
         if self.bounded.is_empty() {
             return;

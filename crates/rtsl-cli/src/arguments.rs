@@ -30,11 +30,11 @@ pub struct SearchPath {
 /// Limits of reading a scene's files.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct InputArguments {
-    /// The memory for the scene's files: texts, images, meshes. 4 GiB if not given, or the free memory of the machine
-    /// if that is less.
+    /// The memory for the scene's files: texts, images, meshes. Three quarters of the free memory if not given.
     #[arg(long, value_name = "AMOUNT")]
     pub input_memory: Option<Amount>,
-    /// The memory for textures: the largest images lose resolution until all fit.
+    /// The memory for textures from images; an eighth of that for all files if not given. Further images are in temporary
+    /// files, in the folder `TMPDIR` or `/var/tmp`.
     #[arg(long, value_name = "AMOUNT")]
     pub texture_memory: Option<Amount>,
 }

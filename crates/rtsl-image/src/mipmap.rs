@@ -1,9 +1,10 @@
 //! Mipmaps in the storage that shaders read.
 
+use std::io;
 use std::sync::Arc;
 
 use exr::prelude::f16;
-use rtsl_memory::{Amount, OutOfMemory, reserved};
+use rtsl_memory::{Amount, OutOfMemory, SharedWords, reserved};
 
 use super::encoding::{ByteCode, Encoding};
 use super::picture::Picture;
@@ -25,7 +26,7 @@ pub struct Mipmap {
     /// The encoding of bytes.
     pub encoding: Encoding,
     /// The texels, see [`TexelFormat::words`]. The first number of a word is in its lowest bits.
-    pub words: Arc<[u32]>,
+    pub words: SharedWords,
 }
 
 impl Mipmap {
@@ -77,29 +78,22 @@ impl Mipmap {
             write(&mut Writer { format, code, words, count: 0 })?;
         }
         let Picture { width, height, encoding, .. } = *picture;
-        Ok(Mipmap { width, height, format, encoding, words })
+        Ok(Mipmap { width, height, format, encoding, words: words.into() })
     }
 }
 
 impl Mipmap {
-    /// Returns the memory of the texels.
-    pub fn memory(&self) -> Amount {
+    /// Returns the size of the texels, in memory or in a file.
+    pub fn size(&self) -> Amount {
         Amount::of::<u32>(self.words.len())
     }
 
-    /// Returns the mipmap without its first level, or `None` if there is no other level.
-    pub fn without_first_level(&self) -> Option<Mipmap> {
-        let (width, height) = level_sizes(self.width, self.height).nth(1)?;
-        let texels: usize = level_sizes(width, height).map(|(width, height)| width * height).sum();
-        let first_bit = self.width * self.height * self.format.bits();
-        let (first, shift) = (first_bit / 32, first_bit % 32);
-        let word = |at: usize| self.words.get(first + at).copied().unwrap_or(0);
-        let words = (0..self.format.words(texels)).map(|at| match shift {
-            0 => word(at),
-            _ => word(at) >> shift | word(at + 1) << (32 - shift),
-        });
-        let (has_levels, words) = (self.words.len() > first, words.collect());
-        has_levels.then_some(Mipmap { width, height, words, ..self.clone() })
+    /// Moves the texels to a temporary file.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn into_file(self) -> io::Result<Mipmap> {
+        Ok(Mipmap { words: SharedWords::in_file(&self.words)?, ..self })
     }
 
     /// Returns the texels of the first level as linear red, green and blue.
@@ -296,27 +290,6 @@ mod tests {
         };
         // The code of half the light, not half the code.
         assert_eq!(Mipmap::new(encoded).unwrap().words[0], 188 << 16 | 255 << 8);
-    }
-
-    #[test]
-    fn the_first_level_can_be_dropped() {
-        let channels_of = |channels: usize| {
-            let bytes = (0..5 * 3 * channels).map(|index| (index * 7 % 256) as u8).collect();
-            let levels = Mipmap::new(picture((5, 3), channels, Samples::Bytes(bytes))).unwrap();
-            let code = ByteCode::new(Encoding::Linear);
-            let expected: Vec<[f32; 3]> =
-                (15..17).map(|index| levels.color(&code, index)).collect();
-            let smaller = levels.without_first_level().expect("there are three levels");
-            assert_eq!((smaller.width, smaller.height), (2, 1));
-            assert_eq!(smaller.colors().collect::<Vec<_>>(), expected);
-            assert_eq!(smaller.words.len(), levels.format.words(3));
-            let smallest = smaller.without_first_level().expect("there are two levels");
-            assert_eq!(smallest.color(&code, 0), levels.color(&code, 17));
-            assert!(smallest.without_first_level().is_none());
-        };
-        [1, 3, 4].into_iter().for_each(channels_of);
-        let flat = Mipmap::flat(&floats(4, 4)).unwrap();
-        assert!(flat.without_first_level().is_none());
     }
 
     #[test]

@@ -31,15 +31,15 @@ impl Default for InputBudget {
 }
 
 impl InputBudget {
-    /// The default limit.
+    /// The limit where the system reports no available memory.
     pub const DEFAULT: Amount = Amount(4 << 30);
 
-    /// Creates an unused budget. The default limit is [`InputBudget::DEFAULT`], or the available memory if that is
-    /// less.
+    /// Creates an unused budget. The default limit is three quarters of the available memory, or
+    /// [`InputBudget::DEFAULT`] where that is unknown.
     pub fn new(limit: Option<Amount>) -> Self {
         let limit = limit.unwrap_or_else(|| {
             let available = Available::least().map(|available| available.left);
-            available.map_or(InputBudget::DEFAULT, |left| left.min(InputBudget::DEFAULT))
+            available.map_or(InputBudget::DEFAULT, |Amount(left)| Amount(left / 4 * 3))
         });
         InputBudget::with_taken(limit, Amount(0))
     }
@@ -77,12 +77,6 @@ impl InputBudget {
     /// True if a request was refused: reading can then be aborted.
     pub fn is_exceeded(&self) -> bool {
         self.0.is_exceeded.load(Ordering::Relaxed)
-    }
-
-    /// Returns memory that was [kept](Held::keep).
-    pub fn give_back(&self, amount: Amount) {
-        let rest = |taken: u64| Some(Amount(taken).without(amount).0);
-        let _ = self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, rest);
     }
 
     fn take(&self, amount: Amount) -> Result<(), OverBudget> {

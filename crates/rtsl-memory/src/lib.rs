@@ -5,6 +5,8 @@
 //! and [`collected`], and [`check_render`] compares their total with the available memory before anything is rendered.
 //! The files of a scene have a budget ([`InputBudget`]).
 //!
+//! Words of instances may be in temporary files ([`SharedWords`]), whose pages the system reads as they are used.
+//!
 //! Large tables that rays access at random are placed in huge pages ([`in_huge_pages`]), and hierarchies fetch nodes
 //! ahead of their use ([`prefetch`]).
 #![allow(unsafe_code, reason = "advises the system and the processor about memory")]
@@ -15,6 +17,7 @@ mod budget;
 mod huge_pages;
 mod need;
 mod prefetch;
+mod shared_words;
 
 use std::collections::TryReserveError;
 use std::io;
@@ -27,6 +30,7 @@ pub use budget::{Held, InputBudget, OverBudget};
 pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};
 pub use need::{Need, check_render};
 pub use prefetch::{prefetch, prefetch_values};
+pub use shared_words::{SharedWords, temporary_folder};
 
 /// The error of an allocation that the system refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -120,7 +120,17 @@ impl SceneObject {
             Some(_) => Transform::IDENTITY,
         }
     }
+
+    /// True if its alpha is the constant 0: rays do not hit it, but as a light it shines.
+    pub fn is_invisible(&self) -> bool {
+        let alpha = self.alpha.as_ref().filter(|alpha| alpha.class().name == CONSTANT_TEXTURE);
+        let value = alpha.and_then(|alpha| alpha.member("value"));
+        value.is_some_and(|value| value.iter().all(|word| f32::from_bits(*word) == 0.0))
+    }
 }
+
+/// The class of textures with one colour.
+pub(crate) const CONSTANT_TEXTURE: &str = "Constant";
 
 /// An instance of a group.
 #[derive(Clone, Debug, PartialEq)]

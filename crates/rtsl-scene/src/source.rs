@@ -34,7 +34,7 @@ pub struct LoadOptions {
     pub camera: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
-    /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
+    /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
     pub texture_memory: Option<Amount>,
 }
 

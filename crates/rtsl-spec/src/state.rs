@@ -288,6 +288,10 @@ const ROWS: &[Row] = &[
     ours(all(Light, "rt_RayOrigin", Vec3, access![In: Emission;], ZERO, "origin of a ray that leaves the scene")),
     ours(all(Light, "rt_RayDirection", Vec3, access![In: Emission;], Components(&[0.0, 0.0, 1.0]), "direction of a ray that leaves the scene")),
     ours(all(Light, "rt_EmissionColor", Color, access![Out: Emission;], ZERO, "radiance that such a ray brings back")),
+
+    // Variables that came later are at the end: the components of the others stay where they were.
+    ours(all(Primitive, "rt_SurfaceOffset", Float, access![Out: ComputeNormal;], ZERO,
+        "least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space")),
 ];
 
 #[cfg(test)]

@@ -82,7 +82,7 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
-pub use rtsl_memory::{in_huge_pages, prefetch};
+pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Messages, Position, Severity, SourceMap, Span,

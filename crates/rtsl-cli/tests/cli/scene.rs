@@ -238,6 +238,35 @@ fn info_lists_images() {
 }
 
 #[test]
+fn texels_in_files_give_the_same_picture() {
+    let folder = Folder::new("paged");
+    let mut image = rtsl_image::Image::new(64, 64).unwrap();
+    for (index, pixel) in image.pixels.iter_mut().enumerate() {
+        *pixel = [index as f32 / 4096.0, (index % 64) as f32 / 64.0, 0.5];
+    }
+    let options = rtsl_image::ImageOptions::default();
+    rtsl_image::write_image_with(&image, &[], &folder.0.path().join("a.png"), &options).unwrap();
+    folder.write(
+        "scene.pbrt",
+        "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"perspective\"\nFilm \"rgb\" \"integer xresolution\" 32 \
+         \"integer yresolution\" 32\nWorldBegin\nLightSource \"infinite\"\n\
+         Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n\
+         Material \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"\n",
+    );
+    let render = |name: &str, more: &[&str]| {
+        let arguments = [&["render", "scene.pbrt", "--spp", "4", "-o", name], more].concat();
+        folder.run(&arguments).exits(DONE);
+        std::fs::read(folder.0.path().join(name)).expect("the picture")
+    };
+    let limit = ["--texture-memory", "1KiB"];
+    assert_eq!(render("memory.png", &[]), render("file.png", &limit));
+    let ran = folder.run(&[&["scene", "info", "scene.pbrt"][..], &limit].concat()).exits(DONE);
+    let output = ran.output();
+    let line = output.lines().find(|line| line.contains("images")).unwrap_or_default();
+    assert_eq!(line, "images        1, 21.3 KiB of texels, 21.3 KiB of them in temporary files");
+}
+
+#[test]
 fn info_names_the_format_of_gltf_files() {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/still-life.glb");
     let ran = Folder::new("scene").run(&["scene", "info", model]).exits(DONE);

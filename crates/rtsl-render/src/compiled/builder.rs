@@ -162,7 +162,7 @@ impl Assembly<'_> {
                 let bounds = self.bounds(&scene)?;
                 let camera_epsilon = usual_camera_epsilon(&scene.objects, &bounds);
                 let extents = Arc::new(Extents::new(&bounds));
-                let geometry = placed.geometry(&bounds, shapes.earlier());
+                let geometry = placed.geometry(bounds, shapes.earlier());
                 Ok((Arc::new(geometry), extents, camera_epsilon))
             })?,
         };

@@ -1,5 +1,6 @@
 //! Computations for many rays: eight lanes at a time in registers, masks, requests, random numbers.
 
+pub mod delta_light;
 pub mod eight;
 pub mod fours;
 pub mod lane_maps;

@@ -49,7 +49,7 @@ impl BatchScene {
                 SurfaceGroup::new(maker, *key, &parts)
             });
             let groups: Vec<SurfaceGroup> = groups.collect();
-            (groups, Lights::new(maker, scene, &compiled, &materials, &plan.objects))
+            (groups, Lights::new(maker, scene, classes, &plan.objects))
         });
         let ((groups, lights), diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);

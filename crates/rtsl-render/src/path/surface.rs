@@ -56,16 +56,7 @@ impl<'a> BatchSurfaces<'a> {
     }
 
     fn kernel(&self, method: Method) -> Option<&'a Kernel> {
-        let shape = &self.group.shape;
-        let kernel = match method {
-            Method::Intersect => &shape.hit,
-            Method::ComputeNormal => &shape.normal,
-            Method::ComputeTextureCoordinates => &shape.coordinates,
-            Method::ComputeDerivatives => &shape.derivatives,
-            Method::SamplePdf => &shape.density,
-            _ => return None,
-        };
-        kernel.as_deref()
+        self.group.shape.kernel(method)
     }
 }
 

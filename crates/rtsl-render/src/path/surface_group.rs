@@ -90,7 +90,7 @@ impl SurfaceGroup {
             // Materials have separate scratch.
             read.scratch = false;
         }
-        let shape = ShapeKernels::new(maker, key, parts.class, &mut read);
+        let shape = ShapeKernels::new(maker, parts.class, (key.shape, key.is_sampled), &mut read);
         let emitter = parts.emitter.zip(key.emitter).and_then(|((program, objects), (_, of))| {
             let outputs = Outputs::ALL.without_scratch();
             maker.kernel(program, Method::Emission, (of, objects), outputs)
@@ -103,16 +103,9 @@ impl SurfaceGroup {
             MaterialSource::Own => 0,
             MaterialSource::Class(_) => material.layout().scratch_arrays as usize,
         };
-        let needs = SurfaceNeeds::of(read.state);
-        let needs = SurfaceNeeds {
-            // Widths are relative to surface parameters.
-            derivatives: needs.derivatives || needs.footprints,
-            inverse_directions: needs.inverse_directions || reads_inverse(program),
-            ..needs
-        };
         SurfaceGroup {
             key,
-            needs,
+            needs: read.needs(program),
             shape,
             material: MaterialKernels::new(maker, material, objects, of),
             emitter,
@@ -140,14 +133,61 @@ impl Read {
         self.state = self.state.union(Outputs::state(reads.iter().copied()));
         self.scratch |= method.reads_scratch;
     }
+
+    /// Returns the properties to compute for shapes of a program.
+    fn needs(&self, shapes: &Program) -> SurfaceNeeds {
+        let needs = SurfaceNeeds::of(self.state);
+        SurfaceNeeds {
+            // Widths are relative to surface parameters.
+            derivatives: needs.derivatives || needs.footprints,
+            inverse_directions: needs.inverse_directions || reads_inverse(shapes),
+            ..needs
+        }
+    }
+}
+
+/// The methods of shapes that compute what other methods read of surfaces.
+pub struct ShapeSurface {
+    /// The methods.
+    pub kernels: ShapeKernels,
+    /// The properties to compute.
+    pub needs: SurfaceNeeds,
+}
+
+impl ShapeSurface {
+    /// Compiles the methods for readers that do not share scratch with the shapes.
+    pub fn new(
+        maker: &mut KernelMaker<'_>,
+        shapes: &ObjectClass,
+        of: Batching,
+        readers: &[Arc<LinkedMethod>],
+    ) -> Self {
+        let mut read = Read::by(readers);
+        read.scratch = false;
+        let kernels = ShapeKernels::new(maker, shapes, (of, false), &mut read);
+        ShapeSurface { kernels, needs: read.needs(shapes.program()) }
+    }
 }
 
 impl ShapeKernels {
+    /// Returns the kernel of a method, if the shapes have it and its results are read.
+    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
+        let kernel = match method {
+            Method::Intersect => &self.hit,
+            Method::ComputeNormal => &self.normal,
+            Method::ComputeTextureCoordinates => &self.coordinates,
+            Method::ComputeDerivatives => &self.derivatives,
+            Method::SamplePdf => &self.density,
+            _ => return None,
+        };
+        kernel.as_deref()
+    }
+
     /// Compiles the methods that compute `read`; their own inputs are added to it.
     fn new(
         maker: &mut KernelMaker<'_>,
-        key: GroupKey,
         class: &ObjectClass,
+        (of, is_sampled): (Batching, bool),
         read: &mut Read,
     ) -> Self {
         let program = class.program();
@@ -161,7 +201,7 @@ impl ShapeKernels {
         if SurfaceNeeds::of(read.state).coordinates {
             methods.push(Method::ComputeTextureCoordinates);
         }
-        if key.is_sampled {
+        if is_sampled {
             methods.push(Method::SamplePdf);
         }
         for method in &methods {
@@ -178,7 +218,7 @@ impl ShapeKernels {
                 _ => Outputs::ALL.without_scratch(),
             };
             let is_called = methods.contains(&method);
-            let objects = (key.shape, &*class.objects);
+            let objects = (of, &*class.objects);
             if is_called { maker.kernel(program, method, objects, outputs) } else { None }
         };
         let (normal, coordinates) =
@@ -186,7 +226,7 @@ impl ShapeKernels {
         let (derivatives, density) =
             (kernel(Method::ComputeDerivatives), kernel(Method::SamplePdf));
         let hit = read.scratch.then(|| {
-            let variant = Variant::new(key.shape.shape()).of_objects(class.objects.form().clone());
+            let variant = Variant::new(of.shape()).of_objects(class.objects.form().clone());
             let variant = variant.reading(Outputs::NONE.with_scratch());
             let variant = if class.is_placed() { variant.placed() } else { variant };
             maker.kernel_of(program, Method::Intersect, variant)

@@ -15,9 +15,9 @@ pub struct SessionOptions {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
-    /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
+    /// The memory budget of the scene's files; three quarters of the available memory if `None`.
     pub input_memory: Option<Amount>,
-    /// The memory of textures from images, the largest of which lose resolution until all fit; any if `None`.
+    /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
     pub texture_memory: Option<Amount>,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,

@@ -6,8 +6,8 @@ mod hit_lanes;
 mod state;
 mod transforms;
 
-use fearless_simd::Simd;
 use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
 use rtsl::Method;
 
 pub use hit_lanes::{EightSurfaces, HitLanes, ObjectHit, SurfaceLanes};
@@ -16,7 +16,7 @@ pub use transforms::SurfaceTransforms;
 
 use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, dots, points_on_rays};
+use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled};
 use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
 use state::{normalize_normals, set_hits, set_inverse_directions, set_tangents};
 
@@ -172,12 +172,36 @@ impl Surfaces<'_> {
         let shading_normal = eight.normalized_or(&shading, &geometric_normal);
         let sizes = sizes_on_rays(origin, direction, distance);
         let sizes = self.transforms.sizes_of_points(eight, lanes, &sizes);
+        let offset = surface_offsets(eight, &geometric_normal, &sizes);
+        let own = self.offsets_of_shapes(eight, &normals[0], lanes);
         EightSurfaces {
             direction: *direction,
             point: points_on_rays(origin, direction, distance),
-            offset: surface_offsets(eight, &geometric_normal, &sizes),
+            offset: own.map_or(offset, |own| own.max(offset)),
             geometric_normal,
             shading_normal,
         }
+    }
+
+    /// Returns the offsets that the shapes set, in world space, given the normals in the shapes' spaces; `None` if none
+    /// is positive.
+    #[inline(always)]
+    fn offsets_of_shapes<S: Simd, L: SurfaceLanes>(
+        &self,
+        eight: Eight<S>,
+        normal: &Vectors<S>,
+        lanes: &mut L,
+    ) -> Option<f32x8<S>> {
+        let zero = eight.splat(0.0);
+        let local = eight.load(lanes.state(), variables().surface_offset);
+        let usable = local.simd_gt(zero) & local.simd_lt(f32::INFINITY);
+        if usable.to_bitmask() == 0 {
+            return None;
+        }
+        let normal = eight.normalized_or(normal, &eight.splat_vector([0.0; 3]));
+        let step = scaled(&normal, usable.select(local, zero));
+        let world = self.transforms.vectors(eight, lanes, &step);
+        let offset = dots(&world, &world).sqrt();
+        Some(offset.simd_lt(f32::INFINITY).select(offset, zero))
     }
 }

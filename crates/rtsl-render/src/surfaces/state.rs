@@ -63,6 +63,7 @@ pub fn set_hits<S: Simd>(
     eight.store_vectors(state, v.hit_point, &point);
     eight.store_vectors(state, v.geometric_normal, &facing);
     eight.store_vectors(state, v.shading_normal, &facing);
+    eight.store(state, v.surface_offset, eight.splat(0.0));
     eight.store(state, v.du, eight.splat(0.0));
     eight.store(state, v.dv, eight.splat(0.0));
     if needs.coordinates || needs.derivatives {

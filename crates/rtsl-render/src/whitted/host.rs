@@ -20,6 +20,7 @@ use super::workspace::{SpawnedPacket, Workspace};
 use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
+use crate::lanes::delta_light::delta_scale;
 use crate::lanes::eight::{dots, eights_alone, is_finite, is_lit, not_finite, scaled, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use crate::lanes::surface_offset::distance_to_light;
@@ -261,13 +262,15 @@ fn read_samples<S: Simd>(
     for eight in eights_alone(simd, samples.lanes) {
         let mut direction = eight.load_vectors(state, v.light_direction);
         let mut distance = eight.load(state, v.light_distance);
+        let mut color = eight.load_vectors(state, v.light_color);
+        let mut density = eight.load(state, v.pdf);
         if is_placed {
             let world = eight.vector(&light.forward, &direction);
-            distance *= dots(&world, &world).sqrt();
+            let stretch2 = dots(&world, &world);
+            color = scaled(&color, delta_scale(eight, stretch2, distance, density));
+            distance *= stretch2.sqrt();
             direction = eight.normalized_or(&world, &direction);
         }
-        let color = eight.load_vectors(state, v.light_color);
-        let mut density = eight.load(state, v.pdf);
         // With a NaN density the sample is NaN, so that it is not mistaken for a delta.
         let nan = eight.splat_vector([f32::NAN; 3]);
         let mut color = select(density.simd_eq(density), &color, &nan);

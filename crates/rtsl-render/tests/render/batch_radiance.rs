@@ -30,6 +30,7 @@ fn compiled(text: &str, how: How) -> BatchScene {
         ("width.rtsl", WIDTH),
         ("shaded.rtsl", SHADED),
         ("chance.rtsl", CHANCE),
+        ("raised.rtsl", RAISED),
     ];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
@@ -101,6 +102,20 @@ fn a_point_light_lights_by_its_squared_distance() {
     check(&above_floor(light), 0.5 / std::f64::consts::PI * 2.5);
 }
 
+/// Transforms of lights move them, and leave their intensity.
+#[test]
+fn lights_at_a_point_keep_their_intensity_under_transforms() {
+    let lit = 0.5 / std::f64::consts::PI * 2.5;
+    for light in [
+        "Scale 4 4 4 LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 0.5 0]",
+        "Scale 3 0.5 1 LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 4 0]",
+        "Rotate 90 0 0 1 Scale 0.1 0.1 0.1 LightSource \"spot\" \"rgb I\" [10 10 10] \"float coneangle\" 60
+            \"point3 from\" [20 0 0] \"point3 to\" [0 0 0]",
+    ] {
+        check(&above_floor(light), lit);
+    }
+}
+
 #[test]
 fn two_lights_add_up() {
     let lights = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]
@@ -148,6 +163,62 @@ fn a_lamp_may_be_scaled_unevenly_or_placed_by_an_instance() {
     let one = flat("Scale 1 0.25 1 Shape \"sphere\" \"float radius\" 1");
     let other = flat("Scale 2 0.5 2 Shape \"sphere\" \"float radius\" 0.5");
     assert!((one - other).abs() < 0.01 * one, "{one} {other}");
+}
+
+/// The part of a lamp that rays hit shines, and all of a lamp that no ray hits.
+#[test]
+fn lamps_shine_by_their_alpha() {
+    let lamp = |alpha: f32| {
+        format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3]
+            Material \"diffuse\" \"rgb reflectance\" [0 0 0] Translate 1.5 2 0
+            Shape \"sphere\" \"float radius\" 1 \"float alpha\" {alpha} AttributeEnd"
+        )
+    };
+    let whole = 0.5 / std::f64::consts::PI * sphere_irradiance(3.0, 1.0, [1.5, 2.0]);
+    check(&above_floor(&lamp(0.5)), 0.5 * whole);
+    check(&above_floor(&lamp(0.0)), whole);
+}
+
+/// Paths alone would find one sample in a hundred of this lamp.
+#[test]
+fn lamps_with_a_texture_are_sampled() {
+    let lamp = "Texture \"halves\" \"spectrum\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 1
+            \"rgb tex1\" [0.2 0.2 0.2] \"rgb tex2\" [1 1 1]
+        AttributeBegin AreaLightSource \"Emissive\" \"rgb radiance\" [3 3 3] \"texture image\" \"halves\"
+        ReverseOrientation Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+        Translate 0 5 0 Shape \"Disk\" \"float radius\" 0.5 AttributeEnd";
+    check(&above_floor(lamp), 0.5 * 0.6 * 3.0 * 0.25 / 25.25);
+}
+
+/// A floor whose rays begin above it, by a length in its own space.
+const RAISED: &str = "class Raised : rt_Primitive;
+    public float offset = 0.0;
+    void intersect() {
+        float t = -rt_RayOrigin.y / rt_RayDirection.y;
+        vec3 at = rt_RayOrigin + t * rt_RayDirection;
+        if (max(abs(at.x), abs(at.z)) < 1.0) hit(t);
+    }
+    void computeBounds() { rt_BoundMin = vec3(-1.0, -0.1, -1.0); rt_BoundMax = vec3(1.0, 0.1, 1.0); }
+    void computeNormal() { rt_GeometricNormal = vec3(0.0, 2.0, 0.0); rt_SurfaceOffset = offset; }";
+
+/// Rays towards a light pass a screen below their origins.
+#[test]
+fn shapes_set_offsets_of_rays() {
+    let floor = |shape: &str| {
+        let world = format!(
+            "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [2 2 0]
+            Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+            AttributeBegin Translate 0.5 0.5 0 Shape \"Disk\" \"float radius\" 0.2 AttributeEnd
+            Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n{shape}"
+        );
+        scene(&format!("{DOWN}\n{INTEGRATOR}"), &world)
+    };
+    let lit = 0.5 / std::f64::consts::PI * 10.0 * 0.5_f64.sqrt() / 8.0;
+    check(&floor("Shape \"Raised\" \"float offset\" 1"), lit);
+    check(&floor("Scale 2 2 2 Shape \"Raised\" \"float offset\" 0.5"), lit);
+    let shadowed = rendered(&floor("Shape \"Raised\""), PLAIN);
+    assert_eq!(mean(&shadowed, 0), (0.0, 0.0));
 }
 
 #[test]

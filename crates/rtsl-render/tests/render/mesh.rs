@@ -1,10 +1,10 @@
 //! Mesh shapes: their description in scenes, their conversion, and their images.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use expect_test::{Expect, expect};
 use rtsl_image::Image;
+use rtsl_memory::SharedWords;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Messages, RenderRequest, Renderer};
 use rtsl_scene::reader::MemoryFiles;
@@ -85,7 +85,7 @@ fn one_mesh_in_five_formats_is_the_same() {
         assert_eq!(object.elements, Some(12));
         for name in ["positions", "normals", "uvs", "indices"] {
             let buffer = |of: &rtsl_scene::SceneObject| of.primitive.buffer(name).cloned();
-            let (first, this): (Option<Arc<[u32]>>, _) = (buffer(&objects[0]), buffer(object));
+            let (first, this): (Option<SharedWords>, _) = (buffer(&objects[0]), buffer(object));
             assert!(first.is_some_and(|buffer| !buffer.is_empty()) && buffer(&objects[0]) == this);
         }
     }

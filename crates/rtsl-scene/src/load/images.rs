@@ -1,7 +1,5 @@
 //! The images of a scene, which are decoded before instances take them.
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
-
 use super::reachable::reachable;
 use super::{Earlier, Loader};
 use crate::description::EntityId;
@@ -19,15 +17,5 @@ impl Loader<'_, '_> {
         let images: Vec<NamedImage<'_>> =
             used.flat_map(|id| NamedImage::of(&description.entities[id.0])).collect();
         self.images.read_ahead(&images, self.files);
-        let (reduced, limit) = (self.images.reduced(), self.files.texture_memory);
-        if let Some(limit) = limit.filter(|_| reduced > 0) {
-            let message = format!(
-                "{reduced} of the scene's images lost resolution, so that textures take {limit}"
-            );
-            self.diagnostics.push(
-                Diagnostic::new(codes::IGNORED_SETTING, message)
-                    .help("give more by `--texture-memory`"),
-            );
-        }
     }
 }

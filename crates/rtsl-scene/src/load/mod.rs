@@ -21,7 +21,7 @@ use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::parts::SceneParts;
 use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
-use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::Settings;
 use crate::shutter::{SHUTTER, Shutter};
 
@@ -41,8 +41,7 @@ pub struct Origins {
 /// The class of shapes without a material.
 const DEFAULT_MATERIAL: &str = "Lambertian";
 
-/// The class of textures given by numbers, and its parameter.
-const CONSTANT_TEXTURE: &str = "Constant";
+/// The parameter of the class of textures given by numbers.
 const CONSTANT_COLOR: &str = "value";
 
 /// The class of textures given by images.

@@ -2,13 +2,14 @@
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
 use rtsl_image::{Depth, Encoding, Mipmap, Picture, PictureError};
-use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory};
+use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, temporary_folder};
 
 use super::image_lights;
 use crate::description::{Entity, EntityKind};
@@ -35,8 +36,8 @@ pub struct Images {
     /// The digests of files that were read.
     digests: BTreeMap<PathBuf, blake3::Hash>,
     converted: BTreeMap<Key, Arc<Converted>>,
-    /// The textures that lost resolution.
-    reduced: BTreeSet<Key>,
+    /// The texels in memory.
+    in_memory: Amount,
     /// The linear values of bytes, by encoding.
     tables: BTreeMap<EncodingKey, Arc<[u32]>>,
 }
@@ -86,6 +87,14 @@ struct Decoded {
     held: Held,
     /// The distributions of a sky.
     distributions: Vec<(String, Value)>,
+}
+
+/// The place of an image's texels.
+#[derive(Clone, Copy)]
+enum Place {
+    Memory,
+    /// A temporary file.
+    File,
 }
 
 /// The contents of a file, and what is made of it.
@@ -218,41 +227,34 @@ impl Images {
             if pending.len() < part && index + 1 < wanted.len() {
                 continue;
             }
-            let decode = |it: Undecoded| (it.key, it.decode(files.budget));
-            let decoded: Vec<_> =
-                std::mem::take(&mut pending).into_par_iter().map(decode).collect();
-            for (key, decoded) in decoded {
-                if let Ok(decoded) = decoded {
-                    self.keep(key, decoded);
-                }
-            }
-            if let Some(limit) = files.texture_memory {
-                self.reduce_to(limit, files.budget);
+            let undecoded = std::mem::take(&mut pending).into_par_iter();
+            let decoded: Vec<(Key, Decoded)> =
+                undecoded.filter_map(|it| Some((it.key, it.decode(files.budget).ok()?))).collect();
+            let choose = |(key, decoded): (Key, Decoded)| {
+                let place = self.place(&decoded.image, files);
+                (key, decoded, place)
+            };
+            let chosen: Vec<(Key, Decoded, Place)> = decoded.into_iter().map(choose).collect();
+            let moved: Vec<(Key, Decoded)> = chosen
+                .into_par_iter()
+                .filter_map(|(key, decoded, place)| Some((key, decoded.moved_to(place).ok()?)))
+                .collect();
+            for (key, decoded) in moved {
+                self.keep(key, decoded);
             }
         }
     }
 
-    /// Drops the first levels of the largest textures until all fit into the limit, or none can be smaller.
-    fn reduce_to(&mut self, limit: Amount, budget: &InputBudget) {
-        let texels = |it: &Converted| it.image.memory();
-        let mut total: Amount = self.converted.values().map(|it| texels(it)).sum();
-        while total > limit {
-            let textures = self.converted.iter().filter(|((_, use_, ..), _)| *use_ == Use::Texture);
-            let Some((key, largest)) = textures.max_by_key(|(_, it)| texels(it)) else { return };
-            let (key, before) = (*key, texels(largest));
-            let Some(image) = largest.image.without_first_level() else { return };
-            let values = self.stored(&image);
-            let freed = before.without(image.memory());
-            self.converted.insert(key, Arc::new(Converted { image, values }));
-            self.reduced.insert(key);
-            budget.give_back(freed);
-            total = total.without(freed);
+    /// Returns the place of an image's texels: in memory until textures take as much as they may.
+    fn place(&mut self, image: &Mipmap, files: SceneFiles<'_>) -> Place {
+        let Amount(budget) = files.budget.limit();
+        let limit = files.texture_memory.unwrap_or(Amount(budget / 8));
+        let total = self.in_memory + image.size();
+        if total > limit {
+            return Place::File;
         }
-    }
-
-    /// Returns the number of textures that lost resolution to the limit.
-    pub fn reduced(&self) -> usize {
-        self.reduced.len()
+        self.in_memory = total;
+        Place::Memory
     }
 
     /// An image file, which is decoded if none with the same contents was.
@@ -265,7 +267,13 @@ impl Images {
     ) -> Result<Arc<Converted>, Diagnostic> {
         match self.find(path, reading, files, use_)? {
             Lookup::Known(converted) => Ok(converted),
-            Lookup::New(undecoded) => Ok(self.keep(undecoded.key, undecoded.decode(files.budget)?)),
+            Lookup::New(undecoded) => {
+                let key = undecoded.key;
+                let decoded = undecoded.decode(files.budget)?;
+                let place = self.place(&decoded.image, files);
+                let moved = decoded.moved_to(place).map_err(|error| no_temporary_file(&error))?;
+                Ok(self.keep(key, moved))
+            }
         }
     }
 
@@ -334,7 +342,7 @@ impl Undecoded {
         let read = if of_gltf { Picture::read_for_gltf } else { Picture::read };
         let read = read(&input.bytes, encoding, budget);
         let (picture, held) = read.map_err(|error| match error {
-            PictureError::Malformed(problem) => unreadable(&path, &std::io::Error::other(problem))
+            PictureError::Malformed(problem) => unreadable(&path, &io::Error::other(problem))
                 .help("convert the image to a PNG or an EXR file"),
             PictureError::OverBudget(error) => error.diagnostic(path.display()),
         })?;
@@ -344,13 +352,26 @@ impl Undecoded {
             Use::Sky => (Mipmap::flat(&picture), image_lights::distributions(&picture).to_vec()),
         };
         let image =
-            image.map_err(|error: OutOfMemory| unreadable(&path, &std::io::Error::other(error)))?;
+            image.map_err(|error: OutOfMemory| unreadable(&path, &io::Error::other(error)))?;
         Ok(Decoded { image, held, distributions })
     }
 }
 
 impl Reading {
     const LINEAR: Reading = Reading { encoding: Encoding::Linear, of_gltf: false };
+}
+
+impl Decoded {
+    /// Moves the texels.
+    ///
+    /// # Errors
+    /// If a temporary file cannot be written.
+    fn moved_to(self, place: Place) -> io::Result<Decoded> {
+        match place {
+            Place::Memory => Ok(self),
+            Place::File => Ok(Decoded { image: self.image.into_file()?, ..self }),
+        }
+    }
 }
 
 impl<'e> NamedImage<'e> {
@@ -375,10 +396,20 @@ impl<'e> NamedImage<'e> {
     }
 }
 
-/// The memory of a class's argument.
+/// The error of texels that have no room in memory nor in a file.
+fn no_temporary_file(error: &io::Error) -> Diagnostic {
+    let folder = temporary_folder();
+    let message = format!("cannot write texels to `{}`: {error}", folder.display());
+    Diagnostic::new(codes::UNWRITABLE_FILE, message)
+        .help("name another folder in the environment variable `TMPDIR`, or give more memory by `--texture-memory`")
+}
+
+/// Returns the memory of a class's argument.
 fn memory(value: &Value) -> Amount {
     match value {
-        Value::Numbers(numbers) => Amount::of::<u32>(numbers.words().len()),
+        Value::Numbers(numbers) if !numbers.words().is_in_file() => {
+            Amount::of::<u32>(numbers.words().len())
+        }
         _ => Amount(0),
     }
 }

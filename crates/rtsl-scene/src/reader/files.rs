@@ -86,7 +86,7 @@ pub struct SceneFiles<'a> {
     pub embedded: &'a EmbeddedFiles,
     /// The memory budget of the files.
     pub budget: &'a InputBudget,
-    /// The memory of textures from images, if it is limited.
+    /// The memory of textures from images; an eighth of the budget if `None`.
     pub texture_memory: Option<Amount>,
 }
 

@@ -8,6 +8,7 @@ mod daylight;
 mod matching;
 mod named;
 mod sampled;
+mod smooth;
 mod white_balance;
 
 pub use blackbody::blackbody;
@@ -16,4 +17,5 @@ pub use daylight::daylight_weights;
 pub use matching::luminance;
 pub use named::{named, names};
 pub use sampled::Sampled;
+pub use smooth::Wavelengths;
 pub use white_balance::white_balance;

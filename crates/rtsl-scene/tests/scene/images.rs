@@ -1,11 +1,10 @@
-//! Images of scenes: decoded once, and reduced to the memory that textures may take.
+//! Images of scenes: decoded once, and in temporary files beyond the memory that textures may take.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use expect_test::expect;
 use rtsl::Instance;
-use rtsl_memory::Amount;
+use rtsl_memory::{Amount, SharedWords};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{LoadOptions, SceneSource};
 
@@ -59,19 +58,30 @@ fn images_with_the_same_contents_share_their_texels() {
 }
 
 #[test]
-fn large_images_lose_resolution_until_all_fit() {
+fn images_beyond_the_limit_are_in_files() {
+    let names = ["large.png", "small.png", "large.png"];
+    let in_files = |limit: Option<u64>| {
+        let (textures, messages) = textures(&names, limit);
+        assert_eq!(messages, "");
+        assert_eq!(sides(&textures), [64, 16, 64]);
+        let words: Vec<&SharedWords> =
+            textures.iter().map(|it| it.buffer("words").expect("of an image")).collect();
+        assert_eq!(words[0].as_ptr(), words[2].as_ptr());
+        (words[0].is_in_file(), words[1].is_in_file(), words.into_iter().cloned().collect())
+    };
     // The levels of 64 by 64 texels take 21,844 bytes, those of 16 by 16 take 1,364.
-    assert_eq!(textures(&["large.png", "small.png"], Some(23_208)).1, "");
-    let (reduced, messages) = textures(&["large.png", "small.png"], Some(7_000));
-    assert_eq!(sides(&reduced), [32, 16]);
-    expect![[r#"
-        warning[W0601]: 1 of the scene's images lost resolution, so that textures take 6.8 KiB
-         = help: give more by `--texture-memory`
-
-    "#]]
-    .assert_eq(&messages);
-    let (reduced, _) = textures(&["large.png", "small.png"], Some(0));
-    assert_eq!(sides(&reduced), [1, 1]);
+    let (large, small, expected): (bool, bool, Vec<SharedWords>) = in_files(None);
+    assert!(!large && !small);
+    for (limit, places) in [
+        (0, (true, true)),
+        (2_000, (true, false)),
+        (21_844, (false, true)),
+        (23_208, (false, false)),
+    ] {
+        let (large, small, words) = in_files(Some(limit));
+        assert_eq!((large, small), places, "with {limit} bytes");
+        assert_eq!(words, expected);
+    }
 }
 
 #[test]

@@ -210,15 +210,42 @@ fn one_mistake_gives_one_message_when_loading() {
     assert_eq!(heads(&camera).len(), 1, "{camera}");
 }
 
+/// References by the parameters of the format find the texture of their type, wherever it is defined; those of other
+/// parameters find the first.
 #[test]
-fn a_texture_for_numbers_and_for_colours_has_one_name() {
-    let both = "Texture \"t\" \"float\" \"constant\"\nTexture \"t\" \"spectrum\" \"constant\"\n";
-    check_heads(
-        both,
-        &[
-            "warning[W0601]: texture `t` is defined for numbers and for colours: the first one serves both",
-        ],
+fn references_find_the_texture_of_their_type() {
+    let (description, messages) = read(
+        "WorldBegin Material \"conductor\" \"texture eta\" \"t\" \"texture roughness\" \"t\" \"texture mine\" \"t\"
+        Texture \"t\" \"float\" \"constant\" Texture \"t\" \"spectrum\" \"constant\"
+        Texture \"t (spectrum)\" \"float\" \"constant\"
+        Texture \"u\" \"float\" \"mix\" \"texture tex1\" \"t\" \"texture amount\" \"t\"
+        Texture \"v\" \"spectrum\" \"mix\" \"texture tex1\" \"t\" \"texture amount\" \"t\"
+        Shape \"sphere\" \"texture alpha\" \"t\"",
     );
+    let references = description.entities.iter().flat_map(|entity| &entity.parameters);
+    let references: Vec<_> = references.map(|it| (it.name.as_str(), it.values.clone())).collect();
+    let text = |name: &str| Values::Texts(vec![name.to_owned()]);
+    let colours = "t (spectrum)'";
+    let expected = [
+        ("eta", text(colours)),
+        ("roughness", text("t")),
+        ("mine", text("t")),
+        ("tex1", text("t")),
+        ("amount", text("t")),
+        ("tex1", text(colours)),
+        ("amount", text("t")),
+        ("alpha", text("t")),
+    ];
+    assert_eq!((&*references, messages.as_str()), (expected.as_slice(), ""));
+    let names = description.entities.iter().filter_map(|entity| entity.name.as_deref());
+    let names: Vec<&str> = names.collect();
+    assert_eq!(names, ["t", colours, "t (spectrum)", "u", "v"]);
+}
+
+#[test]
+fn textures_for_numbers_and_for_colours_may_share_a_name() {
+    let both = "Texture \"t\" \"float\" \"constant\"\nTexture \"t\" \"spectrum\" \"constant\"\n";
+    check_heads(both, &[]);
     check_heads(
         &both.replace("spectrum", "float"),
         &["error[E0611]: texture `t` is defined twice"],

@@ -124,7 +124,7 @@ impl<'a> Builder<'a> {
         let class = self.class;
         let members = class.members.iter().map(|variable| values.take(variable)).collect();
         let buffers = class.buffers.iter().map(|variable| {
-            self.members.remove(&variable.name).map_or_else(|| Arc::from([]), Words::into_shared)
+            self.members.remove(&variable.name).map(Words::into_shared).unwrap_or_default()
         });
         let buffers = buffers.collect();
         let class = class.clone();

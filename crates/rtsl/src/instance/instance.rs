@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
+use rtsl_memory::SharedWords;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable};
 
@@ -39,7 +40,7 @@ pub struct Instance {
     /// In the order of the class's members.
     pub(super) members: Vec<Vec<u32>>,
     /// In the order of the class's buffers.
-    pub(super) buffers: Vec<Arc<[u32]>>,
+    pub(super) buffers: Vec<SharedWords>,
     /// In the order of the class's references: one element, or those of the array.
     pub(super) references: Vec<Vec<Option<Arc<Instance>>>>,
     pub(super) tree_size: u64,
@@ -130,7 +131,7 @@ impl Instance {
     }
 
     /// The scalars of a buffer, which other instances may share; `None` for an unknown name.
-    pub fn buffer(&self, name: &str) -> Option<&Arc<[u32]>> {
+    pub fn buffer(&self, name: &str) -> Option<&SharedWords> {
         let index = self.class.buffers.iter().position(|variable| variable.name == name)?;
         Some(&self.buffers[index])
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
 use rtsl_ir::{Constant, Scalar};
+use rtsl_memory::SharedWords;
 use rtsl_spec::{COLOR_COMPONENTS, Role};
 
 use super::instance::Instance;
@@ -94,7 +95,7 @@ fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, M
 }
 
 /// Returns the host's words if a buffer can use them as they are.
-fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<Arc<[u32]>> {
+fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<SharedWords> {
     let (ParameterType::Buffer(element), Value::Numbers(numbers)) = (ty, value) else {
         return None;
     };

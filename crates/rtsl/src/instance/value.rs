@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::Scalar;
+use rtsl_memory::SharedWords;
 
 use super::instance::Instance;
 
@@ -45,12 +46,12 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Numbers {
     scalar: Scalar,
-    words: Arc<[u32]>,
+    words: SharedWords,
 }
 
 impl Numbers {
     /// Numbers from their bits: bools are 0 or 1.
-    pub fn from_words(scalar: Scalar, words: impl Into<Arc<[u32]>>) -> Numbers {
+    pub fn from_words(scalar: Scalar, words: impl Into<SharedWords>) -> Numbers {
         Numbers { scalar, words: words.into() }
     }
 
@@ -71,7 +72,7 @@ impl Numbers {
     }
 
     /// Their bits.
-    pub fn words(&self) -> &Arc<[u32]> {
+    pub fn words(&self) -> &SharedWords {
         &self.words
     }
 }

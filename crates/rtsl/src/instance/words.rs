@@ -1,7 +1,8 @@
 //! The scalars of instances as words.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+
+use rtsl_memory::SharedWords;
 
 /// Words by the names of their variables: `center`, `s.a`.
 pub(crate) type Leaves = BTreeMap<String, Words>;
@@ -12,7 +13,7 @@ pub(crate) enum Words {
     /// Words of this instance.
     Owned(Vec<u32>),
     /// Words of the host, which other instances may share.
-    Shared(Arc<[u32]>),
+    Shared(SharedWords),
 }
 
 impl Words {
@@ -23,7 +24,7 @@ impl Words {
         }
     }
 
-    pub(crate) fn into_shared(self) -> Arc<[u32]> {
+    pub(crate) fn into_shared(self) -> SharedWords {
         match self {
             Words::Owned(words) => words.into(),
             Words::Shared(words) => words,

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::Arc;
 
 use rtsl::{Instance, Messages, diagnostic_codes as codes};
 use rtsl_render::extent::SceneExtent;
@@ -57,7 +56,7 @@ pub struct Shapes {
     pub mesh_bytes: u64,
 }
 
-/// An image in memory.
+/// An image.
 #[derive(Debug, Serialize)]
 pub struct Image {
     /// The name in the scene.
@@ -67,6 +66,8 @@ pub struct Image {
     pub channels: u32,
     pub bits: u32,
     pub bytes: u64,
+    /// True if the texels are in a temporary file.
+    pub in_file: bool,
 }
 
 /// The hierarchies over the shapes.
@@ -179,7 +180,7 @@ fn shapes(description: &Description, loaded: &Loaded) -> Shapes {
         .objects
         .iter()
         .flat_map(|object| MESH_BUFFERS.iter().filter_map(|name| object.primitive.buffer(name)));
-    let own = buffers.filter(|buffer| known.insert(Arc::as_ptr(buffer).addr()));
+    let own = buffers.filter(|buffer| known.insert(buffer.as_ptr().addr()));
     Shapes {
         classes,
         objects: scene.groups.len(),
@@ -193,7 +194,7 @@ fn shapes(description: &Description, loaded: &Loaded) -> Shapes {
 /// Parameters that name the files of images.
 const FILES: [&str; 2] = ["filename", "normalmap"];
 
-/// The images in memory, each once.
+/// The images, each once.
 fn images(source: &SceneSource<'_>, loaded: &Loaded) -> Vec<Image> {
     let mut found = BTreeMap::new();
     let description = source.description();
@@ -221,13 +222,14 @@ fn add_images(instance: &Instance, name: &str, found: &mut BTreeMap<usize, Image
         instance.member(member).and_then(|words| words.get(index)).copied().unwrap_or(0)
     };
     if let Some(words) = instance.buffer("words").filter(|words| !words.is_empty()) {
-        found.entry(Arc::as_ptr(words).addr()).or_insert_with(|| Image {
+        found.entry(words.as_ptr().addr()).or_insert_with(|| Image {
             name: name.to_owned(),
             width: number("size", 0),
             height: number("size", 1),
             channels: number("channels", 0),
             bits: number("depth", 0),
             bytes: size_of_val(&**words) as u64,
+            in_file: words.is_in_file(),
         });
     }
     for reference in instance.references().iter().flatten().flatten() {

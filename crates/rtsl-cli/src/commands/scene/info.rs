@@ -152,11 +152,17 @@ impl Table {
     }
 
     fn images(&mut self, images: &[Image]) {
-        let memory = Amount(images.iter().map(|image| image.bytes).sum());
-        self.line("images", format!("{}, {memory} of texels", images.len()));
-        for Image { name, width, height, channels, bits, bytes } in images {
+        let size = Amount(images.iter().map(|image| image.bytes).sum());
+        let paged: Amount = images.iter().filter(|it| it.in_file).map(|it| Amount(it.bytes)).sum();
+        let place = match paged {
+            Amount(0) => String::new(),
+            paged => format!(", {paged} of them in temporary files"),
+        };
+        self.line("images", format!("{}, {size} of texels{place}", images.len()));
+        for Image { name, width, height, channels, bits, bytes, in_file } in images {
             let format = format!("{width} by {height}, {channels} channels of {bits} bits");
-            self.item(name, &format!("{format}, {}", Amount(*bytes)));
+            let place = if *in_file { " in a temporary file" } else { "" };
+            self.item(name, &format!("{format}, {}{place}", Amount(*bytes)));
         }
     }
 }

@@ -3,6 +3,7 @@
 mod lit_lanes;
 mod probe;
 mod sample;
+mod sampled_surface;
 mod selection;
 
 use std::collections::BTreeMap;
@@ -11,9 +12,11 @@ use std::sync::Arc;
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 use rtsl_scene::Scene;
 
+use super::group_plan::Classes;
 use super::instance_classes::{InstanceClassId, InstanceClasses};
 use super::kernels::{Batching, KernelMaker};
 use super::object_entry::ObjectEntry;
+use super::surface_group::ShapeSurface;
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 
@@ -59,6 +62,22 @@ pub struct ShapeLightClass {
     /// The emitters' class and their `emission`.
     emitter: (InstanceClassId, Batching),
     emission: Arc<Kernel>,
+    /// The class of the shapes' alpha textures and their `lookup`.
+    alpha: Option<(InstanceClassId, Batching, Arc<Kernel>)>,
+    /// The methods of the shapes that compute what these read of sampled points, unless samples provide it.
+    surface: Option<ShapeSurface>,
+    /// True if no ray hits the shapes, so that samples alone find their light.
+    is_invisible: bool,
+}
+
+/// What shapes that are sampled together have in common: their traversal class, the classes of their emitters and alpha
+/// textures, and whether rays pass them everywhere.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct ShapeLightKey {
+    class: u32,
+    emitter: InstanceClassId,
+    alpha: Option<InstanceClassId>,
+    is_invisible: bool,
 }
 
 /// A light that is sampled.
@@ -93,8 +112,7 @@ impl Lights {
     pub fn new(
         maker: &mut KernelMaker<'_>,
         scene: &Scene,
-        compiled: &CompiledScene,
-        materials: &InstanceClasses,
+        classes: Classes<'_>,
         objects: &[ObjectEntry],
     ) -> Self {
         let mut lights = Lights {
@@ -105,8 +123,8 @@ impl Lights {
             first_of_object: BTreeMap::new(),
             selection: Selection::default(),
         };
-        lights.add_classes(maker, scene, compiled);
-        lights.add_shapes(maker, scene, compiled, materials, objects);
+        lights.add_classes(maker, scene, classes.compiled);
+        lights.add_shapes(maker, scene, classes, objects);
         let unknown = LightProbe { bounds: None, strength: 1.0 };
         lights.selection = Selection::new(&vec![unknown; lights.entries.len()]);
         lights
@@ -233,33 +251,40 @@ impl Lights {
         &mut self,
         maker: &mut KernelMaker<'_>,
         scene: &Scene,
-        compiled: &CompiledScene,
-        materials: &InstanceClasses,
+        classes: Classes<'_>,
         objects: &[ObjectEntry],
     ) {
-        let mut by_key: BTreeMap<(u32, InstanceClassId), Vec<u32>> = BTreeMap::new();
+        let Classes { compiled, materials, alpha } = classes;
+        let mut by_key: BTreeMap<ShapeLightKey, Vec<u32>> = BTreeMap::new();
+        let mut textures = 0..;
         for (object, placed) in (0..).zip(&scene.objects) {
+            let texture = placed.alpha.as_ref().and_then(|_| textures.next());
             let Some(emitter) = placed.emitter else { continue };
             let class = objects[object as usize].class;
             let program = compiled.class(class).program();
             let (emitter, _) = materials.place(emitter as usize);
-            if is_sampled(&materials[emitter].program, program) {
-                by_key.entry((class, emitter)).or_default().push(object);
+            if !is_sampled(&materials[emitter].program, (program, placed.elements)) {
+                continue;
             }
+            let is_invisible = placed.is_invisible();
+            let texture = texture.filter(|_| !is_invisible);
+            let alpha = texture.map(|texture| alpha.place(texture).0);
+            let key = ShapeLightKey { class, emitter, alpha, is_invisible };
+            by_key.entry(key).or_default().push(object);
         }
-        for ((class, emitter), members) in by_key {
+        for (key, members) in by_key {
             let of = match members.as_slice() {
                 [only] if scene.objects[*only as usize].elements.is_none() => {
                     let entry = &objects[*only as usize];
-                    [Batching::One(entry.index), Batching::One(entry.emitter)]
+                    [entry.index, entry.emitter, entry.alpha].map(Batching::One)
                 }
-                _ => [Batching::Each; 2],
+                _ => [Batching::Each; 3],
             };
-            let made = shape_class(maker, compiled, materials, (class, emitter), of);
+            let made = ShapeLightClass::new(maker, classes, key, of);
             let index = self.shapes.len() as u32;
             self.shapes.extend(made);
             for object in members {
-                self.add_object(scene, compiled, object, (class, index));
+                self.add_object(scene, compiled, object, (key.class, index));
             }
         }
         // Lights without a shape come first.
@@ -305,43 +330,72 @@ impl Lights {
     }
 }
 
-/// The index of the class of area lights for these classes of shapes and emitters.
-fn shape_class(
-    maker: &mut KernelMaker<'_>,
-    compiled: &CompiledScene,
-    materials: &InstanceClasses,
-    (class, emitter): (u32, InstanceClassId),
-    [of, of_emitter]: [Batching; 2],
-) -> Option<ShapeLightClass> {
-    let shapes = compiled.class(class);
-    let emitters = &materials[emitter];
-    let outputs = Outputs::ALL.without_scratch();
-    let objects = (of, &*shapes.objects);
-    let generate = maker.kernel(shapes.program(), Method::GenerateSample, objects, outputs);
-    let objects = (of_emitter, &*emitters.objects);
-    let emission = maker.kernel(&emitters.program, Method::Emission, objects, outputs);
-    let (generate, emission) = generate.zip(emission)?;
-    Some(ShapeLightClass { class, of, generate, emitter: (emitter, of_emitter), emission })
+impl ShapeLightClass {
+    /// Compiles the kernels of a class, for the instances by which shapes, emitters and alpha textures are selected.
+    fn new(
+        maker: &mut KernelMaker<'_>,
+        classes: Classes<'_>,
+        key: ShapeLightKey,
+        [of, of_emitter, of_alpha]: [Batching; 3],
+    ) -> Option<Self> {
+        let shapes = classes.compiled.class(key.class);
+        let emitters = &classes.materials[key.emitter];
+        let outputs = Outputs::ALL.without_scratch();
+        let generate =
+            maker.kernel(shapes.program(), Method::GenerateSample, (of, &*shapes.objects), outputs);
+        let objects = (of_emitter, &*emitters.objects);
+        let emission = maker.kernel(&emitters.program, Method::Emission, objects, outputs);
+        let textures = key.alpha.map(|class| &classes.alpha[class]);
+        let lookup = textures.and_then(|textures| {
+            let objects = (of_alpha, &*textures.objects);
+            maker.kernel(&textures.program, Method::Lookup, objects, outputs)
+        });
+        let lookup_method = textures.and_then(|it| it.program.method(Method::Lookup).ok());
+        let readers = emitters.program.method(Method::Emission).ok().into_iter();
+        let readers: Vec<_> = readers.chain(lookup_method).collect();
+        let surface = (!readers.iter().all(|it| is_provided(it)))
+            .then(|| ShapeSurface::new(maker, shapes, of, &readers));
+        let (generate, emission) = generate.zip(emission)?;
+        Some(ShapeLightClass {
+            class: key.class,
+            of,
+            generate,
+            emitter: (key.emitter, of_emitter),
+            emission,
+            alpha: key.alpha.zip(lookup).map(|(class, lookup)| (class, of_alpha, lookup)),
+            surface,
+            is_invisible: key.is_invisible,
+        })
+    }
 }
 
-/// True if shapes of a program are sampled as lights with the `emission` of another program's materials: if samples can
-/// be weighted against hits, and a sample provides all inputs of `emission`. Other emissive shapes contribute only when
-/// rays hit them.
-pub fn is_sampled(emitter: &Program, shape: &Program) -> bool {
-    const KNOWN: [&str; 8] = [
-        "rt_RayOrigin",
-        "rt_RayDirection",
-        "rt_HitPoint",
-        "rt_HitDistance",
-        "rt_GeometricNormal",
-        "rt_ShadingNormal",
-        "rt_Epsilon",
-        "rt_TimeSeed",
-    ];
-    let knows = |emission: &LinkedMethod| {
-        !emission.reads_scratch && emission.reads.iter().all(|it| KNOWN.contains(&it.name))
-    };
-    emitter.method(Method::Emission).is_ok_and(|it| knows(&it))
+/// The state that emitters and alpha textures may read of a sampled point without methods of its shape.
+const PROVIDED_BY_SAMPLES: [&str; 8] = [
+    "rt_RayOrigin",
+    "rt_RayDirection",
+    "rt_HitPoint",
+    "rt_HitDistance",
+    "rt_GeometricNormal",
+    "rt_ShadingNormal",
+    "rt_Epsilon",
+    "rt_TimeSeed",
+];
+
+/// Meshes of more faces are not sampled if their emission varies over them, as it does on a model with a few bright
+/// windows in a texture: most faces are black, and each would be a light.
+const MAX_TEXTURED_FACES: u32 = 1 << 16;
+
+/// True if samples provide all state that a method reads.
+fn is_provided(method: &LinkedMethod) -> bool {
+    method.reads.iter().all(|read| PROVIDED_BY_SAMPLES.contains(&read.name))
+}
+
+/// True if shapes of a program, with so many elements, are sampled as lights with the `emission` of another program's
+/// materials: if samples can be weighted against hits. Other emissive shapes contribute only when rays hit them.
+pub fn is_sampled(emitter: &Program, (shape, elements): (&Program, Option<u32>)) -> bool {
+    let has_few = elements.is_none_or(|count| count <= MAX_TEXTURED_FACES);
+    let is_usable = |it: &LinkedMethod| !it.reads_scratch && (has_few || is_provided(it));
+    emitter.method(Method::Emission).is_ok_and(|it| is_usable(&it))
         && shape.has(Method::GenerateSample)
         && shape.has(Method::SamplePdf)
 }

@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, Method, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state};
 use rtsl_math::sampling::Sampler;
 
 use super::super::kernels::Batching;
@@ -15,6 +15,7 @@ use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::variables;
+use crate::lanes::delta_light::delta_scale;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
@@ -30,29 +31,35 @@ pub struct LightMemory {
     chosen: [u32; BATCH_LANES],
     probability: Row,
     /// The lanes of the batch for which this class is sampled.
-    lanes: LitLanes,
+    pub(super) lanes: LitLanes,
     /// The selection probabilities of their lights.
     part: Row,
     /// The objects that are sampled.
-    hits: [PathHit; BATCH_LANES],
+    pub(super) hits: [PathHit; BATCH_LANES],
     /// Points in world space.
-    point: Rows,
+    pub(super) point: Rows,
     /// The offsets of the origins of rays that leave the surfaces.
     offset: Row,
-    time: Row,
+    pub(super) time: Row,
     geometric_normal: Rows,
     shading_normal: Rows,
-    direction: Rows,
+    pub(super) direction: Rows,
+    /// The distances of sampled points of shapes.
+    pub(super) reach: Row,
+    /// The lengths of shadow rays.
     distance: Row,
     color: Rows,
     density: Row,
     keys: [u32; BATCH_LANES],
     samples: [u32; BATCH_LANES],
-    state: LaneBlock,
-    scratch: LaneBlock,
-    objects: LaneIndices,
+    pub(super) state: LaneBlock,
+    pub(super) scratch: LaneBlock,
+    /// The lanes for which `intersect` accepted a hit.
+    pub(super) accepted: MaskBlock,
+    pub(super) objects: LaneIndices,
     emitters: LaneIndices,
-    random: RandomNumbers,
+    alpha: LaneIndices,
+    pub(super) random: RandomNumbers,
 }
 
 impl LightMemory {
@@ -71,6 +78,7 @@ impl LightMemory {
             geometric_normal: [NONE; 3],
             shading_normal: [NONE; 3],
             direction: [NONE; 3],
+            reach: NONE,
             distance: NONE,
             color: [NONE; 3],
             density: NONE,
@@ -78,8 +86,10 @@ impl LightMemory {
             samples: [0; BATCH_LANES],
             state: new_state(BATCH_LANES),
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            accepted: MaskBlock::new(BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
+            alpha: LaneIndices::new(BATCH_LANES),
             random: RandomNumbers::new(sampler),
         })
     }
@@ -212,8 +222,9 @@ impl PathTracer<'_> {
                 self.sample_class(class, lights, batch, memory);
                 class.is_weighed
             } else {
-                self.sample_shapes(&lights.shapes[class - lights.classes.len()], lights, memory);
-                true
+                let shapes = &lights.shapes[class - lights.classes.len()];
+                self.sample_shapes(shapes, lights, memory);
+                !shapes.is_invisible
             };
             dispatch!(Level::new(), simd => memory.weigh(simd));
             if !is_weighed {
@@ -300,6 +311,8 @@ impl PathTracer<'_> {
             let state = &memory.state;
             let mut direction = eight.load_vectors(state, v.light_direction);
             let mut distance = eight.load(state, v.light_distance);
+            let mut color = eight.load_vectors(state, v.light_color);
+            let density = eight.load(state, v.pdf);
             if class.is_placed {
                 let maps = LaneMaps::each(eight, |lane| {
                     let index = match class.of {
@@ -309,14 +322,16 @@ impl PathTracer<'_> {
                     lights[class.lights[index as usize] as usize].forward
                 });
                 let world = maps.vectors(&direction);
-                distance *= dots(&world, &world).sqrt();
+                let stretch2 = dots(&world, &world);
+                color = scaled(&color, delta_scale(eight, stretch2, distance, density));
+                distance *= stretch2.sqrt();
                 direction = eight.normalized_or(&world, &direction);
             }
             eight.blend_vectors(&direction, &mut memory.direction);
             let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
             eight.blend(end, &mut memory.distance);
-            eight.blend_vectors(&eight.load_vectors(state, v.light_color), &mut memory.color);
-            eight.blend(eight.load(state, v.pdf), &mut memory.density);
+            eight.blend_vectors(&color, &mut memory.color);
+            eight.blend(density, &mut memory.density);
         }
     }
 
@@ -343,6 +358,16 @@ impl PathTracer<'_> {
         let instances = class.of.instances(&shapes.objects, objects);
         callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
+        if let Some(surface) = &class.surface {
+            self.prepare_sampled_surfaces((class.class, class.of), surface, memory);
+        }
+        self.sample_emission(class, memory);
+        self.apply_alpha(class, memory);
+    }
+
+    /// Calls `emission` for sampled points of area lights.
+    fn sample_emission(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
+        let count = memory.lanes.count();
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials[emitter];
         if of == Batching::Each {
@@ -362,6 +387,34 @@ impl PathTracer<'_> {
                 let is_usable = eight.floats(&memory.density).simd_gt(0.0) & is_lit(&color);
                 let black = eight.splat_vector([0.0; 3]);
                 eight.blend_vectors(&select(is_usable, &color, &black), &mut memory.color);
+            }
+        });
+    }
+
+    /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
+    fn apply_alpha(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
+        let Some((alpha, of, kernel)) = &class.alpha else { return };
+        let count = memory.lanes.count();
+        let textures = &self.scene.alpha[*alpha];
+        if *of == Batching::Each {
+            let hits = memory.hits[..count].iter();
+            let indices = hits.map(|hit| self.scene.objects[hit.object as usize].alpha);
+            set_indices(&mut memory.alpha, indices);
+        }
+        let LightMemory { state, scratch, alpha: of_lanes, random, .. } = memory;
+        let name = &textures.program.class().name;
+        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let instances = of.instances(&textures.objects, of_lanes);
+        callee.call_for_first(kernel, count, instances, (state, scratch), None, random);
+        let v = variables();
+        dispatch!(Level::new(), simd => {
+            for eight in eights_of(simd, count) {
+                let (zero, one) = (eight.splat(0.0), eight.splat(1.0));
+                let alpha = eight.load(&memory.state, v.float_texture_value);
+                // As for hits, NaN is opaque.
+                let alpha = alpha.simd_lt(one).select(alpha.simd_gt(zero).select(alpha, zero), one);
+                let color = scaled(&eight.vectors(&memory.color), alpha);
+                eight.blend_vectors(&color, &mut memory.color);
             }
         });
     }
@@ -438,6 +491,7 @@ impl SampledShapes<'_> {
             let density = is_usable.select(density, eight.splat(0.0));
             eight.blend(density, &mut memory.density);
             eight.blend_vectors(&direction, &mut memory.direction);
+            eight.blend(distance, &mut memory.reach);
             let sizes = sums(&sizes(&origin), &sizes(&way));
             let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes);
             let height = surface_offsets(eight, &normal, &sizes) + eight.floats(&memory.offset);

@@ -107,26 +107,16 @@ impl Interpreter<'_> {
             ));
         }
         let is_float = kind.text == "float";
-        if let Some((earlier, was_float)) = self.named_textures.get(&name.text) {
+        let mut textures = self.named_textures.get(&name.text).copied().unwrap_or_default();
+        if let Some(earlier) = textures.of(is_float) {
             let earlier = self.description.entities[earlier.0].class_span;
-            if *was_float == is_float {
-                return Err(defined_twice("texture", &name, earlier));
-            }
-            let message = format!(
-                "texture `{}` is defined for numbers and for colours: the first one serves both",
-                name.text
-            );
-            self.diagnostics.push(
-                Diagnostic::new(codes::IGNORED_SETTING, message)
-                    .at(name.span, "ignored")
-                    .label(earlier, "first here"),
-            );
-            return Ok(());
+            return Err(defined_twice("texture", &name, earlier));
         }
         command.texts.swap(0, 2);
         let texture = self.add(EntityKind::Texture, command);
         self.description.entities[texture.0].name = Some(name.text.clone());
-        self.named_textures.insert(name.text, (texture, is_float));
+        *textures.of(is_float) = Some(texture);
+        self.named_textures.insert(name.text, textures);
         Ok(())
     }
 

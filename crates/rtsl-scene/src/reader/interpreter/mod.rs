@@ -5,6 +5,7 @@ mod entities;
 mod includes;
 mod objects;
 mod options;
+mod texture_names;
 mod transforms;
 mod versions;
 
@@ -18,6 +19,7 @@ use rtsl::{
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, InputBudget};
 
+use self::texture_names::NamedTextures;
 use super::command_memory::{entity_kind, memory};
 use super::current_transform::CurrentTransform;
 use super::directive::{Keyword, directive};
@@ -74,8 +76,7 @@ struct Interpreter<'a> {
     known_files: BTreeMap<PathBuf, FileId>,
     coordinate_systems: BTreeMap<String, CurrentTransform>,
     named_materials: BTreeMap<String, EntityId>,
-    /// Textures, and if they are declared for numbers.
-    named_textures: BTreeMap<String, (EntityId, bool)>,
+    named_textures: BTreeMap<String, NamedTextures>,
     objects: BTreeMap<String, usize>,
     /// Uses of objects, which may be defined after them.
     instance_uses: Vec<(SpannedText, InstanceUse)>,
@@ -136,6 +137,7 @@ impl<'a> Interpreter<'a> {
     fn finish(mut self) -> Description {
         self.close_blocks(0);
         self.resolve_materials();
+        self.separate_textures();
         self.resolve_instances();
         self.description
     }
