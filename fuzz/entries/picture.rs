@@ -3,8 +3,9 @@
 use rtsl_image::{Encoding, Mipmap, Picture, has_opacity};
 use rtsl_memory::{Amount, InputBudget};
 
-/// The readers for scenes of pbrt and of glTF, with memory for 32 MiB. What they accept has all its texels, what is held
-/// suffices for them, and nothing is held without them. Pictures for glTF have the opacity that their first bytes tell.
+/// The readers for scenes of pbrt and of glTF, with memory for 32 MiB. What they accept has all its texels, what is
+/// held suffices for them, and nothing is held without them. Pictures for glTF have the opacity that their first bytes
+/// tell.
 pub fn picture(data: &[u8]) {
     for read in [Picture::read, Picture::read_for_gltf] {
         let budget = InputBudget::new(Some(Amount(32 << 20)));

@@ -1,5 +1,7 @@
 //! Textures and their images.
 
+use std::sync::Arc;
+
 use gltf::json::Texture;
 use gltf::json::texture::{Info, MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
@@ -282,11 +284,11 @@ impl Builder<'_> {
             return Ok(ImageFile { name, has_opacity: has_opacity(&start)? });
         }
         let no_files = |_: &str| Err(std::io::ErrorKind::NotFound.into());
-        let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => contents(uri, &no_files).map_err(|error| error.to_string())?,
+        let bytes: Arc<[u8]> = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => contents(uri, &no_files).map_err(|error| error.to_string())?.into(),
             (None, Some(view)) => {
                 let bytes = self.file.buffers.view(&self.file.root, view);
-                bytes.map_err(|problem| format!("its buffer view {problem}"))?.to_vec()
+                bytes.map_err(|problem| format!("its buffer view {problem}"))?.into()
             }
             (None, None) => return Err("it has no contents".to_owned()),
         };
@@ -295,7 +297,7 @@ impl Builder<'_> {
         self.budget.hold(amount).map_err(|error| format!("it {error}"))?.keep(amount);
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let name = format!("{file}#images[{index}]");
-        self.description.embedded.insert(resolve(path, &name), bytes.into());
+        self.description.embedded.insert(resolve(path, &name), bytes);
         Ok(ImageFile { name, has_opacity })
     }
 
