@@ -15,9 +15,9 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// spectra converted with the CIE 1931 observer. Extinction coefficients are chosen so that the reflectance at normal
 /// incidence has the colour of the reflectance spectrum under D65, limited in each channel by the greatest reflectance
 /// of any wavelength: converting eta and k independently makes the blue of gold and copper too dark by 5 %. Gold, whose
-/// red is 1.022 because its colour is outside of the gamut, has the greatest red that is not brighter than white. Glasses:
-/// Schott's indices at the d line, 587.6 nm. The format's names F5, F10 and F11 mean SF5, SF10 and SF11. Lights: the
-/// spectra of the same tables, converted with the CIE 1931 observer to colours of luminance 1.
+/// red is 1.022 because its colour is outside of the gamut, has the greatest red that is not brighter than white.
+/// Glasses: Schott's indices at the d line, 587.6 nm. The format's names F5, F10 and F11 mean SF5, SF10 and SF11.
+/// Lights: the spectra of the same tables, converted with the CIE 1931 observer to colours of luminance 1.
 const NAMED: &[(&str, &[f64])] = &[
     ("metal-Ag-eta", &[0.1288, 0.1232, 0.1522]),
     ("metal-Ag-k", &[4.0816, 3.3279, 2.4211]),
