@@ -188,6 +188,7 @@ fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result
     tally.allow(0.002);
     shot.then(subject, Method::ComputeNormal)?;
     let normals = shot.vectors("rt_GeometricNormal");
+    let (offsets, is_set) = (shot.floats("rt_SurfaceOffset"), subject.has(Method::ComputeNormal));
     let stream = subject.stream(Contract::Leaving);
     let leaving = (0..shot.hits.len()).map(|ray| {
         let (origin, normal) = (shot.points[ray].as_dvec3(), normals[ray].as_dvec3());
@@ -196,7 +197,9 @@ fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result
         // At least a few degrees from the surface: a curved surface may be hit again at smaller angles.
         let away = sideways + 0.3 * side * normal;
         let away = if away.is_finite() { away.normalize() } else { sideways };
-        Ray::new(origin, away, place.epsilon())
+        // Renderers begin rays at the offset that the shape sets.
+        let offset = if is_set { side * f64::from(offsets[ray]) } else { 0.0 };
+        Ray::new(origin + offset * normal.normalize_or_zero(), away, place.epsilon())
     });
     let leaving = Shot::new(subject, leaving.collect())?;
     for ray in (0..shot.hits.len()).filter(|ray| shot.hits[*ray].is_some()) {

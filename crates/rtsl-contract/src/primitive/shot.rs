@@ -90,6 +90,11 @@ impl Shot {
         self.rays.vectors(variable)
     }
 
+    /// Returns a number that a method set.
+    pub fn floats(&self, variable: &str) -> &[f32] {
+        self.rays.floats(variable)
+    }
+
     /// Returns the texture coordinates.
     pub fn coordinates(&self) -> Vec<Vec2> {
         self.rays.pairs("rt_TextureUV")

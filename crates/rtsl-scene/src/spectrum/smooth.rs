@@ -1,5 +1,6 @@
 //! Smooth spectra of colours: sigmoids of polynomials of the second degree (Jakob and Hanika, "A Low-Dimensional
-//! Function Space for Efficient Spectral Upsampling", Computer Graphics Forum 38, 2019), which pbrt-v4 takes for colours.
+//! Function Space for Efficient Spectral Upsampling", Computer Graphics Forum 38, 2019). pbrt-v4 takes them for
+//! colours.
 
 use super::color_space::{Matrix, inverse, transformed};
 use super::daylight::daylight_weights;

@@ -70,7 +70,7 @@ pub struct ShapeLightClass {
     is_invisible: bool,
 }
 
-/// What shapes that are sampled together have in common: their traversal class, the classes of their emitters and alpha
+/// The key of shapes that are sampled together: their traversal class, the classes of their emitters and alpha
 /// textures, and whether rays pass them everywhere.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct ShapeLightKey {
