@@ -59,7 +59,8 @@ enum RtslState {
     RTSL_STATE_BSDFSeed = 63, /* vec3: uniform in [0,1)^3; z picks the lobe */
     RTSL_STATE_BSDFValue = 66, /* color: the scattering function, without the cosine */
     RTSL_STATE_EmissionColor = 69, /* color: radiance leaving towards the ray's origin */
-    RTSL_STATE_COMPONENTS = 72
+    RTSL_STATE_SurfaceOffset = 72, /* float: least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space */
+    RTSL_STATE_COMPONENTS = 73
 };
 
 /* What methods find in components that no host sets: initialisers for RTSL_STATE_COMPONENTS floats. */
@@ -96,7 +97,8 @@ enum RtslState {
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
-    0.0f, 0.0f, 0.0f
+    0.0f, 0.0f, 0.0f, \
+    0.0f
 
 /* Bits of RtslClass.roles. */
 enum RtslRole {

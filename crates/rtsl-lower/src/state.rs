@@ -23,8 +23,7 @@ impl Lowering<'_> {
     /// Creates the variables for all state that the method may write or has to output.
     pub fn begin_state(&mut self, span: Span) -> Lowered<()> {
         for id in all_states() {
-            let (direction, _) = self.row(id);
-            if self.is_state_written(id) || is_output(direction) {
+            if self.is_state_written(id) || self.is_output(id) {
                 self.state_variable(id, span)?;
             }
         }
@@ -34,9 +33,8 @@ impl Lowering<'_> {
     /// Outputs the state variables that the method passes out.
     pub fn output_state(&mut self) -> Lowered<()> {
         for id in all_states() {
-            let (direction, _) = self.row(id);
             if let Some(variable) = self.states.get(&id).copied()
-                && is_output(direction)
+                && self.is_output(id)
             {
                 let values = self.get_variable(variable)?;
                 self.output_variable(variable, VariableKind::State, &values);
@@ -205,13 +203,16 @@ impl Lowering<'_> {
         self.class.roles.iter().copied().filter(move |role| method.roles().contains(role))
     }
 
+    /// True if the method passes a variable out.
+    fn is_output(&self, id: StateId) -> bool {
+        let (direction, row) = self.row(id);
+        let is_out = matches!(direction, Some(Direction::Out | Direction::InOut));
+        is_out && (!row.is_optional || self.is_state_written(id))
+    }
+
     fn is_state_written(&self, id: StateId) -> bool {
         self.writes.contains(&Root::State(id))
     }
-}
-
-fn is_output(direction: Option<Direction>) -> bool {
-    matches!(direction, Some(Direction::Out | Direction::InOut))
 }
 
 fn all_states() -> impl Iterator<Item = StateId> {

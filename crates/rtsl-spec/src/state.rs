@@ -82,6 +82,9 @@ pub struct Row {
     /// True if the variable holds the light's sample inside an `illuminance` body, where it is
     /// read-only.
     pub illuminance: bool,
+    /// True if a method passes the variable out only if it sets it, so that hosts which do not know it need no storage
+    /// for it.
+    pub is_optional: bool,
     /// The value if neither host nor method sets it.
     pub default: Default,
     /// Meaning, unit and space, in one or two sentences.
@@ -173,7 +176,8 @@ const fn all(
     doc: &'static str,
 ) -> Row {
     let role = Some(role);
-    Row { role, name, ty, access, illuminance: false, default, doc, origin: Origin::Paper }
+    let (illuminance, is_optional, origin) = (false, false, Origin::Paper);
+    Row { role, name, ty, access, illuminance, is_optional, default, doc, origin }
 }
 
 const fn ours(row: Row) -> Row {
@@ -182,6 +186,10 @@ const fn ours(row: Row) -> Row {
 
 const fn lit(row: Row) -> Row {
     Row { illuminance: true, ..row }
+}
+
+const fn optional(row: Row) -> Row {
+    Row { is_optional: true, ..row }
 }
 
 macro_rules! access {
@@ -200,7 +208,7 @@ const INFINITE: Default = Constant(f32::INFINITY);
 
 #[rustfmt::skip]
 const ROWS: &[Row] = &[
-    Row { role: None, name: "rt_TimeSeed", ty: Float, access: IN, illuminance: false, default: ZERO,
+    Row { role: None, name: "rt_TimeSeed", ty: Float, access: IN, illuminance: false, is_optional: false, default: ZERO,
         doc: "time within the shutter, in [0,1)", origin: Origin::Paper },
 
     all(Camera, "rt_ScreenCoord", Vec2, IN, ZERO, "sample position on the image, [0,1]^2, (0,0) lower left"),
@@ -290,8 +298,8 @@ const ROWS: &[Row] = &[
     ours(all(Light, "rt_EmissionColor", Color, access![Out: Emission;], ZERO, "radiance that such a ray brings back")),
 
     // Variables that came later are at the end: the components of the others stay where they were.
-    ours(all(Primitive, "rt_SurfaceOffset", Float, access![Out: ComputeNormal;], ZERO,
-        "least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space")),
+    optional(ours(all(Primitive, "rt_SurfaceOffset", Float, access![Out: ComputeNormal;], ZERO,
+        "least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space"))),
 ];
 
 #[cfg(test)]

@@ -197,3 +197,20 @@ fn the_single_shape_takes_one_ray_and_no_mask() {
         assert_eq!((status, changed.len()), (Ok(CallStatus::default()), 0), "the ray misses");
     }
 }
+
+#[test]
+fn variables_that_came_later_need_no_storage_unless_methods_set_them() {
+    let text = "class Flat : rt_Primitive;
+        void computeNormal() { rt_GeometricNormal = vec3(0.0, 1.0, 0.0); }
+        class Wide : rt_Primitive;
+        void computeNormal() { rt_GeometricNormal = vec3(0.0, 1.0, 0.0); rt_SurfaceOffset = 0.5; }";
+    let unit = Compiler::default().compile("shapes.rtsl", text).unit.expect("it compiles");
+    let (engine, _) = Engine::new(EngineOptions::default()).expect("an engine");
+    let writes = |class: &str| {
+        let instance =
+            Instance::new(unit.class(class).expect("it is there"), []).expect("no parameters");
+        let method = engine.program(&instance).method(Method::ComputeNormal).expect("it has it");
+        method.writes.iter().any(|it| it.name == "rt_SurfaceOffset")
+    };
+    assert!(!writes("Flat") && writes("Wide"));
+}
