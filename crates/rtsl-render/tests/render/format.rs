@@ -410,7 +410,8 @@ fn a_file_that_is_no_image_is_an_error() {
     };
     assert!(errors("").contains("names no file"));
     let none = errors("\"string filename\" \"scene.pbrt\"");
-    let problem = "it is not an image in EXR, PNG, JPEG, TGA, HDR, PFM, BMP or QOI format";
+    let problem =
+        "it is not an image in EXR, PNG, JPEG, WebP, TGA, HDR, PFM, BMP, QOI or KTX 2.0 format";
     assert!(none.contains(problem) && none.contains("help: convert the image"), "{none}");
     let encoding = errors("\"string filename\" \"scene.pbrt\" \"string encoding\" \"gamma x\"");
     assert!(encoding.contains("`encoding` is `gamma x`, expected `sRGB`, `linear`"), "{encoding}");
