@@ -9,14 +9,14 @@ Both programs take one sample per pixel, so that most of their time is for loadi
 
 import argparse
 import os
-import struct
 import subprocess
 import sys
 import time
-import zlib
 from pathlib import Path
 
 import numpy
+
+import pictures
 
 MESHES = 100
 # Vertices along a side of a mesh.
@@ -35,20 +35,6 @@ LightSource "distant" "point3 from" [3 -2 5] "rgb L" [2 2 2]
 """
 
 
-def write_png(path: Path, texels: numpy.ndarray) -> None:
-    """Writes red, green and blue bytes."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    height, width, _ = texels.shape
-    rows = numpy.zeros((height, 1 + 3 * width), numpy.uint8)
-    rows[:, 1:] = texels.reshape(height, -1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    data = zlib.compress(rows.tobytes(), 1)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b""))
-
-
 def write_images(folder: Path, count: int) -> None:
     """Writes images that differ by their place in one pattern."""
     place = numpy.arange(TEXELS) / TEXELS
@@ -59,7 +45,8 @@ def write_images(folder: Path, count: int) -> None:
     for index in range(count):
         path = folder / f"image{index}.png"
         if not path.exists():
-            write_png(path, numpy.roll(pattern, (61 * index, 37 * index), (0, 1)))
+            shifted = numpy.roll(pattern, (61 * index, 37 * index), (0, 1))
+            pictures.write_png(path, shifted, effort=1)
 
 
 def write_mesh(path: Path, index: int, random: numpy.random.Generator) -> None:

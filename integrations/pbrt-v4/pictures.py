@@ -29,8 +29,8 @@ def difference_bytes(difference: numpy.ndarray, gain: float) -> numpy.ndarray:
     return (255 * numpy.clip(0.5 + 0.5 * gain * difference, 0, 1) + 0.5).astype(numpy.uint8)
 
 
-def write_png(path: Path, pixels: numpy.ndarray) -> None:
-    """8-bit colours, rows from the top."""
+def write_png(path: Path, pixels: numpy.ndarray, effort: int = 9) -> None:
+    """8-bit colours, rows from the top, compressed with an effort from 0 to 9."""
     height, width, _ = pixels.shape
 
     def chunk(kind: bytes, data: bytes) -> bytes:
@@ -38,5 +38,5 @@ def write_png(path: Path, pixels: numpy.ndarray) -> None:
 
     rows = b"".join(b"\0" + row.tobytes() for row in pixels)
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    parts = [chunk(b"IHDR", header), chunk(b"IDAT", zlib.compress(rows, 9)), chunk(b"IEND", b"")]
+    parts = [chunk(b"IHDR", header), chunk(b"IDAT", zlib.compress(rows, effort)), chunk(b"IEND", b"")]
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))

@@ -27,7 +27,7 @@ use text::Text;
 use textures::Images;
 use values::Names;
 
-/// A file to convert, and its results.
+/// Options of a conversion.
 pub struct ExportOptions<'o> {
     /// The camera, by its name or index; the first one if `None`.
     pub camera: Option<&'o str>,
@@ -73,22 +73,21 @@ pub fn export_gltf(
     let description =
         read_gltf_scene(path, options.camera, files, &budget, &mut map, &mut diagnostics);
     let mut messages = Messages::default();
-    let has_errors = diagnostics.has_errors();
-    if !has_errors {
-        let mut exporter = Exporter::new(&description, path, files, options, write);
-        exporter.scene();
-        let (text, lost, error) = exporter.finish();
-        if let Some(error) = error {
-            return Err(ExportError::Output(error));
-        }
-        lost.into_iter().for_each(|it| diagnostics.push(it));
-        if !diagnostics.is_empty() {
-            messages.push(map, diagnostics);
-        }
-        return Ok(Exported { text, warnings: messages });
+    if diagnostics.has_errors() {
+        messages.push(map, diagnostics);
+        return Err(ExportError::Input(messages));
     }
-    messages.push(map, diagnostics);
-    Err(ExportError::Input(messages))
+    let mut exporter = Exporter::new(&description, path, files, options, write);
+    exporter.scene();
+    let (text, lost, error) = exporter.finish();
+    if let Some(error) = error {
+        return Err(ExportError::Output(error));
+    }
+    diagnostics.extend(lost);
+    if !diagnostics.is_empty() {
+        messages.push(map, diagnostics);
+    }
+    Ok(Exported { text, warnings: messages })
 }
 
 /// A conversion under way.

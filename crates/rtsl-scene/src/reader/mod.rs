@@ -24,6 +24,8 @@ mod current_transform;
 pub mod defines;
 mod directive;
 mod files;
+#[cfg(test)]
+mod format_page;
 mod gzip;
 mod interpreter;
 mod lexer;

@@ -58,6 +58,7 @@ pub struct Shapes {
 
 /// An image.
 #[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
 pub struct Image {
     /// The name in the scene.
     pub name: String,

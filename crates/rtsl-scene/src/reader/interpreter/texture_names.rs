@@ -129,3 +129,36 @@ fn wants_float(kind: EntityKind, class: &str, parameter: &str, is_float: bool) -
     }
     is(FLOAT_PARAMETERS).then_some(true)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reader::format_page::{PageEntity, entities};
+
+    #[test]
+    fn parameters_refer_to_the_textures_of_the_formats_page() {
+        let mut differences = Vec::new();
+        let mut count = 0;
+        for PageEntity { kind, class, parameters } in entities() {
+            for (types, name) in parameters {
+                let has = |wanted: &str| types.iter().any(|it| it == wanted);
+                if !has("texture") {
+                    continue;
+                }
+                // Those of both types are of textures, and refer to textures of their own type.
+                let expected = match has("rgb") {
+                    true if has("float") => [false, true].map(Some),
+                    is_color => [Some(!is_color); 2],
+                };
+                let found = [false, true].map(|it| wants_float(kind, &class, &name, it));
+                let is_left_out = kind == EntityKind::Texture && name == "tex";
+                if found != expected && !is_left_out {
+                    differences.push(format!("{kind:?} {class} {name}: {found:?}"));
+                }
+                count += 1;
+            }
+        }
+        assert!(differences.is_empty(), "{differences:#?}");
+        assert!(count > 70, "{count}");
+    }
+}

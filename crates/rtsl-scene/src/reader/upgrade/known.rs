@@ -259,62 +259,27 @@ const SHAPES: &[(&str, &[&str])] = &[
 
 #[cfg(test)]
 mod tests {
-    use std::collections::{BTreeMap, BTreeSet};
+    use std::collections::BTreeSet;
 
     use super::*;
-
-    const PAGE: &str =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/reference/scenes/format.md");
-
-    /// The kinds of entities by their directives in the page of the format.
-    const KINDS: [(&str, EntityKind); 10] = [
-        ("Camera", EntityKind::Camera),
-        ("Film", EntityKind::Film),
-        ("PixelFilter", EntityKind::Filter),
-        ("Sampler", EntityKind::Sampler),
-        ("Integrator", EntityKind::Integrator),
-        ("Texture", EntityKind::Texture),
-        ("Material", EntityKind::Material),
-        ("AreaLightSource", EntityKind::AreaLight),
-        ("LightSource", EntityKind::Light),
-        ("Shape", EntityKind::Shape),
-    ];
+    use crate::reader::format_page::{PageEntity, entities};
 
     #[test]
     fn parameters_are_those_of_the_formats_page() {
-        let page = std::fs::read_to_string(PAGE).expect("there is a page");
-        let mut entities: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        let mut entity = String::new();
-        for line in page.lines() {
-            if let Some(heading) = line.strip_prefix("### ") {
-                entity = heading.replace('`', "");
-                entities.entry(entity.clone()).or_default();
-            }
-            let declaration = line.strip_prefix("| `").and_then(|rest| rest.split_once('`'));
-            let name = declaration.and_then(|(it, _)| it.split_whitespace().next_back());
-            if let Some(parameters) = entities.get_mut(&entity) {
-                parameters.extend(name.map(str::to_owned));
-            }
-        }
-        assert!(entities.len() > 60, "{}", entities.len());
         let mut differences = Vec::new();
-        for (entity, expected) in entities {
-            let (directive, class) = entity.split_once(' ').expect("a kind and a name");
-            let (_, kind) = KINDS.iter().find(|(name, _)| *name == directive).expect("a kind");
-            let Some(known) = parameters(*kind, class) else {
-                differences.push(format!("{entity} is missing"));
+        for PageEntity { kind, class, parameters: expected } in entities() {
+            let Some(known) = parameters(kind, &class) else {
+                differences.push(format!("{kind:?} {class} is missing"));
                 continue;
             };
-            let known: BTreeSet<String> = known
-                .into_iter()
-                .flatten()
-                .filter(|name| **name != FACTOR)
-                .map(|name| (*name).to_owned())
-                .collect();
+            let known = known.into_iter().flatten().copied().filter(|name| *name != FACTOR);
+            let known: BTreeSet<&str> = known.collect();
+            let expected: BTreeSet<&str> = expected.iter().map(|(_, name)| name.as_str()).collect();
             if known != expected {
                 let here: Vec<_> = known.difference(&expected).collect();
                 let there: Vec<_> = expected.difference(&known).collect();
-                differences.push(format!("{entity}: {here:?} here alone, {there:?} there alone"));
+                differences
+                    .push(format!("{kind:?} {class}: {here:?} here alone, {there:?} there alone"));
             }
         }
         assert!(differences.is_empty(), "{differences:#?}");
