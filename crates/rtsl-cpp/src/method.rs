@@ -219,6 +219,7 @@ impl<'a> Writer<'a> {
                     self.define(result, value, out);
                 }
             }
+            OpKind::Query(..) => unreachable!("integrators are not written as C++"),
             OpKind::ReferenceCall(_) | OpKind::IsSet(..) => {
                 unreachable!("linking has replaced what asks references")
             }

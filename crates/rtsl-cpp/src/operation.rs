@@ -70,6 +70,7 @@ impl Writer<'_> {
             | OpKind::Ambient
             | OpKind::Rand
             | OpKind::ReportBudget
+            | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..) => unreachable!("these are statements"),
         }

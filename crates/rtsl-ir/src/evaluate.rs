@@ -205,6 +205,7 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::LightSample { .. }
         | OpKind::Ambient
         | OpKind::Rand
+        | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReportBudget => return None,

@@ -7,6 +7,8 @@
 
 use rtsl_spec::COLOR_COMPONENTS;
 
+use crate::Query;
+
 /// The greatest number of rays in one request.
 pub const MAX_LANES: usize = 16;
 
@@ -168,6 +170,12 @@ pub trait Host {
     /// Returns the scene's ambient light.
     fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
         Default::default()
+    }
+
+    /// Answers a query of an integrator. Operands and results are bits, in the order of [`Query::operands`] and
+    /// [`Query::results`]; the results are zero on entry. Integrators run for one ray at a time.
+    fn query(&mut self, query: Query, operands: &[u32], results: &mut [u32]) {
+        let _ = (query, operands, results);
     }
 
     /// Returns the next dimension of each ray's sampler, in [0,1); `values` is zero on entry.

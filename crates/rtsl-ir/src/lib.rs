@@ -38,6 +38,7 @@ mod interpreter;
 mod interval;
 mod names;
 mod op;
+mod query;
 mod signature;
 pub mod text;
 mod variable;
@@ -56,5 +57,6 @@ pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
+pub use query::{Query, SURFACE};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

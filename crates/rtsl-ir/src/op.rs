@@ -2,7 +2,7 @@
 
 use rtsl_spec::{Method, Role};
 
-use crate::{Region, Value, Values, VariableId};
+use crate::{Query, Region, Value, Values, VariableId};
 
 /// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -431,6 +431,8 @@ pub enum OpKind {
     Ambient,
     /// The next dimension of this ray's sampler, in [0,1), f32.
     Rand,
+    /// A query of an integrator, with its operands.
+    Query(Query, Vec<Value>),
     /// A method call on another instance; replaced by linking.
     ReferenceCall(Box<ReferenceCall>),
     /// True if a reference is set, bool; replaced by linking.

@@ -34,6 +34,7 @@ impl OpKind {
                 scalars.push(Scalar::Bool);
                 scalars.extend([Scalar::F32; LIGHT_SAMPLE_FLOATS]);
             }
+            OpKind::Query(query, _) => scalars.extend(query.result_scalars()),
             OpKind::ReferenceCall(call) => {
                 scalars.extend(call.results.iter().map(|_| Scalar::F32));
             }

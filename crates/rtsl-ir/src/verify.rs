@@ -311,6 +311,14 @@ impl<'a> Verifier<'a> {
                 self.check_use(*index, Some(Scalar::I32))?;
                 self.check_all_f32(kind, 1)
             }
+            OpKind::Query(query, operands) => {
+                let (found, expected) = (operands.len(), query.operand_scalars().count());
+                if found != expected {
+                    return Err(format!("{found} operands, expected {expected}"));
+                }
+                let mut typed = operands.iter().zip(query.operand_scalars());
+                typed.try_for_each(|(value, scalar)| self.check_use(*value, Some(scalar)))
+            }
             OpKind::ReferenceCall(call) => {
                 check_word("the reference's name", &call.member)?;
                 self.check_path(call.path)?;
@@ -481,6 +489,10 @@ mod tests {
             ),
             ("%a: f32, %b: f32 = constant 1 return", "2 results, expected 1"),
             ("%a: f32 = load accepted:a@0 return", "an accepted variable cannot be read"),
+            (
+                "%a: i32 = constant 1 %b: f32 = query sample %a %c: f32 = query sample %b return",
+                "%1 is f32, expected i32",
+            ),
             ("%a: i32 = constant 1 store member:m@0, %a return", "only locals can be stored to"),
             ("%a: i32 = length member:m return", "only buffers have a length"),
             ("%a: i32 = load member:m@2 return", "index 2 is beyond the variable's length 2"),

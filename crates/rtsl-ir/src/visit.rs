@@ -70,6 +70,11 @@ macro_rules! visit_operands {
                 }
                 visit(cosine);
             }
+            OpKind::Query(_, operands) => {
+                for value in operands {
+                    visit(value);
+                }
+            }
             OpKind::ReferenceCall(call) => {
                 match $($borrow)+ call.path {
                     ReferencePath::Single => {}
@@ -145,6 +150,7 @@ impl OpKind {
             | OpKind::Rand
             | OpKind::ReferenceCall(_)
             | OpKind::ReportBudget => Effect::Host,
+            OpKind::Query(query, _) => query.effect(),
             OpKind::Constant(_)
             | OpKind::Unary(..)
             | OpKind::Binary(..)

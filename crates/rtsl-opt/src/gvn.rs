@@ -163,6 +163,7 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::Occluded { .. }
         | OpKind::LightSample { .. }
         | OpKind::Rand
+        | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReportBudget => None,

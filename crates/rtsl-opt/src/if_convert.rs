@@ -102,6 +102,7 @@ fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
         | OpKind::Occluded { .. }
         | OpKind::LightSample { .. }
         | OpKind::Rand
+        | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::ReportBudget => None,
     }

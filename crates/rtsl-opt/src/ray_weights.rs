@@ -179,6 +179,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
         | OpKind::LightSample { .. }
         | OpKind::Ambient
         | OpKind::Rand
+        | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReportBudget => false,

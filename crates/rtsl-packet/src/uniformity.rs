@@ -129,6 +129,7 @@ impl Analysis {
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }
             | OpKind::Rand
+            | OpKind::Query(..)
             | OpKind::ReferenceCall(_) => true,
             OpKind::If { .. } | OpKind::Loop { .. } | OpKind::Store(..) => {
                 unreachable!("handled where operations are told apart")

@@ -168,6 +168,7 @@ impl<'a> Compiler<'a> {
             OpKind::LightSample { .. } => Instruction::LightSample { to, operands },
             OpKind::Ambient => Instruction::Ambient { to },
             OpKind::Rand => Instruction::Rand { to },
+            OpKind::Query(query, _) => Instruction::Query { query, to, operands },
             OpKind::ReportBudget => Instruction::ReportBudget,
             OpKind::ReferenceCall(ref call) => {
                 return Err(PrepareError::Unlinked(call.member.clone()));
@@ -179,7 +180,8 @@ impl<'a> Compiler<'a> {
         };
         if let Instruction::Trace { .. }
         | Instruction::Occluded { .. }
-        | Instruction::LightSample { .. } = instruction
+        | Instruction::LightSample { .. }
+        | Instruction::Query { .. } = instruction
         {
             kind.for_each_operand(|value| self.operands.push(self.registers[value.0 as usize]));
         }

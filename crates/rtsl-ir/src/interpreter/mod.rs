@@ -15,7 +15,7 @@ use std::sync::Arc;
 use program::{Instruction, Program, Register};
 
 use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use crate::{Function, VariableId, evaluate};
+use crate::{Function, Query, VariableId, evaluate};
 
 /// The storage of a function's variables except locals, which the interpreter holds. Scalars are
 /// [bits](crate::Constant::bits); a bool is 0 or 1.
@@ -47,6 +47,8 @@ pub struct Interpreter {
     program: Arc<Program>,
     /// Constants are initialised once and never overwritten.
     registers: Vec<u32>,
+    /// The operands of a query; kept to save allocations.
+    operands: Vec<u32>,
     locals: Vec<u32>,
     lanes: Box<Lanes>,
 }
@@ -68,6 +70,7 @@ impl Interpreter {
         let program = compile::compile(function)?;
         Ok(Interpreter {
             registers: program.registers.clone(),
+            operands: Vec::new(),
             locals: vec![0; program.local_scalars as usize],
             program: Arc::new(program),
             lanes: Box::default(),
@@ -85,6 +88,7 @@ impl Interpreter {
         let lanes = LaneSet { base: ray, active: 1 };
         let mut run = Run {
             registers: &mut self.registers,
+            operands: &mut self.operands,
             locals: &mut self.locals,
             lanes: &mut self.lanes,
             lane_set: lanes,
@@ -133,6 +137,7 @@ impl std::error::Error for PrepareError {}
 /// The state of one run.
 struct Run<'a> {
     registers: &'a mut [u32],
+    operands: &'a mut Vec<u32>,
     locals: &'a mut [u32],
     lanes: &'a mut Lanes,
     lane_set: LaneSet,
@@ -236,6 +241,9 @@ impl Run<'_> {
                     host.rand(self.lane_set, &mut self.lanes.floats);
                     self.set(to, self.lanes.floats[0].to_bits());
                 }
+                Instruction::Query { query, to, operands } => {
+                    self.query(query, to, &program.operands[operands as usize..], host);
+                }
                 Instruction::ReportBudget => self.budget_exceeded = true,
             }
         }
@@ -260,6 +268,17 @@ impl Run<'_> {
             self.lanes.rays.direction[axis][0] = self.get_f32(operands[3 + axis]);
         }
         self.lanes.rays.limit[0] = self.get_f32(operands[6]);
+    }
+
+    fn query(&mut self, query: Query, to: Register, operands: &[Register], host: &mut dyn Host) {
+        self.operands.clear();
+        for (_, register) in query.operand_scalars().zip(operands) {
+            self.operands.push(self.registers[*register as usize]);
+        }
+        let count = query.result_scalars().count();
+        let results = &mut self.registers[to as usize..][..count];
+        results.fill(0);
+        host.query(query, self.operands, results);
     }
 
     fn light_sample(&mut self, to: Register, operands: &[Register], host: &mut dyn Host) {

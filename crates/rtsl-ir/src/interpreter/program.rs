@@ -1,7 +1,7 @@
 //! The interpreter's flat programs.
 
 use crate::evaluate::{BinaryFunction, UnaryFunction};
-use crate::{Output, VariableId};
+use crate::{Output, Query, VariableId};
 
 /// An index into the registers.
 pub(super) type Register = u32;
@@ -50,5 +50,6 @@ pub(super) enum Instruction {
     LightSample { to: Register, operands: u32 },
     Ambient { to: Register },
     Rand { to: Register },
+    Query { query: Query, to: Register, operands: u32 },
     ReportBudget,
 }

@@ -110,6 +110,8 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
   %44: f32 = call texture.lookup of kd@%4 (rt_TextureUV@0 = %0, rt_TextureUV@1 = %1) gives \
 (rt_FloatTextureValue@0)
   %45: bool = is_set kd
+  %46: bool, %47: i32, %48: i32, %49: i32, %50: f32 = query nearest_hit %0, %0, %0, %1, %1, %1, %3, %2
+  %51: i32 = query sky_count
   return accepted:accepted@0 = %45, state:rt_RayOrigin@0 = %44
 }
 ";
@@ -148,6 +150,7 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
             ("function f {\n %a: i32 = constant x }", "2:21: `x` is not a constant of type i32"),
             ("function f { %a: i32 = add %b, %b }", "1:28: value %b is not defined above"),
             ("function f { %a: i32 = frob }", "1:24: `frob` is not an operation"),
+            ("function f { query nothing }", "1:20: `nothing` is not a query"),
             ("function f { store local:s@0, %a }", "1:20: local `s` is not declared"),
             ("function f { %a: x = rand }", "1:18: `x` is not a type"),
             (

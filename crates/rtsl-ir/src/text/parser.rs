@@ -7,9 +7,9 @@ use rtsl_spec::{Method, Role};
 
 use super::lexer::{Lexer, Token};
 use crate::{
-    BinaryOp, CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
-    ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value, Values, Variable, VariableId,
-    VariableKind,
+    BinaryOp, CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Query,
+    ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value, Values, Variable,
+    VariableId, VariableKind,
 };
 
 /// Parses a function without verifying it: types may be inconsistent.
@@ -227,6 +227,7 @@ impl<'a> Parser<'a> {
             }
             "ambient" => OpKind::Ambient,
             "rand" => OpKind::Rand,
+            "query" => self.parse_query()?,
             "call" => self.parse_reference_call()?,
             "is_set" => {
                 let member = self.expect_word("a reference")?.to_owned();
@@ -235,6 +236,21 @@ impl<'a> Parser<'a> {
             "report_budget" => OpKind::ReportBudget,
             _ => return Err(self.error_at(offset, format!("`{keyword}` is not an operation"))),
         })
+    }
+
+    fn parse_query(&mut self) -> Result<OpKind> {
+        let (offset, name) = (self.offset, self.expect_word("a query")?);
+        let Some(query) = Query::from_name(name) else {
+            return Err(self.error_at(offset, format!("`{name}` is not a query")));
+        };
+        let mut operands = Vec::new();
+        for _ in query.operand_scalars() {
+            if !operands.is_empty() {
+                self.expect(',')?;
+            }
+            operands.push(self.parse_value()?);
+        }
+        Ok(OpKind::Query(query, operands))
     }
 
     fn parse_constant(&mut self, results: Values) -> Result<Constant> {

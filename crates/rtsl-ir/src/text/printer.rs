@@ -142,6 +142,10 @@ impl Printer<'_, '_> {
             OpKind::LightSample { .. } => self.plain("light_sample", kind),
             OpKind::Ambient => self.plain("ambient", kind),
             OpKind::Rand => self.plain("rand", kind),
+            OpKind::Query(query, _) => {
+                self.out.write_str("query ")?;
+                self.plain(query.name(), kind)
+            }
             OpKind::ReferenceCall(call) => {
                 let (role, method) = (call.role.name(), call.method.name());
                 write!(self.out, "call {role}.{method} of {}", call.member)?;

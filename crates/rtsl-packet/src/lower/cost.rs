@@ -50,6 +50,7 @@ impl Lowering<'_> {
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }
             | OpKind::Rand
+            | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
             | OpKind::ReportBudget => return None,

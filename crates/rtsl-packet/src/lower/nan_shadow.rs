@@ -256,6 +256,7 @@ impl<'a> Shadow<'a> {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand
+            | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
             | OpKind::ReportBudget => return None,

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
+use rtsl_ir::{Constant, Function, OpKind, Output, VariableId, VariableKind};
 use rtsl_jit::{CompiledCallback, CompiledKernel, JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_opt::unchanged::{self, VariableScalar};
@@ -186,16 +186,18 @@ impl KernelCompiler {
         Ok(packet)
     }
 
-    /// Makes kernels, all in one module, which costs less than one each.
+    /// Makes kernels, all in one module, which costs less than one each. If one of them asks the scene, as methods of
+    /// integrators do, the interpreter runs them.
     ///
     /// # Errors
     /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by
     /// one.
     pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
         let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
+        let asks_scene = sources.iter().any(|source| asks_scene(source.function));
         nesting::with_stack_for(nesting, || match &self.llvm {
-            Some(llvm) => self.compiled(sources, llvm),
-            None => sources.iter().map(|source| self.interpreted(*source)).collect(),
+            Some(llvm) if !asks_scene => self.compiled(sources, llvm),
+            _ => sources.iter().map(|source| self.interpreted(*source)).collect(),
         })
     }
 
@@ -278,6 +280,13 @@ impl KernelCompiler {
         let packet = rtsl_packet::lower_packet(function, layout, width);
         packet.map_err(|error| errors::lowering(&function.name, &error))
     }
+}
+
+/// True if the function asks the scene as integrators do, for which only the interpreter has an interface.
+fn asks_scene(function: &Function) -> bool {
+    let mut asks = false;
+    function.body.for_each_op(&mut |op| asks |= matches!(op.kind, OpKind::Query(..)));
+    asks
 }
 
 /// Returns the text of packet code that LLVM compiles.
