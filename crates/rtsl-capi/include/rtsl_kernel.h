@@ -60,7 +60,10 @@ enum RtslState {
     RTSL_STATE_BSDFValue = 66, /* color: the scattering function, without the cosine */
     RTSL_STATE_EmissionColor = 69, /* color: radiance leaving towards the ray's origin */
     RTSL_STATE_SurfaceOffset = 72, /* float: least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space */
-    RTSL_STATE_COMPONENTS = 73
+    RTSL_STATE_RayWidth = 73, /* float: width of the ray's footprint at its origin */
+    RTSL_STATE_RaySpread = 74, /* float: growth of the footprint's width with each length of the direction */
+    RTSL_STATE_RayDepth = 75, /* float: number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there */
+    RTSL_STATE_COMPONENTS = 76
 };
 
 /* What methods find in components that no host sets: initialisers for RTSL_STATE_COMPONENTS floats. */
@@ -98,6 +101,9 @@ enum RtslState {
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
+    0.0f, \
+    0.0f, \
+    0.0f, \
     0.0f
 
 /* Bits of RtslClass.roles. */

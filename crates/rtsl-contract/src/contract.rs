@@ -77,6 +77,8 @@ pub enum Contract {
     Budget,
     /// Rays towards samples with a density find the light, so that the two can be weighted against each other.
     LightMeeting,
+    /// The radiance of an integrator is finite.
+    Radiance,
 }
 
 impl Contract {
@@ -128,6 +130,7 @@ impl Contract {
             Contract::CameraLimits => "limits of rays let hits count",
             Contract::TextureValues => "values are numbers, whatever the filter",
             Contract::TextureFilter => "wide filters tend to the mean",
+            Contract::Radiance => "radiance is finite",
             Contract::SameBits => "results have the same bits at every width",
             Contract::Budget => "every call comes to its end",
             Contract::LightMeeting => "rays find what samples with a density are",
@@ -169,6 +172,9 @@ impl Contract {
             }
             Contract::Lengths => {
                 "the parameter of a hit counts in units of rt_RayDirection's length; divide by its square where you solve for it"
+            }
+            Contract::Radiance => {
+                "a division by a density or a probability that may be 0, or a weight without bound"
             }
             Contract::Points => "intersect: a hit that is none, or one that is missed",
             Contract::Leaving => {

@@ -27,6 +27,8 @@ mod agreement;
 mod camera;
 mod contract;
 mod distribution;
+mod furnace;
+mod integrator;
 mod light;
 mod light_meeting;
 mod material;
@@ -78,6 +80,7 @@ pub fn check(
             Role::Primitive => primitive::check(&subject),
             Role::Camera => camera::check(&subject),
             Role::Texture => texture::check(&subject),
+            Role::Integrator => integrator::check(&subject),
             Role::Light => light::check(&subject).and_then(|mut found| {
                 found.push(light_meeting::check(&subject)?);
                 Ok(found)

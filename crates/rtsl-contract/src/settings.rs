@@ -126,6 +126,7 @@ fn make_stand_in(role: Role) -> Arc<Instance> {
         }
         Role::Light => of_library("shaders/lights/point_light.rtsl", "PointLight", vec![]),
         Role::Material => of_library("shaders/materials/lambertian.rtsl", "Lambertian", vec![]),
+        Role::Integrator => of_library("shaders/integrators/depth.rtsl", "Depth", vec![]),
     }
 }
 

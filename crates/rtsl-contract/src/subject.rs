@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
+use rtsl::host::Host;
 use rtsl::{
     CallArguments, CallMode, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program,
     Role, lookup_state, new_state, set_defaults,
@@ -70,15 +71,29 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// If the method cannot be compiled or does not terminate.
     pub fn call(&self, method: Method, rays: &mut Rays) -> Result<(), Stop> {
+        self.call_with(method, rays, None)
+    }
+
+    /// Calls a method for all rays with this host instead of theirs.
+    ///
+    /// # Errors
+    /// If the method cannot be compiled or does not terminate.
+    pub fn call_with(
+        &self,
+        method: Method,
+        rays: &mut Rays,
+        host: Option<&mut dyn Host>,
+    ) -> Result<(), Stop> {
         let kernel = self.program.kernel(method, CallMode::Packet)?;
+        let Rays { state, scratch, accepted, host: own, count } = rays;
         let status = kernel.call(CallArguments {
-            state: &mut rays.state,
-            scratch: &mut rays.scratch,
-            count: rays.count,
+            state,
+            scratch,
+            count: *count,
             mask: None,
-            accepted: (method == Method::Intersect).then_some(&mut rays.accepted),
+            accepted: (method == Method::Intersect).then_some(accepted),
             instances: Instances::One(&self.block),
-            host: &mut rays.host,
+            host: host.unwrap_or(own),
         });
         let ends = !status.budget_exhausted;
         self.calls

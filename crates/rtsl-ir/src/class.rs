@@ -25,6 +25,8 @@ pub struct Class {
     pub scratch: Vec<Variable>,
     /// The scratch members as declared, in order, for hosts that show or set them.
     pub scratch_types: Vec<(String, ParameterType)>,
+    /// The scratch members that hosts may keep beside the results of a method, such as AOVs, as declared, in order.
+    pub outputs: Vec<(String, ParameterType)>,
     /// The references.
     pub references: Vec<Reference>,
     /// Stores the initial value of every member and the default of every constructor parameter (zero where it has

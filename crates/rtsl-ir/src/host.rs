@@ -172,10 +172,10 @@ pub trait Host {
         Default::default()
     }
 
-    /// Answers a query of an integrator. Operands and results are bits, in the order of [`Query::operands`] and
-    /// [`Query::results`]; the results are zero on entry. Integrators run for one ray at a time.
-    fn query(&mut self, query: Query, operands: &[u32], results: &mut [u32]) {
-        let _ = (query, operands, results);
+    /// Answers a query of an integrator for the ray with index `ray` of the call. Operands and results are bits, in the
+    /// order of [`Query::operands`] and [`Query::results`]; the results are zero on entry.
+    fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
+        let _ = (ray, query, operands, results);
     }
 
     /// Returns the next dimension of each ray's sampler, in [0,1); `values` is zero on entry.

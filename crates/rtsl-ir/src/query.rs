@@ -1,8 +1,8 @@
 //! Queries: what an integrator asks of the scene.
 //!
 //! A query names a ray, a surface, a light or a number of the sampler by scalars alone, so that an integrator is
-//! compiled without knowing the scene. A *surface* is the 14 scalars of [`SURFACE`]: which object a ray hit, and the ray.
-//! Everything else about it (point, normals, what its material does) is computed from these on request.
+//! compiled without knowing the scene. A *surface* is the 14 scalars of [`SURFACE`]: which object a ray hit, and the
+//! ray. Everything else about it (point, normals, what its material does) is computed from these on request.
 
 use rtsl_spec::COLOR_COMPONENTS;
 
@@ -13,11 +13,12 @@ use crate::{Effect, Scalar};
 /// the direction's length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Query {
-    /// The nearest hit of a ray: whether there is one, the object, and the distance.
+    /// The nearest hit of a ray: whether there is one, the object, and the distance. An epsilon of 0 is the scene's.
     NearestHit,
     /// The properties of a surface that do not depend on its material.
     SurfaceProperties,
-    /// The radiance that the surface's material emits towards the ray's origin.
+    /// The radiance that the surface's material emits towards the ray's origin; what `shade` returns for a material that
+    /// has no other method.
     Emission,
     /// The radiance of the area light that the surface is; black if it is none.
     LightEmission,
@@ -32,9 +33,10 @@ pub enum Query {
     SampleBsdf,
     /// The radiance that the material's `shade` returns; the rays that it traces are integrated at the next depth.
     Shade,
-    /// A light of the scene for a point with these normals, on the side that is seen. The density includes the
-    /// probability with which the light was selected; it is 0 for a delta light, whose colour is then divided by that
-    /// probability.
+    /// A light of the scene, which the seed selects, for a point with these normals, on the side that is seen. Rays that
+    /// leave the point begin off the surface by the offset. The density includes the probability with which the light
+    /// was selected; it is 0 if no ray can find the light. The colour is divided by the density of the sample; for a
+    /// delta light by that probability.
     SampleLight,
     /// The number of lights that rays find when they leave the scene.
     SkyCount,
@@ -54,8 +56,9 @@ pub enum Query {
 /// A group of operands or results: name, type and number of scalars.
 pub type Scalars = (&'static str, Scalar, u32);
 
-/// The scalars of a surface. Which object a ray hit: object, instance and element. Where: the distance, and the least and
-/// greatest that count. The ray, and the width of its footprint at the origin and by how much it grows with distance.
+/// The scalars of a surface. Which object a ray hit: object, instance and element. Where: the distance, and the least
+/// and greatest that count. The ray, and the width of its footprint at the origin and by how much it grows with
+/// distance.
 pub const SURFACE: [Scalars; 10] = [
     ("object", Scalar::I32, 1),
     ("instance", Scalar::I32, 1),
@@ -215,7 +218,13 @@ impl Query {
             Query::Shade => on("shade", &[], &[COLOR]),
             Query::SampleLight => of(
                 "sample_light",
-                &[POINT, GEOMETRIC_NORMAL, SHADING_NORMAL, ("seed", Scalar::F32, 3)],
+                &[
+                    POINT,
+                    GEOMETRIC_NORMAL,
+                    SHADING_NORMAL,
+                    ("offset", Scalar::F32, 1),
+                    ("seed", Scalar::F32, 1),
+                ],
                 &[("found", Scalar::Bool, 1), DIRECTION, DISTANCE, COLOR, DENSITY],
             ),
             Query::SkyCount => of("sky_count", &[], &[("count", Scalar::I32, 1)]),

@@ -3,7 +3,7 @@
 use rtsl_ir::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
 use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
 use rtsl_source::Span;
-use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Operation, Special};
+use rtsl_spec::builtins::{Lowering as BuiltinLowering, Operation, Special};
 
 use crate::Lowering;
 use crate::calls::Argument;
@@ -23,8 +23,7 @@ impl<'m> Lowering<'m> {
                 self.lower_call(prelude, &call.arguments, expression.span)
             };
         }
-        let entry = builtins::find(call.name).expect("the checker found it in the registry");
-        match entry.lowering {
+        match call.builtin.lowering {
             BuiltinLowering::Operation(operation) => {
                 let arguments = self.lower_all(&call.arguments)?;
                 Ok(self.operate(operation, &arguments))
@@ -32,7 +31,7 @@ impl<'m> Lowering<'m> {
             BuiltinLowering::Special(special) => {
                 self.lower_special(special, &call.arguments, expression.span)
             }
-            BuiltinLowering::Prelude => unreachable!("{} has its function", call.name),
+            BuiltinLowering::Prelude => unreachable!("{} has its function", call.builtin.name),
         }
     }
 
@@ -92,6 +91,8 @@ impl<'m> Lowering<'m> {
         match special {
             Special::Hit => self.lower_hit(values[0][0], span),
             Special::Trace | Special::Occluded => Ok(self.lower_ray(special, &values)),
+            Special::NearestHit => self.lower_nearest_hit(&values, span),
+            Special::Query(name) => Ok(self.lower_scene_query(name, values)),
             Special::Ambient => Ok(self.builder.push(OpKind::Ambient).iter().collect()),
             Special::Rand => Ok(vec![self.builder.push(OpKind::Rand).get(0)]),
             Special::Inside => self.lower_inside(span),

@@ -18,7 +18,7 @@ use crate::facts::{FactTable, Root};
 use crate::layout::Layouts;
 use crate::limits::{self, Lowered};
 use crate::members::ConstantTables;
-use crate::parameters::{parameters_of, reference_role, scratch_types};
+use crate::parameters::{parameters_of, ray_member_types, reference_role};
 use crate::textured;
 use crate::variables::{LocalPool, SourceVariableId};
 use crate::{Lowering, Purpose};
@@ -104,7 +104,8 @@ impl<'m> Maker<'m> {
             members: variables(VariableKind::Member),
             buffers: variables(VariableKind::Buffer),
             scratch: variables(VariableKind::Scratch),
-            scratch_types: scratch_types(self.layouts, self.class),
+            scratch_types: ray_member_types(self.layouts, self.class, Storage::is_of_ray),
+            outputs: ray_member_types(self.layouts, self.class, |it| it == Storage::Output),
             references: self.references(),
             initializer,
             constructor,
@@ -335,6 +336,6 @@ fn variable_kind(member: &Member) -> Option<VariableKind> {
         (ty, _) if reference_role(ty).is_some() => None,
         (Type::Buffer(_), _) => Some(VariableKind::Buffer),
         (_, Storage::Public | Storage::Private) => Some(VariableKind::Member),
-        (_, Storage::Scratch) => Some(VariableKind::Scratch),
+        (_, Storage::Scratch | Storage::Output) => Some(VariableKind::Scratch),
     }
 }

@@ -4,7 +4,7 @@ use rtsl_ir::{UnaryOp, Value};
 use rtsl_sema::hir::{
     BinaryOperator, Expression, ExpressionKind, StepOperator, Type, UnaryOperator,
 };
-use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Special};
+use rtsl_spec::builtins::{Builtin, Lowering as BuiltinLowering, Special};
 
 use crate::access::{Access, element_count};
 use crate::facts::{CHOICE, Root, root_of};
@@ -363,7 +363,7 @@ pub(crate) fn is_cheap(expression: &Expression) -> bool {
             | ExpressionKind::Conditional(..)
             | ExpressionKind::IsSet(_)
             | ExpressionKind::Length(_) => true,
-            ExpressionKind::Builtin(call) => is_cheap_builtin(call.name),
+            ExpressionKind::Builtin(call) => is_cheap_builtin(call.builtin),
             ExpressionKind::Assign { .. }
             | ExpressionKind::Step { .. }
             | ExpressionKind::Sequence(..)
@@ -376,10 +376,10 @@ pub(crate) fn is_cheap(expression: &Expression) -> bool {
     cheap && nodes <= CHEAP_NODES
 }
 
-fn is_cheap_builtin(name: &str) -> bool {
-    match builtins::find(name).map(|entry| entry.lowering) {
-        Some(BuiltinLowering::Operation(_)) => true,
-        Some(BuiltinLowering::Special(special)) => match special {
+fn is_cheap_builtin(builtin: &Builtin) -> bool {
+    match builtin.lowering {
+        BuiltinLowering::Operation(_) => true,
+        BuiltinLowering::Special(special) => match special {
             Special::Inside
             | Special::IsSet
             | Special::IsTextured
@@ -391,9 +391,11 @@ fn is_cheap_builtin(name: &str) -> bool {
             | Special::Trace
             | Special::Occluded
             | Special::Ambient
+            | Special::NearestHit
+            | Special::Query(_)
             | Special::Rand
             | Special::MatrixCompMult => false,
         },
-        Some(BuiltinLowering::Prelude) | None => false,
+        BuiltinLowering::Prelude => false,
     }
 }

@@ -6,7 +6,7 @@ use rtsl_sema::hir::{
     Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, ReferenceFunction,
     StateId, Statement, StatementKind, Type,
 };
-use rtsl_spec::builtins::{self, Lowering, Special};
+use rtsl_spec::builtins::{Lowering, Special};
 
 use crate::state_table::{light_states, state_id};
 use crate::walk::{Node, called, walk, walk_expression, walk_statements};
@@ -133,12 +133,11 @@ impl FactTable {
                 report(Root::State(state_id("rt_LightDirection")));
                 report(Root::State(state_id("rt_PDF")));
             }
-            ExpressionKind::Builtin(call) => {
-                let entry = builtins::find(call.name);
-                if entry.is_some_and(|entry| entry.lowering == Lowering::Special(Special::Hit)) {
-                    report(Root::Accepted);
-                    report(Root::State(state_id("rt_HitDistance")));
-                }
+            ExpressionKind::Builtin(call)
+                if call.builtin.lowering == Lowering::Special(Special::Hit) =>
+            {
+                report(Root::Accepted);
+                report(Root::State(state_id("rt_HitDistance")));
             }
             _ => {}
         }

@@ -37,6 +37,7 @@ mod loops;
 mod members;
 mod operators;
 mod parameters;
+mod queries;
 mod references;
 mod state;
 mod state_table;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rtsl_ir::{Constant, UnaryOp, VariableKind, evaluate};
 use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 use rtsl_source::Span;
+use rtsl_spec::Method;
 
 use crate::access::Access;
 use crate::facts::Root;
@@ -81,7 +82,7 @@ impl<'m> Lowering<'m> {
                 continue;
             }
             let kind = match (self.member(id).storage, self.purpose) {
-                (Storage::Scratch, Purpose::Method(_)) => VariableKind::Scratch,
+                (Storage::Scratch | Storage::Output, Purpose::Method(_)) => VariableKind::Scratch,
                 (Storage::Public | Storage::Private, Purpose::Constructor) => VariableKind::Member,
                 _ => continue,
             };
@@ -146,7 +147,7 @@ impl<'m> Lowering<'m> {
         let kind = match (storage, self.purpose) {
             _ if matches!(ty, Type::Buffer(_)) => VariableKind::Buffer,
             (Storage::Public | Storage::Private, _) => VariableKind::Member,
-            (Storage::Scratch, purpose) => {
+            (Storage::Scratch | Storage::Output, purpose) => {
                 if !keeps_scratch(purpose) {
                     return self.new_zero_member(id, name, ty, *span);
                 }
@@ -235,10 +236,11 @@ fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Opt
 }
 
 /// True if scratch members hold the values of an earlier method. `intersect` starts with zeros for
-/// every object, so that the order in which objects are tested has no effect.
+/// every object, so that the order in which objects are tested has no effect. `radiance` is the only method of its
+/// role.
 fn keeps_scratch(purpose: Purpose) -> bool {
     match purpose {
-        Purpose::Method(method) => method != rtsl_spec::Method::Intersect,
+        Purpose::Method(method) => !matches!(method, Method::Intersect | Method::Radiance),
         Purpose::Constructor | Purpose::Initializer => false,
     }
 }

@@ -33,10 +33,14 @@ pub(crate) fn parameters_of(module: &Module, layouts: &Layouts, class: &Class) -
     parameters
 }
 
-/// The types of the scratch members.
-pub(crate) fn scratch_types(layouts: &Layouts, class: &Class) -> Vec<(String, ParameterType)> {
-    let scratch = class.members.iter().filter(|member| member.storage == Storage::Scratch);
-    scratch.map(|member| (member.name.clone(), parameter_type(layouts, &member.ty))).collect()
+/// The types of the members whose storage is wanted, all of which are data of a ray.
+pub(crate) fn ray_member_types(
+    layouts: &Layouts,
+    class: &Class,
+    is_wanted: impl Fn(Storage) -> bool,
+) -> Vec<(String, ParameterType)> {
+    let members = class.members.iter().filter(|member| is_wanted(member.storage));
+    members.map(|member| (member.name.clone(), parameter_type(layouts, &member.ty))).collect()
 }
 
 fn constructor_parameters(module: &Module, layouts: &Layouts, class: &Class) -> Vec<Parameter> {

@@ -27,6 +27,8 @@ pub struct RenderRequest<'a> {
     pub scene: PathBuf,
     /// The renderer, overriding the scene's. If neither selects one, paths are traced if all surfaces support it.
     pub renderer: Option<Renderer>,
+    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's.
+    pub integrator: Option<String>,
     /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
@@ -227,6 +229,9 @@ fn fingerprint(
     fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
     fingerprint.set("arithmetic", arithmetic(request.engine.math, &loaded.engine));
     fingerprint.set("parameters set", request.defines.join(" "));
+    if let Some(integrator) = &request.integrator {
+        fingerprint.set("integrator", integrator);
+    }
     let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
     fingerprint.set("noise target", noise);
     let has_features = request.batch_aovs().iter().any(|aov| is_feature(*aov));
@@ -372,11 +377,15 @@ impl LoadedScene {
             defines,
             search_path,
             camera: request.camera.clone(),
+            integrator: request.integrator.clone(),
             input_memory: request.input_memory,
             texture_memory: request.texture_memory,
         };
         let mut loaded = load_scene(&request.scene, files, &options)?;
         apply(request, &mut loaded.scene.settings);
+        if request.renderer.is_some() {
+            loaded.scene.integrator = None;
+        }
         if let Some(problem) = loaded.scene.settings.size_problem() {
             return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
         }

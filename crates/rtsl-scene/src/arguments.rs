@@ -165,6 +165,7 @@ fn reference_kind(role: Role) -> ReferenceKind {
         Role::Texture => ReferenceKind::Texture,
         Role::Light => ReferenceKind::Light,
         Role::Material => ReferenceKind::Material,
+        Role::Integrator => ReferenceKind::Integrator,
     }
 }
 

@@ -160,6 +160,12 @@ impl<'a> Classes<'a> {
         STANDARD.iter().map(|(name, _)| *name)
     }
 
+    /// The names of the integrators of the standard library.
+    pub fn standard_integrators() -> impl Iterator<Item = &'static str> {
+        let is_integrator = |file: &LibraryFile| file.path.starts_with("shaders/integrators/");
+        STANDARD.iter().filter(move |(_, file)| is_integrator(file)).map(|(name, _)| *name)
+    }
+
     /// The errors and warnings of the compiler.
     pub fn messages(&self) -> &Messages {
         &self.messages

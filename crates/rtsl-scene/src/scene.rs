@@ -12,6 +12,8 @@ use super::Settings;
 pub struct Scene {
     /// Film, sampler and integrator.
     pub settings: Settings,
+    /// The integrator written in RTSL, if the scene names one.
+    pub integrator: Option<Arc<Instance>>,
     /// The camera.
     pub camera: Arc<Instance>,
     /// From the camera's space to the world's, at shutter open.

@@ -32,6 +32,8 @@ pub struct LoadOptions {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
+    /// The integrator, without parameters, in place of the scene's.
+    pub integrator: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
     /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
@@ -148,6 +150,9 @@ impl<'f> SceneSource<'f> {
         let mut description = read(path, files, options, &budget, &mut map, &mut diagnostics);
         add_missing_camera(&mut description, &mut diagnostics);
         let contents = if is_gltf(path) { digest(path, files, options) } else { None };
+        if let Some(integrator) = &options.integrator {
+            defines::set_integrator(&mut description, integrator, &mut map);
+        }
         defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
         share_film_size(&mut description);
         let settings = Settings::read(&description, &mut diagnostics);

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use rtsl_ir::class::Annotation;
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::Span;
+use rtsl_spec::builtins::Builtin;
 use rtsl_spec::{Method, Role};
 
 pub use rtsl_syntax::ast::{BinaryOperator, StepOperator, UnaryOperator};
@@ -135,6 +136,15 @@ pub enum Storage {
     Private,
     /// Data of a ray.
     Scratch,
+    /// Data of a ray that hosts may keep, such as an AOV.
+    Output,
+}
+
+impl Storage {
+    /// True if the member is data of a ray.
+    pub fn is_of_ray(self) -> bool {
+        matches!(self, Storage::Scratch | Storage::Output)
+    }
 }
 
 /// A constructor: a function of its parameters, with their defaults.
@@ -457,8 +467,8 @@ pub enum ExpressionKind {
 /// A call of a built-in function.
 #[derive(Clone, Debug)]
 pub struct BuiltinCall {
-    /// The name in `rtsl_spec::builtins`, whose entry gives the lowering.
-    pub name: &'static str,
+    /// The entry in `rtsl_spec::builtins`: a function, or a method of a struct, whose first argument is the struct.
+    pub builtin: &'static Builtin,
     /// For the lowering `Prelude`: the prelude's function. It takes whole arguments or, if it takes
     /// scalars and the arguments are vectors, is applied component by component (`componentwise`).
     pub prelude: Option<FunctionId>,

@@ -84,6 +84,7 @@ impl<'m> Printer<'m> {
                 Storage::Public => "public",
                 Storage::Private => "private",
                 Storage::Scratch => "scratch",
+                Storage::Output => "output",
             };
             let value = member
                 .initializer
@@ -284,7 +285,7 @@ impl<'m> Printer<'m> {
             }
             ExpressionKind::Builtin(call) => {
                 let each = if call.componentwise { "*" } else { "" };
-                format!("{}{each}({})", call.name, self.list(&call.arguments))
+                format!("{}{each}({})", call.builtin.name, self.list(&call.arguments))
             }
             ExpressionKind::ReferenceCall(call) => format!(
                 "{}.{}({})",

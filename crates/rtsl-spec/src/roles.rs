@@ -1,4 +1,4 @@
-//! The five roles and their methods.
+//! The six roles and their methods.
 
 /// The part of a ray tracer that a shader implements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -13,12 +13,20 @@ pub enum Role {
     Light,
     /// Scatters and emits light at a surface.
     Material,
+    /// Gathers the light that a camera's ray brings back.
+    Integrator,
 }
 
 impl Role {
-    /// All roles, in the order in which the paper of 2007 lists them.
-    pub const ALL: [Role; 5] =
-        [Role::Camera, Role::Primitive, Role::Texture, Role::Light, Role::Material];
+    /// All roles: those of the paper of 2007 in its order, then integrators.
+    pub const ALL: [Role; 6] = [
+        Role::Camera,
+        Role::Primitive,
+        Role::Texture,
+        Role::Light,
+        Role::Material,
+        Role::Integrator,
+    ];
 
     /// The name in diagnostics: `camera`.
     pub const fn name(self) -> &'static str {
@@ -28,6 +36,7 @@ impl Role {
             Role::Texture => "texture",
             Role::Light => "light",
             Role::Material => "material",
+            Role::Integrator => "integrator",
         }
     }
 
@@ -39,6 +48,7 @@ impl Role {
             Role::Texture => "rt_Texture",
             Role::Light => "rt_Light",
             Role::Material => "rt_Material",
+            Role::Integrator => "rt_Integrator",
         }
     }
 
@@ -78,11 +88,12 @@ pub enum Method {
     EvaluatePdf,
     Emission,
     Illumination,
+    Radiance,
 }
 
 impl Method {
     /// All methods, grouped by role.
-    pub const ALL: [Method; 15] = [
+    pub const ALL: [Method; 16] = [
         Method::GenerateRay,
         Method::Intersect,
         Method::ComputeBounds,
@@ -98,6 +109,7 @@ impl Method {
         Method::EvaluatePdf,
         Method::Emission,
         Method::Illumination,
+        Method::Radiance,
     ];
 
     /// The name in RTSL source.
@@ -118,6 +130,7 @@ impl Method {
             Method::EvaluatePdf => "evaluatePDF",
             Method::Emission => "emission",
             Method::Illumination => "illumination",
+            Method::Radiance => "radiance",
         }
     }
 
@@ -141,6 +154,7 @@ impl Method {
             Method::Shade | Method::Bsdf | Method::SampleBsdf => &[Role::Material],
             Method::EvaluatePdf | Method::Emission => &[Role::Material, Role::Light],
             Method::Illumination => &[Role::Light],
+            Method::Radiance => &[Role::Integrator],
         }
     }
 
@@ -164,6 +178,7 @@ impl Method {
             Method::EvaluatePdf => "gives the density with which a direction is chosen",
             Method::Emission => "gives the radiance emitted towards the ray's origin",
             Method::Illumination => "gives the light that arrives at a point",
+            Method::Radiance => "gives the radiance along a ray",
         }
     }
 }

@@ -199,7 +199,7 @@ macro_rules! access {
 }
 
 use self::Default::{Components, Constant, Grey, Luminance, Tangent, Variable};
-use crate::Role::{Camera, Light, Material, Primitive, Texture};
+use crate::Role::{Camera, Integrator, Light, Material, Primitive, Texture};
 use crate::StateType::{Color, Float, Vec2, Vec3};
 
 const ZERO: Default = Constant(0.0);
@@ -300,6 +300,15 @@ const ROWS: &[Row] = &[
     // Variables that came later are at the end: the components of the others stay where they were.
     optional(ours(all(Primitive, "rt_SurfaceOffset", Float, access![Out: ComputeNormal;], ZERO,
         "least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space"))),
+
+    ours(all(Integrator, "rt_RayOrigin", Vec3, IN, ZERO, "origin of the ray, in world space")),
+    ours(all(Integrator, "rt_RayDirection", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "direction of the ray, in world space; need not be unit length")),
+    ours(all(Integrator, "rt_Epsilon", Float, IN, Constant(1e-4), "least distance at which a hit counts")),
+    ours(all(Integrator, "rt_HitDistance", Float, IN, INFINITE, "greatest distance at which a hit counts")),
+    ours(all(Integrator, "rt_SampleColor", Color, OUT, ZERO, "radiance that returns to the ray's origin, without contributions")),
+    ours(all(Integrator, "rt_RayWidth", Float, IN, ZERO, "width of the ray's footprint at its origin")),
+    ours(all(Integrator, "rt_RaySpread", Float, IN, ZERO, "growth of the footprint's width with each length of the direction")),
+    ours(all(Integrator, "rt_RayDepth", Float, IN, ZERO, "number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there")),
 ];
 
 #[cfg(test)]

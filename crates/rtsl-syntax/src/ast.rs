@@ -116,6 +116,8 @@ pub enum Qualifier {
     Private,
     Scratch,
     Texture,
+    /// `output`
+    Output,
     Const,
     Uniform,
     Precise,

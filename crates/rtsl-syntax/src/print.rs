@@ -236,6 +236,7 @@ impl fmt::Display for Show<'_, Qualifiers> {
                 Qualifier::Private => "private ",
                 Qualifier::Scratch => "scratch ",
                 Qualifier::Texture => "texture ",
+                Qualifier::Output => "output ",
                 Qualifier::Const => "const ",
                 Qualifier::Uniform => "uniform ",
                 Qualifier::Precise => "precise ",

@@ -52,6 +52,7 @@ keywords! {
     Break "break" Case "case" Class "class" Const "const" Continue "continue" Default "default"
     Do "do" Else "else" False "false" For "for" Highp "highp" If "if" Illuminance "illuminance"
     In "in" InOut "inout" Invariant "invariant" Lowp "lowp" Mediump "mediump" Out "out"
+    Output "output"
     Precise "precise" Precision "precision" Private "private" Public "public" Return "return"
     Scratch "scratch" Struct "struct" Switch "switch" True "true" Uniform "uniform" While "while"
 }
@@ -141,7 +142,7 @@ fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
         "sizeof" => ("arrays have `.length()`", Reading::Name),
         "interface" => ("derive a class from a role such as `rt_Material`", Reading::Name),
         "cast" => ("constructors convert: `int(x)`", Reading::Name),
-        "common" | "partition" | "active" | "asm" | "resource" | "input" | "output" | "filter"
+        "common" | "partition" | "active" | "asm" | "resource" | "input" | "filter"
         | "namespace" => (FUTURE, Reading::Name),
         _ => return None,
     })

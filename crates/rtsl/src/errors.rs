@@ -158,6 +158,8 @@ pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
             Diagnostic::new(codes::TOO_MUCH_STACK, problem)
                 .help("index fewer or smaller local arrays with what is computed, or keep them in scratch")
         }
+        LowerError::Query(_) => code_generation(name, error)
+            .help("integrators run in renderers, on the interpreter; `--emit ir` shows their code"),
         other => code_generation(name, other),
     }
 }

@@ -35,6 +35,9 @@ pub struct EvalArguments {
     /// A scratch member before the call; may be repeated.
     #[arg(long = "scratch", value_name = "NAME=VALUE", value_parser = parse_setting)]
     scratch: Vec<(String, JsonValue)>,
+    /// The scene that an integrator asks; without one, rays hit nothing.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
     /// The greatest number of loop iterations of one ray, in all loops together, and of the constructor; at most
     /// 1073741824. Requests of `--stdin` set their own.
     #[arg(long, value_name = "ITERATIONS", default_value_t = DEFAULT_LOOP_BUDGET)]
@@ -43,7 +46,7 @@ pub struct EvalArguments {
     #[arg(long)]
     json: bool,
     /// Read one JSON request per line from standard input, write one JSON answer per line.
-    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "state", "scratch"])]
+    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "state", "scratch", "scene"])]
     stdin: bool,
     #[command(flatten)]
     engine: EngineArguments,
@@ -102,6 +105,7 @@ fn request(arguments: &EvalArguments) -> Request {
         width: arguments.engine.width,
         math: Some(math.to_owned()),
         budget: Some(arguments.budget),
+        scene: arguments.scene.clone(),
         ..Request::default()
     }
 }

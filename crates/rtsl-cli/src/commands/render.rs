@@ -39,6 +39,10 @@ pub struct RenderArguments {
     /// The renderer, overriding the scene's integrator.
     #[arg(long, value_enum)]
     renderer: Option<RendererName>,
+    /// The integrator, overriding the scene's: a class written in RTSL such as `Normals`, or a name of the pbrt format.
+    /// `-D integrator.NAME=VALUE` sets its parameters.
+    #[arg(long, value_name = "NAME", conflicts_with = "renderer")]
+    integrator: Option<String>,
     /// Samples per pixel, overriding the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -179,6 +183,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     let request = RenderRequest {
         scene: arguments.scene.clone(),
         renderer: arguments.renderer.map(Renderer::from),
+        integrator: arguments.integrator.clone(),
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
         camera: arguments.camera.clone(),

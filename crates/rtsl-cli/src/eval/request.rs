@@ -51,6 +51,8 @@ pub struct Request {
     pub math: Option<String>,
     /// The greatest number of loop iterations of one ray; [`DEFAULT_LOOP_BUDGET`] if not given.
     pub budget: Option<u32>,
+    /// The scene that an integrator asks; without one, nothing is there.
+    pub scene: Option<PathBuf>,
     /// The answers of the host.
     #[serde(default)]
     pub host: HostRequest,

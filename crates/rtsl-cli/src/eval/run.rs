@@ -1,13 +1,17 @@
 //! Executes a request: creates the instance, sets its inputs, calls the method and reads the outputs.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use rtsl::{
-    CallArguments, CallMode, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, LoopOwners,
-    Method, ParameterType, Program, Role, Scalar, StateVariable, Unit, Value,
+    CallArguments, CallMode, Class, Diagnostic, Engine, Instance, Instances, LaneBlock, LaneMask,
+    LoopOwners, Messages, Method, ParameterType, Program, Role, Scalar, StateVariable, Unit, Value,
     diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
+use rtsl_render::batch::Evaluation as SceneEvaluation;
+use rtsl_scene::reader::DiskFiles;
+use rtsl_scene::{LoadOptions, load_scene};
 use serde_json::Value as JsonValue;
 
 use super::host::PlainHost;
@@ -72,15 +76,25 @@ pub fn run(
     set_scratch(&mut scratch, &program, &scratch_values)?;
     let mut accepted = LaneMask::new(lanes);
     let block = program.block(&instance);
-    let status = kernel.call(CallArguments {
-        state: &mut state,
-        scratch: &mut scratch,
-        count: lanes,
-        mask: None,
-        accepted: Some(&mut accepted),
-        instances: Instances::One(&block),
-        host: &mut PlainHost(&request.host),
-    });
+    let status = match (&request.scene, method) {
+        (Some(scene), Method::Radiance) => {
+            let scene = scene_of(scene, &instance, engine)?;
+            scene.radiance(&mut state, &mut scratch, lanes)
+        }
+        (Some(_), _) => {
+            let message = format!("`{}` asks no scene, only `radiance` does", method.name());
+            return Err(Refusal::Request(message));
+        }
+        (None, _) => kernel.call(CallArguments {
+            state: &mut state,
+            scratch: &mut scratch,
+            count: lanes,
+            mask: None,
+            accepted: Some(&mut accepted),
+            instances: Instances::One(&block),
+            host: &mut PlainHost(&request.host),
+        }),
+    };
     let answer = &mut evaluation.answer;
     if status.budget_exhausted {
         answer.ok = false;
@@ -95,6 +109,18 @@ pub fn run(
         answer.hit = Some(lanes_of(hits.collect()));
     }
     Ok(program)
+}
+
+/// Loads the scene that an integrator asks. `rtsl check` shows its warnings.
+fn scene_of(
+    path: &Path,
+    integrator: &Arc<Instance>,
+    engine: &Engine,
+) -> Result<SceneEvaluation, Refusal> {
+    let refusal = |messages: Messages| Refusal::Request(messages.to_text(false));
+    let mut loaded = load_scene(path, &DiskFiles, &LoadOptions::default()).map_err(refusal)?;
+    let warnings = &mut loaded.warnings;
+    SceneEvaluation::new(&loaded.scene, integrator, engine, warnings).map_err(refusal)
 }
 
 fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>, Refusal> {

@@ -4,6 +4,7 @@ mod bench;
 mod command;
 mod commands;
 mod files;
+mod integrators;
 mod memory_limits;
 mod resume;
 mod scene;

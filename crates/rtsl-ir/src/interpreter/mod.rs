@@ -278,7 +278,7 @@ impl Run<'_> {
         let count = query.result_scalars().count();
         let results = &mut self.registers[to as usize..][..count];
         results.fill(0);
-        host.query(query, self.operands, results);
+        host.query(self.lane_set.base, query, self.operands, results);
     }
 
     fn light_sample(&mut self, to: Register, operands: &[Register], host: &mut dyn Host) {

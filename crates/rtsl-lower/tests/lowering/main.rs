@@ -6,6 +6,7 @@ mod control;
 mod deep_texts;
 mod expressions;
 mod harness;
+mod integrators;
 mod lights;
 mod limits;
 mod metadata;

@@ -184,6 +184,7 @@ impl Entry {
             | Method::Emission => self.linked(*method).is_none_or(|linked| linked.reads_scratch),
             // Not called for hits.
             Method::GenerateRay
+            | Method::Radiance
             | Method::Intersect
             | Method::ComputeBounds
             | Method::GenerateSample

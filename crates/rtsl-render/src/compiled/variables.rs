@@ -55,6 +55,9 @@ variables! {
     float_texture_value "rt_FloatTextureValue";
     emission_color "rt_EmissionColor";
     sample_color "rt_SampleColor";
+    ray_width "rt_RayWidth";
+    ray_spread "rt_RaySpread";
+    ray_depth "rt_RayDepth";
 }
 
 /// Returns the components of all variables.

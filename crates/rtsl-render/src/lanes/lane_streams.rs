@@ -26,6 +26,11 @@ impl LaneStreams {
         self.sequences.keys()
     }
 
+    /// Returns the sample index of all rays.
+    pub fn sample(&self) -> u32 {
+        self.sample
+    }
+
     /// Sets the streams of rays that those of `lanes` spawn: each depends on its ray, and on the number of rays that it
     /// spawned before.
     // In place, and inlined into code with vectors of eight: passed by value, and with the baseline vector width, this

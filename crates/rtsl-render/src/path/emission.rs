@@ -116,12 +116,17 @@ impl PathTracer<'_> {
             batch.load_left(paths, left, NUMBERS_OF_SKIES);
             for sky in &self.scene.lights.skies {
                 let weights = self.weights_of_sky(sky, batch);
-                dispatch!(Level::new(), simd => self.set_sky_rays(simd, sky, batch));
-                self.call_sky(sky, Method::Emission, &sky.emission, batch);
+                self.compute_sky(sky, batch);
                 let lost = add(batch, paths, &weights);
                 self.report_lost(&sky.program.class().name, Method::Emission, lost);
             }
         }
+    }
+
+    /// Computes the radiance of an environment light along the rays of a batch.
+    pub fn compute_sky(&self, sky: &Sky, batch: &mut ShadingBatch) {
+        dispatch!(Level::new(), simd => self.set_sky_rays(simd, sky, batch));
+        self.call_sky(sky, Method::Emission, &sky.emission, batch);
     }
 
     fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, batch: &mut ShadingBatch) {
@@ -154,15 +159,8 @@ impl PathTracer<'_> {
     /// direction was not chosen by a density.
     fn weights_of_sky(&self, sky: &Sky, batch: &mut ShadingBatch) -> Row {
         let mut weights = [1.0; BATCH_LANES];
-        let Some((kernel, entry)) = &sky.density else { return weights };
-        dispatch!(Level::new(), simd => {
-            self.set_sky_rays(simd, sky, batch);
-            self.set_sky_points(simd, sky, batch);
-        });
-        self.call_sky(sky, Method::EvaluatePdf, kernel, batch);
-        for lane in 0..batch.count {
-            let probability = self.scene.lights.probability(*entry, get(&batch.origin, lane));
-            batch.light_density[lane] = batch.state.floats(variables().pdf)[lane] * probability;
+        if !self.compute_sky_densities(sky, batch) {
+            return weights;
         }
         dispatch!(Level::new(), simd => for eight in eights_of(simd, batch.count) {
             set_weights(eight, &batch.density, &batch.light_density, &mut weights);
@@ -172,6 +170,22 @@ impl PathTracer<'_> {
             densities.filter(|(density, _)| density.is_nan()).map(|(_, weight)| *weight = f32::NAN);
         self.report_lost(&sky.program.class().name, Method::EvaluatePdf, lost.count() as u64);
         weights
+    }
+
+    /// Computes the densities with which light samples at the origins of a batch's rays choose their directions. Returns
+    /// false if the light is never sampled.
+    pub fn compute_sky_densities(&self, sky: &Sky, batch: &mut ShadingBatch) -> bool {
+        let Some((kernel, entry)) = &sky.density else { return false };
+        dispatch!(Level::new(), simd => {
+            self.set_sky_rays(simd, sky, batch);
+            self.set_sky_points(simd, sky, batch);
+        });
+        self.call_sky(sky, Method::EvaluatePdf, kernel, batch);
+        for lane in 0..batch.count {
+            let probability = self.scene.lights.probability(*entry, get(&batch.origin, lane));
+            batch.light_density[lane] = batch.state.floats(variables().pdf)[lane] * probability;
+        }
+        true
     }
 
     /// Sets the points for which an environment light may have been sampled: the origins of the rays.
@@ -227,7 +241,7 @@ fn add(batch: &ShadingBatch, paths: &mut [Path], weights: &Row) -> u64 {
 
 impl ShadingBatch {
     /// Loads paths whose rays left the scene, with the random numbers that `purpose` selects.
-    fn load_left(&mut self, paths: &[Path], left: &[u32], purpose: u32) {
+    pub fn load_left(&mut self, paths: &[Path], left: &[u32], purpose: u32) {
         self.count = left.len().min(BATCH_LANES);
         let Some(last) = left.last() else { return };
         let padding = std::iter::repeat_n(last, self.count.next_multiple_of(8) - self.count);

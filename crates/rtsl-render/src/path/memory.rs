@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use super::integrator::IntegratorMemory;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
 use super::searcher::Searcher;
@@ -31,6 +32,8 @@ pub struct BatchMemory {
     pub camera: CameraMemory,
     /// The memory of materials that have only `shade`, if there are any.
     pub shade: Option<Box<ShadeMemory>>,
+    /// The memory of the integrator, if the scene has one written in RTSL.
+    pub integrator: Option<Box<IntegratorMemory>>,
     /// The number of rays traced so far.
     pub rays: RayCounts,
 }
@@ -38,6 +41,13 @@ pub struct BatchMemory {
 impl BatchMemory {
     /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene) -> Self {
+        let integrator = scene.integrator.as_ref();
+        let integrator = integrator.map(|it| Box::new(IntegratorMemory::new(scene, it)));
+        BatchMemory { integrator, ..BatchMemory::for_queries(scene) }
+    }
+
+    /// Allocates the memory for the queries of an integrator.
+    pub fn for_queries(scene: &BatchScene) -> Self {
         let sampler = scene.compiled.settings.sampler;
         let scratch = scene.scratch_arrays();
         BatchMemory {
@@ -48,7 +58,8 @@ impl BatchMemory {
             shadow_rays: Vec::new(),
             searcher: Searcher::new(scene),
             camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
-            shade: scene.has_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
+            integrator: None,
+            shade: scene.calls_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
             rays: RayCounts::default(),
         }
     }

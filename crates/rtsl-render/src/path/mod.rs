@@ -11,6 +11,9 @@
 //!    by `sampleBSDF`.
 //! 4. Shadow rays of all groups are traced likewise, and the contributions of unoccluded ones are added.
 //!
+//! An integrator written in RTSL takes the place of all this if the scene names one (folder
+//! `integrator`).
+//!
 //! # The estimator
 //!
 //! The radiance of a path is an unbiased estimate of the radiance along its camera ray. Light that a surface emits is
@@ -26,6 +29,7 @@ mod features;
 mod film;
 mod group_plan;
 mod instance_classes;
+mod integrator;
 mod kernels;
 mod lights;
 mod material;
@@ -51,6 +55,7 @@ mod wavefront;
 pub use checkpoints::Checkpoints;
 pub(crate) use features::is_feature;
 pub(crate) use film::BatchFilm;
+pub use integrator::Evaluation;
 pub use render::{BatchOptions, BatchRendered, render};
 pub use scene::BatchScene;
 pub(crate) use scene_builder::has_shade;

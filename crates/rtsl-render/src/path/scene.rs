@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::instance_classes::InstanceClasses;
+use super::integrator::Integrator;
 use super::lights::Lights;
 use super::object_entry::ObjectEntry;
 use super::surface_group::SurfaceGroup;
@@ -24,6 +25,8 @@ pub struct BatchScene {
     pub(super) alpha: InstanceClasses,
     /// The lights.
     pub(super) lights: Lights,
+    /// The integrator written in RTSL, if the scene names one.
+    pub(super) integrator: Option<Integrator>,
 }
 
 impl BatchScene {
@@ -32,9 +35,10 @@ impl BatchScene {
         !self.alpha.is_empty()
     }
 
-    /// True if any material has only `shade`.
-    pub(super) fn has_shade(&self) -> bool {
-        self.groups.iter().any(|group| group.material.shade.is_some())
+    /// True if any material has only `shade`, or the integrator calls `shade` of all of them.
+    pub(super) fn calls_shade(&self) -> bool {
+        self.integrator.as_ref().is_some_and(|integrator| integrator.calls_shade)
+            || self.groups.iter().any(|group| group.material.shade.is_some())
     }
 
     /// True if any surface reads the ray's footprint.

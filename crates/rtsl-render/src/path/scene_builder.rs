@@ -12,6 +12,7 @@ use rtsl_scene::Scene;
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
+use super::integrator::Integrator;
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::MaterialSource;
@@ -35,7 +36,11 @@ impl BatchScene {
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
         let builder = SceneBuilder::new(engine).listener(listener);
-        let builder = if has_shade(engine, scene) { builder } else { builder.for_searches() };
+        let integrator = scene.integrator.as_ref().map(|it| Integrator::new(engine, it));
+        let integrator = integrator.transpose().map_err(Messages::one)?;
+        let calls_shade =
+            integrator.as_ref().is_some_and(|it| it.calls_shade) || has_shade(engine, scene);
+        let builder = if calls_shade { builder } else { builder.for_searches() };
         let compiled = builder.build(scene.clone(), messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
@@ -46,7 +51,7 @@ impl BatchScene {
         let made = KernelMaker::build_with(engine, |maker| {
             let groups = plan.keys.iter().map(|key| {
                 let parts = classes.parts_of(key);
-                SurfaceGroup::new(maker, *key, &parts)
+                SurfaceGroup::new(maker, *key, &parts, integrator.is_some())
             });
             let groups: Vec<SurfaceGroup> = groups.collect();
             (groups, Lights::new(maker, scene, classes, &plan.objects))
@@ -56,7 +61,9 @@ impl BatchScene {
         // Paths are incoherent, so searches need all kernels at once.
         let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
         compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
-        warn_of_shade(&groups, &compiled, &materials, messages);
+        if integrator.is_none() {
+            warn_of_shade(&groups, &compiled, &materials, messages);
+        }
         let compile_time = compiled.compile_time + start.elapsed();
         let mut scene = BatchScene {
             compiled,
@@ -66,6 +73,7 @@ impl BatchScene {
             materials,
             alpha,
             lights,
+            integrator,
         };
         let errors = RuntimeErrors::default();
         let tracer = PathTracer { scene: &scene, errors: &errors, with_features: false };

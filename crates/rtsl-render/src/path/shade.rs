@@ -35,7 +35,10 @@ impl PathTracer<'_> {
             .flat_map(|hits| hits.chunks(LANES))
             .collect();
         for hits in packets {
-            let colors = self.shading(hits, depth, paths, memory);
+            let sample = hits.first().map_or(0, |hit| paths[hit.path as usize].sample);
+            let ShadeMemory { workspace, free } = &mut *memory;
+            let spawned = SpawnedPaths { tracer: self, sample, free };
+            let colors = self.shading(hits, depth, paths, workspace, &spawned);
             for (lane, hit) in hits.iter().enumerate() {
                 let path = &mut paths[hit.path as usize];
                 for (channel, colors) in colors.iter().enumerate() {
@@ -46,13 +49,14 @@ impl PathTracer<'_> {
         std::mem::take(&mut memory.workspace.rays)
     }
 
-    /// Calls `shade` for hits of one sample, at most as many as a packet has lanes.
-    fn shading(
+    /// Calls `shade` for hits of one sample, at most as many as a packet has lanes. `spawned` traces its rays.
+    pub fn shading(
         &self,
         hits: &[PathHit],
         depth: u32,
         paths: &[Path],
-        memory: &mut ShadeMemory,
+        workspace: &mut Workspace,
+        spawned: &dyn SpawnedRays,
     ) -> PacketColors {
         let scene = &self.scene.compiled;
         let mut rays = RayPacket::default();
@@ -72,12 +76,9 @@ impl PathTracer<'_> {
         let sample = hits.first().map_or(0, |hit| paths[hit.path as usize].sample);
         let streams = LaneStreams::new(keys, sample);
         let mut context = LaneContext::new(scene.settings.sampler, streams, rays.time);
-        let ShadeMemory { workspace, free } = memory;
-        let spawned = SpawnedPaths { tracer: self, sample, free };
         let tracer = Tracer { scene, errors: self.errors };
         let context = &mut context;
-        let mut host =
-            ShadingHost { tracer: &tracer, workspace, context, depth, spawned: &spawned };
+        let mut host = ShadingHost { tracer: &tracer, workspace, context, depth, spawned };
         let mut colors = [[0.0; LANES]; 3];
         let lanes = LaneMask::MAX >> (LANES - hits.len());
         shade_hits(&rays, &found, lanes, &mut host, Emitters::LeftOut, &mut colors);

@@ -74,8 +74,13 @@ pub struct GroupParts<'a> {
 }
 
 impl SurfaceGroup {
-    /// Compiles the kernels of a group.
-    pub fn new(maker: &mut KernelMaker<'_>, key: GroupKey, parts: &GroupParts<'_>) -> Self {
+    /// Compiles the kernels of a group, which compute all properties of surfaces if an integrator may read them.
+    pub fn new(
+        maker: &mut KernelMaker<'_>,
+        key: GroupKey,
+        parts: &GroupParts<'_>,
+        has_integrator: bool,
+    ) -> Self {
         let program = parts.class.program();
         let (material, objects) = parts.material;
         let (_, of) = key.material;
@@ -86,6 +91,10 @@ impl SurfaceGroup {
         let lookup = parts.alpha.and_then(|(texture, _)| linked(texture, Method::Lookup));
         readers.extend(emission.into_iter().chain(lookup));
         let mut read = Read::by(readers.iter());
+        if has_integrator {
+            let properties = SURFACE_PROPERTIES.iter().filter_map(|name| lookup_state(name));
+            read.state = read.state.union(Outputs::state(properties));
+        }
         if let MaterialSource::Class(_) = key.material.0 {
             // Materials have separate scratch.
             read.scratch = false;
@@ -114,6 +123,10 @@ impl SurfaceGroup {
         }
     }
 }
+
+/// The state with the properties of surfaces that integrators may read.
+const SURFACE_PROPERTIES: [&str; 6] =
+    ["rt_TextureUV", "rt_TextureUVW", "rt_dPdu", "rt_dPdv", "rt_du", "rt_dv"];
 
 /// The surface properties that methods read.
 struct Read {

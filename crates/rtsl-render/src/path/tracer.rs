@@ -17,7 +17,11 @@ impl PathTracer<'_> {
     /// in the wavefront's paths. Paths of pixels outside the image have none.
     pub fn trace_samples(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
         self.begin(memory, tile, (first, end));
-        self.trace_wavefront(memory, 0);
+        let BatchMemory { wavefront, integrator: own, rays, .. } = memory;
+        match self.scene.integrator.as_ref().zip(own.as_mut()) {
+            Some((integrator, own)) => *rays += self.integrate(integrator, wavefront, own, 0),
+            None => self.trace_wavefront(memory, 0),
+        }
     }
 
     /// Traces the paths of a wavefront, whose rays have this depth.
@@ -85,7 +89,7 @@ impl PathTracer<'_> {
     }
 
     /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
-    fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
+    pub fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
         memory.rays.shadow += memory.shadow_rays.len() as u64;
         if self.scene.has_alpha() {
             self.trace_shadows_through_alpha(memory);

@@ -113,6 +113,7 @@ impl Session {
             defines,
             search_path,
             camera: options.camera.clone(),
+            integrator: None,
             input_memory: options.input_memory,
             texture_memory: options.texture_memory,
         };

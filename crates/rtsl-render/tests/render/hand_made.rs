@@ -33,6 +33,7 @@ fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -
         buffers: Vec::new(),
         scratch: scratch.iter().map(place).collect(),
         scratch_types: Vec::new(),
+        outputs: Vec::new(),
         method_documentation: Default::default(),
         references: Vec::new(),
         initializer: function("function initializer { return }"),
@@ -276,6 +277,7 @@ fn scene() -> Scene {
         .collect();
     objects.push(object([0.0, 0.0, 0.0], 0.25, 0));
     Scene {
+        integrator: None,
         settings: Settings {
             width: 50,
             height: 37,

@@ -12,6 +12,7 @@ mod gltf;
 mod guide;
 mod hand_made;
 mod importance;
+mod integrators;
 mod kernels;
 mod leaving;
 mod lights;

@@ -22,7 +22,7 @@ use crate::parts::SceneParts;
 use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
-use crate::settings::Settings;
+use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
 use crate::shutter::{SHUTTER, Shutter};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
@@ -203,6 +203,10 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
         self.read_images();
         let camera = self.instance(camera_entity);
+        let integrator = match description.integrator {
+            Some(entity) => self.integrator(entity),
+            None => Ok(None),
+        };
         let (camera_to_world, camera_motion) =
             parts.place_camera(&description.entities[camera_entity.0])?;
         let world = self.objects(&description.shapes, &mut parts);
@@ -218,6 +222,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         let instances = instances.collect();
         let scene = Scene {
             settings,
+            integrator: integrator.ok()?,
             camera: camera?,
             camera_to_world,
             camera_motion,
@@ -236,6 +241,23 @@ impl<'a, 'f> Loader<'a, 'f> {
             objects: parts.object_origins,
         };
         Some((scene, origins))
+    }
+
+    /// Makes the instance of an integrator written in RTSL; `None` if it is one by a name of the format.
+    ///
+    /// # Errors
+    /// If there is none of this name, or it cannot be made, which was reported.
+    fn integrator(&mut self, id: EntityId) -> Result<Option<Arc<Instance>>, ()> {
+        let entity = &self.description.entities[id.0];
+        if is_named_integrator(entity) {
+            return Ok(None);
+        }
+        if matches!(self.classes.find(&entity.class), Found::Nothing) {
+            let classes: Vec<&str> = Classes::standard_integrators().collect();
+            self.diagnostics.push(unknown_integrator(entity, &classes));
+            return Err(());
+        }
+        self.instance(id).map(Some).ok_or(())
     }
 
     fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
@@ -525,10 +547,10 @@ impl<'a, 'f> Loader<'a, 'f> {
                     EntityKind::Camera => SHUTTER.contains(&it),
                     EntityKind::Shape => it == ALPHA,
                     EntityKind::Material => relief::PARAMETERS.contains(&it),
+                    EntityKind::Integrator => SETTINGS_OF_INTEGRATORS.contains(&it),
                     EntityKind::Film
                     | EntityKind::Filter
                     | EntityKind::Sampler
-                    | EntityKind::Integrator
                     | EntityKind::Texture
                     | EntityKind::AreaLight
                     | EntityKind::Light => false,
@@ -707,7 +729,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         if role.is_some_and(|role| !class.roles.contains(&role)) {
             let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
             let message = format!(
-                "`{}` is a class of role {}, expected a {}",
+                "`{}` is a class of role {}, expected role {}",
                 class.name,
                 roles.join(" and "),
                 role.map_or("", Role::name)
@@ -779,8 +801,7 @@ fn role_of(kind: EntityKind) -> Option<Role> {
         EntityKind::Texture => Some(Role::Texture),
         EntityKind::Light => Some(Role::Light),
         EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
-        EntityKind::Film | EntityKind::Filter | EntityKind::Sampler | EntityKind::Integrator => {
-            None
-        }
+        EntityKind::Integrator => Some(Role::Integrator),
+        EntityKind::Film | EntityKind::Filter | EntityKind::Sampler => None,
     }
 }

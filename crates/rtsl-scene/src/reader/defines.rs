@@ -6,8 +6,10 @@
 //! of them separated by commas: `-D lamp.intensity=10,9,8`.
 
 use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes, most_similar};
+use rtsl_math::Transform;
 
 use super::parameter::{Parameter, ParameterType, Values};
+use crate::description::{Entity, EntityId};
 use crate::{Description, EntityKind};
 
 /// Applies definitions to a scene, in order.
@@ -24,6 +26,21 @@ pub fn apply_defines(
             diagnostics.push(*diagnostic);
         }
     }
+}
+
+/// Puts an integrator without parameters in the place of the scene's.
+pub fn set_integrator(description: &mut Description, class: &str, map: &mut SourceMap) {
+    let file = map.add("<command line>", class.to_owned());
+    description.integrator = Some(EntityId(description.entities.len()));
+    description.entities.push(Entity {
+        kind: EntityKind::Integrator,
+        class: class.to_owned(),
+        class_span: Span::new(file, 0, class.len() as u32),
+        name: None,
+        parameters: Vec::new(),
+        transform: Transform::IDENTITY,
+        end_transform: None,
+    });
 }
 
 fn apply_define(
@@ -77,7 +94,14 @@ fn named(description: &Description, name: &str) -> Vec<usize> {
     entities
         .filter(|(_, entity)| entity.name.as_deref() == Some(name) || Some(entity.kind) == setting)
         .map(|(index, _)| index)
+        .filter(|index| is_in_use(description, *index))
         .collect()
+}
+
+/// False for an integrator that another has replaced.
+fn is_in_use(description: &Description, index: usize) -> bool {
+    description.entities[index].kind != EntityKind::Integrator
+        || description.integrator == Some(EntityId(index))
 }
 
 fn parse_values(text: &str) -> Option<Values> {

@@ -146,6 +146,8 @@ pub enum ReferenceKind {
     Light,
     /// The `Camera`, by its `"string name"`.
     Camera,
+    /// The `Integrator`, by its `"string name"`.
+    Integrator,
 }
 
 impl ReferenceKind {
@@ -157,6 +159,7 @@ impl ReferenceKind {
             ReferenceKind::Primitive => "primitive",
             ReferenceKind::Light => "light",
             ReferenceKind::Camera => "camera",
+            ReferenceKind::Integrator => "integrator",
         }
     }
 }

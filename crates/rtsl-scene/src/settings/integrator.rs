@@ -1,6 +1,6 @@
 //! The integrator.
 
-use rtsl::Diagnostics;
+use rtsl::{Diagnostic, Diagnostics};
 
 use super::Settings;
 use super::parameters::{ParameterReader, unknown_setting};
@@ -63,6 +63,16 @@ impl Settings {
         let renderer = known.map_or(Renderer::Batch, |(_, renderer, _)| *renderer);
         self.renderer = Some(renderer);
         let mut reader = ParameterReader::new(entity, diagnostics);
+        if let Some(epsilon) = reader.number("epsilon") {
+            self.epsilon = Some(epsilon as f32);
+        }
+        if let Some(budget) = reader.whole("budget", 1.0, f64::from(u32::MAX)) {
+            self.loop_budget = budget as u32;
+        }
+        if known.is_none() {
+            // A class of this name has the other parameters.
+            return;
+        }
         if let Some((name, _, Some(instead))) = known {
             reader.warn(format!("integrator `{name}` is not supported: {instead}"));
         }
@@ -82,12 +92,6 @@ impl Settings {
         if let Some(threshold) = reader.number_between("rrthreshold", 0.0, 1.0) {
             self.roulette_threshold = threshold as f32;
         }
-        if let Some(epsilon) = reader.number("epsilon") {
-            self.epsilon = Some(epsilon as f32);
-        }
-        if let Some(budget) = reader.whole("budget", 1.0, f64::from(u32::MAX)) {
-            self.loop_budget = budget as u32;
-        }
         for name in ["regularize", "visualizestrategies", "visualizeweights"] {
             if reader.boolean(name) == Some(true) {
                 reader.warn_of(name, format!("`{name}` has no effect on this renderer"), None);
@@ -96,8 +100,19 @@ impl Settings {
         reader.accept(&WITHOUT_EFFECT);
         reader.accept(&["imagefilename"]);
         reader.finish();
-        if known.is_none() {
-            diagnostics.push(unknown_setting(entity, &INTEGRATORS.map(|(name, ..)| name)));
-        }
     }
 }
+
+/// True if the entity is an integrator by a name of the format, and not a class written in RTSL.
+pub fn is_named_integrator(entity: &Entity) -> bool {
+    INTEGRATORS.iter().any(|(name, ..)| *name == entity.class)
+}
+
+/// The error of an integrator that is neither a name of the format nor one of these classes.
+pub fn unknown_integrator(entity: &Entity, classes: &[&str]) -> Diagnostic {
+    let names = INTEGRATORS.iter().map(|(name, ..)| name).chain(classes);
+    unknown_setting(entity, &names.copied().collect::<Vec<_>>())
+}
+
+/// The parameters of an integrator written in RTSL that are settings of the render.
+pub const SETTINGS_OF_INTEGRATORS: [&str; 2] = ["epsilon", "budget"];

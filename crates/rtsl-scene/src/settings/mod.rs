@@ -21,6 +21,7 @@ use sampler::{grid, stratified};
 pub use crop::Crop;
 pub use imaging::Imaging;
 pub use integrator::MAX_TRACE_DEPTH;
+pub(crate) use integrator::{SETTINGS_OF_INTEGRATORS, is_named_integrator, unknown_integrator};
 
 /// All settings of an image that are not shaders.
 #[derive(Clone, Debug, PartialEq)]

@@ -197,7 +197,6 @@ fn the_nearest_integrator_takes_the_place_of_others() {
             .1
             .contains("`regularize` has no effect")
     );
-    assert!(read("Integrator \"bdtp\"").1.contains("did you mean `bdpt`?"));
 }
 
 #[test]

@@ -149,7 +149,7 @@ impl Checker<'_> {
     }
 
     /// Checks arguments as place expressions, since some may turn out to be assigned.
-    fn check_arguments(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
+    pub(super) fn check_arguments(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
         arguments.iter().map(|argument| self.check_place(argument)).collect()
     }
 
@@ -396,7 +396,7 @@ impl Checker<'_> {
         })
     }
 
-    fn call_builtin(
+    pub(super) fn call_builtin(
         &mut self,
         overload: &'static Overload,
         arguments: Vec<Expression>,
@@ -415,10 +415,9 @@ impl Checker<'_> {
         if let Some(id) = prelude {
             self.note_call(id, span);
         }
-        let name = builtin.name;
         let result = from_spec(overload.result);
         let call = self.finish_call(arguments, &parameters, result, span, |arguments| {
-            ExpressionKind::Builtin(BuiltinCall { name, prelude, componentwise, arguments })
+            ExpressionKind::Builtin(BuiltinCall { builtin, prelude, componentwise, arguments })
         });
         self.check_not_nan(&call);
         call

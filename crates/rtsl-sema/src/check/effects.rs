@@ -1,8 +1,7 @@
 //! Statements that have no effect: `x == 2.0;`, `if (x > 0.5);`, `while (x < 5.0);`.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
-use rtsl_spec::Direction;
-use rtsl_spec::builtins::{self, Lowering, Special, Usable};
+use rtsl_spec::builtins::{Builtin, Lowering, Special, Usable};
 use rtsl_syntax::ast::{self, StatementKind as Ast};
 
 use super::Checker;
@@ -231,11 +230,7 @@ fn is_own(target: &Expression, own: &[LocalId]) -> bool {
 
 /// True if a built-in function calls the host, takes a random number, or sets an argument.
 fn builtin_has_effect(call: &BuiltinCall) -> bool {
-    builtins::find(call.name).is_none_or(|builtin| {
-        let sets = builtins::overloads(call.name)
-            .iter()
-            .any(|overload| overload.parameters.iter().any(|it| it.direction != Direction::In));
-        sets || builtin.usable != Usable::Anywhere
-            || builtin.lowering == Lowering::Special(Special::Rand)
-    })
+    let Builtin { signatures, usable, lowering, .. } = call.builtin;
+    let sets = signatures.iter().any(|it| it.contains("out "));
+    sets || *usable != Usable::Anywhere || *lowering == Lowering::Special(Special::Rand)
 }

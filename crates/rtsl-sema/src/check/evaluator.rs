@@ -6,7 +6,7 @@
 
 use rtsl_ir::{BinaryOp, Constant, Scalar, UnaryOp};
 use rtsl_source::Span;
-use rtsl_spec::builtins::{self, Lowering};
+use rtsl_spec::builtins::Lowering;
 
 use super::evaluated::{Evaluated, Stop, Value};
 use super::folding::{
@@ -552,11 +552,10 @@ impl<'m> Evaluator<'m> {
         span: Span,
         frame: &mut Frame,
     ) -> Evaluated<Value> {
-        let Some(builtin) = builtins::find(call.name) else { return Err(Stop::Error) };
         if !self.calls {
             return Err(Stop::NotConstant(span));
         }
-        match builtin.lowering {
+        match call.builtin.lowering {
             Lowering::Operation(operation) => {
                 let arguments = self.values(&call.arguments, frame)?;
                 let count = leaf_count(self.structs, ty) as usize;

@@ -213,6 +213,8 @@ pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) ->
         | Special::Trace
         | Special::Occluded
         | Special::Ambient
+        | Special::NearestHit
+        | Special::Query(_)
         | Special::Rand
         | Special::Inside
         | Special::IsSet

@@ -244,6 +244,7 @@ impl Checker<'_> {
                 | Qualifier::Private
                 | Qualifier::Scratch
                 | Qualifier::Texture
+                | Qualifier::Output
                 | Qualifier::Uniform
                 | Qualifier::Invariant => {
                     self.report_bad_qualifier(qualifier_name(qualifier), span, "a parameter");
@@ -259,6 +260,7 @@ impl Checker<'_> {
                 Qualifier::Precise | Qualifier::Const | Qualifier::Public | Qualifier::Private => {}
                 Qualifier::Scratch
                 | Qualifier::Texture
+                | Qualifier::Output
                 | Qualifier::Uniform
                 | Qualifier::Invariant
                 | Qualifier::In
@@ -515,6 +517,7 @@ pub(super) fn qualifier_name(qualifier: Qualifier) -> &'static str {
         Qualifier::Private => "`private`",
         Qualifier::Scratch => "`scratch`",
         Qualifier::Texture => "`texture`",
+        Qualifier::Output => "`output`",
         Qualifier::Const => "`const`",
         Qualifier::Uniform => "`uniform`",
         Qualifier::Precise => "`precise`",

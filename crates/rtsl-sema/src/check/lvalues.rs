@@ -7,9 +7,7 @@ use super::Checker;
 use super::access::Access;
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
-use crate::hir::{
-    BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
-};
+use crate::hir::{BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Type};
 
 impl Checker<'_> {
     /// Notes an access to the variable, member or state variable that a place is part of.
@@ -36,7 +34,7 @@ impl Checker<'_> {
                 let scratch = self
                     .class
                     .as_ref()
-                    .is_some_and(|class| class.members[id.0 as usize].storage == Storage::Scratch);
+                    .is_some_and(|class| class.members[id.0 as usize].storage.is_of_ray());
                 if access.writes() {
                     self.note_use(UseKind::WriteMember(id), root.span);
                 } else if scratch {

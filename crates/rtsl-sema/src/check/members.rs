@@ -90,6 +90,7 @@ impl Checker<'_> {
                 Qualifier::Public | Qualifier::Uniform => Storage::Public,
                 Qualifier::Private => Storage::Private,
                 Qualifier::Scratch => Storage::Scratch,
+                Qualifier::Output => Storage::Output,
                 Qualifier::Texture
                 | Qualifier::Precise
                 | Qualifier::Invariant
@@ -121,9 +122,11 @@ impl Checker<'_> {
         variable: &ast::Variable,
     ) -> Option<Expression> {
         let initializer = variable.initializer.as_ref()?;
-        if storage == Storage::Scratch {
+        if storage.is_of_ray() {
+            let kind = if storage == Storage::Output { "output" } else { "scratch" };
+            let message = format!("{kind} members have no initial value");
             self.report(
-                Diagnostic::new(codes::BAD_INITIALIZER, "scratch members have no initial value")
+                Diagnostic::new(codes::BAD_INITIALIZER, message)
                     .at(variable.span, "belongs to a ray, and is zero at first")
                     .help(
                         "assign it in the method that runs first, or make it `private` or `const`",
@@ -195,7 +198,7 @@ impl Checker<'_> {
             format!("{what} must be `public`, since only the host can set it"),
         )
         .at(variable.span, "not `public`");
-        let storages = [Qualifier::Private, Qualifier::Scratch];
+        let storages = [Qualifier::Private, Qualifier::Scratch, Qualifier::Output];
         diagnostic = match storages.iter().find_map(|each| variable.qualifiers.find(*each)) {
             Some(span) => diagnostic.suggest("make it public", span, "public"),
             None => {

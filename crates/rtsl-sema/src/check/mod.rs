@@ -55,6 +55,7 @@ mod references;
 mod roles;
 mod scope;
 mod statements;
+mod struct_methods;
 mod suggestions;
 mod type_names;
 mod types;
@@ -171,7 +172,7 @@ struct Checker<'a> {
 
 impl<'a> Checker<'a> {
     fn new(prelude: Option<&'a Prelude>, diagnostics: Diagnostics) -> Self {
-        Checker {
+        let mut checker = Checker {
             diagnostics,
             reported: BTreeSet::new(),
             silent: false,
@@ -190,7 +191,11 @@ impl<'a> Checker<'a> {
             evaluation_fuel: evaluator::UNIT_FUEL,
             nan_fuel: nan::UNIT_FUEL,
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
+        };
+        if prelude.is_none() {
+            checker.add_spec_structs();
         }
+        checker
     }
 
     /// Adds a diagnostic, unless one with the same code and span was reported.

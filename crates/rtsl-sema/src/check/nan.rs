@@ -47,7 +47,7 @@ impl Checker<'_> {
     fn report_nan(&mut self, operation: &Expression) {
         let (message, help) = match &operation.kind {
             ExpressionKind::Builtin(call) => {
-                (format!("this `{}` is not a number", call.name), domain(call.name))
+                (format!("this `{}` is not a number", call.builtin.name), domain(call.builtin.name))
             }
             _ => ("this quotient is not a number".to_owned(), None),
         };

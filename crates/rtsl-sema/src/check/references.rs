@@ -13,7 +13,7 @@ use super::facts::UseKind;
 use super::functions::Kind;
 use super::lvalues::root;
 use super::suggestions::suggest;
-use super::types::{INT, converts, from_spec, from_state};
+use super::types::{INT, converts, from_spec, from_state, spec_struct};
 use crate::hir::{
     Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateArgument, StateId, Type,
 };
@@ -30,6 +30,11 @@ impl Checker<'_> {
         let receiver = self.check_place(receiver);
         if let Type::Reference(role) = receiver.ty {
             return self.check_reference_call(receiver, role, method, arguments, span);
+        }
+        if let Type::Struct(id) = receiver.ty
+            && let Some(of) = spec_struct(id)
+        {
+            return self.check_struct_method(receiver, of, method, arguments, span);
         }
         let arguments = self.check_values(arguments);
         match receiver.ty {
@@ -82,7 +87,7 @@ impl Checker<'_> {
         error_expression(span)
     }
 
-    fn report_unknown_method(
+    pub(super) fn report_unknown_method(
         &mut self,
         ty: &Type,
         method: &ast::Identifier,

@@ -232,8 +232,9 @@ impl Checker<'_> {
         let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
         let (name, storage) = (member.name.clone(), member.storage);
         match (root.method, storage) {
-            (None, Storage::Scratch) => self.report_scratch(root, reached, &name),
-            (None, Storage::Public | Storage::Private) | (Some(_), Storage::Scratch) => {}
+            (None, Storage::Scratch | Storage::Output) => self.report_scratch(root, reached, &name),
+            (None, Storage::Public | Storage::Private)
+            | (Some(_), Storage::Scratch | Storage::Output) => {}
             (Some(method), Storage::Public | Storage::Private) => {
                 let diagnostic = Diagnostic::new(
                     codes::INSTANCE_WRITE,

@@ -1,9 +1,10 @@
 //! The names of types.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use rtsl_ir::Scalar;
 use rtsl_spec::Role;
+use rtsl_spec::builtins::SpecStruct;
 
 use crate::hir::Type;
 
@@ -52,6 +53,7 @@ pub(super) fn builtin_type_names() -> Vec<String> {
         types.extend((2..=4).map(|rows| Type::Matrix(columns, rows)));
     }
     types.extend(Role::ALL.map(Type::Reference));
-    let names: BTreeMap<String, ()> = types.iter().map(|ty| (plain_type_name(ty), ())).collect();
-    names.into_keys().collect()
+    let mut names: BTreeSet<String> = types.iter().map(plain_type_name).collect();
+    names.extend(SpecStruct::ALL.map(|each| each.name().to_owned()));
+    names.into_iter().collect()
 }

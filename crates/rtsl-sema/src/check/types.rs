@@ -1,8 +1,10 @@
 //! Types: their names in text and messages, conversions, sizes.
 
+use std::sync::Arc;
+
 use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
-use rtsl_spec::builtins::{self, SpecType};
+use rtsl_spec::builtins::{self, SpecStruct, SpecType};
 use rtsl_spec::{COLOR_COMPONENTS, Role, StateType};
 use rtsl_syntax::ast;
 
@@ -11,7 +13,7 @@ use super::foreign::{advise, type_counterpart};
 use super::scope::Entity;
 use super::suggestions::suggest;
 use super::type_names::plain_type_name;
-use crate::hir::{StructId, Type};
+use crate::hir::{Struct, StructId, Type};
 
 /// The limit on scalars in one value.
 pub(super) const MAX_LEAVES: u32 = 1 << 20;
@@ -107,8 +109,20 @@ pub(super) fn from_spec(ty: SpecType) -> Type {
         SpecType::Vec(scalar, size) => Type::Vector(from_spec_scalar(scalar), size),
         SpecType::Mat(columns, rows) => Type::Matrix(columns, rows),
         SpecType::Color => Type::Color,
+        SpecType::Struct(each) => Type::Struct(struct_id(each)),
         SpecType::Reference => Type::Error,
     }
+}
+
+/// The id of a struct of the language: they are the first in every module, in the order of [`SpecStruct::ALL`].
+fn struct_id(each: SpecStruct) -> StructId {
+    let index = SpecStruct::ALL.iter().position(|other| *other == each);
+    StructId(index.expect("all structs are listed") as u32)
+}
+
+/// The struct of the language with this id, if it is one of those.
+pub(super) fn spec_struct(id: StructId) -> Option<SpecStruct> {
+    SpecStruct::ALL.get(id.0 as usize).copied()
 }
 
 fn from_spec_scalar(scalar: builtins::Scalar) -> Scalar {
@@ -204,6 +218,18 @@ impl Checker<'_> {
             Type::Struct(id) => self.struct_info[id.0 as usize].depth,
             Type::Array(element, _) | Type::Buffer(element) => 1 + self.type_depth(element),
             _ => 0,
+        }
+    }
+
+    /// Adds the structs of the language to an empty module.
+    pub(super) fn add_spec_structs(&mut self) {
+        for each in SpecStruct::ALL {
+            let fields =
+                each.fields().iter().map(|field| (field.name.to_owned(), from_spec(field.ty)));
+            let declared = Struct { name: each.name().to_owned(), fields: fields.collect() };
+            let leaves = declared.fields.iter().map(|(_, ty)| self.leaf_count(ty)).sum();
+            self.module.structs.push(Arc::new(declared));
+            self.struct_info.push(StructInfo { leaves, depth: 1 });
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod classes;
 mod explanations;
+mod integrators;
 mod limits;
 mod messages;
 mod mutations;

@@ -2,7 +2,7 @@
 //! that is lowered to it.
 
 use rtsl_sema::hir::Type;
-use rtsl_spec::builtins::{Lowering, all, overloads};
+use rtsl_spec::builtins::{Lowering, Usable, all, overloads};
 
 #[test]
 fn the_prelude_checks() {
@@ -16,7 +16,11 @@ fn every_overload_finds_its_function() {
     let mut failures = String::new();
     for builtin in all().filter(|builtin| builtin.lowering == Lowering::Prelude) {
         for overload in overloads(builtin.name) {
-            let mut text = String::from("class C : rt_Texture;\nvoid lookup() {\n");
+            let (role, method) = match builtin.usable {
+                Usable::Methods(_) => ("rt_Integrator", "radiance"),
+                Usable::Anywhere | Usable::Prelude => ("rt_Texture", "lookup"),
+            };
+            let mut text = format!("class C : {role};\nvoid {method}() {{\n");
             for (index, parameter) in overload.parameters.iter().enumerate() {
                 let ty = parameter.ty;
                 text += &format!(

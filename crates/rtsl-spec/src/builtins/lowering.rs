@@ -75,6 +75,11 @@ pub enum Special {
     Occluded,
     /// `ambient()`: asks the host for the ambient light.
     Ambient,
+    /// `nearestHit(...)`: asks the host for a surface.
+    NearestHit,
+    /// The query of the IR with this name, whose operands are the leaves of the arguments and whose results are those
+    /// of the result. Of a surface it takes the scalars that identify it.
+    Query(&'static str),
     /// `rand()`: the next dimension of the host's sampler.
     Rand,
     /// `inside()`: `dot(rt_RayDirection, rt_GeometricNormal) > 0`.

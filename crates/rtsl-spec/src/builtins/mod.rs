@@ -9,6 +9,7 @@ mod lowering;
 mod reference_methods;
 mod signature;
 mod spec_type;
+mod structs;
 mod table;
 
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ pub use lowering::{Lowering, Operation, Special};
 pub use reference_methods::{REFERENCE_METHODS, ReferenceMethod, reference_method};
 pub use signature::{Overload, Parameter};
 pub use spec_type::{Scalar, SpecType};
+pub use structs::{Field, SpecStruct};
 
 /// A built-in function, with all data that the compiler and the manual need.
 #[derive(Debug)]
@@ -73,6 +75,8 @@ pub enum Chapter {
     Color,
     /// Functions of the ray tracer: hits, rays, light, the sampler.
     RayTracing,
+    /// Functions of integrators: surfaces, lights, the sampler.
+    Integrators,
     /// Noise and patterns.
     Noise,
     /// Maps from uniform random numbers to points and directions.
@@ -97,6 +101,7 @@ impl Chapter {
             Chapter::Integer => "Integers",
             Chapter::Color => "Colors",
             Chapter::RayTracing => "Ray tracing",
+            Chapter::Integrators => "Integrators",
             Chapter::Noise => "Noise and patterns",
             Chapter::Sampling => "Sampling",
             Chapter::Scattering => "Scattering",
@@ -164,6 +169,19 @@ pub fn overloads(name: &str) -> &'static [Overload] {
     REGISTRY.get(name).map_or(&[], |entry| &entry.overloads)
 }
 
+/// The methods of a struct of the language.
+pub fn methods_of(receiver: SpecStruct) -> impl Iterator<Item = &'static Builtin> {
+    let methods = table::STRUCT_METHODS.iter();
+    methods.filter(move |(of, _)| *of == receiver).map(|(_, method)| method)
+}
+
+/// The overloads of a method of a struct, with the struct as first parameter; empty if there is none of this name.
+pub fn method_overloads(receiver: SpecStruct, name: &str) -> &'static [Overload] {
+    let mut methods = METHODS.iter();
+    let found = methods.find(|(of, entry)| *of == receiver && entry.builtin.name == name);
+    found.map_or(&[], |(_, entry)| &entry.overloads)
+}
+
 struct Entry {
     builtin: &'static Builtin,
     overloads: Vec<Overload>,
@@ -171,6 +189,10 @@ struct Entry {
 
 static REGISTRY: LazyLock<BTreeMap<&'static str, Entry>> =
     LazyLock::new(|| all().map(|builtin| (builtin.name, Entry::new(builtin))).collect());
+
+static METHODS: LazyLock<Vec<(SpecStruct, Entry)>> = LazyLock::new(|| {
+    table::STRUCT_METHODS.iter().map(|(of, method)| (*of, Entry::new(method))).collect()
+});
 
 impl Entry {
     fn new(builtin: &'static Builtin) -> Entry {
@@ -193,7 +215,8 @@ mod tests {
 
     #[test]
     fn every_signature_declares_its_entry() {
-        for builtin in all() {
+        let methods = SpecStruct::ALL.into_iter().flat_map(methods_of);
+        for builtin in all().chain(methods) {
             for &text in builtin.signatures {
                 assert!(signature::expand(builtin, text).is_some(), "{text}");
             }
@@ -229,8 +252,21 @@ mod tests {
 
     #[test]
     fn documentation_is_sentences() {
-        for builtin in all() {
+        let methods = SpecStruct::ALL.into_iter().flat_map(methods_of);
+        for builtin in all().chain(methods) {
             assert!(builtin.doc.ends_with('.'), "{}", builtin.name);
+        }
+    }
+
+    #[test]
+    fn methods_take_their_struct_first() {
+        for receiver in SpecStruct::ALL {
+            for method in methods_of(receiver) {
+                let overloads = method_overloads(receiver, method.name);
+                let first = overloads.iter().map(|overload| overload.parameters[0].ty);
+                assert!(first.into_iter().all(|ty| ty == SpecType::Struct(receiver)));
+                assert!(!overloads.is_empty(), "{}", method.name);
+            }
         }
     }
 

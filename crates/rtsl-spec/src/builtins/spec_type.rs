@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-/// A type of the language that is not declared by the user: everything but structs, arrays and
-/// buffers.
+use super::SpecStruct;
+
+/// A type of the language that is not declared by the user: everything but users' structs, arrays
+/// and buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SpecType {
     /// No value: the result type of a function that returns nothing.
@@ -22,6 +24,8 @@ pub enum SpecType {
     Mat(u8, u8),
     /// A colour, whose number of components the host defines.
     Color,
+    /// A struct of the language (`rt_Surface`, ...).
+    Struct(SpecStruct),
     /// A reference to a shader of any role (`rt_Texture`, `rt_Material`, ...).
     Reference,
 }
@@ -72,7 +76,11 @@ impl SpecType {
             "float" => SpecType::Float,
             "color" => SpecType::Color,
             "reference" => SpecType::Reference,
-            _ => return vector_from_name(name).or_else(|| matrix_from_name(name)),
+            _ => {
+                return vector_from_name(name)
+                    .or_else(|| matrix_from_name(name))
+                    .or_else(|| SpecStruct::from_name(name).map(SpecType::Struct));
+            }
         })
     }
 
@@ -121,6 +129,7 @@ impl fmt::Display for SpecType {
             SpecType::Mat(columns, rows) if columns == rows => write!(out, "mat{columns}"),
             SpecType::Mat(columns, rows) => write!(out, "mat{columns}x{rows}"),
             SpecType::Color => out.write_str("color"),
+            SpecType::Struct(each) => out.write_str(each.name()),
             SpecType::Reference => out.write_str("reference"),
         }
     }
@@ -133,8 +142,20 @@ mod tests {
     #[test]
     fn every_type_parses_from_its_name() {
         for name in [
-            "void", "bool", "int", "uint", "float", "color", "vec2", "ivec3", "uvec4", "bvec2",
-            "mat2", "mat3x4", "mat4x2",
+            "void",
+            "bool",
+            "int",
+            "uint",
+            "float",
+            "color",
+            "vec2",
+            "ivec3",
+            "uvec4",
+            "bvec2",
+            "mat2",
+            "mat3x4",
+            "mat4x2",
+            "rt_Surface",
         ] {
             let ty = SpecType::from_name(name).unwrap_or_else(|| panic!("{name} is a type"));
             assert_eq!(ty.to_string(), name);

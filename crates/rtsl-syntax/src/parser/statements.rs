@@ -139,6 +139,7 @@ impl Parser<'_> {
             | Keyword::Lowp
             | Keyword::Mediump
             | Keyword::Out
+            | Keyword::Output
             | Keyword::Precise
             | Keyword::Private
             | Keyword::Public

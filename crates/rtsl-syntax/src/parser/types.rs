@@ -158,6 +158,7 @@ fn qualifier(keyword: Keyword) -> Option<Qualifier> {
         Keyword::Invariant => Qualifier::Invariant,
         Keyword::In => Qualifier::In,
         Keyword::Out => Qualifier::Out,
+        Keyword::Output => Qualifier::Output,
         Keyword::InOut => Qualifier::InOut,
         Keyword::Break
         | Keyword::Case

@@ -179,6 +179,9 @@ impl Engine {
         on_threads(threads, requests.len(), |index| {
             let KernelRequest { program, method, variant } = &requests[index];
             let Ok(method) = program.method(*method) else { return };
+            if method.asks_scene() {
+                return;
+            }
             let size = method.function.values.len();
             let _ = linked[index].set((size, program.canonical(&method, variant.clone())));
         });

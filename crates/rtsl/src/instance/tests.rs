@@ -66,6 +66,7 @@ fn class() -> Arc<Class> {
         buffers: vec![variable(VariableKind::Buffer, "table", Scalar::F32, 2)],
         scratch: Vec::new(),
         scratch_types: Vec::new(),
+        outputs: Vec::new(),
         method_documentation: Default::default(),
         references: vec![
             Reference { name: "skin".to_owned(), role: Role::Texture, count: None, tested: false },

@@ -32,6 +32,7 @@ fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str
         buffers: Vec::new(),
         scratch: Vec::new(),
         scratch_types: Vec::new(),
+        outputs: Vec::new(),
         method_documentation: Default::default(),
         references: references.iter().map(reference).collect(),
         initializer: Function::new(format!("{name}.initializer")),

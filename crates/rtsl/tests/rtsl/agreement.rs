@@ -51,6 +51,7 @@ fn class_with(method: Method, function: Function) -> Arc<Class> {
         parameters: data.chain(shared).collect(),
         scratch: of_kind(VariableKind::Scratch),
         scratch_types: Vec::new(),
+        outputs: Vec::new(),
         method_documentation: Default::default(),
         members,
         buffers,

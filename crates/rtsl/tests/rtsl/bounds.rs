@@ -32,7 +32,7 @@ struct Subject {
     result: &'static str,
 }
 
-/// All methods.
+/// All methods that have kernels.
 const SUBJECTS: [Subject; 15] = {
     const fn subject(
         method: Method,
@@ -508,7 +508,8 @@ fn the_librarys_methods_are_far_below_the_limits() {
         let unit = Compiler::default().compile(file.path, file.text).unit.unwrap();
         for class in unit.classes() {
             let program = engine.program_of_class(class);
-            for &method in class.methods.keys() {
+            // Those of integrators have no packet code.
+            for &method in class.methods.keys().filter(|it| **it != Method::Radiance) {
                 let (emit, variant) = (Emit::Packet, CallMode::Packet.into());
                 let request = EmitRequest { emit, method, variant, target: None };
                 let text = String::from_utf8(program.emit(&request).unwrap()).unwrap();

@@ -237,14 +237,14 @@ fn call_all(
 ) -> Vec<(String, Vec<u32>)> {
     let programs: Vec<_> = classes.iter().map(|it| engine.program(&instance(it))).collect();
     let requests = classes.iter().zip(&programs).flat_map(|(class, program)| {
-        class.methods.keys().map(|method| KernelRequest::new(program, *method, shape))
+        kernels(class).map(|method| KernelRequest::new(program, method, shape))
     });
     if let Code::Kernel = code {
         let kernels = engine.compile_all(&requests.collect::<Vec<_>>());
         assert!(kernels.iter().all(Result::is_ok));
     }
     let each = classes.iter().flat_map(|class| {
-        let calls = class.methods.keys().flat_map(|it| [(*it, false), (*it, true)]);
+        let calls = kernels(class).flat_map(|it| [(it, false), (it, true)]);
         calls.map(move |(method, masked)| {
             let (shape_name, mask) = (shape.name(), if masked { ", masked" } else { "" });
             let name = format!("{}.{} {shape_name}{mask}", class.name, method.name());
@@ -252,6 +252,11 @@ fn call_all(
         })
     });
     each.collect()
+}
+
+/// The methods that have kernels: those of integrators ask the scene, and only the interpreter calls them.
+fn kernels(class: &Class) -> impl Iterator<Item = Method> {
+    class.methods.keys().copied().filter(|method| *method != Method::Radiance)
 }
 
 /// All classes of the library.

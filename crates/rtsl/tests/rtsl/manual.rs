@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use rtsl_spec::builtins::{self, AccuracyDomain, Chapter};
+use rtsl_spec::builtins::{self, AccuracyDomain, Chapter, SpecStruct};
 use rtsl_spec::{Default, Method, Origin, Role, Row};
 
 const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_EXPECT=1 cargo test -p rtsl \
@@ -142,8 +142,38 @@ fn builtin_functions() -> String {
         }
         let _ = write!(page, "```\n\n{}\n", wrapped(builtin.doc));
     }
+    structs(&mut page);
     errors(&mut page);
     page
+}
+
+fn structs(page: &mut String) {
+    page.push_str("\n## Structs\n");
+    for each in SpecStruct::ALL {
+        let _ = write!(page, "\n### `{}`\n\n{}\n\n", each.name(), each.doc());
+        page.push_str("| field | type | meaning |\n|---|---|---|\n");
+        for field in each.fields() {
+            let _ = writeln!(page, "| `{}` | {} | {} |", field.name, field.ty, field.doc);
+        }
+        for method in builtins::methods_of(each) {
+            let _ = write!(page, "\n#### `{}`\n\n```text\n", method.name);
+            for signature in method.signatures {
+                let _ = writeln!(page, "{}", with_receiver(signature));
+            }
+            let _ = write!(page, "```\n\n{}\n", wrapped(method.doc));
+        }
+    }
+}
+
+/// The signature of a method as it is called: `color BSDF(rt_Surface surface, vec3 direction)` becomes
+/// `color surface.BSDF(vec3 direction)`.
+fn with_receiver(signature: &str) -> String {
+    let (head, parameters) = signature.split_once('(').expect("a signature has parameters");
+    let (result, name) = head.split_once(' ').expect("a signature has a result");
+    let end = parameters.find([',', ')']).expect("the first parameter is the struct");
+    let receiver = parameters[..end].rsplit(' ').next().unwrap_or_default();
+    let rest = parameters[end..].trim_start_matches([',', ' ']);
+    format!("{result} {receiver}.{name}({rest}")
 }
 
 /// A paragraph in lines of at most 120 columns.

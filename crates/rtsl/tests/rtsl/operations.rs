@@ -92,7 +92,9 @@ fn constant(ty: SpecType, salt: usize) -> String {
         SpecType::Vec(of, count) => format!("{ty}({})", list(count, of)),
         SpecType::Mat(columns, rows) => format!("{ty}({})", list(columns * rows, Scalar::Float)),
         SpecType::Color => format!("color({})", list(3, Scalar::Float)),
-        SpecType::Void | SpecType::Reference => unreachable!("no operand has type {ty}"),
+        SpecType::Void | SpecType::Struct(_) | SpecType::Reference => {
+            unreachable!("no operand has type {ty}")
+        }
     }
 }
 

@@ -37,7 +37,7 @@ impl Ray {
         let direction = target.plus(origin.times(-1.0)).normalized();
         let hit_distance = match role {
             Role::Primitive if random.one_in(4) => random.between(0.0, 2.0 * DISTANCE),
-            Role::Primitive => f32::INFINITY,
+            Role::Primitive | Role::Integrator => f32::INFINITY,
             Role::Camera | Role::Texture | Role::Light | Role::Material => {
                 target.plus(origin.times(-1.0)).dot(direction)
             }

@@ -41,6 +41,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
         camera: None,
+        integrator: None,
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
     };

@@ -5,6 +5,7 @@ mod common;
 mod exponential;
 mod geometric;
 mod integer;
+mod integrators;
 mod noise;
 mod ray_tracing;
 mod sampling;
@@ -12,6 +13,8 @@ mod scattering;
 mod trigonometry;
 
 use super::Builtin;
+
+pub(super) use integrators::STRUCT_METHODS;
 
 /// The chapters in the order of the manual.
 pub(super) static CHAPTERS: &[&[Builtin]] = &[
@@ -25,8 +28,10 @@ pub(super) static CHAPTERS: &[&[Builtin]] = &[
     integer::INTEGER,
     color::COLOR,
     ray_tracing::RAY_TRACING,
+    integrators::INTEGRATORS,
     noise::NOISE,
     sampling::SAMPLING,
     scattering::SCATTERING,
     integer::INTRINSIC,
+    integrators::INTRINSIC,
 ];

@@ -15,7 +15,7 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
     function(
         "trace",
         Special::Trace,
-        SHADE,
+        RAYS,
         &[
             "color trace(vec3 origin, vec3 direction)",
             "color trace(vec3 origin, vec3 direction, float tMax)",
@@ -26,7 +26,7 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
     function(
         "occluded",
         Special::Occluded,
-        SHADE,
+        RAYS,
         &["bool occluded(vec3 origin, vec3 direction, float tMax)"],
         "True if a new ray is blocked closer than tMax lengths of the direction.",
     ),
@@ -67,7 +67,10 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
     ),
 ];
 
-/// The methods that may trace rays and gather light.
+/// The methods that may trace rays.
+const RAYS: Usable = Usable::Methods(&[Method::Shade, Method::Radiance]);
+
+/// The method that gathers ambient light.
 const SHADE: Usable = Usable::Methods(&[Method::Shade]);
 
 /// The methods that know the ray and the normal of a hit.

@@ -110,6 +110,7 @@ pub fn class(method: Method, text: &str) -> Arc<Class> {
         buffers: Vec::new(),
         scratch: Vec::new(),
         scratch_types: Vec::new(),
+        outputs: Vec::new(),
         method_documentation: Default::default(),
         references: Vec::new(),
         initializer: Function::new("Test.initializer"),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rtsl::aot::{AotLibrary, AotOptions, Bindings};
-use rtsl::{Backend, Class, Compiler, Engine, EngineOptions, library};
+use rtsl::{Backend, Class, Compiler, Engine, EngineOptions, Role, library};
 use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_cpp::ClassCode;
@@ -58,8 +58,10 @@ fn compiled(name: &str, text: &str) -> Vec<Arc<Class>> {
     Compiler::default().compile(name, text).unit.unwrap().classes().to_vec()
 }
 
+/// All classes of the standard library but integrators, which are not written as C++.
 fn standard_classes() -> Vec<Arc<Class>> {
-    library::files().iter().flat_map(|it| compiled(it.path, it.text)).collect()
+    let classes = library::files().iter().flat_map(|it| compiled(it.path, it.text));
+    classes.filter(|class| !class.roles.contains(&Role::Integrator)).collect()
 }
 
 fn with_references(classes: &[Arc<Class>]) -> Vec<Arc<Class>> {

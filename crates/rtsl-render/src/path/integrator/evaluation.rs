@@ -1,0 +1,84 @@
+//! Evaluation of an integrator for given rays, outside of a render.
+
+use std::sync::Arc;
+
+use rtsl::{CallArguments, CallStatus, Engine, Instance, Instances, LaneBlock, Messages};
+use rtsl_math::sampling::hash;
+use rtsl_scene::Scene;
+
+use super::super::memory::BatchMemory;
+use super::super::path_tracer::PathTracer;
+use super::super::scene::BatchScene;
+use super::super::wavefront::Path;
+use super::host::{RayOfCall, SceneHost};
+use crate::compiled::runtime_errors::RuntimeErrors;
+use crate::compiled::variables::variables;
+
+/// A scene in which an integrator is evaluated for given rays.
+pub struct Evaluation {
+    scene: BatchScene,
+}
+
+impl Evaluation {
+    /// Prepares a scene for an integrator, which takes the place of the scene's own. Warnings go to `messages`.
+    ///
+    /// # Errors
+    /// As for [`BatchScene::new`].
+    pub fn new(
+        scene: &Scene,
+        integrator: &Arc<Instance>,
+        engine: &Engine,
+        messages: &mut Messages,
+    ) -> Result<Evaluation, Messages> {
+        let scene = Scene { integrator: Some(integrator.clone()), ..scene.clone() };
+        Ok(Evaluation { scene: BatchScene::new(&scene, engine, messages, &|_| {})? })
+    }
+
+    /// Calls `radiance` for the first `count` lanes, on the interpreter. The colour includes contributions. Each lane has
+    /// random numbers of its own, those of the first sample.
+    ///
+    /// # Panics
+    /// If the blocks have fewer lanes.
+    pub fn radiance(
+        &self,
+        state: &mut LaneBlock,
+        scratch: &mut LaneBlock,
+        count: usize,
+    ) -> CallStatus {
+        let Some(integrator) = &self.scene.integrator else { return CallStatus::default() };
+        let v = variables();
+        let ray = |lane: usize| {
+            let key = hash(lane as u32, 0);
+            let time = state.floats(v.time_seed)[lane];
+            RayOfCall::new(&Path { key, time, ..Path::NOWHERE })
+        };
+        let mut rays: Vec<RayOfCall> = (0..count).map(ray).collect();
+        let errors = RuntimeErrors::default();
+        let mut host = SceneHost {
+            tracer: PathTracer { scene: &self.scene, errors: &errors, with_features: false },
+            integrator,
+            rays: &mut rays,
+            queries: &mut BatchMemory::for_queries(&self.scene),
+            free: &Default::default(),
+            depth: 0,
+        };
+        let (mask, accepted) = (None, None);
+        let instances = Instances::One(&integrator.block);
+        let host = &mut host;
+        let status = integrator.kernel.call(CallArguments {
+            state,
+            scratch,
+            count,
+            mask,
+            accepted,
+            instances,
+            host,
+        });
+        for (lane, ray) in rays.iter().enumerate() {
+            for (channel, lit) in ray.lit.iter().enumerate() {
+                state.floats_mut(v.sample_color + channel)[lane] += lit;
+            }
+        }
+        status
+    }
+}

@@ -1,0 +1,165 @@
+//! Calls of an integrator for the rays of a wavefront.
+
+use std::cell::RefCell;
+
+use rtsl::{CallArguments, Instances, LaneBlock, Method, new_state};
+
+use super::super::features::PathFeatures;
+use super::super::memory::BatchMemory;
+use super::super::path_tracer::PathTracer;
+use super::super::rows::are_finite;
+use super::super::scene::BatchScene;
+use super::super::wavefront::{Path, Wavefront};
+use super::Integrator;
+use super::host::{RayOfCall, SceneHost};
+use crate::compiled::calls::Callee;
+use crate::compiled::variables::{variables, vector};
+use crate::statistics::RayCounts;
+
+/// The number of rays of a call.
+const RAYS_OF_CALL: usize = 64;
+
+/// The greatest depth of rays that `trace` traces: each level takes a level of the thread's stack.
+pub const MAX_DEPTH: u32 = 64;
+
+/// The memory of one thread for an integrator, for one level of recursion.
+pub struct IntegratorMemory {
+    /// The inputs and outputs of a call.
+    state: LaneBlock,
+    scratch: LaneBlock,
+    /// The rays of the call.
+    rays: Vec<RayOfCall>,
+    /// The memory of queries, which are about one ray.
+    queries: Box<BatchMemory>,
+    /// The memory of further levels, when they are not in use.
+    free: RefCell<Vec<IntegratorMemory>>,
+}
+
+impl IntegratorMemory {
+    /// Allocates the memory for a scene.
+    pub fn new(scene: &BatchScene, integrator: &Integrator) -> Self {
+        IntegratorMemory {
+            state: new_state(RAYS_OF_CALL),
+            scratch: integrator.program.new_scratch(RAYS_OF_CALL),
+            rays: Vec::new(),
+            queries: Box::new(BatchMemory::for_queries(scene)),
+            free: RefCell::default(),
+        }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Computes the radiance of a wavefront's active paths, whose rays have this depth.
+    pub fn integrate(
+        &self,
+        integrator: &Integrator,
+        wavefront: &mut Wavefront,
+        memory: &mut IntegratorMemory,
+        depth: u32,
+    ) -> RayCounts {
+        let Wavefront { paths, active, features, .. } = wavefront;
+        let mut counts = RayCounts::default();
+        for active in active.chunks(RAYS_OF_CALL) {
+            if self.errors.any() {
+                break;
+            }
+            counts += self.call_integrator(integrator, (active, &*paths), memory, depth);
+            for (lane, index) in active.iter().enumerate() {
+                self.add_radiance(integrator, &mut paths[*index as usize], memory, lane);
+                if let Some(features) = features.get_mut(*index as usize) {
+                    *features = memory.features(integrator, lane);
+                }
+            }
+        }
+        active.clear();
+        counts
+    }
+
+    /// Calls `radiance` for the rays of some paths.
+    fn call_integrator(
+        &self,
+        integrator: &Integrator,
+        (active, paths): (&[u32], &[Path]),
+        memory: &mut IntegratorMemory,
+        depth: u32,
+    ) -> RayCounts {
+        let IntegratorMemory { state, scratch, rays, queries, free } = memory;
+        rays.clear();
+        for (lane, index) in active.iter().enumerate() {
+            let path = &paths[*index as usize];
+            set_ray(state, lane, path, depth);
+            rays.push(RayOfCall::new(path));
+        }
+        let callee =
+            Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
+        let mut host = SceneHost { tracer: *self, integrator, rays, queries, free, depth };
+        callee.call(
+            &integrator.kernel,
+            CallArguments {
+                state,
+                scratch,
+                count: active.len(),
+                mask: None,
+                accepted: None,
+                instances: Instances::One(&integrator.block),
+                host: &mut host,
+            },
+        );
+        std::mem::take(&mut queries.rays)
+    }
+
+    /// Adds the radiance of a lane to its path.
+    fn add_radiance(
+        &self,
+        integrator: &Integrator,
+        path: &mut Path,
+        memory: &IntegratorMemory,
+        lane: usize,
+    ) {
+        let color = vector(&memory.state, variables().sample_color, lane);
+        let lit = memory.rays[lane].lit;
+        for channel in 0..3 {
+            path.radiance[channel] += path.throughput[channel] * (color[channel] + lit[channel]);
+        }
+        if !are_finite(&path.radiance) && !path.is_blamed {
+            path.is_blamed = true;
+            let is_known = std::mem::take(&mut path.is_blamed) && memory.rays[lane].is_blamed;
+            path.is_blamed = true;
+            if !is_known {
+                self.report_lost(integrator.name(), Method::Radiance, 1);
+            }
+        }
+    }
+}
+
+impl IntegratorMemory {
+    /// Returns the features of a lane's first surface.
+    fn features(&self, integrator: &Integrator, lane: usize) -> PathFeatures {
+        let output = |first: Option<usize>| {
+            first.map_or([0.0; 3], |first| vector(&self.scratch, first, lane))
+        };
+        let (distance, object) = self.rays[lane].first_hit.unwrap_or((f32::INFINITY, -1.0));
+        PathFeatures {
+            albedo: output(integrator.features.albedo),
+            normal: output(integrator.features.normal),
+            distance,
+            object,
+        }
+    }
+}
+
+/// Sets the inputs of `radiance` for a lane.
+fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
+    let v = variables();
+    let mut set = |component: usize, value: f32| state.floats_mut(component)[lane] = value;
+    for axis in 0..3 {
+        set(v.ray_origin + axis, path.origin[axis]);
+        set(v.ray_direction + axis, path.direction[axis]);
+    }
+    set(v.epsilon, path.epsilon);
+    set(v.hit_distance, path.limit);
+    set(v.time_seed, path.time);
+    set(v.ray_width, path.width);
+    set(v.ray_spread, path.spread);
+    set(v.ray_depth, depth as f32);
+}

@@ -1,0 +1,163 @@
+//! Integrators written in RTSL: those of the library, and some of a scene's own.
+
+use std::path::{Path, PathBuf};
+
+use rtsl::{Backend, EngineOptions, Messages};
+use rtsl_image::Aov;
+use rtsl_render::request::render_scene_from;
+use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
+
+/// A ball of brushed metal and a glass ball on a floor, lit by a sky, a point and a lamp.
+const WORLD: &str = "WorldBegin
+    LightSource \"SkyLight\"
+    LightSource \"point\" \"rgb I\" [10 9 8] \"point3 from\" [2 4 -3]
+    AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [4 4 4] Translate -1 3 0
+      Shape \"sphere\" \"float radius\" 0.3 AttributeEnd
+    Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
+    AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
+    Material \"Ward\" Shape \"Sphere\" \"point3 center\" [-1 0 0]
+    Material \"Dielectric\" Shape \"Sphere\" \"point3 center\" [1 0 0]";
+
+const CAMERA: &str = "LookAt 0 1 -6  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 40\n";
+
+/// Renders the scene with these classes beside it.
+fn render(head: &str, classes: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messages> {
+    let text = format!("{CAMERA}{head}\n{WORLD}");
+    let files = [("scene.pbrt", text.as_str()), ("own.rtsl", classes)];
+    let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
+    let request =
+        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((16, 12)), ..how };
+    render_scene_from(&request, &MemoryFiles(files.into()))
+}
+
+fn rendered(head: &str, classes: &str, how: RenderRequest<'_>) -> RenderResult {
+    render(head, classes, how).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn samples(count: u32) -> RenderRequest<'static> {
+    RenderRequest { samples: Some(count), ..RenderRequest::default() }
+}
+
+fn mean(result: &RenderResult) -> f64 {
+    let values = result.image.pixels.iter().flatten().map(|value| f64::from(*value));
+    values.sum::<f64>() / (3 * result.image.pixels.len()) as f64
+}
+
+fn bits(result: &RenderResult) -> Vec<u32> {
+    result.image.pixels.iter().flatten().map(|value| value.to_bits()).collect()
+}
+
+#[test]
+fn the_library_draws_what_the_renderers_draw() {
+    let paths = rendered("Integrator \"path\" \"integer maxdepth\" 5", "", samples(256));
+    let class = rendered("Integrator \"Path\"", "", samples(16));
+    assert!((mean(&class) / mean(&paths) - 1.0).abs() < 0.04, "{} {}", mean(&class), mean(&paths));
+    let interactive = RenderRequest { renderer: Some(Renderer::Interactive), ..samples(64) };
+    let shaded = rendered("", "", interactive);
+    let class = rendered("Integrator \"Whitted\"", "", samples(4));
+    assert!(
+        (mean(&class) / mean(&shaded) - 1.0).abs() < 0.04,
+        "{} {}",
+        mean(&class),
+        mean(&shaded)
+    );
+}
+
+#[test]
+fn pictures_have_the_same_bits_however_they_are_made() {
+    let make = |backend: Backend, width: u32, threads: usize| {
+        let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+        let execution = Execution::on_threads(threads);
+        let how = RenderRequest { engine, execution, ..samples(3) };
+        bits(&rendered("Integrator \"Path\" \"integer maxDepth\" 3", "", how))
+    };
+    let reference = make(Backend::Interpreter, 1, 1);
+    for (width, threads) in [(1, 2), (4, 1), (8, 3), (16, 1)] {
+        assert!(
+            make(Backend::Auto, width, threads) == reference,
+            "width {width}, {threads} threads"
+        );
+    }
+}
+
+/// An integrator of a scene's own, with parameters, an output that the film keeps, and a probe behind the surface.
+const THICKNESS: &str = "class Thickness : rt_Integrator;
+    public float scale = 1.0;
+    output color albedo;
+    void radiance() {
+        rt_Surface front = nearestHit();
+        if (!front.found) return;
+        rt_Surface back = nearestHit(front.leave(front.direction), front.direction);
+        // The first surface is asked again after the second.
+        albedo = front.sampleBSDF(vec3(0.5)).weight;
+        float thickness = back.found && back.object == front.object
+            ? distance(front.point, back.point) : 0.0;
+        rt_SampleColor = color(scale * thickness);
+    }";
+
+#[test]
+fn scenes_bring_integrators() {
+    let aovs = vec![Aov::Albedo, Aov::Distance, Aov::Object];
+    let how = RenderRequest { aovs, ..samples(1) };
+    let result = rendered("Integrator \"Thickness\" \"float scale\" 0.5", THICKNESS, how);
+    // The balls have a diameter of 2, and the floor has no back.
+    let most = result.image.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
+    assert!((0.8..=1.0001).contains(&most), "{most}");
+    assert!(result.image.pixels.iter().any(|pixel| pixel[0] == 0.0));
+    let albedo = &result.aovs[0];
+    assert!(albedo.pixels.iter().any(|pixel| (pixel[0] - 0.5).abs() < 1e-3), "that of the floor");
+}
+
+#[test]
+fn mistakes_are_told() {
+    let said = |head: &str, classes: &str| {
+        render(head, classes, samples(1)).err().map_or(String::new(), |it| it.to_text(false))
+    };
+    let unknown = said("Integrator \"Paht\"", "");
+    assert!(unknown.contains("did you mean `Path`?"), "{unknown}");
+    assert!(said("Integrator \"bdtp\"", "").contains("did you mean `bdpt`?"));
+    let role = said("Integrator \"Lambertian\"", "");
+    assert!(role.contains("`Lambertian`") && role.contains("integrator"), "{role}");
+    let parameter = said("Integrator \"Path\" \"integer maxDept\" 3", "");
+    assert!(parameter.contains("maxDepth"), "{parameter}");
+    let endless = "class Endless : rt_Integrator; void radiance() { for (;;) rt_SampleColor += color(rand()); }";
+    let endless = said("Integrator \"Endless\" \"integer budget\" 1000", endless);
+    assert!(endless.contains("Endless"), "{endless}");
+}
+
+/// Surfaces that no ray found are black and do no harm.
+#[test]
+fn invented_surfaces_are_black() {
+    let invented = "class Invented : rt_Integrator;
+        void radiance() {
+            rt_Surface s;
+            s.object = 123456; s.instance = -7; s.element = 99999; s.direction = vec3(0.0, 0.0, 1.0);
+            rt_SampleColor = color(0.25) + s.BSDF(s.direction) + s.emission() + s.lightEmission()
+                + color(s.lightPDF(s.point)) + s.sampleBSDF(vec3(0.5)).weight + s.shade()
+                + skyEmission(77, s.point, s.direction);
+            s.object = -1; s.instance = -1;
+            rt_SampleColor += s.emission();
+        }";
+    let result = rendered("Integrator \"Invented\"", invented, samples(1));
+    assert!(result.image.pixels.iter().flatten().all(|value| *value == 0.25));
+}
+
+/// Numbers of the sampler: the same for one dimension, others for another, and in their range.
+#[test]
+fn samplers_give_numbers_by_dimension() {
+    let numbers = "class Numbers : rt_Integrator;
+        void radiance() {
+            vec2 pair = sample2D(4);
+            bool same = sample1D(3) == sample1D(3) && pair == sample2D(4) && sample1D(3) != sample1D(4);
+            float other = rand();
+            bool fresh = other != rand() && other >= 0.0 && other < 1.0;
+            rt_SampleColor = color(pair.x, pair.y, same && fresh ? 1.0 : 0.0);
+        }";
+    let result = rendered("Integrator \"Numbers\"\nSampler \"sobol\"", numbers, samples(64));
+    for pixel in &result.image.pixels {
+        // Stratified, so that the mean of 64 is near one half.
+        assert!((pixel[0] - 0.5).abs() < 0.02 && (pixel[1] - 0.5).abs() < 0.02, "{pixel:?}");
+        assert_eq!(pixel[2], 1.0);
+    }
+}
