@@ -71,8 +71,8 @@ const fn field(name: &'static str, ty: SpecType, doc: &'static str) -> Field {
     Field { name, ty, doc }
 }
 
-/// After `found` come the scalars by which the scene identifies a surface (`rtsl_ir::SURFACE`), in their order, then the
-/// properties.
+/// After `found` come the scalars by which the scene identifies a surface (`rtsl_ir::SURFACE`), in their order, then
+/// the properties.
 const SURFACE: &[Field] = &[
     field(
         "found",

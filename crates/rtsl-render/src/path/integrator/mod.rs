@@ -8,9 +8,9 @@
 //!
 //! Numbers depend on the pixel, the sample and the queries of the path before, never on other paths. `sample1D` and
 //! `sample2D` are functions of the dimension. Every query that calls methods of materials or lights has a separate
-//! sequence, from which these methods take their numbers: the sequence's index counts the queries since the last search,
-//! among the sequences of that search. So the numbers of one surface are stratified over the samples of a pixel,
-//! whatever the surfaces before it have asked.
+//! sequence, from which these methods take their numbers: the sequence's index counts the queries since the last
+//! search, among the sequences of that search. So the numbers of one surface are stratified over the samples of a
+//! pixel, whatever the surfaces before it have asked.
 
 mod evaluation;
 mod host;
