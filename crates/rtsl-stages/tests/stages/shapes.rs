@@ -1,0 +1,984 @@
+//! Texts in and out, for each shape of control around a point.
+
+use expect_test::expect;
+
+use crate::splitting::{stages, text};
+
+#[test]
+fn in_a_straight_line() {
+    let body = "
+        %x: f32 = load state:rt_RayOrigin@0
+        %y: f32 = sqrt %x
+        %o: bool = occluded %x, %y, %x, %one, %one, %one, %x
+        %z: f32 = select %o, %y, %one
+        return state:rt_HitDistance@0 = %z";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: f32 = load state:rt_RayOrigin@0
+          %3: f32 = sqrt %2
+          return scratch:frame.0@0 = %3, scratch:request.0@0 = %2, scratch:request.1@0 = %3, scratch:request.2@0 = %2, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %2, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: f32 = load scratch:frame.0@0
+          %3: bool = load scratch:answer.0@0
+          %4: f32 = select %3, %2, %1
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %4
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn in_one_branch() {
+    let body = "
+        %c: bool = load member:b@0
+        %y: f32 = rand
+        %r: f32 = if %c {
+            %o: bool = occluded RAY
+            %z: f32 = select %o, %y, %one
+            yield %z
+        } else {
+            %square: f32 = multiply %y, %y
+            yield %square
+        }
+        %s: f32 = sqrt %r
+        return state:rt_HitDistance@0 = %s";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: f32 = rand
+          return scratch:frame.0@0 = %2, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: f32 = load scratch:frame.0@0
+          %3: bool = load scratch:answer.0@0
+          %4: f32 = select %3, %2, %1
+          %5: f32 = sqrt %4
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %5
+        }
+    "#]].assert_eq(&text(&body.replace("load member:b@0", "convert %one")));
+}
+
+#[test]
+fn in_both_branches() {
+    let body = "
+        %y: f32 = rand
+        %c: bool = less %y, %one
+        %r: f32 = if %c {
+            %a: f32, %b: f32, %d: f32 = trace RAY, %one
+            yield %a
+        } else {
+            %p: f32, %q: f32, %t: f32 = trace RAY, %y
+            yield %q
+        }
+        %s: f32 = multiply %r, %y
+        return state:rt_HitDistance@0 = %s";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: i32 = constant 2
+          %3: f32 = rand
+          %4: bool = less %3, %0
+          %5: i32, %6: f32 = if %4 {
+            yield %1, %0
+          } else {
+            yield %2, %3
+          }
+          return scratch:frame.0@0 = %3, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %6, scratch:next@0 = %5
+        }
+
+        stage 1: trace, live 0
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch answer.0: f32[1]
+        scratch answer.1: f32[1]
+        scratch answer.2: f32[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: f32 = load scratch:answer.0@0
+          %3: f32 = multiply %1, %2
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %3
+        }
+
+        stage 2: trace, live 0
+        function Test.radiance.2
+        scratch frame.0: f32[1]
+        scratch answer.0: f32[1]
+        scratch answer.1: f32[1]
+        scratch answer.2: f32[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: f32 = load scratch:answer.1@0
+          %3: f32 = multiply %1, %2
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %3
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn in_a_loop() {
+    let body = "
+        %k: f32 = load member:m@0
+        %zero: i32 = constant 0
+        %i: i32, %sum: f32 = loop (%j: i32 = %zero, %s: f32 = %one) {
+            %a: f32, %b: f32, %c: f32 = trace RAY, %one
+            %s2: f32 = fma %a, %k, %s
+            %first: i32 = constant 1
+            %j2: i32 = add %j, %first
+            %n: i32 = load member:n@0
+            %again: bool = less %j2, %n
+            repeat %again, %j2, %s2
+        }
+        return state:rt_HitDistance@0 = %sum";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: i32
+        slot 1: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: i32[1]
+        scratch frame.1: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 0
+          %2: i32 = constant 1
+          return scratch:frame.0@0 = %1, scratch:frame.1@0 = %0, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %2
+        }
+
+        stage 1: trace, live 0 1
+        function Test.radiance.1
+        scratch frame.0: i32[1]
+        scratch frame.1: f32[1]
+        scratch answer.0: f32[1]
+        scratch answer.1: f32[1]
+        scratch answer.2: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 1
+          %4: f32 = load state:rt_HitDistance@0
+          %5: i32 = load scratch:frame.0@0
+          %6: f32 = load scratch:frame.1@0
+          %7: f32 = load member:m@0
+          %8: f32 = load scratch:answer.0@0
+          %9: f32 = fma %8, %7, %6
+          %10: i32 = add %5, %3
+          %11: i32 = load member:n@0
+          %12: bool = less %10, %11
+          %13: f32, %14: i32, %15: i32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32, %22: f32, %23: f32, %24: f32 = if %12 {
+            yield %4, %3, %10, %9, %2, %2, %2, %2, %2, %2, %2, %2
+          } else {
+            yield %9, %1, %5, %6, %0, %0, %0, %0, %0, %0, %0, %0
+          }
+          return scratch:frame.0@0 = %15, scratch:frame.1@0 = %16, scratch:request.0@0 = %17, scratch:request.1@0 = %18, scratch:request.2@0 = %19, scratch:request.3@0 = %20, scratch:request.4@0 = %21, scratch:request.5@0 = %22, scratch:request.6@0 = %23, scratch:request.7@0 = %24, scratch:next@0 = %14, state:rt_HitDistance@0 = %13
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn in_nested_loops() {
+    let body = "
+        %outer: f32 = loop (%s: f32 = %one) {
+            %inner: f32 = loop (%t: f32 = %s) {
+                %o: bool = occluded RAY
+                %r: f32 = rand
+                %t2: f32 = add %t, %r
+                repeat %o, %t2
+            }
+            %r2: f32 = rand
+            %again: bool = less %r2, %inner
+            repeat %again, %inner
+        }
+        return state:rt_HitDistance@0 = %outer";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          return scratch:frame.0@0 = %0, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 1
+          %4: f32 = load state:rt_HitDistance@0
+          %5: f32 = load scratch:frame.0@0
+          %6: bool = load scratch:answer.0@0
+          %7: f32 = rand
+          %8: f32 = add %5, %7
+          %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = if %6 {
+            yield %4, %3, %8, %2, %2, %2, %2, %2, %2, %2
+          } else {
+            %19: f32 = rand
+            %20: bool = less %19, %8
+            %21: f32, %22: i32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32, %28: f32, %29: f32, %30: f32 = if %20 {
+              yield %4, %3, %8, %2, %2, %2, %2, %2, %2, %2
+            } else {
+              yield %8, %1, %5, %0, %0, %0, %0, %0, %0, %0
+            }
+            yield %21, %22, %23, %24, %25, %26, %27, %28, %29, %30
+          }
+          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %10, state:rt_HitDistance@0 = %9
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// A `for` with a `break`: the second bool carries it out.
+#[test]
+fn in_a_loop_with_a_break() {
+    let body = "
+        %zero: i32 = constant 0
+        %no: bool = constant false
+        %yes: bool = constant true
+        %i: i32, %stopped: bool = loop (%j: i32 = %zero, %b: bool = %no) {
+            %n: i32 = load member:n@0
+            %in: bool = less %j, %n
+            %again: bool, %j2: i32, %b2: bool = if %in {
+                %r: f32 = rand
+                %rare: bool = less %r, %one
+                %stop: bool = if %rare {
+                    %o: bool = occluded RAY
+                    yield %o
+                } else {
+                    yield %no
+                }
+                %first: i32 = constant 1
+                %next: i32 = add %j, %first
+                %on: bool = not %stop
+                yield %on, %next, %stop
+            } else {
+                yield %no, %j, %no
+            }
+            repeat %again, %j2, %b2
+        }
+        %x: f32 = convert %i
+        return state:rt_HitDistance@0 = %x";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: i32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: i32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 0
+          %4: bool = constant false
+          %5: bool = constant true
+          %6: i32 = constant 1
+          %7: f32 = load state:rt_HitDistance@0
+          %8: i32, %9: bool, %10: i32, %11: i32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = loop (%19: i32 = %3, %20: bool = %4, %21: i32 = %1, %22: i32 = %3, %23: f32 = %0, %24: f32 = %0, %25: f32 = %0, %26: f32 = %0, %27: f32 = %0, %28: f32 = %0, %29: f32 = %0) {
+            %30: i32 = load member:n@0
+            %31: bool = less %19, %30
+            %32: bool, %33: i32, %34: bool, %35: i32, %36: i32, %37: f32, %38: f32, %39: f32, %40: f32, %41: f32, %42: f32, %43: f32 = if %31 {
+              %44: f32 = rand
+              %45: bool = less %44, %2
+              %46: i32, %47: i32, %48: i32, %49: f32, %50: f32, %51: f32, %52: f32, %53: f32, %54: f32, %55: f32 = if %45 {
+                yield %3, %6, %19, %2, %2, %2, %2, %2, %2, %2
+              } else {
+                %56: i32 = add %19, %6
+                yield %56, %21, %22, %23, %24, %25, %26, %27, %28, %29
+              }
+              yield %5, %46, %45, %47, %48, %49, %50, %51, %52, %53, %54, %55
+            } else {
+              yield %4, %19, %4, %21, %22, %23, %24, %25, %26, %27, %28, %29
+            }
+            %57: bool = not %34
+            %58: bool = and %57, %32
+            repeat %58, %33, %34, %35, %36, %37, %38, %39, %40, %41, %42, %43
+          }
+          %59: f32, %60: i32 = if %9 {
+            yield %7, %10
+          } else {
+            %61: f32 = convert %8
+            yield %61, %1
+          }
+          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %60, state:rt_HitDistance@0 = %59
+        }
+
+        stage 1: occluded, live 0
+        function Test.radiance.1
+        scratch frame.0: i32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: bool = constant false
+          %4: i32 = constant 1
+          %5: bool = constant true
+          %6: i32 = constant 0
+          %7: f32 = load state:rt_HitDistance@0
+          %8: i32 = load scratch:frame.0@0
+          %9: bool = load scratch:answer.0@0
+          %10: i32 = add %8, %4
+          %11: bool = not %9
+          %12: i32, %13: bool, %14: i32, %15: i32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32, %22: f32 = if %11 {
+            %23: i32, %24: bool, %25: i32, %26: i32, %27: f32, %28: f32, %29: f32, %30: f32, %31: f32, %32: f32, %33: f32 = loop (%34: i32 = %10, %35: bool = %3, %36: i32 = %1, %37: i32 = %8, %38: f32 = %0, %39: f32 = %0, %40: f32 = %0, %41: f32 = %0, %42: f32 = %0, %43: f32 = %0, %44: f32 = %0) {
+              %45: i32 = load member:n@0
+              %46: bool = less %34, %45
+              %47: bool, %48: i32, %49: bool, %50: i32, %51: i32, %52: f32, %53: f32, %54: f32, %55: f32, %56: f32, %57: f32, %58: f32 = if %46 {
+                %59: f32 = rand
+                %60: bool = less %59, %2
+                %61: i32, %62: i32, %63: i32, %64: f32, %65: f32, %66: f32, %67: f32, %68: f32, %69: f32, %70: f32 = if %60 {
+                  yield %6, %4, %34, %2, %2, %2, %2, %2, %2, %2
+                } else {
+                  %71: i32 = add %34, %4
+                  yield %71, %36, %37, %38, %39, %40, %41, %42, %43, %44
+                }
+                yield %5, %61, %60, %62, %63, %64, %65, %66, %67, %68, %69, %70
+              } else {
+                yield %3, %34, %3, %36, %37, %38, %39, %40, %41, %42, %43, %44
+              }
+              %72: bool = not %49
+              %73: bool = and %72, %47
+              repeat %73, %48, %49, %50, %51, %52, %53, %54, %55, %56, %57, %58
+            }
+            yield %23, %24, %25, %26, %27, %28, %29, %30, %31, %32, %33
+          } else {
+            yield %10, %3, %1, %8, %0, %0, %0, %0, %0, %0, %0
+          }
+          %74: f32, %75: i32 = if %13 {
+            yield %7, %14
+          } else {
+            %76: f32 = convert %12
+            yield %76, %1
+          }
+          return scratch:frame.0@0 = %15, scratch:request.0@0 = %16, scratch:request.1@0 = %17, scratch:request.2@0 = %18, scratch:request.3@0 = %19, scratch:request.4@0 = %20, scratch:request.5@0 = %21, scratch:request.6@0 = %22, scratch:next@0 = %75, state:rt_HitDistance@0 = %74
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn locals_with_dynamic_indices_pass_as_a_whole() {
+    let body = "
+        %x: f32 = rand
+        %n: i32 = load member:n@0
+        store local:r@%n, %x
+        %o: bool = occluded RAY
+        %y: f32 = load local:r@%n
+        store local:r@0, %y
+        %p: bool = occluded RAY
+        return state:rt_HitDistance@0 = %y";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+        slot 1: f32 r@1
+        slot 2: f32 r@2
+
+        stage 0: start
+        function Test.radiance.0
+        local r: f32[3]
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch frame.2: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: f32 = rand
+          %3: i32 = load member:n@0
+          store local:r@%3, %2
+          %4: f32 = load local:r@0
+          %5: f32 = load local:r@1
+          %6: f32 = load local:r@2
+          return scratch:frame.0@0 = %4, scratch:frame.1@0 = %5, scratch:frame.2@0 = %6, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0 1 2
+        function Test.radiance.1
+        local r: f32[3]
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch frame.2: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 2
+          %2: f32 = load scratch:frame.0@0
+          store local:r@0, %2
+          %3: f32 = load scratch:frame.1@0
+          store local:r@1, %3
+          %4: f32 = load scratch:frame.2@0
+          store local:r@2, %4
+          %5: i32 = load member:n@0
+          %6: f32 = load local:r@%5
+          store local:r@0, %6
+          return scratch:frame.0@0 = %6, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 2: occluded, live 0
+        function Test.radiance.2
+        scratch frame.0: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %1
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// While the second surface is searched, the first is kept; queries about it are dispatched.
+#[test]
+fn two_surfaces_alive() {
+    let body = "
+        %f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one
+        %a: f32, %b: f32, %c: f32 = query emission %o, %i, %e, SURFACE
+        %f2: bool, %o2: i32, %i2: i32, %e2: i32, %d2: f32 = query nearest_hit RAY, %one
+        %a2: f32, %b2: f32, %c2: f32 = query emission %o2, %i2, %e2, SURFACE
+        %a3: f32, %b3: f32, %c3: f32 = query shade %o, %i, %e, SURFACE
+        %a4: f32, %b4: f32, %c4: f32 = query shade %o2, %i2, %e2, SURFACE
+        return state:rt_HitDistance@0 = %a3, state:rt_RayOrigin@0 = %a4";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: i32
+        slot 1: i32
+        slot 2: i32
+        slot 3: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          return scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: nearest_hit, surface answer
+        function Test.radiance.1
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch frame.0: i32[1]
+        scratch frame.1: i32[1]
+        scratch frame.2: i32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 2
+          %2: i32 = load scratch:answer.1@0
+          %3: i32 = load scratch:answer.2@0
+          %4: i32 = load scratch:answer.3@0
+          %5: f32, %6: f32, %7: f32 = query emission %2, %3, %4, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+          return scratch:frame.0@0 = %2, scratch:frame.1@0 = %3, scratch:frame.2@0 = %4, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 2: nearest_hit, surface answer, live 0 1 2
+        function Test.radiance.2
+        scratch frame.0: i32[1]
+        scratch frame.1: i32[1]
+        scratch frame.2: i32[1]
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch surface.0: i32[1]
+        scratch surface.1: i32[1]
+        scratch surface.2: i32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 3
+          %2: i32 = load scratch:frame.0@0
+          %3: i32 = load scratch:frame.1@0
+          %4: i32 = load scratch:frame.2@0
+          %5: i32 = load scratch:answer.1@0
+          %6: i32 = load scratch:answer.2@0
+          %7: i32 = load scratch:answer.3@0
+          %8: f32, %9: f32, %10: f32 = query emission %5, %6, %7, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+          return scratch:frame.0@0 = %5, scratch:frame.1@0 = %6, scratch:frame.2@0 = %7, scratch:surface.0@0 = %2, scratch:surface.1@0 = %3, scratch:surface.2@0 = %4, scratch:next@0 = %1
+        }
+
+        stage 3: dispatch, surface request, live 0 1 2
+        function Test.radiance.3
+        scratch frame.0: i32[1]
+        scratch frame.1: i32[1]
+        scratch frame.2: i32[1]
+        scratch surface.0: i32[1]
+        scratch surface.1: i32[1]
+        scratch surface.2: i32[1]
+        scratch frame.3: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 4
+          %2: i32 = load scratch:frame.0@0
+          %3: i32 = load scratch:frame.1@0
+          %4: i32 = load scratch:frame.2@0
+          %5: i32 = load scratch:surface.0@0
+          %6: i32 = load scratch:surface.1@0
+          %7: i32 = load scratch:surface.2@0
+          %8: f32, %9: f32, %10: f32 = query shade %5, %6, %7, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+          return scratch:frame.3@0 = %8, scratch:surface.0@0 = %2, scratch:surface.1@0 = %3, scratch:surface.2@0 = %4, scratch:next@0 = %1
+        }
+
+        stage 4: dispatch, surface request, live 3
+        function Test.radiance.4
+        scratch frame.3: f32[1]
+        scratch surface.0: i32[1]
+        scratch surface.1: i32[1]
+        scratch surface.2: i32[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: f32 = load scratch:frame.3@0
+          %3: i32 = load scratch:surface.0@0
+          %4: i32 = load scratch:surface.1@0
+          %5: i32 = load scratch:surface.2@0
+          %6: f32, %7: f32, %8: f32 = query shade %3, %4, %5, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %2, state:rt_RayOrigin@0 = %6
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// A shadow ray names the surface that the code needs next, which saves a dispatch.
+#[test]
+fn a_shadow_ray_names_the_next_surface() {
+    let body = "
+        %f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one
+        %dark: bool = occluded RAY
+        %a: f32 = if %f {
+            %x: f32, %b: f32, %c: f32 = query shade %o, %i, %e, SURFACE
+            yield %x
+        } else { yield %d }
+        %y: f32 = select %dark, %a, %one
+        return state:rt_HitDistance@0 = %y";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: bool
+        slot 1: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          return scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: nearest_hit
+        function Test.radiance.1
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch frame.0: bool[1]
+        scratch frame.1: f32[1]
+        scratch surface.0: i32[1]
+        scratch surface.1: i32[1]
+        scratch surface.2: i32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 2
+          %2: bool = load scratch:answer.0@0
+          %3: i32 = load scratch:answer.1@0
+          %4: i32 = load scratch:answer.2@0
+          %5: i32 = load scratch:answer.3@0
+          %6: f32 = load scratch:answer.4@0
+          return scratch:frame.0@0 = %2, scratch:frame.1@0 = %6, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:surface.0@0 = %3, scratch:surface.1@0 = %4, scratch:surface.2@0 = %5, scratch:next@0 = %1
+        }
+
+        stage 2: occluded, surface request, live 0 1
+        function Test.radiance.2
+        scratch frame.0: bool[1]
+        scratch frame.1: f32[1]
+        scratch surface.0: i32[1]
+        scratch surface.1: i32[1]
+        scratch surface.2: i32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: bool = load scratch:frame.0@0
+          %3: f32 = load scratch:frame.1@0
+          %4: i32 = load scratch:surface.0@0
+          %5: i32 = load scratch:surface.1@0
+          %6: i32 = load scratch:surface.2@0
+          %7: bool = load scratch:answer.0@0
+          %8: f32 = if %2 {
+            %9: f32, %10: f32, %11: f32 = query shade %4, %5, %6, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
+            yield %9
+          } else {
+            yield %3
+          }
+          %12: f32 = select %7, %8, %1
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %12
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// What is cheap, and needs nothing that is not kept anyway, is computed again.
+#[test]
+fn cheap_values_are_computed_again() {
+    let body = "
+        %x: f32 = rand
+        %m: f32 = load member:m@2
+        %twice: f32 = add %x, %x
+        %four: f32 = multiply %twice, %m
+        %root: f32 = sqrt %four
+        %o: bool = occluded RAY
+        %a: f32 = add %x, %four
+        %b: f32 = add %a, %root
+        %c: f32 = add %b, %m
+        return state:rt_HitDistance@0 = %c";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+        slot 1: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: f32 = rand
+          %3: f32 = load member:m@2
+          %4: f32 = add %2, %2
+          %5: f32 = multiply %3, %4
+          %6: f32 = sqrt %5
+          return scratch:frame.0@0 = %2, scratch:frame.1@0 = %6, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0 1
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: f32 = load scratch:frame.1@0
+          %3: f32 = load member:m@2
+          %4: f32 = add %1, %1
+          %5: f32 = multiply %3, %4
+          %6: f32 = add %1, %5
+          %7: f32 = add %2, %6
+          %8: f32 = add %3, %7
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %8
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn slots_are_shared() {
+    let body = "
+        %x: f32 = rand
+        %o: bool = occluded RAY
+        %y: f32 = rand
+        %z: f32 = select %o, %x, %y
+        %o2: bool = occluded %z, %z, %z, %z, %z, %z, %z
+        %v: f32 = select %o2, %y, %one
+        return state:rt_HitDistance@0 = %v";
+    let stages = stages(body);
+    assert_eq!(stages.slots.len(), 1, "{stages}");
+}
+
+/// A path tracer: each search is in the loop, and its surface is used in the next iteration.
+#[test]
+fn a_loop_is_peeled_where_it_starts_with_the_surface() {
+    let body = "
+        %f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one
+        %no: bool = constant false
+        %lf: bool, %lo: i32, %li: i32, %le: i32, %light: f32, %weight: f32 =
+            loop (%pf: bool = %f, %po: i32 = %o, %pi: i32 = %i, %pe: i32 = %e, %l: f32 = %one, %w: f32 = %one) {
+            %again: bool, %nf: bool, %no2: i32, %ni: i32, %ne: i32, %nl: f32, %nw: f32 = if %pf {
+                %x: f32, %y: f32, %z: f32 = query emission %po, %pi, %pe, SURFACE
+                %l2: f32 = fma %x, %w, %l
+                %dx: f32, %dy: f32, %dz: f32, %cx: f32, %cy: f32, %cz: f32, %pdf: f32 =
+                    query sample_bsdf %po, %pi, %pe, SURFACE, VECTOR
+                %w2: f32 = multiply %w, %cx
+                %qf: bool, %qo: i32, %qi: i32, %qe: i32, %qd: f32 =
+                    query nearest_hit VECTOR, %dx, %dy, %dz, %one, %one
+                %more: bool = constant true
+                yield %more, %qf, %qo, %qi, %qe, %l2, %w2
+            } else {
+                yield %no, %pf, %po, %pi, %pe, %l, %w
+            }
+            repeat %again, %nf, %no2, %ni, %ne, %nl, %nw
+        }
+        return state:rt_HitDistance@0 = %light";
+    let stages = stages(body);
+    // The start; the first search; the search in the loop. No stage has a loop, and nothing is dispatched.
+    assert_eq!(stages.stages.len(), 3, "{stages}");
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+        slot 1: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          return scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: nearest_hit, surface answer
+        function Test.radiance.1
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 2
+          %4: f32 = load state:rt_HitDistance@0
+          %5: bool = load scratch:answer.0@0
+          %6: i32 = load scratch:answer.1@0
+          %7: i32 = load scratch:answer.2@0
+          %8: i32 = load scratch:answer.3@0
+          %9: i32, %10: f32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32, %19: f32 = if %5 {
+            %20: f32, %21: f32, %22: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %23: f32 = add %20, %2
+            %24: f32, %25: f32, %26: f32, %27: f32, %28: f32, %29: f32, %30: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            yield %3, %23, %27, %2, %2, %2, %24, %25, %26, %2, %2
+          } else {
+            yield %1, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+          }
+          %31: f32, %32: i32 = if %5 {
+            yield %4, %9
+          } else {
+            yield %2, %1
+          }
+          return scratch:frame.0@0 = %10, scratch:frame.1@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:request.7@0 = %19, scratch:next@0 = %32, state:rt_HitDistance@0 = %31
+        }
+
+        stage 2: nearest_hit, surface answer, live 0 1
+        function Test.radiance.2
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 2
+          %4: f32 = load state:rt_HitDistance@0
+          %5: f32 = load scratch:frame.0@0
+          %6: f32 = load scratch:frame.1@0
+          %7: bool = load scratch:answer.0@0
+          %8: i32 = load scratch:answer.1@0
+          %9: i32 = load scratch:answer.2@0
+          %10: i32 = load scratch:answer.3@0
+          %11: i32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32 = if %7 {
+            %22: f32, %23: f32, %24: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %25: f32 = fma %22, %6, %5
+            %26: f32, %27: f32, %28: f32, %29: f32, %30: f32, %31: f32, %32: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %33: f32 = multiply %6, %29
+            yield %3, %25, %33, %2, %2, %2, %26, %27, %28, %2, %2
+          } else {
+            yield %1, %5, %6, %0, %0, %0, %0, %0, %0, %0, %0
+          }
+          %34: f32, %35: i32 = if %7 {
+            yield %4, %11
+          } else {
+            yield %5, %1
+          }
+          return scratch:frame.0@0 = %12, scratch:frame.1@0 = %13, scratch:request.0@0 = %14, scratch:request.1@0 = %15, scratch:request.2@0 = %16, scratch:request.3@0 = %17, scratch:request.4@0 = %18, scratch:request.5@0 = %19, scratch:request.6@0 = %20, scratch:request.7@0 = %21, scratch:next@0 = %35, state:rt_HitDistance@0 = %34
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// State is gone once the first stage has run.
+#[test]
+fn state_that_is_read_late_passes_through_the_frame() {
+    let body = "
+        %o: bool = occluded RAY
+        %x: f32 = load state:rt_RayOrigin@1
+        %n: i32 = load member:n@0
+        %y: f32 = load state:rt_RayDirection@%n
+        %z: f32 = add %x, %y
+        return state:rt_HitDistance@0 = %z";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+        slot 1: f32 rt_RayDirection@0
+        slot 2: f32 rt_RayDirection@1
+        slot 3: f32 rt_RayDirection@2
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch frame.2: f32[1]
+        scratch frame.3: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          %2: f32 = load state:rt_RayOrigin@1
+          %3: f32 = load state:rt_RayDirection@0
+          %4: f32 = load state:rt_RayDirection@1
+          %5: f32 = load state:rt_RayDirection@2
+          return scratch:frame.0@0 = %2, scratch:frame.1@0 = %3, scratch:frame.2@0 = %4, scratch:frame.3@0 = %5, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: occluded, live 0 1 2 3
+        function Test.radiance.1
+        local rt_RayDirection: f32[3]
+        scratch frame.0: f32[1]
+        scratch frame.1: f32[1]
+        scratch frame.2: f32[1]
+        scratch frame.3: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: f32 = load scratch:frame.1@0
+          store local:rt_RayDirection@0, %2
+          %3: f32 = load scratch:frame.2@0
+          store local:rt_RayDirection@1, %3
+          %4: f32 = load scratch:frame.3@0
+          store local:rt_RayDirection@2, %4
+          %5: i32 = load member:n@0
+          %6: f32 = load local:rt_RayDirection@%5
+          %7: f32 = add %1, %6
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %7
+        }
+    "#]].assert_eq(&text(body));
+}
+
+#[test]
+fn outputs_are_stored_where_the_function_ends() {
+    let body = "
+        %x: f32 = rand
+        %c: bool = less %x, %one
+        %y: f32 = if %c { yield %x } else {
+            %o: bool = occluded RAY
+            %z: f32 = convert %o
+            yield %z
+        }
+        return state:rt_HitDistance@0 = %y, scratch:kept@1 = %x";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 0.0
+          %1: i32 = constant -1
+          %2: f32 = constant 1.0
+          %3: i32 = constant 1
+          %4: f32 = load state:rt_HitDistance@0
+          %5: f32 = load scratch:kept@1
+          %6: f32 = rand
+          %7: bool = less %6, %2
+          %8: f32, %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = if %7 {
+            yield %6, %6, %1, %0, %0, %0, %0, %0, %0, %0, %0
+          } else {
+            yield %4, %5, %3, %6, %2, %2, %2, %2, %2, %2, %2
+          }
+          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %10, state:rt_HitDistance@0 = %8, scratch:kept@1 = %9
+        }
+
+        stage 1: occluded, live 0
+        function Test.radiance.1
+        scratch frame.0: f32[1]
+        scratch answer.0: bool[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: bool = load scratch:answer.0@0
+          %3: f32 = convert %2
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %3, scratch:kept@1 = %1
+        }
+    "#]].assert_eq(&text(body));
+}
