@@ -19,7 +19,7 @@ use crate::flow::{Flow, Flowing, Left};
 use crate::live::{Kept, Live, Liveness};
 use crate::points::{Level, Point, PointId, has_point, operands, queried_surface};
 use crate::slots::Slots;
-use crate::{END, Port, ResumedBy, SlotId, SplitError};
+use crate::{END, Port, ResumedBy, SplitError};
 
 /// The greatest number of loops, one in another, whose first iterations are peeled.
 const MAX_PEELED_DEPTH: u32 = 2;
@@ -45,8 +45,8 @@ pub(crate) struct Draft {
     pub function: Function,
     /// The local for `next`.
     pub next: VariableId,
-    /// The locals for slots.
-    pub frame: BTreeMap<VariableId, SlotId>,
+    /// The locals for all ports that it stores to.
+    pub ports: BTreeMap<VariableId, Port>,
     /// The number of operations that may still be written.
     pub left: u32,
 }
@@ -172,8 +172,6 @@ impl<'a> Emitter<'a> {
         let scalar = self.slots.slots[slot.0 as usize].scalar;
         let port = Port::Frame(slot);
         let value = self.load_port(port, scalar);
-        let local = self.local(port, scalar);
-        self.code.store(local, 0, value);
         match kept {
             Kept::Value(old) => self.define(old, value),
             Kept::Local(local, index) => {
@@ -231,14 +229,12 @@ impl<'a> Emitter<'a> {
         };
         match self.code.known(again).map(|known| known.bits() != 0) {
             Some(false) => rest(self, values),
-            Some(true) => {
-                let flow = self.repeat(body, values)?;
-                self.after(flow, rest)
-            }
+            Some(true) => self.repeat(body, values, rest),
             None => {
                 let start = self.code.value_count();
                 let results = values.clone();
-                let then = self.side(|it| it.repeat(body, values))?;
+                let then =
+                    self.side(|it| it.repeat(body, values, |_, results| Ok(Flow::on(results))))?;
                 let otherwise = self.side(|_| Ok(Flow::on(results)))?;
                 self.fork(start, again, then, otherwise, rest)
             }
@@ -265,8 +261,12 @@ impl<'a> Emitter<'a> {
                     self.define_results(op, values);
                 }
                 OpKind::Loop { initial, body } => {
-                    let initial = initial.iter().map(|value| self.get(*value)).collect();
-                    let flow = self.repeat(body, initial)?;
+                    let initial = initial.iter().map(|value| self.get(*value));
+                    let initial: Vec<Value> = initial.collect();
+                    if self.is_peeled(body, &initial) {
+                        return self.peel(body, initial, rest);
+                    }
+                    let flow = self.copy_loop(body, initial)?;
                     if flow.left != Left::Never {
                         return self.after(flow, rest);
                     }
@@ -286,11 +286,27 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Writes a loop with these initial values.
-    fn repeat(&mut self, body: &'a Region, initial: Vec<Value>) -> Result<Flow, SplitError> {
-        if !self.is_peeled(body, &initial) {
-            return self.copy_loop(body, initial);
+    /// Writes a loop with these initial values, and what follows it.
+    fn repeat(
+        &mut self,
+        body: &'a Region,
+        initial: Vec<Value>,
+        rest: impl FnOnce(&mut Self, Vec<Value>) -> Result<Flow, SplitError>,
+    ) -> Result<Flow, SplitError> {
+        if self.is_peeled(body, &initial) {
+            return self.peel(body, initial, rest);
         }
+        let flow = self.copy_loop(body, initial)?;
+        self.after(flow, rest)
+    }
+
+    /// Writes a loop with these initial values, its first iteration by itself, and what follows it.
+    fn peel(
+        &mut self,
+        body: &'a Region,
+        initial: Vec<Value>,
+        rest: impl FnOnce(&mut Self, Vec<Value>) -> Result<Flow, SplitError>,
+    ) -> Result<Flow, SplitError> {
         self.peeled += 1;
         self.define_all(&body.params, &initial);
         let first = self.ops(body, 0, Then::Yield)?;
@@ -298,14 +314,17 @@ impl<'a> Emitter<'a> {
         self.after(first, |it, mut values| {
             let again = values.remove(0);
             match it.code.known(again).map(|known| known.bits() != 0) {
-                Some(false) => Ok(Flow::on(values)),
-                Some(true) => it.copy_loop(body, values),
+                Some(false) => rest(it, values),
+                Some(true) => {
+                    let flow = it.copy_loop(body, values)?;
+                    it.after(flow, rest)
+                }
                 None => {
                     let start = it.code.value_count();
                     let results = values.clone();
                     let then = it.side(|it| it.copy_loop(body, values))?;
                     let otherwise = it.side(|_| Ok(Flow::on(results)))?;
-                    Ok(it.code.join(start, again, then, otherwise))
+                    it.fork(start, again, then, otherwise, rest)
                 }
             }
         })
@@ -521,15 +540,12 @@ impl<'a> Emitter<'a> {
                 outputs.push(Output { variable, component: output.component });
             }
         }
-        let frame = self.locals.iter().filter_map(|(port, local)| match port {
-            Port::Frame(slot) => Some((*local, *slot)),
-            _ => None,
-        });
-        let (frame, next, left) = (frame.collect(), self.locals[&Port::Next], self.code.left());
+        let (next, left) = (self.locals[&Port::Next], self.code.left());
+        let ports = self.stored.iter().map(|port| (self.locals[port], *port)).collect();
         let mut function = self.code.finish();
         function.body.yields = yields;
         function.outputs = outputs;
-        Draft { function, next, frame, left }
+        Draft { function, next, ports, left }
     }
 }
 

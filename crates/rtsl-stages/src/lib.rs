@@ -83,8 +83,8 @@
 //! | `next` | the index of the next stage, or [`END`] |
 //!
 //! A slot that a stage does not store keeps its value. A stage where the integrator's function ends for some paths
-//! stores the outputs of the function; for paths that go on they keep the values that they had. Requests of paths that do
-//! not ask are 0. Members, parameters and buffers can be read in every stage; state and scratch of the function only in
+//! stores the outputs of the function; for paths that go on they keep the values that they had. Requests of paths that
+//! do not ask, and slots that are not live in the next stage, are arbitrary. Members, parameters and buffers can be read in every stage; state and scratch of the function only in
 //! the first, so what is read of them later passes through the frame. A local with dynamic indices passes through it as
 //! a whole if it may be read later.
 
@@ -100,6 +100,7 @@ mod split;
 mod stages;
 mod stored;
 mod text;
+mod undefined;
 pub mod verify;
 
 pub use live::MAX_COST;

@@ -11,7 +11,7 @@ use crate::live::{Kept, Live, Liveness};
 use crate::points::{self, Level, Point, PointId};
 use crate::slots::Slots;
 use crate::verify::{self, VerifyError};
-use crate::{Port, ResumedBy, SlotId, Stage, Stages, Surface, late_loads, stored};
+use crate::{Port, ResumedBy, SlotId, Stage, Stages, Surface, late_loads, stored, undefined};
 
 /// The greatest number of points where a function may suspend.
 pub const MAX_POINTS: usize = 1024;
@@ -159,8 +159,9 @@ fn write(plan: &Plan<'_>, slots: &Slots, points: &[PointId]) -> Result<Vec<Stage
             panic!("{message}\n{}", draft.function);
         }
     }
-    for (stage, draft) in stages.iter_mut().zip(drafts) {
-        stage.function = finished(draft);
+    let functions: Vec<Function> = drafts.into_iter().map(|it| finished(it, &stages)).collect();
+    for (stage, function) in stages.iter_mut().zip(functions) {
+        stage.function = function;
         stage.settle_surface();
     }
     Ok(stages)
@@ -192,12 +193,14 @@ impl Stage {
 }
 
 /// Optimises a draft by the passes that preserve results to the bit.
-fn finished(draft: Draft) -> Function {
+fn finished(mut draft: Draft, stages: &[Stage]) -> Function {
+    let placeholders = undefined::mark(&mut draft, stages);
     let Draft { mut function, .. } = draft;
     // Each run promotes as many locals as it has a limit for.
-    for _ in 0..=draft.frame.len() / 256 {
+    for _ in 0..=draft.ports.len() / 256 {
         mem2reg::run(&mut function);
     }
+    undefined::choose(&mut function, &placeholders);
     let passes: [rtsl_opt::Pass; 4] = [dce::run, simplify::run, gvn::run, simplify::run];
     passes.iter().for_each(|pass| pass(&mut function));
     let requests: Vec<VariableScalar> =

@@ -156,9 +156,10 @@ pub enum Port {
     Frame(SlotId),
     /// A result of the operation that suspended: `answer.N`, of the types of [`ResumedBy::answers`].
     Answer(u32),
-    /// An operand of the operation that suspends: `request.N`, f32; 0 where a path does not request.
+    /// An operand of the operation that suspends: `request.N`, f32; arbitrary where a path does not request.
     Request(u32),
-    /// Object, instance or element of the surface that a suspension names: `surface.N`, i32; 0 where it names none.
+    /// Object, instance or element of the surface that a suspension names: `surface.N`, i32; arbitrary where it names
+    /// none.
     Surface(u32),
     /// The index of the next stage, or [`END`]: `next`, i32.
     Next,

@@ -1,4 +1,4 @@
-//! Checks a draft: every way to a suspension has stored, or holds unchanged, what is live there.
+//! Checks a draft: every way to a suspension has stored what is live there.
 //!
 //! In the finished form a slot without a value can't be told from one that is 0. In a draft it can: slots are locals,
 //! and a local that nothing has been stored to has no value.
@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rtsl_ir::{Constant, Function, OpKind, Region, Value};
 
 use crate::emit::Draft;
-use crate::{SlotId, Stage};
+use crate::{Port, SlotId, Stage};
 
 /// Checks that a draft stores the live slots of the stages that it names as the next.
 pub(crate) fn check(draft: &Draft, stages: &[Stage]) -> Result<(), String> {
@@ -37,7 +37,11 @@ impl Check<'_> {
                 OpKind::Store(local, _, value) if *local == self.draft.next => {
                     self.suspension(*value, stored)?;
                 }
-                OpKind::Store(local, ..) => stored.extend(self.draft.frame.get(local)),
+                OpKind::Store(local, ..) => {
+                    if let Some(Port::Frame(slot)) = self.draft.ports.get(local) {
+                        stored.insert(*slot);
+                    }
+                }
                 OpKind::If { then, otherwise, .. } => {
                     let mut other = stored.clone();
                     self.region(then, stored)?;

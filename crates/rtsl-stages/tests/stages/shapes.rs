@@ -200,25 +200,24 @@ fn in_a_loop() {
         scratch answer.2: f32[1]
         scratch next: i32[1]
         {
-          %0: f32 = constant 0.0
-          %1: i32 = constant -1
-          %2: f32 = constant 1.0
-          %3: i32 = constant 1
-          %4: f32 = load state:rt_HitDistance@0
-          %5: i32 = load scratch:frame.0@0
-          %6: f32 = load scratch:frame.1@0
-          %7: f32 = load member:m@0
-          %8: f32 = load scratch:answer.0@0
-          %9: f32 = fma %8, %7, %6
-          %10: i32 = add %5, %3
-          %11: i32 = load member:n@0
-          %12: bool = less %10, %11
-          %13: f32, %14: i32, %15: i32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32, %22: f32, %23: f32, %24: f32 = if %12 {
-            yield %4, %3, %10, %9, %2, %2, %2, %2, %2, %2, %2, %2
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: i32 = constant 1
+          %3: f32 = load state:rt_HitDistance@0
+          %4: i32 = load scratch:frame.0@0
+          %5: f32 = load scratch:frame.1@0
+          %6: f32 = load member:m@0
+          %7: f32 = load scratch:answer.0@0
+          %8: f32 = fma %7, %6, %5
+          %9: i32 = add %4, %2
+          %10: i32 = load member:n@0
+          %11: bool = less %9, %10
+          %12: f32, %13: i32 = if %11 {
+            yield %3, %2
           } else {
-            yield %9, %1, %5, %6, %0, %0, %0, %0, %0, %0, %0, %0
+            yield %8, %0
           }
-          return scratch:frame.0@0 = %15, scratch:frame.1@0 = %16, scratch:request.0@0 = %17, scratch:request.1@0 = %18, scratch:request.2@0 = %19, scratch:request.3@0 = %20, scratch:request.4@0 = %21, scratch:request.5@0 = %22, scratch:request.6@0 = %23, scratch:request.7@0 = %24, scratch:next@0 = %14, state:rt_HitDistance@0 = %13
+          return scratch:frame.0@0 = %9, scratch:frame.1@0 = %8, scratch:request.0@0 = %1, scratch:request.1@0 = %1, scratch:request.2@0 = %1, scratch:request.3@0 = %1, scratch:request.4@0 = %1, scratch:request.5@0 = %1, scratch:request.6@0 = %1, scratch:request.7@0 = %1, scratch:next@0 = %13, state:rt_HitDistance@0 = %12
         }
     "#]].assert_eq(&text(body));
 }
@@ -258,28 +257,27 @@ fn in_nested_loops() {
         scratch answer.0: bool[1]
         scratch next: i32[1]
         {
-          %0: f32 = constant 0.0
-          %1: i32 = constant -1
-          %2: f32 = constant 1.0
-          %3: i32 = constant 1
-          %4: f32 = load state:rt_HitDistance@0
-          %5: f32 = load scratch:frame.0@0
-          %6: bool = load scratch:answer.0@0
-          %7: f32 = rand
-          %8: f32 = add %5, %7
-          %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = if %6 {
-            yield %4, %3, %8, %2, %2, %2, %2, %2, %2, %2
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: i32 = constant 1
+          %3: f32 = load state:rt_HitDistance@0
+          %4: f32 = load scratch:frame.0@0
+          %5: bool = load scratch:answer.0@0
+          %6: f32 = rand
+          %7: f32 = add %4, %6
+          %8: f32, %9: i32 = if %5 {
+            yield %3, %2
           } else {
-            %19: f32 = rand
-            %20: bool = less %19, %8
-            %21: f32, %22: i32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32, %28: f32, %29: f32, %30: f32 = if %20 {
-              yield %4, %3, %8, %2, %2, %2, %2, %2, %2, %2
+            %10: f32 = rand
+            %11: bool = less %10, %7
+            %12: f32, %13: i32 = if %11 {
+              yield %3, %2
             } else {
-              yield %8, %1, %5, %0, %0, %0, %0, %0, %0, %0
+              yield %7, %0
             }
-            yield %21, %22, %23, %24, %25, %26, %27, %28, %29, %30
+            yield %12, %13
           }
-          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %10, state:rt_HitDistance@0 = %9
+          return scratch:frame.0@0 = %7, scratch:request.0@0 = %1, scratch:request.1@0 = %1, scratch:request.2@0 = %1, scratch:request.3@0 = %1, scratch:request.4@0 = %1, scratch:request.5@0 = %1, scratch:request.6@0 = %1, scratch:next@0 = %9, state:rt_HitDistance@0 = %8
         }
     "#]].assert_eq(&text(body));
 }
@@ -323,41 +321,40 @@ fn in_a_loop_with_a_break() {
         scratch frame.0: i32[1]
         scratch next: i32[1]
         {
-          %0: f32 = constant 0.0
+          %0: i32 = constant 0
           %1: i32 = constant -1
           %2: f32 = constant 1.0
-          %3: i32 = constant 0
-          %4: bool = constant false
-          %5: bool = constant true
-          %6: i32 = constant 1
-          %7: f32 = load state:rt_HitDistance@0
-          %8: i32, %9: bool, %10: i32, %11: i32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = loop (%19: i32 = %3, %20: bool = %4, %21: i32 = %1, %22: i32 = %3, %23: f32 = %0, %24: f32 = %0, %25: f32 = %0, %26: f32 = %0, %27: f32 = %0, %28: f32 = %0, %29: f32 = %0) {
-            %30: i32 = load member:n@0
-            %31: bool = less %19, %30
-            %32: bool, %33: i32, %34: bool, %35: i32, %36: i32, %37: f32, %38: f32, %39: f32, %40: f32, %41: f32, %42: f32, %43: f32 = if %31 {
-              %44: f32 = rand
-              %45: bool = less %44, %2
-              %46: i32, %47: i32, %48: i32, %49: f32, %50: f32, %51: f32, %52: f32, %53: f32, %54: f32, %55: f32 = if %45 {
-                yield %3, %6, %19, %2, %2, %2, %2, %2, %2, %2
+          %3: bool = constant false
+          %4: bool = constant true
+          %5: i32 = constant 1
+          %6: f32 = load state:rt_HitDistance@0
+          %7: i32, %8: bool, %9: i32 = loop (%10: i32 = %0, %11: bool = %3, %12: i32 = %0) {
+            %13: i32 = load member:n@0
+            %14: bool = less %10, %13
+            %15: bool, %16: i32, %17: bool = if %14 {
+              %18: f32 = rand
+              %19: bool = less %18, %2
+              %20: i32 = if %19 {
+                yield %0
               } else {
-                %56: i32 = add %19, %6
-                yield %56, %21, %22, %23, %24, %25, %26, %27, %28, %29
+                %21: i32 = add %10, %5
+                yield %21
               }
-              yield %5, %46, %45, %47, %48, %49, %50, %51, %52, %53, %54, %55
+              yield %4, %20, %19
             } else {
-              yield %4, %19, %4, %21, %22, %23, %24, %25, %26, %27, %28, %29
+              yield %3, %10, %3
             }
-            %57: bool = not %34
-            %58: bool = and %57, %32
-            repeat %58, %33, %34, %35, %36, %37, %38, %39, %40, %41, %42, %43
+            %22: bool = not %17
+            %23: bool = and %22, %15
+            repeat %23, %16, %17, %10
           }
-          %59: f32, %60: i32 = if %9 {
-            yield %7, %10
+          %24: f32, %25: i32 = if %8 {
+            yield %6, %5
           } else {
-            %61: f32 = convert %8
-            yield %61, %1
+            %26: f32 = convert %7
+            yield %26, %1
           }
-          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %60, state:rt_HitDistance@0 = %59
+          return scratch:frame.0@0 = %9, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %2, scratch:request.4@0 = %2, scratch:request.5@0 = %2, scratch:request.6@0 = %2, scratch:next@0 = %25, state:rt_HitDistance@0 = %24
         }
 
         stage 1: occluded, live 0
@@ -366,50 +363,49 @@ fn in_a_loop_with_a_break() {
         scratch answer.0: bool[1]
         scratch next: i32[1]
         {
-          %0: f32 = constant 0.0
+          %0: i32 = constant 0
           %1: i32 = constant -1
           %2: f32 = constant 1.0
           %3: bool = constant false
           %4: i32 = constant 1
           %5: bool = constant true
-          %6: i32 = constant 0
-          %7: f32 = load state:rt_HitDistance@0
-          %8: i32 = load scratch:frame.0@0
-          %9: bool = load scratch:answer.0@0
-          %10: i32 = add %8, %4
-          %11: bool = not %9
-          %12: i32, %13: bool, %14: i32, %15: i32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32, %22: f32 = if %11 {
-            %23: i32, %24: bool, %25: i32, %26: i32, %27: f32, %28: f32, %29: f32, %30: f32, %31: f32, %32: f32, %33: f32 = loop (%34: i32 = %10, %35: bool = %3, %36: i32 = %1, %37: i32 = %8, %38: f32 = %0, %39: f32 = %0, %40: f32 = %0, %41: f32 = %0, %42: f32 = %0, %43: f32 = %0, %44: f32 = %0) {
-              %45: i32 = load member:n@0
-              %46: bool = less %34, %45
-              %47: bool, %48: i32, %49: bool, %50: i32, %51: i32, %52: f32, %53: f32, %54: f32, %55: f32, %56: f32, %57: f32, %58: f32 = if %46 {
-                %59: f32 = rand
-                %60: bool = less %59, %2
-                %61: i32, %62: i32, %63: i32, %64: f32, %65: f32, %66: f32, %67: f32, %68: f32, %69: f32, %70: f32 = if %60 {
-                  yield %6, %4, %34, %2, %2, %2, %2, %2, %2, %2
+          %6: f32 = load state:rt_HitDistance@0
+          %7: i32 = load scratch:frame.0@0
+          %8: bool = load scratch:answer.0@0
+          %9: i32 = add %7, %4
+          %10: bool = not %8
+          %11: i32, %12: bool, %13: i32 = if %10 {
+            %14: i32, %15: bool, %16: i32 = loop (%17: i32 = %9, %18: bool = %3, %19: i32 = %0) {
+              %20: i32 = load member:n@0
+              %21: bool = less %17, %20
+              %22: bool, %23: i32, %24: bool = if %21 {
+                %25: f32 = rand
+                %26: bool = less %25, %2
+                %27: i32 = if %26 {
+                  yield %0
                 } else {
-                  %71: i32 = add %34, %4
-                  yield %71, %36, %37, %38, %39, %40, %41, %42, %43, %44
+                  %28: i32 = add %17, %4
+                  yield %28
                 }
-                yield %5, %61, %60, %62, %63, %64, %65, %66, %67, %68, %69, %70
+                yield %5, %27, %26
               } else {
-                yield %3, %34, %3, %36, %37, %38, %39, %40, %41, %42, %43, %44
+                yield %3, %17, %3
               }
-              %72: bool = not %49
-              %73: bool = and %72, %47
-              repeat %73, %48, %49, %50, %51, %52, %53, %54, %55, %56, %57, %58
+              %29: bool = not %24
+              %30: bool = and %29, %22
+              repeat %30, %23, %24, %17
             }
-            yield %23, %24, %25, %26, %27, %28, %29, %30, %31, %32, %33
+            yield %14, %15, %16
           } else {
-            yield %10, %3, %1, %8, %0, %0, %0, %0, %0, %0, %0
+            yield %9, %3, %0
           }
-          %74: f32, %75: i32 = if %13 {
-            yield %7, %14
+          %31: f32, %32: i32 = if %12 {
+            yield %6, %4
           } else {
-            %76: f32 = convert %12
-            yield %76, %1
+            %33: f32 = convert %11
+            yield %33, %1
           }
-          return scratch:frame.0@0 = %15, scratch:request.0@0 = %16, scratch:request.1@0 = %17, scratch:request.2@0 = %18, scratch:request.3@0 = %19, scratch:request.4@0 = %20, scratch:request.5@0 = %21, scratch:request.6@0 = %22, scratch:next@0 = %75, state:rt_HitDistance@0 = %74
+          return scratch:frame.0@0 = %13, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %2, scratch:request.4@0 = %2, scratch:request.5@0 = %2, scratch:request.6@0 = %2, scratch:next@0 = %32, state:rt_HitDistance@0 = %31
         }
     "#]].assert_eq(&text(body));
 }
@@ -815,20 +811,20 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %6: i32 = load scratch:answer.1@0
           %7: i32 = load scratch:answer.2@0
           %8: i32 = load scratch:answer.3@0
-          %9: i32, %10: f32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32, %19: f32 = if %5 {
-            %20: f32, %21: f32, %22: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %23: f32 = add %20, %2
-            %24: f32, %25: f32, %26: f32, %27: f32, %28: f32, %29: f32, %30: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            yield %3, %23, %27, %2, %2, %2, %24, %25, %26, %2, %2
+          %9: f32, %10: f32, %11: f32, %12: f32, %13: f32 = if %5 {
+            %14: f32, %15: f32, %16: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %17: f32 = add %14, %2
+            %18: f32, %19: f32, %20: f32, %21: f32, %22: f32, %23: f32, %24: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            yield %17, %21, %18, %19, %20
           } else {
-            yield %1, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+            yield %0, %0, %0, %0, %0
           }
-          %31: f32, %32: i32 = if %5 {
-            yield %4, %9
+          %25: f32, %26: i32 = if %5 {
+            yield %4, %3
           } else {
             yield %2, %1
           }
-          return scratch:frame.0@0 = %10, scratch:frame.1@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:request.7@0 = %19, scratch:next@0 = %32, state:rt_HitDistance@0 = %31
+          return scratch:frame.0@0 = %9, scratch:frame.1@0 = %10, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %11, scratch:request.4@0 = %12, scratch:request.5@0 = %13, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %26, state:rt_HitDistance@0 = %25
         }
 
         stage 2: nearest_hit, surface answer, live 0 1
@@ -853,21 +849,21 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %8: i32 = load scratch:answer.1@0
           %9: i32 = load scratch:answer.2@0
           %10: i32 = load scratch:answer.3@0
-          %11: i32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32, %19: f32, %20: f32, %21: f32 = if %7 {
-            %22: f32, %23: f32, %24: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %25: f32 = fma %22, %6, %5
-            %26: f32, %27: f32, %28: f32, %29: f32, %30: f32, %31: f32, %32: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %33: f32 = multiply %6, %29
-            yield %3, %25, %33, %2, %2, %2, %26, %27, %28, %2, %2
+          %11: f32, %12: f32, %13: f32, %14: f32, %15: f32 = if %7 {
+            %16: f32, %17: f32, %18: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %19: f32 = fma %16, %6, %5
+            %20: f32, %21: f32, %22: f32, %23: f32, %24: f32, %25: f32, %26: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %27: f32 = multiply %6, %23
+            yield %19, %27, %20, %21, %22
           } else {
-            yield %1, %5, %6, %0, %0, %0, %0, %0, %0, %0, %0
+            yield %0, %0, %0, %0, %0
           }
-          %34: f32, %35: i32 = if %7 {
-            yield %4, %11
+          %28: f32, %29: i32 = if %7 {
+            yield %4, %3
           } else {
             yield %5, %1
           }
-          return scratch:frame.0@0 = %12, scratch:frame.1@0 = %13, scratch:request.0@0 = %14, scratch:request.1@0 = %15, scratch:request.2@0 = %16, scratch:request.3@0 = %17, scratch:request.4@0 = %18, scratch:request.5@0 = %19, scratch:request.6@0 = %20, scratch:request.7@0 = %21, scratch:next@0 = %35, state:rt_HitDistance@0 = %34
+          return scratch:frame.0@0 = %11, scratch:frame.1@0 = %12, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %13, scratch:request.4@0 = %14, scratch:request.5@0 = %15, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %29, state:rt_HitDistance@0 = %28
         }
     "#]].assert_eq(&text(body));
 }
@@ -952,20 +948,19 @@ fn outputs_are_stored_where_the_function_ends() {
         scratch frame.0: f32[1]
         scratch next: i32[1]
         {
-          %0: f32 = constant 0.0
-          %1: i32 = constant -1
-          %2: f32 = constant 1.0
-          %3: i32 = constant 1
-          %4: f32 = load state:rt_HitDistance@0
-          %5: f32 = load scratch:kept@1
-          %6: f32 = rand
-          %7: bool = less %6, %2
-          %8: f32, %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32, %18: f32 = if %7 {
-            yield %6, %6, %1, %0, %0, %0, %0, %0, %0, %0, %0
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: i32 = constant 1
+          %3: f32 = load state:rt_HitDistance@0
+          %4: f32 = load scratch:kept@1
+          %5: f32 = rand
+          %6: bool = less %5, %1
+          %7: f32, %8: f32, %9: i32 = if %6 {
+            yield %5, %5, %0
           } else {
-            yield %4, %5, %3, %6, %2, %2, %2, %2, %2, %2, %2
+            yield %3, %4, %2
           }
-          return scratch:frame.0@0 = %11, scratch:request.0@0 = %12, scratch:request.1@0 = %13, scratch:request.2@0 = %14, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %18, scratch:next@0 = %10, state:rt_HitDistance@0 = %8, scratch:kept@1 = %9
+          return scratch:frame.0@0 = %5, scratch:request.0@0 = %1, scratch:request.1@0 = %1, scratch:request.2@0 = %1, scratch:request.3@0 = %1, scratch:request.4@0 = %1, scratch:request.5@0 = %1, scratch:request.6@0 = %1, scratch:next@0 = %9, state:rt_HitDistance@0 = %7, scratch:kept@1 = %8
         }
 
         stage 1: occluded, live 0
