@@ -37,6 +37,8 @@ pub struct VerifyError {
     pub message: String,
 }
 
+type Definitions<'a> = IndexVec<Value, Option<&'a Op>>;
+
 type Result<T = (), E = String> = std::result::Result<T, E>;
 
 /// Checks all invariants. The error names the first violation.
@@ -45,28 +47,30 @@ pub fn verify(stages: &Stages) -> Result<(), VerifyError> {
     if stages.stages.is_empty() {
         return Err(error(&stages.name, "there is no stage".to_owned()));
     }
-    for (index, stage) in stages.stages.iter().enumerate() {
-        let name = stage.function.name.as_str();
-        rtsl_ir::verify::verify(&stage.function)
-            .map_err(|invalid| error(name, invalid.to_string()))?;
-        let definitions = definitions(&stage.function);
-        let check = Check { stages, stage, is_first: index == 0, definitions };
-        check.stage().map_err(|message| error(name, message))?;
-    }
-    Ok(())
+    let check = |(index, stage)| Check { stages, stage, is_first: index == 0 };
+    let checks = || stages.stages.iter().enumerate().map(check);
+    let named = |check: &Check<'_>, result: Result| {
+        result.map_err(|message| error(&check.stage.function.name, message))
+    };
+    // Stages refer to the heads of others.
+    checks().try_for_each(|check| named(&check, check.head()))?;
+    checks().try_for_each(|check| named(&check, check.body()))
 }
 
 struct Check<'a> {
     stages: &'a Stages,
     stage: &'a Stage,
     is_first: bool,
-    definitions: IndexVec<Value, Option<&'a Op>>,
 }
 
 impl Check<'_> {
-    fn stage(&self) -> Result {
+    fn head(&self) -> Result {
         self.start()?;
-        self.live()?;
+        self.live()
+    }
+
+    fn body(&self) -> Result {
+        rtsl_ir::verify::verify(self.function()).map_err(|error| error.to_string())?;
         self.function().variables.iter().try_for_each(|variable| self.variable(variable))?;
         self.operations()?;
         self.outputs()?;
@@ -128,16 +132,22 @@ impl Check<'_> {
     fn operations(&self) -> Result {
         let mut result = Ok(());
         let mut surface = None;
+        let definitions = definitions(self.function());
         self.function().body.for_each_op(&mut |op| {
             if result.is_ok() {
-                result = self.operation(op, &mut surface);
+                result = self.operation(op, &definitions, &mut surface);
             }
         });
         result
     }
 
     /// Checks an operation. `surface` is that of the queries so far.
-    fn operation(&self, op: &Op, surface: &mut Option<[Value; 3]>) -> Result {
+    fn operation(
+        &self,
+        op: &Op,
+        definitions: &Definitions<'_>,
+        surface: &mut Option<[Value; 3]>,
+    ) -> Result {
         if let Some(event) = ResumedBy::of(&op.kind) {
             return Err(format!("it waits for {}", event.name()));
         }
@@ -145,13 +155,14 @@ impl Check<'_> {
             self.load(variable)?;
         }
         let Some(queried) = queried_surface(&op.kind) else { return Ok(()) };
+        let port = |value| self.port(value, definitions);
         let fits = match self.stage.surface {
             Surface::None => false,
             Surface::Answer => {
-                (1..).zip(queried).all(|(index, it)| self.port(it) == Some(Port::Answer(index)))
+                (1..).zip(queried).all(|(index, it)| port(it) == Some(Port::Answer(index)))
             }
             Surface::Request => {
-                let is_named = |it| matches!(self.port(it), Some(Port::Surface(_)));
+                let is_named = |it| matches!(port(it), Some(Port::Surface(_)));
                 *surface.get_or_insert(queried) == queried && queried.into_iter().all(is_named)
             }
         };
@@ -178,8 +189,8 @@ impl Check<'_> {
     }
 
     /// Returns the port that a value is loaded from.
-    fn port(&self, value: Value) -> Option<Port> {
-        let op = self.definitions.get(value).copied().flatten()?;
+    fn port(&self, value: Value, definitions: &Definitions<'_>) -> Option<Port> {
+        let op = definitions.get(value).copied().flatten()?;
         let OpKind::Load(variable, Index::Constant(0)) = op.kind else { return None };
         Port::of(self.function().variable(variable))
     }

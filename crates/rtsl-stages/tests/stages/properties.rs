@@ -1,10 +1,12 @@
 //! Generated integrators: stages compute what the function computes, to the bit, by the same requests.
 
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use rtsl_ir::{Constant, Effect, Function, Interpreter, OpKind, Outcome, Query, Region, Scalar};
+use rtsl_ir::{
+    Constant, Effect, Function, Interpreter, OpKind, Outcome, Query, Region, Scalar, VariableKind,
+};
 use rtsl_opt::{Options, optimize};
 use rtsl_stages::drive::Driver;
-use rtsl_stages::{ResumedBy, SplitError, Stages, Surface, split};
+use rtsl_stages::{Port, ResumedBy, SplitError, Stages, Surface, split};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, seeded_function, seeded_integrator};
 
 /// A host that records the requests that [`HashHost`] answers.
@@ -135,6 +137,19 @@ impl Coverage {
         let live: usize = stages.stages.iter().map(|stage| stage.live.len()).sum();
         self.shared_slots += usize::from(live > stages.slots.len());
     }
+
+    /// The functions have what is to be tested, often.
+    fn check(&self) {
+        let parts = [
+            self.in_branches_in_loops * 12,
+            self.in_nested_loops * 20,
+            self.dispatches,
+            self.named_surfaces * 6,
+            self.known_surfaces * 3,
+            self.shared_slots * 2,
+        ];
+        assert!(parts.iter().all(|part| *part > self.functions), "{self:?}");
+    }
 }
 
 /// True if an operation that suspends lies in these regions, one somewhere in another: bodies of loops are `true`.
@@ -157,6 +172,10 @@ fn check(function: &Function, seed: u64, coverage: &mut Coverage) {
         Err(error) => panic!("{seed}: {error}\n{function}"),
     };
     coverage.add(function, &stages);
+    if seed.is_multiple_of(16) {
+        let text = stages.to_string();
+        assert_eq!(text.parse::<Stages>().unwrap().to_string(), text);
+    }
     for run in 0..3 {
         let seed = seed ^ run << 40;
         let (expected, found) = (unsplit(function, seed), driven(function, &stages, seed));
@@ -177,7 +196,7 @@ fn stages_compute_what_optimized_integrators_compute() {
         let size = 100 + seed as usize % 9 * 150;
         check(&optimized(seeded_integrator(seed, size)), seed, &mut coverage);
     }
-    println!("{coverage:?}");
+    coverage.check();
 }
 
 /// Unoptimised functions have what passes remove: loops that never repeat, values that nobody uses.
@@ -188,5 +207,50 @@ fn stages_compute_what_integrators_compute() {
         let size = 100 + seed as usize % 9 * 150;
         check(&seeded_integrator(seed, size), seed, &mut coverage);
     }
-    println!("{coverage:?}");
+    coverage.check();
+}
+
+/// Functions without queries, as backends are tested with.
+#[test]
+fn stages_compute_what_methods_compute() {
+    let mut coverage = Coverage::default();
+    for seed in 0..600 {
+        let function = seeded_function(seed, 900);
+        if function.variables.iter().all(|it| it.kind != VariableKind::Accepted) {
+            check(&function, seed, &mut coverage);
+        }
+    }
+    assert!(coverage.in_branches_in_loops > 60, "{coverage:?}");
+}
+
+/// Exchanges two slots of one type that a stage stores.
+fn broken(stages: &Stages) -> Option<Stages> {
+    let mut broken = stages.clone();
+    for stage in &mut broken.stages {
+        let Function { outputs, variables, .. } = &mut stage.function;
+        let variable = |index: usize| &variables[outputs[index].variable.0 as usize];
+        let is_slot = |index: &usize| matches!(Port::of(variable(*index)), Some(Port::Frame(_)));
+        let slots: Vec<usize> = (0..outputs.len()).filter(is_slot).collect();
+        for pair in slots.windows(2) {
+            if variable(pair[0]).scalar == variable(pair[1]).scalar {
+                outputs.swap(pair[0], pair[1]);
+                return Some(broken);
+            }
+        }
+    }
+    None
+}
+
+/// The comparison of this file finds broken stages.
+#[test]
+fn broken_stages_compute_something_else() {
+    let (mut found, mut count) = (0, 0);
+    for seed in 0..400 {
+        let function = optimized(seeded_integrator(seed, 900));
+        let Some(stages) = broken(&split(&function).unwrap()) else { continue };
+        count += 1;
+        let differs = |seed| unsplit(&function, seed) != driven(&function, &stages, seed);
+        found += usize::from((0..8).any(|run| differs(seed ^ run << 40)));
+    }
+    assert!(count > 50 && found * 2 > count, "{found} of {count}");
 }
