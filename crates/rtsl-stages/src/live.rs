@@ -18,7 +18,7 @@ use rtsl_ir::{
     VariableId, VariableKind,
 };
 
-use crate::points::{Level, Point, PointId, definitions, operands};
+use crate::points::{Level, Point, PointId, Scopes, definitions, operands};
 
 /// The greatest number of operations by which a live value is computed again.
 pub const MAX_COST: u32 = 4;
@@ -44,12 +44,13 @@ pub(crate) struct Live {
 pub(crate) struct Liveness<'a> {
     function: &'a Function,
     definitions: IndexVec<Value, Option<&'a Op>>,
+    scopes: Scopes,
 }
 
 impl<'a> Liveness<'a> {
     /// Returns the analysis of a function, whose values are numbered in the order of the text.
-    pub fn new(function: &'a Function) -> Self {
-        Liveness { function, definitions: definitions(function) }
+    pub fn new(function: &'a Function, scopes: Scopes) -> Self {
+        Liveness { function, definitions: definitions(function), scopes }
     }
 
     /// Returns the operation that defines a value.
@@ -65,12 +66,13 @@ impl<'a> Liveness<'a> {
     fn of(&self, point: &Point<'_>) -> Live {
         let mut uses = Uses::default();
         let mut from = point.after();
-        for (depth, Level { region, index }) in point.levels.iter().enumerate().rev() {
+        for (depth, Level { region, index, .. }) in point.levels.iter().enumerate().rev() {
             debug_assert!(from >= *index);
             uses.after(self.function, region, from);
             if let Some(outer) = depth.checked_sub(1).map(|depth| point.levels[depth]) {
                 if let OpKind::Loop { body, .. } = &outer.op().kind {
-                    uses.again(self.function, body, |value| point.scope.get(&value) < Some(&depth));
+                    let level = |value| self.scopes.level(point, value);
+                    uses.again(self.function, body, |it| level(it).is_some_and(|it| it < depth));
                 }
                 from = outer.index + 1;
             }
@@ -78,7 +80,8 @@ impl<'a> Liveness<'a> {
         let mut live = Live::default();
         // The surface that a point names comes with the request.
         let surface: Vec<Value> = point.surface.into_iter().flatten().collect();
-        let is_kept = |value: &Value| point.scope.contains_key(value) && !surface.contains(value);
+        let is_kept =
+            |value: &Value| self.scopes.level(point, *value).is_some() && !surface.contains(value);
         for value in uses.values.iter().copied().filter(is_kept) {
             match self.cost(value, &uses.values, MAX_COST) {
                 Some(_) => live.recomputed.push(value),

@@ -15,6 +15,8 @@ pub(crate) type PointId = Value;
 pub(crate) struct Level<'a> {
     pub region: &'a Region,
     pub index: usize,
+    /// The number of the region, in the order of the text.
+    pub number: usize,
 }
 
 impl<'a> Level<'a> {
@@ -30,8 +32,6 @@ pub(crate) struct Point<'a> {
     pub event: ResumedBy,
     /// The regions around it, the body of the function first.
     pub levels: Vec<Level<'a>>,
-    /// The level of each value that is visible there.
-    pub scope: BTreeMap<Value, usize>,
     /// The surface that it names: that of the query, or of the first query that follows an answer.
     pub surface: Option<[Value; 3]>,
 }
@@ -87,44 +87,64 @@ pub(crate) fn has_point(region: &Region) -> bool {
     found
 }
 
+/// The places where values are defined.
+pub(crate) struct Scopes {
+    /// For each value the number of the region that defines it, and the index of the first operation that sees it.
+    homes: IndexVec<Value, Option<(usize, usize)>>,
+}
+
+impl Scopes {
+    /// Returns the level of a point at which a value is defined, if the value is visible at the point.
+    pub fn level(&self, point: &Point<'_>, value: Value) -> Option<usize> {
+        let (number, first) = self.homes[value]?;
+        point.levels.iter().position(|level| level.number == number && first <= level.index)
+    }
+}
+
 /// Returns all points of a function.
-pub(crate) fn find(function: &Function) -> BTreeMap<PointId, Point<'_>> {
-    let mut finder = Finder { points: BTreeMap::new(), levels: Vec::new(), visible: Vec::new() };
+pub(crate) fn find(function: &Function) -> (BTreeMap<PointId, Point<'_>>, Scopes) {
+    let mut finder = Finder {
+        points: BTreeMap::new(),
+        levels: Vec::new(),
+        scopes: Scopes { homes: IndexVec::filled(function.values.len(), None) },
+        regions: 0,
+    };
     finder.region(&function.body);
-    finder.points
+    (finder.points, finder.scopes)
 }
 
 struct Finder<'a> {
     points: BTreeMap<PointId, Point<'a>>,
     levels: Vec<Level<'a>>,
-    /// The visible values with their levels.
-    visible: Vec<(Value, usize)>,
+    /// The values found so far.
+    scopes: Scopes,
+    /// The number of regions so far.
+    regions: usize,
 }
 
 impl<'a> Finder<'a> {
     fn region(&mut self, region: &'a Region) {
-        let outside = self.visible.len();
-        let level = self.levels.len();
-        self.visible.extend(region.params.iter().map(|value| (*value, level)));
+        let number = self.regions;
+        self.regions += 1;
+        region.params.iter().for_each(|value| self.scopes.homes[*value] = Some((number, 0)));
         for (index, op) in region.ops.iter().enumerate() {
-            self.levels.push(Level { region, index });
+            self.levels.push(Level { region, index, number });
             if is_point(op) {
                 self.point(op);
             }
             op.kind.regions().for_each(|region| self.region(region));
             self.levels.pop();
-            self.visible.extend(op.results.iter().map(|value| (value, level)));
+            let home = Some((number, index + 1));
+            op.results.iter().for_each(|value| self.scopes.homes[value] = home);
         }
-        self.visible.truncate(outside);
     }
 
     fn point(&mut self, op: &'a Op) {
         let event = ResumedBy::of(&op.kind).unwrap_or(ResumedBy::Dispatch);
-        let scope: BTreeMap<Value, usize> = self.visible.iter().copied().collect();
-        let mut point = Point { event, levels: self.levels.clone(), scope, surface: None };
+        let mut point = Point { event, levels: self.levels.clone(), surface: None };
         point.surface = match event {
             ResumedBy::Dispatch => queried_surface(&op.kind),
-            ResumedBy::Occluded | ResumedBy::Trace => following_surface(&point),
+            ResumedBy::Occluded | ResumedBy::Trace => following_surface(&point, &self.scopes),
             // The runtime sorts by the surface that was found.
             ResumedBy::NearestHit | ResumedBy::Start => None,
         };
@@ -134,7 +154,7 @@ impl<'a> Finder<'a> {
 
 /// Returns the surface of the first query about one that follows a point in the text, if the surface is visible at the
 /// point.
-fn following_surface(point: &Point<'_>) -> Option<[Value; 3]> {
+fn following_surface(point: &Point<'_>, scopes: &Scopes) -> Option<[Value; 3]> {
     let mut from = point.after();
     for (depth, level) in point.levels.iter().enumerate().rev() {
         let mut found = scan(&level.region.ops[from..]);
@@ -147,7 +167,7 @@ fn following_surface(point: &Point<'_>) -> Option<[Value; 3]> {
         }
         match found {
             Scan::Surface(surface) => {
-                let is_visible = surface.iter().all(|value| point.scope.contains_key(value));
+                let is_visible = surface.iter().all(|it| scopes.level(point, *it).is_some());
                 return is_visible.then_some(surface);
             }
             Scan::Suspends => return None,

@@ -22,6 +22,9 @@ pub const MAX_SLOTS: usize = 4096;
 /// The greatest number of operations of all stages together, before they are optimised.
 pub const MAX_OPERATIONS: u32 = 1 << 20;
 
+/// The greatest product of points and operations of a function, which bounds the time to find live values.
+const MAX_USES: usize = 1 << 26;
+
 /// The reason a function cannot be split.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SplitError {
@@ -90,19 +93,25 @@ fn check_variables(function: &Function) -> Result<(), SplitError> {
 
 impl<'a> Plan<'a> {
     fn new(function: &'a Function) -> Result<Plan<'a>, SplitError> {
-        let mut count = 0;
-        function.body.for_each_op(&mut |op| count += usize::from(points::is_point(op)));
+        let (mut count, mut operations) = (0, 0);
+        function.body.for_each_op(&mut |op| {
+            count += usize::from(points::is_point(op));
+            operations += 1;
+        });
         if count > MAX_POINTS {
             return Err(SplitError::Points(count));
         }
-        let points = points::find(function);
-        let liveness = Liveness::new(function);
+        if count * operations > MAX_USES {
+            return Err(SplitError::Operations);
+        }
+        let (points, scopes) = points::find(function);
+        let liveness = Liveness::new(function, scopes);
         let lives = liveness.of_points(&points);
         let most = lives.values().map(|live| live.kept.len()).max().unwrap_or(0);
         if most > MAX_SLOTS {
             return Err(SplitError::Slots(most));
         }
-        let start = vec![Level { region: &function.body, index: 0 }];
+        let start = vec![Level { region: &function.body, index: 0, number: 0 }];
         Ok(Plan { function, points, liveness, lives, start })
     }
 }
@@ -135,6 +144,28 @@ fn reached_points(plan: &Plan<'_>) -> Result<Vec<PointId>, SplitError> {
 
 /// Writes the stages: the start, then those of the points.
 fn write(plan: &Plan<'_>, slots: &Slots, points: &[PointId]) -> Result<Vec<Stage>, SplitError> {
+    let (mut stages, drafts) = drafts(plan, slots, points)?;
+    for draft in &drafts {
+        if cfg!(debug_assertions)
+            && let Err(message) = stored::check(draft, &stages)
+        {
+            panic!("{message}\n{}", draft.function);
+        }
+    }
+    let functions: Vec<Function> = drafts.into_iter().map(|it| finished(it, &stages)).collect();
+    for (stage, function) in stages.iter_mut().zip(functions) {
+        stage.function = function;
+        stage.settle_surface();
+    }
+    Ok(stages)
+}
+
+/// Returns the drafts of the stages, and the stages without their functions.
+fn drafts(
+    plan: &Plan<'_>,
+    slots: &Slots,
+    points: &[PointId],
+) -> Result<(Vec<Stage>, Vec<Draft>), SplitError> {
     let name = |index: usize| format!("{}.{index}", plan.function.name);
     let indices: BTreeMap<PointId, i32> = points.iter().copied().zip(1..).collect();
     let mut drafts = Vec::with_capacity(points.len() + 1);
@@ -151,20 +182,8 @@ fn write(plan: &Plan<'_>, slots: &Slots, points: &[PointId]) -> Result<Vec<Stage
             .zip(1..)
             .map(|(id, index)| stage(Some(&plan.points[id]), &plan.lives[id], slots, name(index))),
     );
-    for draft in &mut drafts {
-        simplify::run(&mut draft.function);
-        if cfg!(debug_assertions)
-            && let Err(message) = stored::check(draft, &stages)
-        {
-            panic!("{message}\n{}", draft.function);
-        }
-    }
-    let functions: Vec<Function> = drafts.into_iter().map(|it| finished(it, &stages)).collect();
-    for (stage, function) in stages.iter_mut().zip(functions) {
-        stage.function = function;
-        stage.settle_surface();
-    }
-    Ok(stages)
+    drafts.iter_mut().for_each(|draft| simplify::run(&mut draft.function));
+    Ok((stages, drafts))
 }
 
 /// Returns a stage whose function has yet to be written.
@@ -216,4 +235,48 @@ fn finished(mut draft: Draft, stages: &[Stage]) -> Function {
 /// True for a surface, which a stage may get by request and pass on: requests are stored even so.
 fn is_request(variable: &Variable) -> bool {
     matches!(Port::of(variable), Some(Port::Surface(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_ir::{Op, OpKind};
+
+    use super::*;
+
+    /// Keeps `x` in the frame where one of two branches suspends.
+    const TEXT: &str = "function f state rt_HitDistance: f32[1] {
+        %one: f32 = constant 1.0
+        %x: f32 = rand
+        %c: bool = less %x, %one
+        %y: f32 = if %c {
+            %o: bool = occluded %x, %x, %x, %x, %x, %x, %x
+            %z: f32 = select %o, %x, %one
+            yield %z
+        } else { yield %x }
+        %s: f32 = add %x, %y
+        return state:rt_HitDistance@0 = %s }";
+
+    /// A draft that does not store what is live is found, though its function is valid.
+    #[test]
+    fn missing_stores_are_found() {
+        let function: Function = TEXT.parse().unwrap();
+        let mut plan = Plan::new(&function).unwrap();
+        let points = reached_points(&plan).unwrap();
+        plan.lives.retain(|id, _| points.contains(id));
+        let slots = Slots::shared(&function, &plan.lives);
+        let (stages, mut drafts) = drafts(&plan, &slots, &points).unwrap();
+        assert_eq!(stored::check(&drafts[0], &stages), Ok(()));
+        let ports = drafts[0].ports.clone();
+        let is_stored_slot = |op: &Op| match op.kind {
+            OpKind::Store(local, ..) => matches!(ports.get(&local), Some(Port::Frame(_))),
+            _ => false,
+        };
+        for op in &mut drafts[0].function.body.ops {
+            let regions = op.kind.regions_mut();
+            regions.for_each(|region| region.ops.retain(|op| !is_stored_slot(op)));
+        }
+        rtsl_ir::verify::verify(&drafts[0].function).unwrap();
+        let message = stored::check(&drafts[0], &stages).unwrap_err();
+        assert_eq!(message, "f.0 does not store slot 0, which is live in f.1");
+    }
 }

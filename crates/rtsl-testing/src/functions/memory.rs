@@ -183,7 +183,7 @@ impl Host for HashHost {
             *bits = match scalar {
                 Scalar::F32 => unit(hash, component).to_bits(),
                 Scalar::I32 | Scalar::U32 => (random % 5) as u32,
-                Scalar::Bool => u32::from(random % 4 != 0),
+                Scalar::Bool => u32::from(!random.is_multiple_of(4)),
             };
         }
     }
