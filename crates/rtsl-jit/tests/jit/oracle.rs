@@ -34,6 +34,23 @@ fn long_functions() {
     check_generated(1000..1000 + scaled(4), 700);
 }
 
+/// Stages are functions like others: whatever they find in the frame, they compute the same at every width.
+#[test]
+fn stages_of_functions() {
+    let is_accepted = |it: &Variable| it.kind == VariableKind::Accepted;
+    let functions = (2000..).map(|seed| (seed, seeded_function(seed, 300)));
+    let functions = functions.filter(|(_, it)| !it.variables.iter().any(is_accepted));
+    let stages = functions.map(|(seed, function)| (seed, rtsl_stages::split(&function).unwrap()));
+    let suspending = stages.filter(|(_, stages)| stages.stages.len() > 2);
+    for (seed, stages) in suspending.take(scaled(6) as usize) {
+        for stage in stages.stages {
+            if let Err(difference) = Case::new(stage.function.clone(), seed).check() {
+                panic!("seed {seed}: {difference}\n{stage}");
+            }
+        }
+    }
+}
+
 /// Generates functions that execute every operation on a type with operands of every kind.
 struct Operations {
     builder: Builder,
