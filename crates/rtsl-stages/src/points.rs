@@ -163,7 +163,16 @@ fn following_surface(point: &Point<'_>, scopes: &Scopes) -> Option<[Value; 3]> {
             && let Some(outer) = outer
             && let OpKind::Loop { body, .. } = &outer.op().kind
         {
-            found = scan(&body.ops).replaced(&body.params, &body.yields[1..]);
+            found = scan(&body.ops);
+            // The values that the body defines will be others then.
+            if let Scan::Surface(surface) = found {
+                let is_inside = |it: &Value| scopes.level(point, *it).is_none_or(|it| it >= depth);
+                let is_param = |it: &Value| body.params.contains(it);
+                if surface.iter().any(|it| is_inside(it) && !is_param(it)) {
+                    return None;
+                }
+            }
+            found = found.replaced(&body.params, &body.yields[1..]);
         }
         match found {
             Scan::Surface(surface) => {

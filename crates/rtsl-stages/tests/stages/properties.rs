@@ -189,10 +189,16 @@ fn optimized(mut function: Function) -> Function {
     function
 }
 
+/// `RTSL_ORACLE` multiplies the number of functions.
+fn scaled(count: u64) -> u64 {
+    let factor = std::env::var("RTSL_ORACLE").ok().and_then(|text| text.parse().ok());
+    count * factor.unwrap_or(1_u64)
+}
+
 #[test]
 fn stages_compute_what_optimized_integrators_compute() {
     let mut coverage = Coverage::default();
-    for seed in 0..1500 {
+    for seed in 10_000..10_000 + scaled(1500) {
         let size = 100 + seed as usize % 9 * 150;
         check(&optimized(seeded_integrator(seed, size)), seed, &mut coverage);
     }
@@ -203,7 +209,7 @@ fn stages_compute_what_optimized_integrators_compute() {
 #[test]
 fn stages_compute_what_integrators_compute() {
     let mut coverage = Coverage::default();
-    for seed in 5000..6000 {
+    for seed in 0..scaled(1000) {
         let size = 100 + seed as usize % 9 * 150;
         check(&seeded_integrator(seed, size), seed, &mut coverage);
     }
@@ -214,7 +220,7 @@ fn stages_compute_what_integrators_compute() {
 #[test]
 fn stages_compute_what_methods_compute() {
     let mut coverage = Coverage::default();
-    for seed in 0..600 {
+    for seed in 0..scaled(600) {
         let function = seeded_function(seed, 900);
         if function.variables.iter().all(|it| it.kind != VariableKind::Accepted) {
             check(&function, seed, &mut coverage);

@@ -1,6 +1,7 @@
 //! Texts in and out, for each shape of control around a point.
 
 use expect_test::expect;
+use rtsl_stages::{ResumedBy, Surface};
 
 use crate::splitting::{stages, text};
 
@@ -680,6 +681,28 @@ fn a_shadow_ray_names_the_next_surface() {
     "#]].assert_eq(&text(body));
 }
 
+/// In the next iteration, the values that the loop's body defines are others: they can't be named.
+#[test]
+fn a_surface_of_the_next_iteration_is_not_named() {
+    let body = "
+        %x: f32 = loop (%a: f32 = %one) {
+            %o: i32 = convert %a
+            %r: f32, %g: f32, %b: f32 = query emission %o, %o, %o, SURFACE
+            %dark: bool = occluded RAY
+            %n: f32 = rand
+            repeat %dark, %n
+        }
+        return state:rt_HitDistance@0 = %x";
+    let stages = stages(body);
+    let named: Vec<_> = stages.stages.iter().map(|it| (it.resumed_by, it.surface)).collect();
+    let expected = [
+        (ResumedBy::Start, Surface::None),
+        (ResumedBy::Dispatch, Surface::Request),
+        (ResumedBy::Occluded, Surface::None),
+    ];
+    assert_eq!(named, expected, "{stages}");
+}
+
 /// What is cheap, and needs nothing that is not kept anyway, is computed again.
 #[test]
 fn cheap_values_are_computed_again() {
@@ -976,4 +999,93 @@ fn outputs_are_stored_where_the_function_ends() {
           return scratch:next@0 = %0, state:rt_HitDistance@0 = %3, scratch:kept@1 = %1
         }
     "#]].assert_eq(&text(body));
+}
+
+/// A path tracer with one shadow ray at each surface. Its light comes back after the scattering function is known, and
+/// the surface's direction is sampled after that.
+const PATH_TRACER: &str = "
+    %zero: f32 = constant 0.0
+    %first: i32 = constant 0
+    %step: i32 = constant 1
+    %no: bool = constant false
+    %far: f32 = constant inf
+    %most: i32 = load member:n@0
+    %ox: f32 = load state:rt_RayOrigin@0 %oy: f32 = load state:rt_RayOrigin@1 %oz: f32 = load state:rt_RayOrigin@2
+    %dx: f32 = load state:rt_RayDirection@0 %dy: f32 = load state:rt_RayDirection@1
+    %dz: f32 = load state:rt_RayDirection@2
+    %rdepth: i32, %rlr: f32, %rlg: f32, %rlb: f32, %rwr: f32, %rwg: f32, %rwb: f32,
+        %rpx: f32, %rpy: f32, %rpz: f32, %rqx: f32, %rqy: f32, %rqz: f32 = loop (
+        %depth: i32 = %first, %lr: f32 = %zero, %lg: f32 = %zero, %lb: f32 = %zero,
+        %wr: f32 = %one, %wg: f32 = %one, %wb: f32 = %one,
+        %px: f32 = %ox, %py: f32 = %oy, %pz: f32 = %oz, %qx: f32 = %dx, %qy: f32 = %dy, %qz: f32 = %dz) {
+        %hit: bool, %o: i32, %i: i32, %e: i32, %t: f32 =
+            query nearest_hit %px, %py, %pz, %qx, %qy, %qz, %zero, %far
+        %again: bool, %depth2: i32, %lr4: f32, %lg4: f32, %lb4: f32, %wr2: f32, %wg2: f32, %wb2: f32,
+            %px2: f32, %py2: f32, %pz2: f32, %qx2: f32, %qy2: f32, %qz2: f32 = if %hit {
+            %er: f32, %eg: f32, %eb: f32 =
+                query emission %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero
+            %lr1: f32 = fma %wr, %er, %lr %lg1: f32 = fma %wg, %eg, %lg %lb1: f32 = fma %wb, %eb, %lb
+            %x: f32, %y: f32, %z: f32, %gx: f32, %gy: f32, %gz: f32, %nx: f32, %ny: f32, %nz: f32,
+                %u: f32, %v: f32, %u3: f32, %v3: f32, %w3: f32, %ux: f32, %uy: f32, %uz: f32,
+                %vx: f32, %vy: f32, %vz: f32, %du: f32, %dv: f32, %offset: f32 =
+                query surface_properties %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero
+            %s1: f32, %s2: f32 = query sample_pair %depth %s3: f32 = query sample %depth
+            %lit: bool, %ax: f32, %ay: f32, %az: f32, %distance: f32, %cr: f32, %cg: f32, %cb: f32, %pdf: f32 =
+                query sample_light %x, %y, %z, %gx, %gy, %gz, %nx, %ny, %nz, %s1, %s2, %s3
+            %lr3: f32, %lg3: f32, %lb3: f32 = if %lit {
+                %dark: bool = occluded %x, %y, %z, %ax, %ay, %az, %distance
+                %lr2: f32, %lg2: f32, %lb2: f32 = if %dark { yield %lr1, %lg1, %lb1 } else {
+                    %fr: f32, %fg: f32, %fb: f32 =
+                        query bsdf %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero, %ax, %ay, %az
+                    %cx: f32 = multiply %ax, %nx %cxy: f32 = fma %ay, %ny, %cx %cosine: f32 = fma %az, %nz, %cxy
+                    %scale: f32 = divide %cosine, %pdf
+                    %kr: f32 = multiply %fr, %cr %kg: f32 = multiply %fg, %cg %kb: f32 = multiply %fb, %cb
+                    %jr: f32 = multiply %kr, %scale %jg: f32 = multiply %kg, %scale %jb: f32 = multiply %kb, %scale
+                    %ir: f32 = fma %jr, %wr, %lr1 %ig: f32 = fma %jg, %wg, %lg1 %ib: f32 = fma %jb, %wb, %lb1
+                    yield %ir, %ig, %ib
+                }
+                yield %lr2, %lg2, %lb2
+            } else { yield %lr1, %lg1, %lb1 }
+            %bx: f32, %by: f32, %bz: f32, %br: f32, %bg: f32, %bb: f32, %bpdf: f32 =
+                query sample_bsdf %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero,
+                    %s1, %s2, %s3
+            %hr: f32 = divide %br, %bpdf %hg: f32 = divide %bg, %bpdf %hb: f32 = divide %bb, %bpdf
+            %wr1: f32 = multiply %wr, %hr %wg1: f32 = multiply %wg, %hg %wb1: f32 = multiply %wb, %hb
+            %next: i32 = add %depth, %step
+            %deeper: bool = less %next, %most
+            yield %deeper, %next, %lr3, %lg3, %lb3, %wr1, %wg1, %wb1, %x, %y, %z, %bx, %by, %bz
+        } else {
+            %kr0: f32, %kg0: f32, %kb0: f32 = query sky_emission %first, %px, %py, %pz, %qx, %qy, %qz
+            %lr0: f32 = fma %wr, %kr0, %lr %lg0: f32 = fma %wg, %kg0, %lg %lb0: f32 = fma %wb, %kb0, %lb
+            yield %no, %depth, %lr0, %lg0, %lb0, %wr, %wg, %wb, %px, %py, %pz, %qx, %qy, %qz
+        }
+        repeat %again, %depth2, %lr4, %lg4, %lb4, %wr2, %wg2, %wb2, %px2, %py2, %pz2, %qx2, %qy2, %qz2
+    }
+    return state:rt_RayOrigin@0 = %rlr, state:rt_RayOrigin@1 = %rlg, state:rt_RayOrigin@2 = %rlb";
+
+/// Start, hit, and shadow ray: no dispatch, and no loop.
+#[test]
+fn sizes_of_a_path_tracer() {
+    let stages = stages(PATH_TRACER);
+    let heads = stages.to_string();
+    let mut found: String = heads
+        .lines()
+        .filter(|line| line.starts_with("stage "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert!(!heads.contains("loop ("), "{heads}");
+    let sizes = stages.sizes();
+    found.push_str(&format!("{} slots, {} bytes\n", sizes.slots, sizes.frame_bytes));
+    for stage in sizes.stages {
+        found.push_str(&format!("{stage:?}\n"));
+    }
+    expect![[r#"
+        stage 0: start
+        stage 1: nearest_hit, surface answer, live 0 1 2 3 4 5 6 7 8 9 10 11 12
+        stage 2: occluded, surface request, live 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29
+        30 slots, 120 bytes
+        StageSizes { live: 0, changed: 13, operations: 11 }
+        StageSizes { live: 13, changed: 30, operations: 54 }
+        StageSizes { live: 30, changed: 13, operations: 67 }
+    "#]].assert_eq(&found);
 }
