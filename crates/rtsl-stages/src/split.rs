@@ -84,7 +84,9 @@ fn check_variables(function: &Function) -> Result<(), SplitError> {
         if variable.kind == VariableKind::Accepted {
             return Err(SplitError::Accepted);
         }
-        if Port::of(variable).is_some() {
+        let is_scratch = variable.kind == VariableKind::Scratch;
+        let is_placeholder = is_scratch && variable.name.starts_with(undefined::PREFIX);
+        if Port::of(variable).is_some() || is_placeholder {
             return Err(SplitError::Reserved(variable.name.clone()));
         }
     }
@@ -215,9 +217,10 @@ impl Stage {
 fn finished(mut draft: Draft, stages: &[Stage]) -> Function {
     let placeholders = undefined::mark(&mut draft, stages);
     let Draft { mut function, .. } = draft;
-    // Each run promotes as many locals as it has a limit for.
+    // A run promotes as many locals as its limit lets it, and the next one others, once those are removed.
     for _ in 0..=draft.ports.len() / 256 {
         mem2reg::run(&mut function);
+        dce::run(&mut function);
     }
     undefined::choose(&mut function, &placeholders);
     let passes: [rtsl_opt::Pass; 4] = [dce::run, simplify::run, gvn::run, simplify::run];

@@ -18,6 +18,9 @@ use crate::{END, Port, Stage, Surface};
 /// The greatest number of placeholders in a stage; beyond, values are as they come.
 const MAX_MARKS: usize = 1 << 16;
 
+/// The start of the names of the variables that placeholders are loaded from.
+pub(crate) const PREFIX: &str = "#undefined.";
+
 /// The placeholders of a function: one for `next`, and one for each type of other ports.
 #[derive(Default)]
 pub(crate) struct Placeholders {
@@ -49,7 +52,7 @@ pub(crate) fn mark(draft: &mut Draft, stages: &[Stage]) -> Placeholders {
     let mut start = Vec::new();
     let kinds = draft.ports.iter().map(|(local, port)| kind(&draft.function, *local, *port));
     for kind in kinds.collect::<BTreeSet<Option<Scalar>>>() {
-        let name = format!("#undefined.{}", kind.map_or("next", Scalar::name));
+        let name = format!("{PREFIX}{}", kind.map_or("next", Scalar::name));
         let scalar = kind.unwrap_or(Scalar::I32);
         let variable = Variable { kind: VariableKind::Scratch, name, scalar, len: 1 };
         let variable = draft.function.intern_variable(variable);
@@ -159,28 +162,16 @@ pub(crate) fn choose(function: &mut Function, placeholders: &Placeholders) {
         substitutes: IndexVec::filled(count, None),
     };
     choice.region(&mut body);
-    let mut variables = BTreeSet::new();
-    for op in &mut body.ops {
-        if let OpKind::Load(variable, _) = op.kind
-            && let Some(constant) = placeholders.get(&op.results.get(0))
-        {
-            variables.insert(variable);
+    for op in body.ops.iter_mut().filter(|op| op.results.count == 1) {
+        if let Some(constant) = placeholders.get(&op.results.get(0)) {
             op.kind = OpKind::Constant(*constant);
         }
     }
     function.body = body;
-    remove_last(function, &variables);
-}
-
-/// Removes the variables of placeholders, which were added last.
-fn remove_last(function: &mut Function, variables: &BTreeSet<VariableId>) {
-    debug_assert!(
-        variables
-            .iter()
-            .next_back()
-            .is_none_or(|last| { last.0 as usize + 1 == function.variables.len() })
-    );
-    function.variables.truncate(function.variables.len() - variables.len());
+    // The variables of placeholders came last.
+    while function.variables.last().is_some_and(|last| last.name.starts_with(PREFIX)) {
+        function.variables.pop();
+    }
 }
 
 struct Choice<'a> {

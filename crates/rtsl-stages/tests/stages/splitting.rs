@@ -1,7 +1,7 @@
 //! Helpers: functions of integrators in text form, and their stages.
 
-use rtsl_ir::{Function, verify};
-use rtsl_stages::{SplitError, Stages, split};
+use rtsl_ir::{Function, Variable, VariableKind, verify};
+use rtsl_stages::{Port, SplitError, Stages, split};
 
 /// The variables that the functions of tests may use.
 pub const VARIABLES: &str = "
@@ -58,6 +58,10 @@ fn what_cannot_be_split_is_an_error() {
             "scratch `frame.3` has the name of a variable of stages",
         ),
         (
+            format!("scratch #undefined.f32: f32[1] {}", body(&repeated(point, 1))),
+            "scratch `#undefined.f32` has the name of a variable of stages",
+        ),
+        (
             body(&repeated(point, 1025)),
             "a function may wait for the renderer at no more than 1024 places, and this one does at 1025",
         ),
@@ -96,6 +100,28 @@ fn too_many_operations_are_rejected() {
     // What follows all points is in every stage.
     let function = conditional_points(200, &repeated("%x@: f32 = rand ", 6000));
     assert_eq!(split(&function).unwrap_err(), SplitError::Operations);
+}
+
+/// More slots than a run of promotion takes locals.
+#[test]
+fn no_local_is_left_of_many_slots() {
+    let sums = repeated("%s@: f32 = add %x@, %dark ", 700);
+    let text = format!(
+        "%r: f32 = rand %c: bool = convert %r {} %dark: f32 = if %c {{
+            %o: bool = occluded RAY %f: f32 = convert %o yield %f
+        }} else {{ yield %r }} {sums} return state:rt_HitDistance@0 = %s_699, scratch:kept@0 = %s_1",
+        repeated("%x@: f32 = rand ", 700)
+    );
+    let stages = stages(&text);
+    assert_eq!(stages.slots.len(), 700);
+    for stage in &stages.stages {
+        let is_port = |it: &Variable| Port::of(it).is_some() || it.name == "rt_HitDistance";
+        assert!(
+            stage.function.variables.iter().all(|it| it.kind != VariableKind::Local),
+            "{stage}"
+        );
+        assert!(stage.function.variables.iter().all(|it| is_port(it) || it.name == "kept"));
+    }
 }
 
 #[test]
