@@ -24,6 +24,10 @@ use crate::{END, Port, ResumedBy, SplitError};
 /// The greatest number of loops, one in another, whose first iterations are peeled.
 const MAX_PEELED_DEPTH: u32 = 2;
 
+/// The greatest number of loops, one after another, whose first iterations are peeled. What follows a peeled iteration
+/// is written in recursion.
+const MAX_PEELED: u32 = 32;
+
 /// The greatest number of operations in a peeled iteration.
 const MAX_PEELED_OPERATIONS: usize = 4096;
 
@@ -76,13 +80,15 @@ pub(crate) fn stage<'a>(
         ends: false,
         surface: None,
         peeled: 0,
+        peeled_before: 0,
     };
     emitter.start(point);
     let (levels, from) = match point.map(|id| &plan.points[&id]) {
         Some(point) => (&point.levels, point.after()),
         None => (&plan.start, 0),
     };
-    emitter.rest(levels, levels.len() - 1, from)?;
+    let depth = levels.len() - 1;
+    emitter.ops(levels[depth].region, from, Then::Outside(levels, depth))?;
     Ok(emitter.finish())
 }
 
@@ -106,15 +112,30 @@ struct Emitter<'a> {
     surface: Option<[Value; 3]>,
     /// The number of loops, one in another, of which an iteration is being peeled.
     peeled: u32,
+    /// The number of peeled loops before the current position.
+    peeled_before: u32,
 }
 
 /// What follows the operations of a region.
 #[derive(Clone, Copy)]
-enum Then<'a> {
+enum Then<'a, 't> {
     /// The region's yields are passed on to the operation that is being written.
     Yield,
     /// What follows the region at this depth, to the end of the function.
     Outside(&'a [Level<'a>], usize),
+    /// The yields are the results of an operation, whose region goes on.
+    After(&'t Step<'a, 't>),
+    /// The region is the first iteration of a loop with this body. The loop follows, then this.
+    Again(&'a Region, &'t Then<'a, 't>),
+}
+
+/// A place after an operation.
+struct Step<'a, 't> {
+    op: &'a Op,
+    /// The region of the operation, and the index in it of the next.
+    region: &'a Region,
+    next: usize,
+    then: Then<'a, 't>,
 }
 
 impl Flowing for Emitter<'_> {
@@ -196,58 +217,15 @@ impl<'a> Emitter<'a> {
         self.copy(op);
     }
 
-    /// Writes the rest of a region, then what follows outside of it.
-    fn rest(
-        &mut self,
-        levels: &'a [Level<'a>],
-        depth: usize,
-        from: usize,
-    ) -> Result<Flow, SplitError> {
-        self.ops(levels[depth].region, from, Then::Outside(levels, depth))
-    }
-
-    /// Writes what follows a region that yields these values.
-    fn outside(
-        &mut self,
-        levels: &'a [Level<'a>],
-        depth: usize,
-        mut values: Vec<Value>,
-    ) -> Result<Flow, SplitError> {
-        let Some(outer) = depth.checked_sub(1) else {
-            self.end(&values);
-            return Ok(Flow::ended());
-        };
-        let (op, next) = (levels[outer].op(), levels[outer].index + 1);
-        let OpKind::Loop { body, .. } = &op.kind else {
-            self.define_results(op, values);
-            return self.rest(levels, outer, next);
-        };
-        let again = values.remove(0);
-        let rest = |it: &mut Self, results| {
-            it.define_results(op, results);
-            it.rest(levels, outer, next)
-        };
-        match self.code.known(again).map(|known| known.bits() != 0) {
-            Some(false) => rest(self, values),
-            Some(true) => self.repeat(body, values, rest),
-            None => {
-                let start = self.code.value_count();
-                let results = values.clone();
-                let then =
-                    self.side(|it| it.repeat(body, values, |_, results| Ok(Flow::on(results))))?;
-                let otherwise = self.side(|_| Ok(Flow::on(results)))?;
-                self.fork(start, again, then, otherwise, rest)
-            }
-        }
-    }
-
     /// Writes the operations of a region from one on, and what follows them.
-    fn ops(&mut self, region: &'a Region, from: usize, then: Then<'a>) -> Result<Flow, SplitError> {
+    fn ops(
+        &mut self,
+        region: &'a Region,
+        from: usize,
+        then: Then<'a, '_>,
+    ) -> Result<Flow, SplitError> {
         for (index, op) in region.ops.iter().enumerate().skip(from) {
-            let rest = |it: &mut Self, results| {
-                it.define_results(op, results);
-                it.ops(region, index + 1, then)
-            };
+            let step = Step { op, region, next: index + 1, then };
             match &op.kind {
                 OpKind::If { condition, then: a, otherwise: b } => {
                     let condition = self.get(*condition);
@@ -255,6 +233,7 @@ impl<'a> Emitter<'a> {
                     let a = self.side(|it| it.ops(a, 0, Then::Yield))?;
                     let b = self.side(|it| it.ops(b, 0, Then::Yield))?;
                     if a.flow.left != Left::Never || b.flow.left != Left::Never {
+                        let rest = |it: &mut Self, values| it.go_on(Then::After(&step), values);
                         return self.fork(start, condition, a, b, rest);
                     }
                     let Flow { values, .. } = self.code.join(start, condition, a, b);
@@ -264,11 +243,11 @@ impl<'a> Emitter<'a> {
                     let initial = initial.iter().map(|value| self.get(*value));
                     let initial: Vec<Value> = initial.collect();
                     if self.is_peeled(body, &initial) {
-                        return self.peel(body, initial, rest);
+                        return self.peel(body, initial, Then::After(&step));
                     }
                     let flow = self.copy_loop(body, initial)?;
                     if flow.left != Left::Never {
-                        return self.after(flow, rest);
+                        return self.after(flow, |it, values| it.go_on(Then::After(&step), values));
                     }
                     self.define_results(op, flow.values);
                 }
@@ -280,60 +259,110 @@ impl<'a> Emitter<'a> {
             }
         }
         let values = region.yields.iter().map(|value| self.get(*value)).collect();
+        self.go_on(then, values)
+    }
+
+    /// Writes what follows a region that yields these values.
+    fn go_on(&mut self, then: Then<'a, '_>, mut values: Vec<Value>) -> Result<Flow, SplitError> {
         match then {
             Then::Yield => Ok(Flow::on(values)),
+            Then::After(step) => {
+                self.define_results(step.op, values);
+                self.ops(step.region, step.next, step.then)
+            }
+            Then::Again(body, then) => {
+                // The iteration ends here; what follows is not in it.
+                self.peeled -= 1;
+                let again = values.remove(0);
+                let flow =
+                    self.repeat(again, values, *then, |it, values| it.copy_loop(body, values));
+                self.peeled += 1;
+                flow
+            }
             Then::Outside(levels, depth) => self.outside(levels, depth, values),
         }
     }
 
-    /// Writes a loop with these initial values, and what follows it.
-    fn repeat(
+    fn outside(
         &mut self,
-        body: &'a Region,
-        initial: Vec<Value>,
-        rest: impl FnOnce(&mut Self, Vec<Value>) -> Result<Flow, SplitError>,
+        levels: &'a [Level<'a>],
+        depth: usize,
+        mut values: Vec<Value>,
     ) -> Result<Flow, SplitError> {
-        if self.is_peeled(body, &initial) {
-            return self.peel(body, initial, rest);
+        let Some(outer) = depth.checked_sub(1) else {
+            self.end(&values);
+            return Ok(Flow::ended());
+        };
+        let Level { region, index, .. } = levels[outer];
+        let (op, then) = (levels[outer].op(), Then::Outside(levels, outer));
+        let step = Step { op, region, next: index + 1, then };
+        let OpKind::Loop { body, .. } = &op.kind else {
+            return self.go_on(Then::After(&step), values);
+        };
+        let again = values.remove(0);
+        let is_certain = self.is_true(again) == Some(true);
+        if is_certain && self.is_peeled(body, &values) {
+            return self.peel(body, values, Then::After(&step));
         }
-        let flow = self.copy_loop(body, initial)?;
-        self.after(flow, rest)
+        self.repeat(again, values, Then::After(&step), |it, values| {
+            if it.is_peeled(body, &values) {
+                return it.peel(body, values, Then::Yield);
+            }
+            it.copy_loop(body, values)
+        })
     }
 
-    /// Writes a loop with these initial values, its first iteration by itself, and what follows it.
+    /// Writes a loop for the paths for which a bool is true, and what follows it for all. These values are the first of
+    /// the loop, and its results for the others.
+    fn repeat(
+        &mut self,
+        again: Value,
+        values: Vec<Value>,
+        then: Then<'a, '_>,
+        write: impl FnOnce(&mut Self, Vec<Value>) -> Result<Flow, SplitError>,
+    ) -> Result<Flow, SplitError> {
+        match self.is_true(again) {
+            Some(false) => self.go_on(then, values),
+            Some(true) => {
+                let flow = write(self, values)?;
+                self.after(flow, |it, results| it.go_on(then, results))
+            }
+            None => {
+                let start = self.code.value_count();
+                let results = values.clone();
+                let repeating = self.side(|it| write(it, values))?;
+                let others = self.side(|_| Ok(Flow::on(results)))?;
+                let rest = |it: &mut Self, results| it.go_on(then, results);
+                self.fork(start, again, repeating, others, rest)
+            }
+        }
+    }
+
+    /// Writes the first iteration of a loop by itself, then the loop, and what follows it.
     fn peel(
         &mut self,
         body: &'a Region,
         initial: Vec<Value>,
-        rest: impl FnOnce(&mut Self, Vec<Value>) -> Result<Flow, SplitError>,
+        then: Then<'a, '_>,
     ) -> Result<Flow, SplitError> {
         self.peeled += 1;
+        self.peeled_before += 1;
         self.define_all(&body.params, &initial);
-        let first = self.ops(body, 0, Then::Yield)?;
+        let flow = self.ops(body, 0, Then::Again(body, &then));
         self.peeled -= 1;
-        self.after(first, |it, mut values| {
-            let again = values.remove(0);
-            match it.code.known(again).map(|known| known.bits() != 0) {
-                Some(false) => rest(it, values),
-                Some(true) => {
-                    let flow = it.copy_loop(body, values)?;
-                    it.after(flow, rest)
-                }
-                None => {
-                    let start = it.code.value_count();
-                    let results = values.clone();
-                    let then = it.side(|it| it.copy_loop(body, values))?;
-                    let otherwise = it.side(|_| Ok(Flow::on(results)))?;
-                    it.fork(start, again, then, otherwise, rest)
-                }
-            }
-        })
+        self.peeled_before -= 1;
+        flow
+    }
+
+    /// Returns the value of a bool, if it is known.
+    fn is_true(&self, value: Value) -> Option<bool> {
+        self.code.known(value).map(|known| known.bits() != 0)
     }
 
     /// True if the first iteration of a loop is written by itself: in it, parameters are the stage's surface.
     fn is_peeled(&self, body: &Region, initial: &[Value]) -> bool {
         let Some(surface) = self.surface else { return false };
-        if self.peeled >= MAX_PEELED_DEPTH {
+        if self.peeled >= MAX_PEELED_DEPTH || self.peeled_before >= MAX_PEELED {
             return false;
         }
         let first = |value: Value| match body.params.iter().position(|it| *it == value) {

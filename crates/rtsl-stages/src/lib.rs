@@ -66,7 +66,7 @@
 //!
 //! If the first iteration of a loop would find the stage's surface in the loop's parameters, it is written by itself in
 //! front of the loop: parameters are then the very values of the surface, and its queries need no dispatch. This is done
-//! for at most two loops one in another, with bodies of at most 4,096 operations. A stage holds what follows its point,
+//! for at most two loops one in another and 32 one after another, with bodies of at most 4,096 operations. A stage holds what follows its point,
 //! so all stages together may grow with the square of the function; [`MAX_POINTS`], [`MAX_OPERATIONS`] and the
 //! representation's limit on nesting bound it, with a [`SplitError`] beyond.
 //!

@@ -834,20 +834,15 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %6: i32 = load scratch:answer.1@0
           %7: i32 = load scratch:answer.2@0
           %8: i32 = load scratch:answer.3@0
-          %9: f32, %10: f32, %11: f32, %12: f32, %13: f32 = if %5 {
-            %14: f32, %15: f32, %16: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %17: f32 = add %14, %2
-            %18: f32, %19: f32, %20: f32, %21: f32, %22: f32, %23: f32, %24: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            yield %17, %21, %18, %19, %20
+          %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32 = if %5 {
+            %16: f32, %17: f32, %18: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %19: f32 = add %16, %2
+            %20: f32, %21: f32, %22: f32, %23: f32, %24: f32, %25: f32, %26: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            yield %4, %3, %19, %23, %20, %21, %22
           } else {
-            yield %0, %0, %0, %0, %0
+            yield %2, %1, %0, %0, %0, %0, %0
           }
-          %25: f32, %26: i32 = if %5 {
-            yield %4, %3
-          } else {
-            yield %2, %1
-          }
-          return scratch:frame.0@0 = %9, scratch:frame.1@0 = %10, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %11, scratch:request.4@0 = %12, scratch:request.5@0 = %13, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %26, state:rt_HitDistance@0 = %25
+          return scratch:frame.0@0 = %11, scratch:frame.1@0 = %12, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %13, scratch:request.4@0 = %14, scratch:request.5@0 = %15, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %10, state:rt_HitDistance@0 = %9
         }
 
         stage 2: nearest_hit, surface answer, live 0 1
@@ -872,21 +867,16 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %8: i32 = load scratch:answer.1@0
           %9: i32 = load scratch:answer.2@0
           %10: i32 = load scratch:answer.3@0
-          %11: f32, %12: f32, %13: f32, %14: f32, %15: f32 = if %7 {
-            %16: f32, %17: f32, %18: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %19: f32 = fma %16, %6, %5
-            %20: f32, %21: f32, %22: f32, %23: f32, %24: f32, %25: f32, %26: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %27: f32 = multiply %6, %23
-            yield %19, %27, %20, %21, %22
+          %11: f32, %12: i32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32 = if %7 {
+            %18: f32, %19: f32, %20: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %21: f32 = fma %18, %6, %5
+            %22: f32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32, %28: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %29: f32 = multiply %6, %25
+            yield %4, %3, %21, %29, %22, %23, %24
           } else {
-            yield %0, %0, %0, %0, %0
+            yield %5, %1, %0, %0, %0, %0, %0
           }
-          %28: f32, %29: i32 = if %7 {
-            yield %4, %3
-          } else {
-            yield %5, %1
-          }
-          return scratch:frame.0@0 = %11, scratch:frame.1@0 = %12, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %13, scratch:request.4@0 = %14, scratch:request.5@0 = %15, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %29, state:rt_HitDistance@0 = %28
+          return scratch:frame.0@0 = %13, scratch:frame.1@0 = %14, scratch:request.0@0 = %2, scratch:request.1@0 = %2, scratch:request.2@0 = %2, scratch:request.3@0 = %15, scratch:request.4@0 = %16, scratch:request.5@0 = %17, scratch:request.6@0 = %2, scratch:request.7@0 = %2, scratch:next@0 = %12, state:rt_HitDistance@0 = %11
         }
     "#]].assert_eq(&text(body));
 }

@@ -124,6 +124,23 @@ fn no_local_is_left_of_many_slots() {
     }
 }
 
+/// Loops that start with the surface, each of which might be peeled.
+#[test]
+fn long_ways_through_loops_are_split() {
+    let loops = |count| {
+        let text = "%x@: i32 = loop (%p@: i32 = %o) {
+            %r@: f32, %g@: f32, %b@: f32 = query emission %p@, %i, %e, SURFACE
+            %c@: bool = convert %r@
+            repeat %c@, %p@
+        } ";
+        let search = "%f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one ";
+        split(&function(&[search, &repeated(text, count), "return"].concat()))
+    };
+    // The start, the search, and a query in each loop.
+    assert_eq!(loops(40).unwrap().stages.len(), 42);
+    assert_eq!(loops(1000).unwrap().stages.len(), 1002);
+}
+
 #[test]
 fn nothing_to_wait_for_is_one_stage() {
     let stages = stages("%x: f32 = load member:m@0 return state:rt_HitDistance@0 = %x");
