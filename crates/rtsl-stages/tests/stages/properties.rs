@@ -198,7 +198,7 @@ fn scaled(count: u64) -> u64 {
 #[test]
 fn stages_compute_what_optimized_integrators_compute() {
     let mut coverage = Coverage::default();
-    for seed in 10_000..10_000 + scaled(1500) {
+    for seed in 10_000..10_000 + scaled(800) {
         let size = 100 + seed as usize % 9 * 150;
         check(&optimized(seeded_integrator(seed, size)), seed, &mut coverage);
     }
@@ -209,7 +209,7 @@ fn stages_compute_what_optimized_integrators_compute() {
 #[test]
 fn stages_compute_what_integrators_compute() {
     let mut coverage = Coverage::default();
-    for seed in 0..scaled(1000) {
+    for seed in 0..scaled(600) {
         let size = 100 + seed as usize % 9 * 150;
         check(&seeded_integrator(seed, size), seed, &mut coverage);
     }
