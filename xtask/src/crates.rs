@@ -17,6 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-sema", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-ir"]),
     ("rtsl-lower", &["rtsl-source", "rtsl-spec", "rtsl-sema", "rtsl-ir"]),
     ("rtsl-opt", &["rtsl-ir"]),
+    ("rtsl-stages", &["rtsl-ir", "rtsl-opt"]),
     ("rtsl-abi", &["rtsl-spec", "rtsl-ir", "rtsl-memory"]),
     ("rtsl-packet", &["rtsl-abi", "rtsl-spec", "rtsl-ir"]),
     ("rtsl-llvm", &["rtsl-abi", "rtsl-packet", "rtsl-ir", "rtsl-spec"]),
@@ -170,7 +171,7 @@ const COLUMNS: &[&[&str]] = &[
     &["rtsl-math", "rtsl-bvh", "rtsl-render", "rtsl-view"],
     &["rtsl-memory", "rtsl-image", "rtsl-scene"],
     &["rtsl-source", "rtsl-syntax", "rtsl-sema", "rtsl-lower", "rtsl-cli"],
-    &["rtsl-opt", "rtsl"],
+    &["rtsl-opt", "rtsl-stages", "rtsl"],
     &["rtsl-spec", "rtsl-ir", "rtsl-cpp", "rtsl-contract"],
     &["rtsl-abi", "rtsl-packet", "rtsl-llvm", "rtsl-jit", "rtsl-capi"],
 ];

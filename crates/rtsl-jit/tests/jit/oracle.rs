@@ -4,6 +4,7 @@ use rtsl_ir::{
     BinaryOp, Builder, CompareOp, Function, Index, OpKind, Scalar, UnaryOp, Value, Variable,
     VariableKind, evaluate,
 };
+use rtsl_stages::Stages;
 use rtsl_testing::functions::{Entropy, seeded_function};
 
 use crate::oracle_support::Case;
@@ -32,6 +33,40 @@ fn short_functions() {
 #[test]
 fn long_functions() {
     check_generated(1000..1000 + scaled(4), 700);
+}
+
+/// Generated functions that suspend, with their stages.
+fn suspending() -> impl Iterator<Item = (u64, Function, Stages)> {
+    let is_accepted = |it: &Variable| it.kind == VariableKind::Accepted;
+    let functions = (2000..).map(|seed| (seed, seeded_function(seed, 300)));
+    let functions = functions.filter(move |(_, it)| !it.variables.iter().any(is_accepted));
+    let split = functions.map(|(seed, function)| {
+        let stages = rtsl_stages::split(&function).unwrap();
+        (seed, function, stages)
+    });
+    split.filter(|(_, _, stages)| stages.stages.len() > 2)
+}
+
+/// Stages are functions like others: whatever they find in the frame, they compute the same at every width.
+#[test]
+fn stages_of_functions() {
+    for (seed, _, stages) in suspending().take(scaled(6) as usize) {
+        for stage in stages.stages {
+            if let Err(difference) = Case::new(stage.function.clone(), seed).check() {
+                panic!("seed {seed}: {difference}\n{stage}");
+            }
+        }
+    }
+}
+
+/// Paths that are in different stages, each called under the mask of its paths, come to what the function computes.
+#[test]
+fn waves_of_paths() {
+    for (seed, function, stages) in suspending().take(scaled(12) as usize) {
+        if let Err(difference) = Case::new(function.clone(), seed).check_stages(&stages) {
+            panic!("seed {seed}: {difference}\n{function}\n{stages}");
+        }
+    }
 }
 
 /// Generates functions that execute every operation on a type with operands of every kind.

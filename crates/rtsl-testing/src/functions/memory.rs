@@ -2,7 +2,7 @@
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use rtsl_ir::{Constant, Function, Scalar, Storage, VariableId, VariableKind};
+use rtsl_ir::{Constant, Effect, Function, Query, Scalar, Storage, VariableId, VariableKind};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use super::Entropy;
@@ -85,15 +85,17 @@ impl HashHost {
 
     /// Returns a hash for the next request of the ray in `lane`.
     fn next(&mut self, lanes: LaneSet, lane: usize, request: &[f32]) -> u64 {
-        let ray = lanes.base as usize + lane;
+        let request = request.iter().map(|value| Constant::F32(*value));
+        hash(self.count(lanes.base as usize + lane), request)
+    }
+
+    /// Counts a request of a ray; returns a hash of ray and count.
+    fn count(&mut self, ray: usize) -> u64 {
         if self.requests.len() <= ray {
             self.requests.resize(ray + 1, 0);
         }
         self.requests[ray] += 1;
-        let start = mix(ray as u64) ^ u64::from(self.requests[ray]);
-        request.iter().fold(start, |hash, value| {
-            mix(hash ^ u64::from(canonical(Constant::F32(*value)).bits()))
-        })
+        mix(ray as u64) ^ u64::from(self.requests[ray])
     }
 
     fn next_ray(
@@ -164,6 +166,32 @@ impl Host for HashHost {
             values[lane] = unit(hash, 0);
         }
     }
+
+    /// Queries without effects are not counted, since passes may remove and repeat them.
+    fn query(&mut self, query: Query, operands: &[u32], results: &mut [u32]) {
+        let start = match query.effect() {
+            Effect::None => 0,
+            Effect::Host | Effect::ReadsLocal(_) | Effect::WritesLocal(_) => self.count(0),
+        };
+        let operands = query.operand_scalars().zip(operands);
+        let operands = operands.map(|(scalar, bits)| Constant::from_bits(scalar, *bits));
+        let hash = hash(start ^ mix(query as u64), operands);
+        for (component, (bits, scalar)) in
+            results.iter_mut().zip(query.result_scalars()).enumerate()
+        {
+            let random = mix(hash.wrapping_add(component as u64));
+            *bits = match scalar {
+                Scalar::F32 => unit(hash, component).to_bits(),
+                Scalar::I32 | Scalar::U32 => (random % 5) as u32,
+                Scalar::Bool => u32::from(!random.is_multiple_of(4)),
+            };
+        }
+    }
+}
+
+/// Returns a hash of constants from this start.
+fn hash(start: u64, request: impl Iterator<Item = Constant>) -> u64 {
+    request.fold(start, |hash, constant| mix(hash ^ u64::from(canonical(constant).bits())))
 }
 
 /// Returns a number in [0,1) from a hash.

@@ -1,13 +1,15 @@
 //! Random functions, values for their variables, and a host that answers their requests.
 //!
 //! Passes and backends must agree with the interpreter on every result of [`function`]. The functions use every
-//! operation except reference calls, nest regions, run every loop only a few times, and request lights only in uniform
-//! loops.
+//! operation except reference calls and queries, nest regions, run every loop only a few times, and request lights only
+//! in uniform loops. Those of [`integrator`] have queries too.
 
 mod entropy;
+mod integrators;
 mod memory;
 
 pub use entropy::Entropy;
+pub use integrators::{integrator, seeded_integrator};
 pub use memory::{HashHost, Memory};
 
 use rtsl_ir::{
@@ -67,6 +69,8 @@ struct Generator<'a> {
     /// The values visible at the current position.
     available: Vec<Value>,
     operations: usize,
+    /// The surfaces found so far, for functions with queries.
+    surfaces: Option<integrators::Surfaces>,
 }
 
 impl<'a> Generator<'a> {
@@ -76,7 +80,14 @@ impl<'a> Generator<'a> {
             builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
         };
         let variables = VARIABLES.iter().map(variable).collect();
-        Generator { entropy, builder, variables, available: Vec::new(), operations: 0 }
+        Generator {
+            entropy,
+            builder,
+            variables,
+            available: Vec::new(),
+            operations: 0,
+            surfaces: None,
+        }
     }
 
     /// Generates up to `count` operations.
@@ -93,6 +104,9 @@ impl<'a> Generator<'a> {
     fn statement(&mut self) {
         let precise = self.entropy.chance(24);
         self.builder.set_precise(precise);
+        if self.surfaces.is_some() && self.entropy.chance(80) {
+            return self.integrator_statement();
+        }
         let value = match self.entropy.below(64) {
             0..3 => self.constant(),
             3..7 => self.unary(),
@@ -240,19 +254,23 @@ impl<'a> Generator<'a> {
         }
         let condition = self.pick(Scalar::Bool);
         let results = self.scalars();
-        let then = self.region(&results);
-        let otherwise = self.region(&results);
+        let passes_surface = self.passes_surface();
+        let then = self.region(&results, passes_surface);
+        let otherwise = self.region(&results, passes_surface);
         let results = self.builder.if_regions(condition, then, otherwise);
-        self.available.extend(results.iter());
+        self.receive(results, passes_surface);
     }
 
-    fn region(&mut self, results: &[Scalar]) -> rtsl_ir::Region {
+    fn region(&mut self, results: &[Scalar], passes_surface: bool) -> rtsl_ir::Region {
         let outside = self.available.len();
         self.builder.begin_region();
         let count = self.entropy.below(6);
         self.statements(count);
-        let yields = results.iter().map(|scalar| self.pick(*scalar)).collect();
-        self.available.truncate(outside);
+        let mut yields: Vec<Value> = results.iter().map(|scalar| self.pick(*scalar)).collect();
+        if passes_surface {
+            yields.extend(self.surface());
+        }
+        self.leave(outside);
         self.builder.end_region(yields)
     }
 
@@ -283,9 +301,13 @@ impl<'a> Generator<'a> {
         let zero = self.builder.i32(0);
         let mut initial = vec![zero];
         initial.extend(carried.iter().map(|scalar| self.pick(*scalar)));
+        let passes_surface = self.passes_surface();
+        if passes_surface {
+            initial.extend(self.surface());
+        }
         let params = self.builder.begin_loop(initial);
         let counter = params.get(0);
-        self.available.extend(params.iter());
+        self.receive(params, passes_surface);
         body(self, counter);
         let count = self.entropy.below(7);
         self.statements(count);
@@ -298,9 +320,12 @@ impl<'a> Generator<'a> {
         }
         let mut yields = vec![next];
         yields.extend(carried.iter().map(|scalar| self.pick(*scalar)));
-        self.available.truncate(outside);
+        if passes_surface {
+            yields.extend(self.surface());
+        }
+        self.leave(outside);
         let results = self.builder.end_loop(again, &yields);
-        self.available.extend(results.iter());
+        self.receive(results, passes_surface);
     }
 
     fn ray(&mut self) -> ([Value; 3], [Value; 3], Value) {

@@ -1,5 +1,7 @@
 //! Runs a function for many rays, interpreted and compiled.
 
+mod waves;
+
 use std::sync::{Arc, OnceLock};
 
 use rtsl_abi::offsets::BUFFER_WORDS;
@@ -179,6 +181,22 @@ impl Case {
         mask: Option<&LaneMask>,
     ) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
+        let lanes = (&mut state, &mut scratch);
+        let host = &mut HashHost::default();
+        let (status, accepted) = self.call_on(kernel, (mode, layout), mask, lanes, host);
+        let CallStatus { budget_exhausted: budget, nearest } = status;
+        Outcome { state, scratch, accepted, nearest, budget }
+    }
+
+    /// Calls a kernel on these lanes of state and scratch.
+    fn call_on(
+        &self,
+        kernel: &CompiledKernel,
+        (mode, layout): (CallMode, &Layout),
+        mask: Option<&LaneMask>,
+        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+        host: &mut HashHost,
+    ) -> (CallStatus, LaneMask) {
         let mut accepted =
             LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
         let form = layout.object_form(mode);
@@ -192,16 +210,15 @@ impl Case {
             (CallMode::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
-            state: &mut state,
-            scratch: &mut scratch,
+            state,
+            scratch,
             count: count(mode),
             mask,
             accepted: Some(&mut accepted),
             instances,
-            host: &mut HashHost::default(),
+            host,
         });
-        let CallStatus { budget_exhausted: budget, nearest } = status;
-        Outcome { state, scratch, accepted, nearest, budget }
+        (status, accepted)
     }
 
     fn interpret(&self, mode: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {

@@ -1,0 +1,131 @@
+//! Runs the compiled stages of a function for many paths, each stage for the paths that it is the next of.
+
+use rtsl_abi::{CallMode, LaneBlock, LaneMask, Layout};
+use rtsl_ir::host::{Host, LaneColors, LaneSet, RayLanes};
+use rtsl_ir::{Scalar, Variable, VariableKind};
+use rtsl_jit::{CompiledKernel, OptLevel};
+use rtsl_llvm::TargetFeatures;
+use rtsl_packet::interleave;
+use rtsl_stages::{Port, ResumedBy, Stages};
+use rtsl_testing::functions::HashHost;
+
+use super::{Case, Outcome, RAYS, WIDTHS, llvm};
+
+impl Case {
+    /// Compares the compiled stages of the function with the interpreter of the whole, at every width.
+    pub fn check_stages(&self, stages: &Stages) -> Result<(), String> {
+        let layout = self.layout_of(stages);
+        let expected = self.interpret(CallMode::Packet, &self.layout, None);
+        let target = llvm().host();
+        let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
+        for width in WIDTHS {
+            let kernels = stages.stages.iter().map(|stage| {
+                let kernel = rtsl_packet::lower(&stage.function, &layout, CallMode::Packet, width);
+                let mut kernel = kernel.expect("stages can be lowered");
+                kernel.interleave = interleave::choose(&kernel, Some(16 / width.max(4)));
+                kernel
+            });
+            let kernels: Vec<_> = kernels.collect();
+            let kernels = CompiledKernel::compile(llvm(), &kernels, &features, OptLevel::O2)
+                .map_err(|error| error.to_string())?;
+            let found = self.wave(stages, &layout, &kernels);
+            self.compare(&expected, &found).map_err(|error| format!("width {width}: {error}"))?;
+        }
+        Ok(())
+    }
+
+    /// Returns the function's layout with the variables of the stages' interface, one word a lane for each name.
+    fn layout_of(&self, stages: &Stages) -> Layout {
+        let of = |kind| self.function.variables.iter().filter(move |it| it.kind == kind);
+        let mut scratch: Vec<&Variable> = of(VariableKind::Scratch).collect();
+        for variable in stages.stages.iter().flat_map(|stage| &stage.function.variables) {
+            if Port::of(variable).is_some() && scratch.iter().all(|it| it.name != variable.name) {
+                scratch.push(variable);
+            }
+        }
+        Layout::new(of(VariableKind::Member), of(VariableKind::Buffer), scratch)
+    }
+
+    /// Runs all paths to their ends.
+    fn wave(&self, stages: &Stages, layout: &Layout, kernels: &[CompiledKernel]) -> Outcome {
+        let mut wave = Wave {
+            layout,
+            scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
+            host: HashHost::default(),
+        };
+        for array in 0..self.layout.scratch_arrays as usize {
+            wave.scratch.words_mut(array).copy_from_slice(self.scratch.words(array));
+        }
+        let mut outcome = self.untouched();
+        loop {
+            let mut is_done = true;
+            for (index, (stage, kernel)) in (0..).zip(stages.stages.iter().zip(kernels)) {
+                let next = wave.words(Port::Next);
+                let mask = LaneMask::from_fn(RAYS, |ray| next[ray] == index);
+                let rays: Vec<usize> = (0..RAYS).filter(|ray| mask.get(*ray)).collect();
+                if rays.is_empty() {
+                    continue;
+                }
+                is_done = false;
+                rays.iter().for_each(|ray| wave.answer(stage.resumed_by, *ray));
+                let lanes = (&mut outcome.state, &mut wave.scratch);
+                let mode = (CallMode::Packet, layout);
+                let (status, _) = self.call_on(kernel, mode, Some(&mask), lanes, &mut wave.host);
+                outcome.budget |= status.budget_exhausted;
+            }
+            if is_done {
+                break;
+            }
+        }
+        for array in 0..self.layout.scratch_arrays as usize {
+            outcome.scratch.words_mut(array).copy_from_slice(wave.scratch.words(array));
+        }
+        // Functions that accept hits have no stages, so no mask tells of them.
+        Outcome { accepted: LaneMask::from_fn(RAYS, |_| true), ..outcome }
+    }
+}
+
+struct Wave<'a> {
+    layout: &'a Layout,
+    /// The scratch of the function, then the frames of all paths, their requests and answers.
+    scratch: LaneBlock,
+    host: HashHost,
+}
+
+impl Wave<'_> {
+    fn words(&self, port: Port) -> &[u32] {
+        self.scratch.words(self.layout.scratch[&port.name()] as usize)
+    }
+
+    fn set(&mut self, port: Port, ray: usize, bits: u32, scalar: Scalar) {
+        let word = if scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+        if let Some(array) = self.layout.scratch.get(&port.name()) {
+            self.scratch.words_mut(*array as usize)[ray] = word;
+        }
+    }
+
+    /// Has the host answer the request of a path.
+    fn answer(&mut self, event: ResumedBy, ray: usize) {
+        let request = (0..event.request_len())
+            .map(|index| f32::from_bits(self.words(Port::Request(index))[ray]));
+        let request: Vec<f32> = request.collect();
+        let lanes = LaneSet { base: ray as u32, active: 1 };
+        let mut rays = RayLanes::default();
+        let operands = rays.origin.iter_mut().chain(&mut rays.direction);
+        let operands = operands.chain([&mut rays.limit, &mut rays.weight]);
+        operands.zip(&request).for_each(|(lanes, operand)| lanes[0] = *operand);
+        let answers = match event {
+            ResumedBy::Start | ResumedBy::Dispatch => return,
+            ResumedBy::NearestHit => unreachable!("the functions have no queries"),
+            ResumedBy::Occluded => vec![self.host.occluded(lanes, &rays) & 1],
+            ResumedBy::Trace => {
+                let mut radiance = LaneColors::default();
+                self.host.trace(lanes, &rays, &mut radiance);
+                radiance.iter().map(|component| component[0].to_bits()).collect()
+            }
+        };
+        for ((index, scalar), bits) in (0..).zip(event.answers()).zip(answers) {
+            self.set(Port::Answer(index), ray, bits, *scalar);
+        }
+    }
+}
