@@ -33,6 +33,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "rtsl-sema",
             "rtsl-lower",
             "rtsl-opt",
+            "rtsl-stages",
             "rtsl-abi",
             "rtsl-packet",
             "rtsl-llvm",

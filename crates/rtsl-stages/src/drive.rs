@@ -113,7 +113,7 @@ impl<S: Storage + ?Sized> Path<'_, S> {
         match event {
             ResumedBy::Start | ResumedBy::Dispatch => {}
             ResumedBy::NearestHit => {
-                host.query(Query::NearestHit, &self.request, &mut self.answers);
+                host.query(lanes.base, Query::NearestHit, &self.request, &mut self.answers);
             }
             ResumedBy::Occluded => {
                 self.answers[0] = host.occluded(lanes, &self.ray()) & 1;

@@ -67,6 +67,12 @@ fn render_takes_another_integrator() {
 fn forms_that_need_packets_refuse_integrators() {
     let folder = folder("build-integrator");
     folder.run(&["build", "deep.rtsl", "--emit", "ir"]).exits(DONE);
+    let stages = folder.run(&["build", "deep.rtsl", "--emit", "stages"]).exits(DONE);
+    assert!(
+        stages.output().contains("stage 1: nearest_hit, surface answer"),
+        "{}",
+        stages.output()
+    );
     for form in ["packet", "llvm", "asm", "obj", "cpp", "header"] {
         let ran = folder.run(&["build", "deep.rtsl", "--emit", form, "-o", "out"]);
         ran.fails_with("E0702");

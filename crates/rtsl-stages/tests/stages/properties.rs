@@ -61,7 +61,7 @@ impl Host for Recorder {
         self.host.ambient()
     }
 
-    fn query(&mut self, query: Query, operands: &[u32], results: &mut [u32]) {
+    fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
         if query.effect() != Effect::None {
             let integers = query.operand_scalars().zip(operands);
             let integers = integers.filter(|(scalar, _)| *scalar != Scalar::F32);
@@ -70,7 +70,7 @@ impl Host for Recorder {
             let floats = floats.filter(|(scalar, _)| *scalar == Scalar::F32);
             self.record(100 + query as u32, floats.map(|(_, bits)| f32::from_bits(*bits)));
         }
-        self.host.query(query, operands, results);
+        self.host.query(ray, query, operands, results);
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {

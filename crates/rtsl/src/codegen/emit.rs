@@ -1,8 +1,10 @@
 //! The forms of a method between text and machine code, for people to read.
 
+use rtsl_ir::Function;
 use rtsl_jit::{Llvm, Target};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
+use rtsl_stages::{Sizes, StageSizes};
 
 use super::kernel_compiler::{KernelCompiler, llvm_text};
 use super::kernel_source::KernelSource;
@@ -14,6 +16,8 @@ use crate::errors;
 pub enum Emit {
     /// The single-ray representation, linked and optimised.
     Ir,
+    /// The single-ray representation, split into stages where a path waits for the renderer, with their sizes.
+    Stages,
     /// Packet code.
     Packet,
     /// LLVM text before LLVM's passes.
@@ -66,6 +70,9 @@ impl EmitRequest {
         if self.emit == Emit::Ir {
             return Ok(source.function.to_string().into_bytes());
         }
+        if self.emit == Emit::Stages {
+            return stages(source.function);
+        }
         let packet = compiler.packet(source)?;
         if self.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
@@ -84,7 +91,7 @@ impl EmitRequest {
         let llvm = llvm.as_ref().map_err(errors::no_llvm)?;
         let level = compiler.options().optimization;
         let result = level.compile_for_work(packet.work(), |level| match self.emit {
-            Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
+            Emit::Ir | Emit::Stages | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
@@ -92,4 +99,18 @@ impl EmitRequest {
         let name = &source.function.name;
         result.map_err(|error| errors::machine_code(name, packet.width, &error))
     }
+}
+
+/// Returns the stages of a function as text, after comments with their sizes.
+fn stages(function: &Function) -> Result<Vec<u8>, Diagnostic> {
+    let stages = rtsl_stages::split(function);
+    let stages = stages.map_err(|error| errors::code_generation(&function.name, &error))?;
+    let Sizes { slots, frame_bytes, stages: sizes } = stages.sizes();
+    let mut text = format!("// {slots} slots, {frame_bytes} bytes a path\n");
+    for (index, StageSizes { live, changed, operations }) in sizes.iter().enumerate() {
+        text += &format!(
+            "// stage {index}: {live} slots live, {changed} changed, {operations} operations\n"
+        );
+    }
+    Ok((text + &stages.to_string()).into_bytes())
 }

@@ -98,6 +98,8 @@ pub enum EmitName {
     Ast,
     /// The single-ray IR, linked and optimised.
     Ir,
+    /// The single-ray IR, split where an integrator waits for the renderer, with the sizes of stages and frame.
+    Stages,
     /// Packet code with explicit masks.
     Packet,
     /// LLVM IR as text.

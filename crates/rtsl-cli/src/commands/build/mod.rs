@@ -29,6 +29,7 @@ impl Form {
         match name {
             EmitName::Ast => Form::Tree,
             EmitName::Ir => Form::Method(Emit::Ir),
+            EmitName::Stages => Form::Method(Emit::Stages),
             EmitName::Packet => Form::Method(Emit::Packet),
             EmitName::Llvm => Form::Method(Emit::Llvm),
             EmitName::Asm => Form::Method(Emit::Assembly),
