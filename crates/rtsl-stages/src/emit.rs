@@ -1,7 +1,7 @@
 //! Writes one stage: the code from a point outwards to the end of the function.
 //!
-//! Values of the stage's function take the place of those of the integrator's function, as `values` maps them. Copies of
-//! one region, such as the iteration of a loop that a stage starts in and the loop that follows it, map its values
+//! Values of the stage's function take the place of those of the integrator's function, as `values` maps them. Copies
+//! of one region, such as the iteration of a loop that a stage starts in and the loop that follows it, map its values
 //! anew; regions are copied in the order of execution, so that the last mapping is always the right one.
 //!
 //! Everything that a stage passes to the runtime is stored to locals first, and loaded from them at its end. Promotion
