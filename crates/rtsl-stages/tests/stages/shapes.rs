@@ -482,7 +482,7 @@ fn locals_with_dynamic_indices_pass_as_a_whole() {
     "#]].assert_eq(&text(body));
 }
 
-/// What is cheap, and needs nothing that is not kept anyway, is computed again.
+/// Cheap values that need nothing that is not kept anyway are computed again.
 #[test]
 fn cheap_values_are_computed_again() {
     let body = "
