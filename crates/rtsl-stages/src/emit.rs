@@ -116,12 +116,12 @@ struct Emitter<'a> {
     peeled_before: u32,
 }
 
-/// What follows the operations of a region.
+/// The continuation of a region.
 #[derive(Clone, Copy)]
 enum Then<'a, 't> {
     /// The region's yields are passed on to the operation that is being written.
     Yield,
-    /// What follows the region at this depth, to the end of the function.
+    /// The code that follows the region at this depth is written, to the end of the function.
     Outside(&'a [Level<'a>], usize),
     /// The yields are the results of an operation, whose region goes on.
     After(&'t Step<'a, 't>),
