@@ -1,7 +1,7 @@
 //! Writes one stage: the code from a point outwards to the end of the function.
 //!
-//! Values of the stage's function take the place of those of the integrator's function, as `values` maps them. Copies of
-//! one region, such as the iteration of a loop that a stage starts in and the loop that follows it, map its values
+//! Values of the stage's function take the place of those of the integrator's function, as `values` maps them. Copies
+//! of one region, such as the iteration of a loop that a stage starts in and the loop that follows it, map its values
 //! anew; regions are copied in the order of execution, so that the last mapping is always the right one.
 //!
 //! Everything that a stage passes to the runtime is stored to locals first, and loaded from them at its end. Promotion
@@ -116,12 +116,12 @@ struct Emitter<'a> {
     peeled_before: u32,
 }
 
-/// What follows the operations of a region.
+/// The continuation of a region.
 #[derive(Clone, Copy)]
 enum Then<'a, 't> {
     /// The region's yields are passed on to the operation that is being written.
     Yield,
-    /// What follows the region at this depth, to the end of the function.
+    /// The code that follows the region at this depth is written, to the end of the function.
     Outside(&'a [Level<'a>], usize),
     /// The yields are the results of an operation, whose region goes on.
     After(&'t Step<'a, 't>),

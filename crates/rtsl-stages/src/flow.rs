@@ -14,7 +14,7 @@ pub(crate) enum Left {
     Always,
 }
 
-/// What a run of operations passes on.
+/// The values that a run of operations passes on, and the paths that it does not.
 #[derive(Clone, Debug)]
 pub(crate) struct Flow {
     pub left: Left,

@@ -1,8 +1,8 @@
 //! Moves loads of state and scratch that a later stage would execute to the start of the function.
 //!
 //! The runtime keeps the state of a path only until its first stage has run. A load that may come after a suspension is
-//! therefore made at the start, and its value passes through the frame. For a load at a dynamic index the whole variable
-//! is copied to a local there.
+//! therefore made at the start, and its value passes through the frame. For a load at a dynamic index the whole
+//! variable is copied to a local there.
 
 use std::collections::HashMap;
 

@@ -9,21 +9,21 @@
 //! # Suspension points
 //!
 //! - A search for the nearest hit, a shadow ray with an answer, and radiance along another ray
-//!   ([`ResumedBy::NearestHit`], [`ResumedBy::Occluded`], [`ResumedBy::Trace`]). The path suspends *at* the operation and
-//!   is resumed with its results, the *answer*.
-//! - A query about a surface whose classes the code does not know ([`ResumedBy::Dispatch`]). A stage with a
-//!   [`Surface`] is linked once for each pair of primitive class and material class, and queries about it are then
-//!   inlined. About any other surface, a path suspends *before* the query and is resumed by the stage that has that one.
-//!   A stage that a search resumes has the surface that was found. To save a dispatch, a shadow ray and a trace name the
-//!   surface of the first query that follows in the text, if it is visible already; their stage then has that surface.
+//!   ([`ResumedBy::NearestHit`], [`ResumedBy::Occluded`], [`ResumedBy::Trace`]). The path suspends *at* the operation
+//!   and is resumed with its results, the *answer*.
+//! - A query about a surface whose classes the code does not know ([`ResumedBy::Dispatch`]). A stage with a [`Surface`]
+//!   is linked once for each pair of primitive class and material class, and queries about it are then inlined. About
+//!   any other surface, a path suspends *before* the query and is resumed by the stage that has that one. A stage that
+//!   a search resumes has the surface that was found. To save a dispatch, a shadow ray and a trace name the surface of
+//!   the first query that follows in the text, if it is visible already; their stage then has that surface.
 //!
 //! # Frames
 //!
 //! What is alive across a suspension is the path's *frame*, stored as a structure of arrays: a column for each
-//! [`Slot`]. Frames are live sets, as in the coroutines of LuisaCompute, which are split with the same aims (Zheng et al.,
-//! "GPU Coroutines for Flexible Splitting and Scheduling of Rendering Tasks", 2024). Control is structured here, so
-//! liveness needs no iteration, and neither SSA form nor loops have to be repaired. The file `live.rs` has the rule by
-//! which values are computed again instead of kept, `slots.rs` the one by which values share a column.
+//! [`Slot`]. Frames are live sets, as in the coroutines of LuisaCompute, which are split with the same aims (Zheng et
+//! al., "GPU Coroutines for Flexible Splitting and Scheduling of Rendering Tasks", 2024). Control is structured here,
+//! so liveness needs no iteration, and neither SSA form nor loops have to be repaired. The file `live.rs` has the rule
+//! by which values are computed again instead of kept, `slots.rs` the one by which values share a column.
 //!
 //! # An example
 //!
@@ -65,10 +65,10 @@
 //! follows becomes a part of the other side, and no bool is needed.
 //!
 //! If the first iteration of a loop would find the stage's surface in the loop's parameters, it is written by itself in
-//! front of the loop: parameters are then the very values of the surface, and its queries need no dispatch. This is done
-//! for at most two loops one in another and 32 one after another, with bodies of at most 4,096 operations. A stage holds what follows its point,
-//! so all stages together may grow with the square of the function; [`MAX_POINTS`], [`MAX_OPERATIONS`] and the
-//! representation's limit on nesting bound it, with a [`SplitError`] beyond.
+//! front of the loop: parameters are then the very values of the surface, and its queries need no dispatch. This is
+//! done for at most two loops one in another and 32 one after another, with bodies of at most 4,096 operations. A stage
+//! holds what follows its point, so all stages together may grow with the square of the function; [`MAX_POINTS`],
+//! [`MAX_OPERATIONS`] and the representation's limit on nesting bound it, with a [`SplitError`] beyond.
 //!
 //! # The interface of a stage
 //!
@@ -84,9 +84,9 @@
 //!
 //! A slot that a stage does not store keeps its value. A stage where the integrator's function ends for some paths
 //! stores the outputs of the function; for paths that go on they keep the values that they had. Requests of paths that
-//! do not ask, and slots that are not live in the next stage, are arbitrary. Members, parameters and buffers can be read in every stage; state and scratch of the function only in
-//! the first, so what is read of them later passes through the frame. A local with dynamic indices passes through it as
-//! a whole if it may be read later.
+//! do not ask, and slots that are not live in the next stage, are arbitrary. Members, parameters and buffers can be
+//! read in every stage; state and scratch of the function only in the first, so what is read of them later passes
+//! through the frame. A local with dynamic indices passes through it as a whole if it may be read later.
 
 mod code;
 pub mod drive;

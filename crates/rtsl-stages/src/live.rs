@@ -8,8 +8,9 @@
 //!
 //! A live value is computed again instead of kept if its definition is cheap and its operands are live, or themselves
 //! computed again, at no more than [`MAX_COST`] operations in total. Constants, lengths of buffers and loads from
-//! members, parameters and buffers at constant indices cost nothing, since every stage can read them. Divisions, square roots and everything
-//! with an effect are kept. The surface that a point names needs no slots: the stage gets it from the request.
+//! members, parameters and buffers at constant indices cost nothing, since every stage can read them. Divisions, square
+//! roots and everything with an effect are kept. The surface that a point names needs no slots: the stage gets it from
+//! the request.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -58,8 +58,8 @@ pub enum SplitError {
 
 /// Splits a verified function into stages, of which none waits for the renderer.
 ///
-/// Contraction, budgets and weights of rays are settled before: for each path the stages compute the same results to the
-/// bit as the function, and make the same requests in the same order.
+/// Contraction, budgets and weights of rays are settled before: for each path the stages compute the same results to
+/// the bit (but for the bits of NaNs) as the function, and make the same requests in the same order.
 pub fn split(function: &Function) -> Result<Stages, SplitError> {
     let _span = tracing::debug_span!("split", function = function.name).entered();
     check_variables(function)?;

@@ -59,7 +59,7 @@ pub enum ParseError {
     Line {
         /// The line, from 1.
         line: usize,
-        /// What must be there.
+        /// The text that must be there.
         expected: &'static str,
     },
     /// The function of a stage.

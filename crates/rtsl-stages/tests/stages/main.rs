@@ -3,4 +3,5 @@
 mod properties;
 mod shapes;
 mod splitting;
+mod surfaces;
 mod verifying;
