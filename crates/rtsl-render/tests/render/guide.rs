@@ -77,6 +77,11 @@ fn scenes_of_the_tutorial_render() {
 }
 
 #[test]
+fn scenes_of_the_guides_render() {
+    assert_eq!(render_scenes_of(&["how-to/integrator.md"]), 1);
+}
+
+#[test]
 fn scenes_of_the_reference_render() {
     assert!(render_scenes_of(&["reference/scenes.md"]) > 0);
 }
