@@ -362,7 +362,7 @@ const PATH_TRACER: &str = "
                 query surface_properties %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero
             %s1: f32, %s2: f32 = query sample_pair %depth %s3: f32 = query sample %depth
             %lit: bool, %ax: f32, %ay: f32, %az: f32, %distance: f32, %cr: f32, %cg: f32, %cb: f32, %pdf: f32 =
-                query sample_light %x, %y, %z, %gx, %gy, %gz, %nx, %ny, %nz, %s1, %s2, %s3
+                query sample_light %x, %y, %z, %gx, %gy, %gz, %nx, %ny, %nz, %offset, %s3
             %lr3: f32, %lg3: f32, %lb3: f32 = if %lit {
                 %dark: bool = occluded %x, %y, %z, %ax, %ay, %az, %distance
                 %lr2: f32, %lg2: f32, %lb2: f32 = if %dark { yield %lr1, %lg1, %lb1 } else {
