@@ -237,22 +237,19 @@ proptest! {
     }
 }
 
-/// Rays from one place or from places close to each other, whose directions have the same signs: a packet of them stays
-/// together until few rays are left at nodes and leaves.
+/// Rays from one place, or from places close to each other, towards the spheres. Their directions have the same signs:
+/// a packet of them stays together until few rays are left at nodes and leaves.
 fn coherent_rays() -> impl Strategy<Value = Vec<Ray>> {
-    let start = prop::array::uniform3(-8_i32..=8).prop_map(|p| p.map(|x| x as f32));
     let side = prop_oneof![Just(-1.0_f32), Just(1.0)];
-    let along = prop::array::uniform3(side).prop_flat_map(|signs| {
-        prop::array::uniform3(0.2_f32..1.0)
-            .prop_map(move |size| [size[0] * signs[0], size[1] * signs[1], size[2] * signs[2]])
-    });
+    let towards = (prop::array::uniform3(side), prop::array::uniform3(2.0_f32..8.0));
     let apart = prop_oneof![Just(0.0_f32), Just(0.25)];
-    (start, along, apart, 0.0_f32..0.4).prop_flat_map(|(start, along, apart, spread)| {
+    (towards, apart, 0.0_f32..0.9).prop_flat_map(|((sides, places), apart, spread)| {
+        let start: [f32; 3] = std::array::from_fn(|axis| sides[axis] * places[axis]);
         let offset = prop::array::uniform3(-1.0_f32..1.0);
         let limit = prop_oneof![4 => Just(f32::INFINITY), 1 => 0.0_f32..20.0];
         let ray = (offset.clone(), offset, limit).prop_map(move |(from, turn, limit)| {
             let origin = std::array::from_fn(|axis| start[axis] + apart * from[axis]);
-            let direction = std::array::from_fn(|axis| along[axis] * (1.0 + spread * turn[axis]));
+            let direction = std::array::from_fn(|axis| -start[axis] * (1.0 + spread * turn[axis]));
             (origin, direction, limit)
         });
         prop::collection::vec(ray, LANES)
