@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl_math::SIMD_LANES;
 
-use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of, vectors_of};
 
 /// The identity of the object that was hit: the item of the scene and, for an instance, the item of its group. The
 /// lower id wins ties.
@@ -66,11 +66,7 @@ impl Hits {
     /// Records the hits of one object in the lanes for which they are closer than the closest so far.
     #[inline(always)]
     pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
-        for start in (0..LANES).step_by(SIMD_LANES) {
-            let valid = lanes >> start & 0xFF;
-            if valid == 0 {
-                continue;
-            }
+        for (start, valid) in vectors_of(lanes) {
             let new = f32x8::from_slice(simd, &found[start..start + SIMD_LANES]);
             let old = f32x8::from_slice(simd, &self.distance[start..start + SIMD_LANES]);
             let nearer = new.simd_lt(old).to_bitmask() & valid;

@@ -81,18 +81,19 @@ impl Deref for LoadedRay {
 }
 
 impl LoadedRay {
-    /// Loads a packet; returns the rays of some lanes, at most [`MAX_INTERLEAVED`].
+    /// Loads a packet and adds the rays of some lanes to `rays`. These take two kilobytes, which are not worth moving.
     #[inline(always)]
-    pub(super) fn of_packet<S: Simd>(
+    pub(super) fn add_of_packet<S: Simd>(
+        rays: &mut SmallVec<[LoadedRay; MAX_INTERLEAVED]>,
         simd: S,
         objects: &mut impl Objects,
         space: &PacketSpace<'_>,
         lanes: LaneMask,
-    ) -> SmallVec<[LoadedRay; MAX_INTERLEAVED]> {
+    ) {
         objects.load_packet(simd, space);
-        let mut rays = SmallVec::new();
-        lanes_of(lanes).for_each(|lane| rays.push(LoadedRay(space.ray(lane))));
-        rays
+        for lane in lanes_of(lanes) {
+            rays.push(LoadedRay(space.ray(lane)));
+        }
     }
 
     /// Loads a ray that is alone in its space.

@@ -1,6 +1,6 @@
 //! Packets of rays in structure-of-arrays form.
 
-use rtsl_math::Affine;
+use rtsl_math::{Affine, SIMD_LANES};
 
 /// The number of rays in a packet: a tile of 8 by 8 pixels.
 pub const LANES: usize = 64;
@@ -29,6 +29,31 @@ impl Iterator for LanesOf {
         let lane = self.0.trailing_zeros() as usize;
         self.0 &= self.0.wrapping_sub(1);
         (lane < LANES).then_some(lane)
+    }
+}
+
+/// Returns an iterator over the vectors of lanes that contain some lanes of a mask: the first lane of each, and the
+/// vector's part of the mask, as the lowest bits.
+#[inline(always)]
+pub(super) fn vectors_of(mask: LaneMask) -> VectorsOf {
+    VectorsOf(mask)
+}
+
+/// An iterator over the vectors of a mask.
+pub(super) struct VectorsOf(LaneMask);
+
+impl Iterator for VectorsOf {
+    type Item = (usize, LaneMask);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<(usize, LaneMask)> {
+        if self.0 == 0 {
+            return None;
+        }
+        let start = self.0.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
+        let some = self.0 >> start & 0xFF;
+        self.0 ^= some << start;
+        Some((start, some))
     }
 }
 

@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use rtsl_math::SIMD_LANES;
 use smallvec::SmallVec;
 
-use super::bvh8::{Bvh8, Child, INSTANCE, Leaf};
+use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
 use super::geometry::Group;
 use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
 use super::objects::{LoadedRay, Objects, RayLeafTest};
@@ -85,7 +85,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         interleaved: &mut InterleavedTraversal,
     ) {
         let at_leaves = interleaved.take_at_leaves();
-        let mut tests = self.tests_at_leaves(simd, group, interleaved, at_leaves);
+        let mut tests = RayLeafTests::new();
+        self.add_tests_at_leaves(simd, &mut tests, group, interleaved, at_leaves);
         self.make_tests(&mut tests, group.outer);
         for ray_index in at_leaves {
             let (lane, index) =
@@ -106,19 +107,18 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// Returns the tests of the rays at leaves. Instances are visited at once.
+    /// Adds the tests of the rays at leaves. Instances are visited at once.
     #[inline(always)]
-    fn tests_at_leaves<'r, S: Simd>(
+    fn add_tests_at_leaves<'r, S: Simd>(
         &mut self,
         simd: S,
+        tests: &mut RayLeafTests<'r>,
         group: &RayGroup<'a, 'r>,
         interleaved: &mut InterleavedTraversal,
         at_leaves: Waiting,
-    ) -> RayLeafTests<'r>
-    where
+    ) where
         'a: 'r,
     {
-        let mut tests = RayLeafTests::new();
         for ray_index in at_leaves {
             if !interleaved.is_new_leaf(ray_index) {
                 continue;
@@ -133,7 +133,26 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 tests.push(RayLeafTest { ray, head, leaf, nearest: None });
             }
         }
-        tests
+    }
+
+    /// Tests rays against all items of one leaf.
+    #[inline(always)]
+    pub fn visit_leaf_with_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        (head, leaf): (LeafHead, &'a Leaf),
+        rays: &[LoadedRay],
+        outer: Option<&RaysOuter<'_>>,
+    ) {
+        if head.class == INSTANCE {
+            rays.iter().for_each(|ray| self.visit_instances_with_ray(simd, leaf, ray));
+            return;
+        }
+        let mut tests = RayLeafTests::new();
+        for ray in rays {
+            tests.push(RayLeafTest { ray, head, leaf, nearest: None });
+        }
+        self.make_tests(&mut tests, outer);
     }
 
     #[inline(always)]

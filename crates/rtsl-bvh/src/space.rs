@@ -7,7 +7,7 @@ use rtsl_math::SIMD_LANES;
 use super::bounds::Bounds;
 use super::box_test::{SLACK, finite_reciprocal};
 use super::bvh8::Boxes;
-use super::packet::{LANES, LaneMask, Lanes, RayPacket};
+use super::packet::{LANES, LaneMask, Lanes, RayPacket, vectors_of};
 use super::ray_space::{RayFrame, TraversalRay};
 
 /// Identifies a set of prepared rays within a search, so that implementations of `Objects` recognise rays that they
@@ -40,6 +40,8 @@ pub struct Interval {
     epsilon: f32,
     /// The axes along which directions have both signs: the interval does not constrain them.
     mixed: [bool; 3],
+    /// True if more than one axis is mixed.
+    is_loose: bool,
 }
 
 impl<'a> PacketSpace<'a> {
@@ -90,6 +92,7 @@ impl<'a> PacketSpace<'a> {
             (interval.min_inverse[axis], interval.max_inverse[axis]) = inverse;
             interval.mixed[axis] = inverse.0.is_sign_negative() != inverse.1.is_sign_negative();
         }
+        interval.is_loose = interval.mixed.iter().filter(|mixed| **mixed).count() > 1;
         interval.epsilon = extremes(simd, &self.rays.epsilon, lanes).0;
         interval
     }
@@ -119,12 +122,10 @@ impl<'a> PacketSpace<'a> {
     ) -> LaneMask {
         let mut rest = mask;
         let mut passed = 0;
-        while rest != 0 {
-            let start = rest.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
-            let chunk = rest & 0xFF << start;
-            rest &= !chunk;
-            let (meets, _) = self.test_chunk(simd, bounds, start, limit);
-            passed |= meets << start & chunk;
+        for (start, some) in vectors_of(mask) {
+            rest ^= some << start;
+            let (meets, _) = self.test_vector(simd, bounds, start, limit);
+            passed |= (meets & some) << start;
             if passed.count_ones() >= enough {
                 return passed | rest;
             }
@@ -143,26 +144,24 @@ impl<'a> PacketSpace<'a> {
         entries: &mut Lanes,
     ) -> LaneMask {
         let mut passed = 0;
-        for start in (0..LANES).step_by(SIMD_LANES) {
-            if mask >> start & 0xFF != 0 {
-                let (meets, entry) = self.test_chunk(simd, bounds, start, limit);
-                entry.store_slice(&mut entries[start..start + SIMD_LANES]);
-                passed |= meets << start;
-            }
+        for (start, some) in vectors_of(mask) {
+            let (meets, entry) = self.test_vector(simd, bounds, start, limit);
+            entry.store_slice(&mut entries[start..start + SIMD_LANES]);
+            passed |= (meets & some) << start;
         }
-        passed & mask
+        passed
     }
 
     /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits, and the distances at which
     /// they enter it.
     #[inline(always)]
-    fn test_chunk<S: Simd>(
+    fn test_vector<S: Simd>(
         &self,
         simd: S,
         bounds: &Bounds,
         start: usize,
         limit: &Lanes,
-    ) -> (u64, f32x8<S>) {
+    ) -> (LaneMask, f32x8<S>) {
         let (entry, exit) = self.slabs(simd, bounds, start);
         let limit = f32x8::from_slice(simd, &limit[start..start + SIMD_LANES]);
         let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + SIMD_LANES]);
@@ -198,12 +197,7 @@ pub fn greatest<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> f32 {
 fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
     let mut least = f32x8::splat(simd, f32::INFINITY);
     let mut greatest = f32x8::splat(simd, f32::NEG_INFINITY);
-    for chunk in 0..LANES / SIMD_LANES {
-        let start = chunk * SIMD_LANES;
-        let bits = mask >> start & 0xFF;
-        if bits == 0 {
-            continue;
-        }
+    for (start, bits) in vectors_of(mask) {
         let values = f32x8::from_slice(simd, &lanes[start..start + SIMD_LANES]);
         let on = mask32x8::from_bitmask(simd, bits);
         least = least.min(on.select(values, f32x8::splat(simd, f32::INFINITY)));
@@ -226,11 +220,13 @@ impl Interval {
         max_inverse: [0.0; 3],
         epsilon: 0.0,
         mixed: [true; 3],
+        is_loose: true,
     };
 
     /// True if the interval constrains too little for its tests to be useful.
+    #[inline(always)]
     pub fn is_loose(&self) -> bool {
-        self.mixed.iter().filter(|mixed| **mixed).count() > 1
+        self.is_loose
     }
 
     /// Tests the first `count` boxes. Returns a mask of those that any of the rays may meet before `limit`, and the

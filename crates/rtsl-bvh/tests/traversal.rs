@@ -237,6 +237,60 @@ proptest! {
     }
 }
 
+/// Rays from one place, or from places close to each other, towards the spheres. Their directions have the same signs:
+/// a packet of them stays together until few rays are left at nodes and leaves.
+fn coherent_rays() -> impl Strategy<Value = Vec<Ray>> {
+    let side = prop_oneof![Just(-1.0_f32), Just(1.0)];
+    let towards = (prop::array::uniform3(side), prop::array::uniform3(2.0_f32..8.0));
+    let apart = prop_oneof![Just(0.0_f32), Just(0.25)];
+    (towards, apart, 0.0_f32..0.9).prop_flat_map(|((sides, places), apart, spread)| {
+        let start: [f32; 3] = std::array::from_fn(|axis| sides[axis] * places[axis]);
+        let offset = prop::array::uniform3(-1.0_f32..1.0);
+        let limit = prop_oneof![4 => Just(f32::INFINITY), 1 => 0.0_f32..20.0];
+        let ray = (offset.clone(), offset, limit).prop_map(move |(from, turn, limit)| {
+            let origin = std::array::from_fn(|axis| start[axis] + apart * from[axis]);
+            let direction = std::array::from_fn(|axis| -start[axis] * (1.0 + spread * turn[axis]));
+            (origin, direction, limit)
+        });
+        prop::collection::vec(ray, LANES)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn hits_of_coherent_packets_are_those_of_each_ray(
+        spheres in prop::collection::vec(sphere(), 1..300),
+        rays in coherent_rays(),
+        is_flat in any::<bool>(),
+    ) {
+        let geometry = if is_flat { flat(&spheres) } else { scene(&spheres) };
+        let mut objects = Spheres::new(&spheres);
+        let mut visits = TraversalStack::default();
+        let order: Vec<usize> = (0..LANES).collect();
+        let together = packet(&rays, &order);
+        let hits = geometry.nearest(&together, LaneMask::MAX, &mut objects, &mut visits);
+        let any = geometry.any(&together, LaneMask::MAX, &mut objects, &mut visits);
+        for lane in 0..LANES {
+            let alone = packet(&rays, &[lane]);
+            let alone = geometry.nearest(&alone, 1, &mut objects, &mut visits);
+            prop_assert_eq!(key(&hits, lane), key(&alone, 0));
+            prop_assert_eq!(any >> lane & 1 != 0, hits.id[lane] != HitId::NONE);
+            if is_flat {
+                let (origin, direction, limit) = rays[lane];
+                let all = spheres.iter().enumerate().filter_map(|(index, sphere)| {
+                    sphere.hit(origin, direction, 1e-3, limit).map(|t| (t, index as u32))
+                });
+                let expected = all.min_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+                let found = (hits.id[lane] != HitId::NONE)
+                    .then(|| (hits.distance[lane], hits.id[lane].outer()));
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
