@@ -39,7 +39,8 @@ enum RtslRole {
     RTSL_PRIMITIVE = 2,
     RTSL_TEXTURE = 4,
     RTSL_LIGHT = 8,
-    RTSL_MATERIAL = 16
+    RTSL_MATERIAL = 16,
+    RTSL_INTEGRATOR = 32
 };
 
 /* What the lanes of a call have in common. */

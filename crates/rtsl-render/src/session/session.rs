@@ -120,6 +120,9 @@ impl Session {
         let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
+        if let Some(warning) = warning_of_integrator(&scene) {
+            warnings.push_one(warning);
+        }
         check_size(&scene, options.threads)?;
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
@@ -582,6 +585,14 @@ fn lock(lane_use: &Mutex<LaneUse>) -> MutexGuard<'_, LaneUse> {
 /// Creates a film, or returns the error that there is not enough memory.
 fn film(width: usize, height: usize) -> Result<Film, Messages> {
     Film::new(width, height).map_err(|error| Messages::one(error.diagnostic()))
+}
+
+/// Returns a warning if the scene has an integrator written in RTSL, which this renderer does not run.
+fn warning_of_integrator(scene: &Scene) -> Option<Diagnostic> {
+    let class = &scene.integrator.as_ref()?.class().name;
+    let message = format!("the interactive renderer takes the place of the integrator `{class}`");
+    let warning = Diagnostic::new(codes::IGNORED_SETTING, message);
+    Some(warning.help("`rtsl render` runs it"))
 }
 
 fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {

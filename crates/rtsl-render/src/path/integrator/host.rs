@@ -15,6 +15,7 @@ use super::Integrator;
 use super::numbers::PathNumbers;
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
 use crate::compiled::tracer::Tracer;
+use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
 use crate::whitted::{PacketColors, SpawnedRays, Workspace};
 
@@ -29,8 +30,6 @@ pub struct RayOfCall {
     pub first_hit: Option<(f32, f32)>,
     /// The number of searches.
     searches: u32,
-    /// True if a method was reported for values that are not finite.
-    pub is_blamed: bool,
 }
 
 impl RayOfCall {
@@ -42,7 +41,6 @@ impl RayOfCall {
             lit: [0.0; 3],
             first_hit: None,
             searches: 0,
-            is_blamed: false,
         }
     }
 }
@@ -223,7 +221,7 @@ pub struct Further<'a> {
 
 impl Further<'_> {
     /// Returns the radiance along the ray of a path, and the number of rays traced.
-    fn integrate(&self, path: Path, depth: u32) -> ([f32; 3], crate::statistics::RayCounts) {
+    fn integrate(&self, path: Path, depth: u32) -> ([f32; 3], RayCounts) {
         if depth > MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth) {
             return Default::default();
         }

@@ -1,12 +1,14 @@
 //! Queries about surfaces.
 
-use rtsl::{Method, Query};
+use rtsl::{Kernel, Method, Query};
 
 use super::super::memory::BatchMemory;
+use super::super::rows::get;
 use super::super::scatter::NUMBERS_OF_SHAPES;
+use super::super::shading_batch::ShadingBatch;
 use super::super::surface_group::SurfaceGroup;
 use super::super::wavefront::{NO_INSTANCE, Path, PathHit};
-use super::host::{Further, SceneHost, number, store, vector};
+use super::host::{Further, RayOfCall, SceneHost, number, store, vector};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector as vector_of};
 
@@ -112,9 +114,8 @@ impl SceneHost<'_> {
     fn store_properties(&mut self, results: &mut [u32]) {
         let v = variables();
         let batch = &self.queries.batch;
-        let rows = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
-        let mut values: Vec<f32> =
-            rows.iter().flat_map(|it| [it[0][0], it[1][0], it[2][0]]).collect();
+        let vectors = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
+        let mut values: Vec<f32> = vectors.iter().flat_map(|rows| get(rows, 0)).collect();
         let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
         let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
         let components = components.flat_map(|(first, count)| first..first + count);
@@ -124,13 +125,7 @@ impl SceneHost<'_> {
     }
 
     /// Calls a method of the surface's material, with random numbers of its own.
-    fn call_material(
-        &mut self,
-        ray: usize,
-        group: &SurfaceGroup,
-        method: Method,
-        kernel: &rtsl::Kernel,
-    ) {
+    fn call_material(&mut self, ray: usize, group: &SurfaceGroup, method: Method, kernel: &Kernel) {
         let key = self.rays[ray].numbers.begin_call();
         let batch = &mut *self.queries.batch;
         batch.keys[..8].fill(key);
@@ -170,7 +165,7 @@ impl SceneHost<'_> {
     fn shade(&mut self, ray: usize, hit: PathHit, results: &mut [u32]) {
         let SceneHost { tracer, integrator, free, depth, .. } = self;
         let further = Further { tracer, integrator, free };
-        let RayOfShade { path } = RayOfShade::new(&self.queries.batch, &mut self.rays[ray]);
+        let path = shaded_path(&self.queries.batch, &mut self.rays[ray]);
         let BatchMemory { shade, rays, .. } = &mut *self.queries;
         let Some(shade) = shade else { return };
         let colors = tracer.shading(&[hit], *depth, &[path], &mut shade.workspace, &further);
@@ -189,31 +184,17 @@ impl SceneHost<'_> {
     }
 }
 
-/// The path of a ray whose surface is shaded.
-struct RayOfShade {
-    path: Path,
-}
-
-impl RayOfShade {
-    fn new(
-        batch: &super::super::shading_batch::ShadingBatch,
-        ray: &mut super::host::RayOfCall,
-    ) -> RayOfShade {
-        let row = |rows: &[[f32; super::super::rows::BATCH_LANES]; 3]| {
-            [0, 1, 2].map(|axis: usize| rows[axis][0])
-        };
-        RayOfShade {
-            path: Path {
-                origin: row(&batch.origin),
-                direction: row(&batch.direction),
-                epsilon: batch.epsilon[0],
-                distance: batch.distance[0],
-                limit: batch.limit[0],
-                time: ray.time,
-                key: ray.numbers.begin_call(),
-                sample: ray.numbers.sample,
-                ..Path::NOWHERE
-            },
-        }
+/// Returns the path of a ray whose surface is prepared in a batch, with random numbers for `shade`.
+fn shaded_path(batch: &ShadingBatch, ray: &mut RayOfCall) -> Path {
+    Path {
+        origin: get(&batch.origin, 0),
+        direction: get(&batch.direction, 0),
+        epsilon: batch.epsilon[0],
+        distance: batch.distance[0],
+        limit: batch.limit[0],
+        time: ray.time,
+        key: ray.numbers.begin_call(),
+        sample: ray.numbers.sample,
+        ..Path::NOWHERE
     }
 }

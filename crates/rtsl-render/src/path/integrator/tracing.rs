@@ -123,11 +123,7 @@ impl PathTracer<'_> {
         }
         if !are_finite(&path.radiance) && !path.is_blamed {
             path.is_blamed = true;
-            let is_known = std::mem::take(&mut path.is_blamed) && memory.rays[lane].is_blamed;
-            path.is_blamed = true;
-            if !is_known {
-                self.report_lost(integrator.name(), Method::Radiance, 1);
-            }
+            self.report_lost(integrator.name(), Method::Radiance, 1);
         }
     }
 }
