@@ -149,6 +149,12 @@ pub(crate) fn machine_code(name: &str, width: u32, error: &JitError) -> Diagnost
     }
 }
 
+/// An integrator that is not split into stages.
+pub(crate) fn splitting(name: &str, error: &dyn std::fmt::Display) -> Diagnostic {
+    let problem = format!("`{name}` can't be split into stages: {error}");
+    Diagnostic::new(codes::SPLIT_LIMIT, problem)
+}
+
 /// A method without packet code.
 pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
     match error {
@@ -158,8 +164,11 @@ pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
             Diagnostic::new(codes::TOO_MUCH_STACK, problem)
                 .help("index fewer or smaller local arrays with what is computed, or keep them in scratch")
         }
-        LowerError::Query(_) => code_generation(name, error)
-            .help("integrators run in renderers, on the interpreter; `--emit ir` shows their code"),
+        LowerError::Query(_) => {
+            let problem = format!("`{name}` can't be compiled: {error}");
+            Diagnostic::new(codes::NO_PACKET_CODE, problem)
+                .help("`rtsl render` and `rtsl eval --scene` run integrators, on the interpreter")
+        }
         other => code_generation(name, other),
     }
 }

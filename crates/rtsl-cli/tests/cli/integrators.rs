@@ -75,6 +75,6 @@ fn forms_that_need_packets_refuse_integrators() {
     );
     for form in ["packet", "llvm", "asm", "obj", "cpp", "header"] {
         let ran = folder.run(&["build", "deep.rtsl", "--emit", form, "-o", "out"]);
-        ran.fails_with("E0702");
+        ran.fails_with("E0707");
     }
 }

@@ -104,7 +104,7 @@ impl EmitRequest {
 /// Returns the stages of a function as text, after comments with their sizes.
 fn stages(function: &Function) -> Result<Vec<u8>, Diagnostic> {
     let stages = rtsl_stages::split(function);
-    let stages = stages.map_err(|error| errors::code_generation(&function.name, &error))?;
+    let stages = stages.map_err(|error| errors::splitting(&function.name, &error))?;
     let Sizes { slots, frame_bytes, stages: sizes } = stages.sizes();
     let mut text = format!("// {slots} slots, {frame_bytes} bytes a path\n");
     for (index, StageSizes { live, changed, operations }) in sizes.iter().enumerate() {
