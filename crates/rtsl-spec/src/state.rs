@@ -309,6 +309,7 @@ const ROWS: &[Row] = &[
     ours(all(Integrator, "rt_RayWidth", Float, IN, ZERO, "width of the ray's footprint at its origin")),
     ours(all(Integrator, "rt_RaySpread", Float, IN, ZERO, "growth of the footprint's width with each length of the direction")),
     ours(all(Integrator, "rt_RayDepth", Float, IN, ZERO, "number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there")),
+    ours(all(Material, "rt_RayDepth", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO, "number of surfaces that the light's path has met before: 0 for what a camera sees")),
 ];
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ impl PathTracer<'_> {
             let hits = &wavefront.sorted[start..hits.end.min(start + BATCH_LANES)];
             batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
             self.prepare_surfaces(group, batch);
+            batch.set_depth(depth);
             batch.start_random_numbers(NUMBERS_OF_MATERIALS);
             self.add_emission(group, batch, &mut wavefront.paths);
             if depth == 0 && self.with_features {

@@ -9,6 +9,7 @@ use rtsl_math::sampling::Sampler;
 use super::random_numbers::RandomNumbers;
 use super::rows::{BATCH_LANES, BatchLanes, Row, Rows};
 use super::wavefront::{Path, PathHit};
+use crate::compiled::variables::variables;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
@@ -186,6 +187,11 @@ impl ShadingBatch {
             dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
         }
         self.start_random_numbers(purpose);
+    }
+
+    /// Sets the number of surfaces that the paths have met before.
+    pub fn set_depth(&mut self, depth: u32) {
+        self.state.floats_mut(variables().ray_depth).fill(depth as f32);
     }
 
     /// Restarts the lanes' random numbers with those that `purpose` selects.

@@ -63,6 +63,7 @@ pub fn shade_hits(
     for group in &groups {
         prepare(tracer, group, rays, hits, &mut level, host.context);
     }
+    level.set_depth(host.depth);
     for shading in shadings(&groups, emitters) {
         shade(&shading, hits, &mut level, host, colors);
     }

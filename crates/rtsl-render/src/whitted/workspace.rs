@@ -8,6 +8,7 @@ use super::light_samples::LightSamples;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::SearchMemory;
+use crate::compiled::variables::variables;
 use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, LaneContext};
@@ -52,6 +53,13 @@ pub struct Level {
     pub kept_scratch: LaneBlock,
     /// The indices of the objects that were hit.
     pub indices: LaneIndices,
+}
+
+impl Level {
+    /// Sets the number of surfaces that the rays have met before.
+    pub fn set_depth(&mut self, depth: u32) {
+        self.blocks.state.floats_mut(variables().ray_depth).fill(depth as f32);
+    }
 }
 
 /// Sums the rays traced with these workspaces.

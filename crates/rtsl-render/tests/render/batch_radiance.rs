@@ -31,6 +31,7 @@ fn compiled(text: &str, how: How) -> BatchScene {
         ("shaded.rtsl", SHADED),
         ("chance.rtsl", CHANCE),
         ("raised.rtsl", RAISED),
+        ("stepped.rtsl", STEPPED),
     ];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
@@ -356,6 +357,24 @@ fn materials_that_only_shade_run_as_they_stand() {
         &scene(&format!("{up}\n{INTEGRATOR}"), &world),
         0.5 * 0.5 / std::f64::consts::PI * irradiance,
     );
+}
+
+/// Reflects a tenth of the light, and another for each surface between it and the camera.
+const STEPPED: &str = "class Stepped : rt_Material;
+    void BSDF() {
+        bool above = dot(rt_LightDirection, rt_GeometricNormal) > 0.0;
+        rt_BSDFValue = color(above ? 0.1 * (1.0 + rt_RayDepth) * 0.318309886 : 0.0);
+    }";
+
+#[test]
+fn materials_know_the_surfaces_before_them() {
+    let sky = "LightSource \"infinite\" \"rgb L\" [2 2 2]\nMaterial \"Stepped\" Shape \"Plane\"\n";
+    check(&scene(&format!("{DOWN}\n{INTEGRATOR}"), sky), 0.2);
+    // The camera looks up into a mirror that shows the floor.
+    let up = "LookAt 0 1 0  0 2 0  0 0 1\nCamera \"Pinhole\" \"float fov\" 1";
+    let mirror = "AttributeBegin Material \"Mirror\" \"rgb kr\" [1 1 1] Translate 0 4 0
+        Shape \"Disk\" \"float radius\" 0.05 AttributeEnd";
+    check(&scene(&format!("{up}\n{INTEGRATOR}"), &format!("{sky}{mirror}")), 0.4);
 }
 
 /// Many lamps light as the sum of each, whichever of them are sampled how often.

@@ -161,3 +161,31 @@ fn samplers_give_numbers_by_dimension() {
         assert_eq!(pixel[2], 1.0);
     }
 }
+
+/// The number of surfaces before is the same in the interactive renderer and in the integrator that calls `shade`.
+#[test]
+fn materials_know_the_surfaces_before_them() {
+    let classes = "class Counted : rt_Material;
+        void shade() { rt_SampleColor = color(0.25 + rt_RayDepth); }";
+    let world = "WorldBegin
+        Material \"Counted\" AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
+        Material \"Mirror\" \"rgb kr\" [1 1 1] Shape \"Sphere\"";
+    let values = |how: RenderRequest<'_>, head: &str| {
+        let text = format!("{CAMERA}{head}\n{world}");
+        let files = [("scene.pbrt", text.as_str()), ("own.rtsl", classes)];
+        let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
+        let scene = Path::new("scene.pbrt").into();
+        let request = RenderRequest { scene, size: Some((16, 12)), ..how };
+        let rendered = render_scene_from(&request, &MemoryFiles(files.into()));
+        let rendered = rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        let mut values: Vec<u32> = bits(&rendered);
+        values.sort_unstable();
+        values.dedup();
+        values.into_iter().map(f32::from_bits).collect::<Vec<f32>>()
+    };
+    // Nothing, the floor, and the floor in the mirror.
+    let expected = [0.0, 0.25, 1.25];
+    let interactive = RenderRequest { renderer: Some(Renderer::Interactive), ..samples(1) };
+    assert_eq!(values(interactive, ""), expected);
+    assert_eq!(values(samples(1), "Integrator \"Whitted\""), expected);
+}

@@ -45,6 +45,13 @@ impl RayOfCall {
     }
 }
 
+impl RayOfCall {
+    /// Returns the number of surfaces that the path has met before the last one found.
+    pub fn surfaces_before(&self) -> u32 {
+        self.searches.saturating_sub(1)
+    }
+}
+
 /// The host of a call of an integrator.
 pub struct SceneHost<'a> {
     pub tracer: PathTracer<'a>,

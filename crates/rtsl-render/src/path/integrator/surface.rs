@@ -109,6 +109,7 @@ impl SceneHost<'_> {
         let BatchMemory { batch, .. } = &mut *self.queries;
         batch.load(&[path], &[hit], NUMBERS_OF_SHAPES);
         self.tracer.prepare_surfaces(group, batch);
+        batch.set_depth(self.depth + state.surfaces_before());
     }
 
     fn store_properties(&mut self, results: &mut [u32]) {
@@ -165,10 +166,11 @@ impl SceneHost<'_> {
     fn shade(&mut self, ray: usize, hit: PathHit, results: &mut [u32]) {
         let SceneHost { tracer, integrator, free, depth, .. } = self;
         let further = Further { tracer, integrator, free };
+        let depth = *depth + self.rays[ray].surfaces_before();
         let path = shaded_path(&self.queries.batch, &mut self.rays[ray]);
         let BatchMemory { shade, rays, .. } = &mut *self.queries;
         let Some(shade) = shade else { return };
-        let colors = tracer.shading(&[hit], *depth, &[path], &mut shade.workspace, &further);
+        let colors = tracer.shading(&[hit], depth, &[path], &mut shade.workspace, &further);
         *rays += std::mem::take(&mut shade.workspace.rays);
         store(results, &colors.map(|lanes| lanes[0]));
     }
