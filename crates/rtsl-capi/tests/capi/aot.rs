@@ -218,10 +218,13 @@ fn instance(
     })
 }
 
+/// All classes of the standard library but integrators, which have no code for packets.
 fn standard_classes() -> Vec<Arc<Class>> {
     let compiler = Compiler::default();
     let units = library::files().iter().map(|file| compiler.compile(file.path, file.text));
-    units.flat_map(|it| it.unit.expect("the library compiles").classes().to_vec()).collect()
+    let units = units.map(|it| it.unit.expect("the library compiles"));
+    let classes = units.flat_map(|unit| unit.classes().to_vec());
+    classes.filter(|class| !class.roles.contains(&Role::Integrator)).collect()
 }
 
 /// Every single texture that a class refers to is a constant.
