@@ -3,6 +3,7 @@
 //! This crate does not depend on the language: it has no tokens and no types. It does no input or
 //! output; callers pass in the text of files. [`render`] formats diagnostics for a terminal.
 
+mod article;
 mod codes;
 pub mod deep_stack;
 mod diagnostic;
@@ -12,6 +13,7 @@ mod messages;
 pub mod render;
 mod similar;
 
+pub use article::with_article;
 pub use codes::{Code, CodeInfo, code_info, codes};
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity, Suggestion};
 pub use map::{FileId, Position, SourceFile, SourceMap, Span};

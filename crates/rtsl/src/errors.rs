@@ -3,7 +3,7 @@
 use rtsl_ir::class::{Class, Parameter};
 use rtsl_jit::{JitError, LlvmError, MAX_FRAME_BYTES};
 use rtsl_packet::{LowerError, MAX_WORK};
-use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar, with_article};
 use rtsl_spec::Method;
 
 use crate::type_name::type_name;
@@ -19,8 +19,11 @@ pub(crate) fn missing_parameters(class: &Class, missing: &[&Parameter]) -> Diagn
         format!("{plural} {} of `{}` must be set", list(&names), class.name),
     );
     for parameter in missing.iter().take(LISTED) {
-        diagnostic =
-            diagnostic.note(format!("`{}` is a {}", parameter.name, type_name(&parameter.ty)));
+        diagnostic = diagnostic.note(format!(
+            "`{}` is {}",
+            parameter.name,
+            with_article(&type_name(&parameter.ty))
+        ));
     }
     diagnostic
 }
@@ -70,7 +73,7 @@ pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch)
         }
         Mismatch::Role { class, role } => Diagnostic::new(
             codes::REFERENCE_ROLE,
-            format!("{name} is a {role}, and `{class}` is none"),
+            format!("{name} is {}, and `{class}` is none", with_article(role)),
         ),
     }
 }
@@ -258,11 +261,4 @@ fn list(names: &[&str]) -> String {
         ([only], false) => only.clone(),
         ([all @ .., last], false) => format!("{} and {last}", all.join(", ")),
     }
-}
-
-fn with_article(name: &str) -> String {
-    let vowel = name.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'U']);
-    // `uint`, `uvec3` are spoken "you-int".
-    let article = if vowel && !name.starts_with('u') { "an" } else { "a" };
-    format!("{article} {name}")
 }

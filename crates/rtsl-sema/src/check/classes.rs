@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::class::Annotation;
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes, with_article};
 use rtsl_spec::{Method, Role};
 use rtsl_syntax::ast::{self, Qualifier};
 
@@ -352,7 +352,7 @@ impl<'a> Checker<'a> {
             format!("{own} cannot have an interface method of {others}"),
         )
         .at(function.name.span, format!("`{}` is a method of {others}", method.name()))
-        .note(format!("the class `{class_name}` is a {own}"))
+        .note(format!("the class `{class_name}` is {}", with_article(&own)))
         .note(format!("its methods are {}", super::references::quoted_list(&methods)));
         self.report(diagnostic);
     }

@@ -2,7 +2,7 @@
 //! `.length()`.
 
 use rtsl_ir::Constant;
-use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
 use rtsl_spec::builtins::{REFERENCE_METHODS, ReferenceMethod, SpecType};
 use rtsl_spec::{Direction, Role, StateVariable, lookup_state, state_variables};
 use rtsl_syntax::ast;
@@ -226,7 +226,7 @@ impl Checker<'_> {
     }
 
     fn report_no_input(&mut self, method: &ReferenceMethod, name: &str, span: Span) {
-        let role = method.role.name();
+        let role = with_article(method.role.name());
         let inputs: Vec<&str> = state_variables()
             .iter()
             .map(|variable| variable.name)
@@ -234,7 +234,7 @@ impl Checker<'_> {
             .collect();
         let diagnostic = Diagnostic::new(
             codes::STATE_ARGUMENT,
-            format!("`{}` of a {role} does not receive `{name}`", method.runs.name()),
+            format!("`{}` of {role} does not receive `{name}`", method.runs.name()),
         )
         .at(span, "not an input of the method")
         .note(format!("it receives {}", quoted_list(&inputs)));

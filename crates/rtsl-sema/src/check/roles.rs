@@ -14,7 +14,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
 use rtsl_spec::builtins::{Builtin, Lowering, ReferenceMethod, Special, Usable};
 use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
@@ -83,7 +83,7 @@ impl Checker<'_> {
             format!("{own} cannot access a state variable of {}", role_list(&owners, "or"));
         let diagnostic = Diagnostic::new(codes::STATE_OF_OTHER_ROLE, message)
             .at(span, format!("`{}` is not a state variable of {own}", variable.name))
-            .note(format!("the class `{class_name}` is a {own}"))
+            .note(format!("the class `{class_name}` is {}", with_article(&own)))
             .note(format!(
                 "`{}` is a state variable of {}",
                 variable.name,
