@@ -39,7 +39,9 @@ impl ClassNames {
     pub fn new(class: &str, description: &ClassDescription) -> ClassNames {
         let mut scope = reserved();
         scope.reserve([class]);
-        scope.reserve(Method::ALL.iter().map(|method| method.name()));
+        // Integrators have no class in C++ (E0707), so a local variable may be named `radiance`.
+        let methods = Method::ALL.iter().filter(|method| **method != Method::Radiance);
+        scope.reserve(methods.map(|method| method.name()));
         let mut names = ClassNames { fields: BTreeMap::new(), scope };
         for field in description.fields.iter().chain(&description.scratch) {
             let key = (field.kind, field.name.clone());
