@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl::Span;
+use rtsl::{Role, Span};
 use rtsl_math::Transform;
 
 use crate::reader::{EmbeddedFiles, Parameter, ReferenceKind, Values};
@@ -165,6 +165,19 @@ impl EntityKind {
             EntityKind::AreaLight => "area light",
             EntityKind::Light => "light",
             EntityKind::Shape => "shape",
+        }
+    }
+
+    /// The role of the kind's classes; `None` for kinds that have only names of the format.
+    pub fn role(self) -> Option<Role> {
+        match self {
+            EntityKind::Camera => Some(Role::Camera),
+            EntityKind::Shape => Some(Role::Primitive),
+            EntityKind::Texture => Some(Role::Texture),
+            EntityKind::Light => Some(Role::Light),
+            EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
+            EntityKind::Integrator => Some(Role::Integrator),
+            EntityKind::Film | EntityKind::Filter | EntityKind::Sampler => None,
         }
     }
 }

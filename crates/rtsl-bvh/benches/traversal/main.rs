@@ -45,25 +45,18 @@ fn measure(scene: &Scene, kind: Option<&str>) {
     let camera = rays::camera(scene);
     let (secondary, shadow) = rays::from_surfaces(scene, &camera);
     let random = rays::random(scene, secondary.len());
-    let packets = |kind: &str, packets: &[Packet], search| {
-        if !is_measured(kind) {
-            return;
+    let measure = |kind: &str, packets: &[Packet], search, is_stream| {
+        if is_measured(kind) {
+            report(&Searches { scene, packets, search, is_stream }, kind);
         }
-        report(scene, kind, &mut |counts| trace_packets(scene, packets, search, counts));
     };
-    let streams = |kind: &str, packets: &[Packet], search| {
-        if !is_measured(kind) {
-            return;
-        }
-        report(scene, kind, &mut |counts| trace_streams(scene, packets, search, counts));
-    };
-    packets("camera", &camera, Search::Closest);
-    packets("shadow", &shadow, Search::Any);
-    packets("secondary", &secondary, Search::Closest);
-    packets("random", &random, Search::Closest);
+    measure("camera", &camera, Search::Closest, false);
+    measure("shadow", &shadow, Search::Any, false);
+    measure("secondary", &secondary, Search::Closest, false);
+    measure("random", &random, Search::Closest, false);
     if scene.geometry.suits_stream(WAVEFRONT) {
-        streams("secondary, stream", &secondary, Search::Closest);
-        streams("shadow, stream", &shadow, Search::Any);
+        measure("secondary, stream", &secondary, Search::Closest, true);
+        measure("shadow, stream", &shadow, Search::Any, true);
     }
 }
 
@@ -74,14 +67,15 @@ struct Traced {
     hits: usize,
 }
 
-fn report(scene: &Scene, kind: &str, trace: &mut dyn FnMut(Option<&mut Counts>) -> Traced) {
+fn report(searches: &Searches<'_>, kind: &str) {
     let mut counts = Counts::default();
-    let Traced { rays, hits } = trace(Some(&mut counts));
+    let tests = || Tests::new(&searches.scene.shapes);
+    let Traced { rays, hits } = searches.trace(Counted::new(tests(), &mut counts));
     let (mut least, mut round) = (f64::INFINITY, 0);
     let start = Instant::now();
     while round < MIN_ROUNDS || start.elapsed().as_secs_f64() < SECONDS {
         let start = Instant::now();
-        trace(None);
+        searches.trace(tests());
         least = least.min(start.elapsed().as_secs_f64());
         round += 1;
     }
@@ -89,7 +83,7 @@ fn report(scene: &Scene, kind: &str, trace: &mut dyn FnMut(Option<&mut Counts>) 
     let mean = |sum: u64, count: u64| sum as f64 / count.max(1) as f64;
     println!(
         "{:<10} {kind:<18} {:8.1} {:8.2} {:6.1} {:8.2} {:6.1} {:6.3}",
-        scene.name,
+        searches.scene.name,
         least * 1e9 / rays as f64,
         of_ray(counts.rays_of_visits),
         mean(counts.rays_of_visits, counts.visits),
@@ -99,70 +93,50 @@ fn report(scene: &Scene, kind: &str, trace: &mut dyn FnMut(Option<&mut Counts>) 
     );
 }
 
-fn trace_packets(
-    scene: &Scene,
-    packets: &[Packet],
+/// The rays that are traced by one call after another.
+struct Searches<'a> {
+    scene: &'a Scene,
+    packets: &'a [Packet],
     search: Search,
-    counts: Option<&mut Counts>,
-) -> Traced {
-    let tests = Tests::new(&scene.shapes);
-    match counts {
-        None => trace_packets_with(scene, packets, search, tests),
-        Some(counts) => trace_packets_with(scene, packets, search, Counted::new(tests, counts)),
-    }
+    is_stream: bool,
 }
 
-fn trace_packets_with(
-    scene: &Scene,
-    packets: &[Packet],
-    search: Search,
-    mut objects: impl Objects,
-) -> Traced {
-    let mut visits = TraversalStack::default();
-    let mut traced = Traced::default();
-    for Packet { rays, lanes } in packets {
-        let hits = match search {
-            Search::Closest => {
-                scene.geometry.nearest(rays, *lanes, &mut objects, &mut visits).lanes(*lanes)
-            }
-            Search::Any => scene.geometry.any(rays, *lanes, &mut objects, &mut visits),
-        };
-        traced.rays += lanes.count_ones() as usize;
-        traced.hits += hits.count_ones() as usize;
+impl Searches<'_> {
+    fn trace(&self, objects: impl Objects) -> Traced {
+        if self.is_stream { self.trace_streams(objects) } else { self.trace_packets(objects) }
     }
-    traced
-}
 
-fn trace_streams(
-    scene: &Scene,
-    packets: &[Packet],
-    search: Search,
-    counts: Option<&mut Counts>,
-) -> Traced {
-    let tests = Tests::new(&scene.shapes);
-    match counts {
-        None => trace_streams_with(scene, packets, search, tests),
-        Some(counts) => trace_streams_with(scene, packets, search, Counted::new(tests, counts)),
+    fn trace_packets(&self, mut objects: impl Objects) -> Traced {
+        let geometry = &self.scene.geometry;
+        let mut visits = TraversalStack::default();
+        let mut traced = Traced::default();
+        for Packet { rays, lanes } in self.packets {
+            let hits = match self.search {
+                Search::Closest => {
+                    geometry.nearest(rays, *lanes, &mut objects, &mut visits).lanes(*lanes)
+                }
+                Search::Any => geometry.any(rays, *lanes, &mut objects, &mut visits),
+            };
+            traced.rays += lanes.count_ones() as usize;
+            traced.hits += hits.count_ones() as usize;
+        }
+        traced
     }
-}
 
-fn trace_streams_with(
-    scene: &Scene,
-    packets: &[Packet],
-    search: Search,
-    mut objects: impl Objects,
-) -> Traced {
-    let mut visits = TraversalStack::default();
-    let mut stream = RayStream::default();
-    let mut traced = Traced::default();
-    for packets in packets.chunks(WAVEFRONT / LANES) {
-        stream.clear();
-        packets.iter().for_each(|Packet { rays, lanes }| push(&mut stream, rays, *lanes));
-        scene.geometry.search_stream(&mut stream, search, &mut objects, &mut visits);
-        traced.rays += stream.len();
-        traced.hits += (0..stream.len()).filter(|place| stream.hit(*place).is_some()).count();
+    fn trace_streams(&self, mut objects: impl Objects) -> Traced {
+        let geometry = &self.scene.geometry;
+        let mut visits = TraversalStack::default();
+        let mut stream = RayStream::default();
+        let mut traced = Traced::default();
+        for packets in self.packets.chunks(WAVEFRONT / LANES) {
+            stream.clear();
+            packets.iter().for_each(|Packet { rays, lanes }| push(&mut stream, rays, *lanes));
+            geometry.search_stream(&mut stream, self.search, &mut objects, &mut visits);
+            traced.rays += stream.len();
+            traced.hits += (0..stream.len()).filter(|place| stream.hit(*place).is_some()).count();
+        }
+        traced
     }
-    traced
 }
 
 fn push(stream: &mut RayStream, rays: &RayPacket, lanes: LaneMask) {

@@ -725,7 +725,7 @@ impl<'a, 'f> Loader<'a, 'f> {
                 return None;
             }
         };
-        let role = role_of(entity.kind);
+        let role = entity.kind.role();
         if role.is_some_and(|role| !class.roles.contains(&role)) {
             let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
             let message = format!(
@@ -791,17 +791,5 @@ impl Resolve for Resolver<'_, '_, '_> {
             self.loader.standard_instance(CONSTANT_TEXTURE, vec![(CONSTANT_COLOR, value)]);
         self.standard.extend(instance.as_ref().map(|instance| instance.class().clone()));
         self.report(instance)
-    }
-}
-
-fn role_of(kind: EntityKind) -> Option<Role> {
-    match kind {
-        EntityKind::Camera => Some(Role::Camera),
-        EntityKind::Shape => Some(Role::Primitive),
-        EntityKind::Texture => Some(Role::Texture),
-        EntityKind::Light => Some(Role::Light),
-        EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
-        EntityKind::Integrator => Some(Role::Integrator),
-        EntityKind::Film | EntityKind::Filter | EntityKind::Sampler => None,
     }
 }
