@@ -72,6 +72,16 @@ pub const SURFACE: [Scalars; 10] = [
     ("spread", Scalar::F32, 1),
 ];
 
+/// The number of scalars that identify a surface.
+pub const SURFACE_SCALARS: usize = {
+    let (mut count, mut group) = (0, 0);
+    while group < SURFACE.len() {
+        count += SURFACE[group].2 as usize;
+        group += 1;
+    }
+    count
+};
+
 const POINT: Scalars = ("point", Scalar::F32, 3);
 const DIRECTION: Scalars = ("direction", Scalar::F32, 3);
 const GEOMETRIC_NORMAL: Scalars = ("geometric_normal", Scalar::F32, 3);
@@ -266,7 +276,7 @@ mod tests {
 
     #[test]
     fn surfaces_come_first() {
-        assert_eq!(scalars(SURFACE.into_iter()).count(), 14);
+        assert_eq!(scalars(SURFACE.into_iter()).count(), SURFACE_SCALARS);
         for query in Query::ALL.into_iter().filter(|query| query.is_of_surface()) {
             assert!(query.operands().take(SURFACE.len()).eq(SURFACE), "{query:?}");
         }

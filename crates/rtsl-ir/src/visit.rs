@@ -1,6 +1,8 @@
 //! Visitors of operations: the one module that enumerates the operands and regions of each.
 
-use crate::{Index, Op, OpKind, ReferencePath, Region, Value, Variable, VariableId, VariableKind};
+use crate::{
+    Index, Op, OpKind, Query, ReferencePath, Region, Value, Variable, VariableId, VariableKind,
+};
 
 /// Calls `$visit` with each operand of `$kind`, in the order of the text form. One body serves shared and exclusive
 /// access: `$borrow` is `&` or `&mut`, and `$kind` a reference of that sort.
@@ -180,6 +182,15 @@ impl Region {
                 region.for_each_op(visit);
             }
         }
+    }
+
+    /// True if an operation of this region or of those nested in it asks a query that `is_wanted`.
+    pub fn asks(&self, is_wanted: impl Fn(Query) -> bool) -> bool {
+        let mut asks = false;
+        self.for_each_op(&mut |op| {
+            asks |= matches!(op.kind, OpKind::Query(query, _) if is_wanted(query));
+        });
+        asks
     }
 
     /// Calls `visit` with every use of a value in this region and the regions nested in it: operands and yields.

@@ -1,21 +1,11 @@
 //! Queries of integrators: surfaces, lights, the sampler.
 
-use rtsl_ir::{OpKind, Query, SURFACE, Value};
+use rtsl_ir::{OpKind, Query, SURFACE_SCALARS, Value};
 use rtsl_source::Span;
 
 use crate::Lowering;
 use crate::limits::Lowered;
 use crate::state_table::state_id;
-
-/// The number of scalars that identify a surface.
-const SURFACE_SCALARS: usize = {
-    let (mut count, mut group) = (0, 0);
-    while group < SURFACE.len() {
-        count += SURFACE[group].2 as usize;
-        group += 1;
-    }
-    count
-};
 
 impl Lowering<'_> {
     /// Lowers `nearestHit(...)` to a query for the hit and one for the properties of the surface.

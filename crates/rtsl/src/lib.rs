@@ -80,7 +80,7 @@ pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
     Reference,
 };
-pub use rtsl_ir::{Constant, Query, Scalar, Variable, host};
+pub use rtsl_ir::{Constant, Query, SURFACE_SCALARS, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};

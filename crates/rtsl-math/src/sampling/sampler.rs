@@ -95,6 +95,26 @@ impl Sampler {
         [one, self.number_of_stream::<SPREAD>(key, first.wrapping_add(1), sample)]
     }
 
+    /// Returns one number of a sequence: as [`Self::number_of_stream`], which is for many of them.
+    pub fn single_number(&self, key: u32, dimension: u32, sample: u32) -> f32 {
+        match self.spread() {
+            INDEPENDENT => self.number_of_stream::<INDEPENDENT>(key, dimension, sample),
+            POWER_OF_TWO => self.number_of_stream::<POWER_OF_TWO>(key, dimension, sample),
+            SOBOL => self.number_of_stream::<SOBOL>(key, dimension, sample),
+            _ => self.number_of_stream::<ANY_COUNT>(key, dimension, sample),
+        }
+    }
+
+    /// Returns one pair of a sequence: as [`Self::pair_of_stream`], which is for many of them.
+    pub fn single_pair(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
+        match self.spread() {
+            INDEPENDENT => self.pair_of_stream::<INDEPENDENT>(key, pair, sample),
+            POWER_OF_TWO => self.pair_of_stream::<POWER_OF_TWO>(key, pair, sample),
+            SOBOL => self.pair_of_stream::<SOBOL>(key, pair, sample),
+            _ => self.pair_of_stream::<ANY_COUNT>(key, pair, sample),
+        }
+    }
+
     /// Returns the method of distributing numbers, which is selected once for many of them.
     pub fn spread(&self) -> u8 {
         match self.kind {

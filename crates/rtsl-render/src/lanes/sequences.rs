@@ -155,13 +155,7 @@ mod tests {
     /// The number of this dimension for a lane.
     fn number(sampler: &Sampler, samples: Samples<'_, LANES>, lane: usize, dimension: u32) -> u32 {
         let sample = samples.of_request(LaneSet { base: lane as u32, active: 1 })[0];
-        let number = match sampler.spread() {
-            INDEPENDENT => Sampler::number_of_stream::<INDEPENDENT>,
-            POWER_OF_TWO => Sampler::number_of_stream::<POWER_OF_TWO>,
-            SOBOL => Sampler::number_of_stream::<SOBOL>,
-            _ => Sampler::number_of_stream::<ANY_COUNT>,
-        };
-        number(sampler, sampler.stream_key(lane as u32), dimension, sample).to_bits()
+        sampler.single_number(sampler.stream_key(lane as u32), dimension, sample).to_bits()
     }
 
     #[test]

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::{Constant, Function, OpKind, Output, VariableId, VariableKind};
+use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
 use rtsl_jit::{CompiledCallback, CompiledKernel, JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_opt::unchanged::{self, VariableScalar};
@@ -194,7 +194,7 @@ impl KernelCompiler {
     /// one.
     pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
         let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
-        let asks_scene = sources.iter().any(|source| asks_scene(source.function));
+        let asks_scene = sources.iter().any(|source| source.function.body.asks(|_| true));
         nesting::with_stack_for(nesting, || match &self.llvm {
             Some(llvm) if !asks_scene => self.compiled(sources, llvm),
             _ => sources.iter().map(|source| self.interpreted(*source)).collect(),
@@ -280,13 +280,6 @@ impl KernelCompiler {
         let packet = rtsl_packet::lower_packet(function, layout, width);
         packet.map_err(|error| errors::lowering(&function.name, &error))
     }
-}
-
-/// True if the function asks the scene as integrators do, for which only the interpreter has an interface.
-fn asks_scene(function: &Function) -> bool {
-    let mut asks = false;
-    function.body.for_each_op(&mut |op| asks |= matches!(op.kind, OpKind::Query(..)));
-    asks
 }
 
 /// Returns the text of packet code that LLVM compiles.

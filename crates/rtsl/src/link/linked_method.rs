@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{Function, Op, OpKind, Output, Query, Region, Value, VariableId, VariableKind};
+use rtsl_ir::{Function, OpKind, Output, Query, Region, Value, VariableId, VariableKind};
 use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{StateVariable, lookup_state};
@@ -54,19 +54,12 @@ impl LinkedMethod {
 
     /// True if the method asks this of the scene.
     pub fn asks(&self, wanted: Query) -> bool {
-        self.asks_any(|query| query == wanted)
+        self.function.body.asks(|query| query == wanted)
     }
 
     /// True if the method asks anything of the scene, as those of integrators do. Only the interpreter calls it.
     pub fn asks_scene(&self) -> bool {
-        self.asks_any(|_| true)
-    }
-
-    fn asks_any(&self, is_wanted: impl Fn(Query) -> bool) -> bool {
-        let mut asks = false;
-        let is_query = |op: &Op| matches!(op.kind, OpKind::Query(query, _) if is_wanted(query));
-        self.function.body.for_each_op(&mut |op| asks |= is_query(op));
-        asks
+        self.function.body.asks(|_| true)
     }
 
     /// Returns the method for kernels of a call mode. If lanes store elsewhere than they read, kernels also store the

@@ -43,9 +43,7 @@ impl RayOfCall {
             searches: 0,
         }
     }
-}
 
-impl RayOfCall {
     /// Returns the number of surfaces that the path has met before the last one found.
     pub fn surfaces_before(&self) -> u32 {
         self.searches.saturating_sub(1)

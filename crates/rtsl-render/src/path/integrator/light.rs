@@ -1,5 +1,7 @@
 //! Queries about lights.
 
+use rtsl_math::SIMD_LANES;
+
 use super::super::lights::Sky;
 use super::super::memory::BatchMemory;
 use super::super::rows::{get, set};
@@ -17,7 +19,8 @@ impl<'a> SceneHost<'a> {
         let key = state.numbers.begin_call();
         let BatchMemory { batch, light, .. } = &mut *self.queries;
         batch.count = 1;
-        for lane in 0..8 {
+        // Lights are sampled for a vector of points, of which this is one.
+        for lane in 0..SIMD_LANES {
             set(&mut batch.point, lane, vector(operands, 0));
             set(&mut batch.geometric_normal, lane, vector(operands, 3));
             set(&mut batch.shading_normal, lane, vector(operands, 6));

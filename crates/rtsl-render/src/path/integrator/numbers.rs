@@ -1,6 +1,6 @@
 //! The random numbers of a path.
 
-use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, child_key, hash};
+use rtsl_math::sampling::{Sampler, child_key, hash};
 
 /// Selects the numbers of a path by their use: independent sequences.
 const NUMBERS_OF_SINGLES: u32 = 0x201;
@@ -33,19 +33,19 @@ impl PathNumbers {
 
     /// Returns one dimension.
     pub fn single(&self, sampler: &Sampler, dimension: u32) -> f32 {
-        number(sampler, hash(self.key, NUMBERS_OF_SINGLES), dimension, self.sample)
+        sampler.single_number(hash(self.key, NUMBERS_OF_SINGLES), dimension, self.sample)
     }
 
     /// Returns two dimensions that are stratified together.
     pub fn pair(&self, sampler: &Sampler, dimension: u32) -> [f32; 2] {
-        pair(sampler, hash(self.key, NUMBERS_OF_PAIRS), dimension, self.sample)
+        sampler.single_pair(hash(self.key, NUMBERS_OF_PAIRS), dimension, self.sample)
     }
 
     /// Draws the next number of `rand()`.
     pub fn draw(&mut self, sampler: &Sampler) -> f32 {
         let dimension = self.drawn;
         self.drawn = dimension.wrapping_add(1);
-        number(sampler, hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
+        sampler.single_number(hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
     }
 
     /// Begins the sequences of a search, and returns the key of its own.
@@ -68,23 +68,5 @@ impl PathNumbers {
 
     fn key_of_call(&self) -> u32 {
         hash(hash(self.key, NUMBERS_OF_CALLS), self.calls)
-    }
-}
-
-fn number(sampler: &Sampler, key: u32, dimension: u32, sample: u32) -> f32 {
-    match sampler.spread() {
-        INDEPENDENT => sampler.number_of_stream::<INDEPENDENT>(key, dimension, sample),
-        POWER_OF_TWO => sampler.number_of_stream::<POWER_OF_TWO>(key, dimension, sample),
-        SOBOL => sampler.number_of_stream::<SOBOL>(key, dimension, sample),
-        _ => sampler.number_of_stream::<ANY_COUNT>(key, dimension, sample),
-    }
-}
-
-fn pair(sampler: &Sampler, key: u32, dimension: u32, sample: u32) -> [f32; 2] {
-    match sampler.spread() {
-        INDEPENDENT => sampler.pair_of_stream::<INDEPENDENT>(key, dimension, sample),
-        POWER_OF_TWO => sampler.pair_of_stream::<POWER_OF_TWO>(key, dimension, sample),
-        SOBOL => sampler.pair_of_stream::<SOBOL>(key, dimension, sample),
-        _ => sampler.pair_of_stream::<ANY_COUNT>(key, dimension, sample),
     }
 }

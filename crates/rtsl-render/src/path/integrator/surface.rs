@@ -1,6 +1,7 @@
 //! Queries about surfaces.
 
-use rtsl::{Kernel, Method, Query};
+use rtsl::{Kernel, Method, Query, SURFACE_SCALARS};
+use rtsl_math::SIMD_LANES;
 
 use super::super::memory::BatchMemory;
 use super::super::rows::get;
@@ -12,16 +13,13 @@ use super::host::{Further, RayOfCall, SceneHost, number, store, vector};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector as vector_of};
 
-/// The number of operands that identify a surface.
-const SURFACE: usize = 14;
-
 impl SceneHost<'_> {
     /// Answers a query about a surface. The results stay zero if the scene has no such surface.
     pub fn ask_surface(&mut self, ray: usize, query: Query, operands: &[u32], results: &mut [u32]) {
         let Some(hit) = self.hit_of(operands) else { return };
         let scene = self.tracer.scene;
         let group = &scene.groups[scene.objects[hit.object as usize].group as usize];
-        let argument = &operands[SURFACE..];
+        let argument = &operands[SURFACE_SCALARS..];
         let seen_from = (query == Query::LightPdf).then(|| vector(argument, 0));
         self.prepare(ray, group, hit, operands, seen_from);
         let v = variables();
@@ -127,11 +125,16 @@ impl SceneHost<'_> {
 
     /// Calls a method of the surface's material, with random numbers of its own.
     fn call_material(&mut self, ray: usize, group: &SurfaceGroup, method: Method, kernel: &Kernel) {
+        self.start_random_numbers(ray);
+        self.tracer.call_material(group, method, kernel, &mut self.queries.batch);
+    }
+
+    /// Begins the sequence of the next call, from which it takes its random numbers.
+    fn start_random_numbers(&mut self, ray: usize) {
         let key = self.rays[ray].numbers.begin_call();
         let batch = &mut *self.queries.batch;
-        batch.keys[..8].fill(key);
+        batch.keys[..SIMD_LANES].fill(key);
         batch.start_random_numbers(NUMBERS_OF_SHAPES);
-        self.tracer.call_material(group, method, kernel, batch);
     }
 
     fn light_emission(&mut self, ray: usize, group: &SurfaceGroup, results: &mut [u32]) {
@@ -141,10 +144,8 @@ impl SceneHost<'_> {
         let emitters = &self.tracer.scene.materials[class];
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.tracer.errors };
-        let key = self.rays[ray].numbers.begin_call();
+        self.start_random_numbers(ray);
         let batch = &mut *self.queries.batch;
-        batch.keys[..8].fill(key);
-        batch.start_random_numbers(NUMBERS_OF_SHAPES);
         let instances = of.instances(&emitters.objects, &batch.emitters);
         let blocks = (&mut batch.state, &mut batch.scratch);
         callee.call_for_first(kernel, 1, instances, blocks, None, &mut batch.random);
@@ -177,7 +178,7 @@ impl SceneHost<'_> {
 
     fn set_vector(&mut self, first: usize, [x, y, z]: [f32; 3]) {
         for (axis, value) in [x, y, z].into_iter().enumerate() {
-            self.queries.batch.state.floats_mut(first + axis)[..8].fill(value);
+            self.queries.batch.state.floats_mut(first + axis)[..SIMD_LANES].fill(value);
         }
     }
 
