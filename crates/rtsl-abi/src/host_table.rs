@@ -7,7 +7,11 @@ use std::any::Any;
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl_ir::Query;
+use rtsl_ir::host::{
+    Host, LaneColors, LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes, MAX_LANES,
+    RayLanes,
+};
 use rtsl_spec::COLOR_COMPONENTS;
 
 /// A colour as kernels receive it from the host.
@@ -35,11 +39,13 @@ pub struct HostTable {
     pub ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
     /// Returns the next random number of each lane.
     pub rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
+    /// Answers a query of an integrator.
+    pub query: unsafe extern "C" fn(*mut c_void, u32, u32, u32, *const LaneWords, *mut LaneWords),
 }
 
 /// Functions that answer each request immediately from the [`HostCalls`] behind the user pointer.
 pub static HOST_TABLE: HostTable =
-    HostTable { trace, occluded, light_count, light_sample, ambient, rand };
+    HostTable { trace, occluded, light_count, light_sample, ambient, rand, query };
 
 /// The host of a call and its panic, if any; the user pointer of [`HOST_TABLE`] points to it.
 pub struct HostCalls<'a> {
@@ -143,6 +149,29 @@ unsafe extern "C" fn rand(user: *mut c_void, base: u32, active: u32, values: *mu
     });
 }
 
+unsafe extern "C" fn query(
+    user: *mut c_void,
+    base: u32,
+    active: u32,
+    query: u32,
+    operands: *const LaneWords,
+    results: *mut LaneWords,
+) {
+    let query = Query::ALL[query as usize];
+    let (operand_count, result_count) =
+        (query.operand_scalars().count(), query.result_scalars().count());
+    // Safety: as for `trace`; kernels pass an array for each operand and result of the query.
+    let (calls, operands, results) = unsafe {
+        (
+            calls(user),
+            std::slice::from_raw_parts(operands, operand_count),
+            std::slice::from_raw_parts_mut(results, result_count),
+        )
+    };
+    results.fill([0; MAX_LANES]);
+    calls.ask(|host| host.query_lanes(LaneSet { base, active }, query, operands, results));
+}
+
 #[cfg(test)]
 mod tests {
     use std::mem::offset_of;
@@ -160,6 +189,7 @@ mod tests {
             (offset_of!(HostTable, light_sample), offsets::HOST_LIGHT_SAMPLE),
             (offset_of!(HostTable, ambient), offsets::HOST_AMBIENT),
             (offset_of!(HostTable, rand), offsets::HOST_RAND),
+            (offset_of!(HostTable, query), offsets::HOST_QUERY),
             (size_of::<HostTable>(), offsets::HOST_FUNCTIONS),
         ] {
             assert_eq!(offset, index as usize * size_of::<usize>());

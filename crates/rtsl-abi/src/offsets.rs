@@ -53,8 +53,10 @@
 //! | light sample | `(user, base, active, index: u32, query: *LightQueryLanes, light: *LightLanes) -> u32` lanes |
 //! | ambient | `(user, color: *[f32; COLORS])` |
 //! | rand | `(user, base, active, values: *[f32; 16])` |
+//! | query | `(user, base, active, query: u32, operands: *[u32; 16], results: *[u32; 16])` |
 //!
-//! `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16), weight (16; for `trace` only); `LightQueryLanes` is
+//! Only kernels of integrators call `query`, which the hosts of other kernels lack; its number is the index in the list
+//! of all queries. `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16), weight (16; for `trace` only); `LightQueryLanes` is
 //! point (3 x 16), normal (3 x 16), cosine (16); `LightLanes` is direction (3 x 16), distance (16), colour (COLORS x
 //! 16), density (16).
 
@@ -149,4 +151,5 @@ pub const HOST_LIGHT_COUNT: u32 = 2;
 pub const HOST_LIGHT_SAMPLE: u32 = 3;
 pub const HOST_AMBIENT: u32 = 4;
 pub const HOST_RAND: u32 = 5;
-pub const HOST_FUNCTIONS: u32 = 6;
+pub const HOST_QUERY: u32 = 6;
+pub const HOST_FUNCTIONS: u32 = 7;

@@ -15,6 +15,9 @@ pub const MAX_LANES: usize = 16;
 /// One f32 for each lane.
 pub type LaneFloats = [f32; MAX_LANES];
 
+/// The bits of one scalar for each lane; of a bool, 0 or 1.
+pub type LaneWords = [u32; MAX_LANES];
+
 /// A vector for each lane, component by component.
 pub type LaneVectors = [LaneFloats; 3];
 
@@ -176,6 +179,26 @@ pub trait Host {
     /// order of [`Query::operands`] and [`Query::results`]; the results are zero on entry.
     fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
         let _ = (ray, query, operands, results);
+    }
+
+    /// Answers a query for several rays, with an array of lanes for each operand and result; the results are zero on
+    /// entry. A host may override this to answer them together.
+    fn query_lanes(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        let mut answer = vec![0; results.len()];
+        for lane in lanes.iter() {
+            let of_lane: Vec<u32> = operands.iter().map(|operand| operand[lane]).collect();
+            answer.fill(0);
+            self.query(lanes.base + lane as u32, query, &of_lane, &mut answer);
+            for (result, bits) in results.iter_mut().zip(&answer) {
+                result[lane] = *bits;
+            }
+        }
     }
 
     /// Returns the next dimension of each ray's sampler, in [0,1); `values` is zero on entry.

@@ -82,6 +82,10 @@ pub const SURFACE_SCALARS: usize = {
     count
 };
 
+/// The number of results of [`Query::SurfaceProperties`], at their end, that only textures of materials read:
+/// derivatives of texture coordinates.
+pub const PROPERTIES_OF_TEXTURES: usize = 4;
+
 const POINT: Scalars = ("point", Scalar::F32, 3);
 const DIRECTION: Scalars = ("direction", Scalar::F32, 3);
 const GEOMETRIC_NORMAL: Scalars = ("geometric_normal", Scalar::F32, 3);
@@ -120,6 +124,17 @@ impl Query {
         Query::SamplePair,
     ];
 
+    /// The greatest number of operands.
+    pub const MAX_OPERANDS: usize = 17;
+
+    /// The greatest number of results.
+    pub const MAX_RESULTS: usize = 27;
+
+    /// Returns the index in [`Query::ALL`].
+    pub fn number(self) -> u32 {
+        self as u32
+    }
+
     /// Returns the keyword of the text form.
     pub fn name(self) -> &'static str {
         self.shape().name
@@ -133,6 +148,11 @@ impl Query {
     /// True if the first operands are those of a surface.
     pub fn is_of_surface(self) -> bool {
         self.shape().of_surface
+    }
+
+    /// True if all rays of a call have the same answer.
+    pub fn is_uniform(self) -> bool {
+        self == Query::SkyCount
     }
 
     /// Returns the groups of operands, in order.
@@ -215,6 +235,10 @@ impl Query {
                     ("du", Scalar::F32, 1),
                     ("dv", Scalar::F32, 1),
                     ("offset", Scalar::F32, 1),
+                    ("dsdu", Scalar::F32, 1),
+                    ("dsdv", Scalar::F32, 1),
+                    ("dtdu", Scalar::F32, 1),
+                    ("dtdv", Scalar::F32, 1),
                 ],
             ),
             Query::Emission => on("emission", &[], &[COLOR]),
@@ -271,6 +295,17 @@ mod tests {
     fn names_find_their_queries() {
         for query in Query::ALL {
             assert_eq!(Query::from_name(query.name()), Some(query));
+        }
+    }
+
+    #[test]
+    fn numbers_and_limits_are_those_of_the_table() {
+        let most = |count: fn(Query) -> usize| Query::ALL.into_iter().map(count).max();
+        let (operands, results) =
+            (most(|it| it.operand_scalars().count()), most(|it| it.result_scalars().count()));
+        assert_eq!((operands, results), (Some(Query::MAX_OPERANDS), Some(Query::MAX_RESULTS)));
+        for (query, number) in Query::ALL.into_iter().zip(0..) {
+            assert_eq!(query.number(), number);
         }
     }
 

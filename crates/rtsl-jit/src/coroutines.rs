@@ -13,8 +13,8 @@ use std::ffi::c_void;
 use corosensei::{Coroutine, CoroutineResult, Yielder};
 use rtsl_abi::{CallError, Color, HOST_TABLE, HostCalls, HostTable, RawCall};
 use rtsl_ir::host::{
-    LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, LightRequest, OcclusionRequest,
-    RayLanes, TraceRequest,
+    LaneColors, LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes, LightRequest,
+    OcclusionRequest, RayLanes, TraceRequest,
 };
 use smallvec::SmallVec;
 
@@ -304,7 +304,7 @@ impl Waiting {
 /// The host's functions for chunks on separate stacks. Requests for rays or light suspend the chunk; their answers are
 /// initially zero.
 static SUSPENDING_TABLE: HostTable =
-    HostTable { trace, occluded, light_count, light_sample, ambient, rand };
+    HostTable { trace, occluded, light_count, light_sample, ambient, rand, query };
 
 /// Suspends the running chunk with a request, and returns the answer.
 ///
@@ -378,4 +378,17 @@ unsafe extern "C" fn ambient(user: *mut c_void, color: *mut Color) {
 unsafe extern "C" fn rand(user: *mut c_void, base: u32, active: u32, values: *mut LaneFloats) {
     // Safety: as for `light_count`.
     unsafe { (HOST_TABLE.rand)(user_of_call(user), base, active, values) };
+}
+
+/// Kernels with queries do not run on separate stacks.
+unsafe extern "C" fn query(
+    user: *mut c_void,
+    base: u32,
+    active: u32,
+    query: u32,
+    operands: *const LaneWords,
+    results: *mut LaneWords,
+) {
+    // Safety: as for `light_count`.
+    unsafe { (HOST_TABLE.query)(user_of_call(user), base, active, query, operands, results) };
 }

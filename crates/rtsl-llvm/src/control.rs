@@ -44,6 +44,7 @@ impl Emitter<'_, '_> {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand(_)
+            | OpKind::Query { .. }
             | OpKind::ReportBudget => self.emit_request(op),
         }
     }

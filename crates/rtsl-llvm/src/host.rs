@@ -1,10 +1,9 @@
 //! Requests to the host: writes the lanes to memory, calls the host through its table, and reads its answers.
 
 use rtsl_abi::offsets;
-use rtsl_ir::Value;
 use rtsl_ir::host::MAX_LANES;
+use rtsl_ir::{Query, Scalar, Value};
 use rtsl_packet::kernel::{Op, OpKind};
-use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::Operand;
@@ -12,11 +11,11 @@ use crate::operand::Operand;
 /// The size of the lanes of one float, in bytes.
 const LANES_BYTES: u32 = 4 * MAX_LANES as u32;
 
-/// The number of lane arrays of `RayLanes`, the largest request: origin, direction, limit, weight.
-const REQUEST_ARRAYS: u32 = 3 + 3 + 1 + 1;
+/// The number of lane arrays of the largest request, that of a query. Those of `RayLanes` are 8.
+const REQUEST_ARRAYS: u32 = Query::MAX_OPERANDS as u32;
 
-/// The number of lane arrays of `LightLanes`: direction, distance, colour, density.
-const LIGHT_ARRAYS: u32 = 3 + 1 + COLOR_COMPONENTS + 1;
+/// The number of lane arrays of the largest answer, that of a query. Those of `LightLanes` are 8.
+const ANSWER_ARRAYS: u32 = Query::MAX_RESULTS as u32;
 
 /// Memory for requests and answers, allocated at the first request of a kernel and then reused.
 #[derive(Default)]
@@ -65,9 +64,58 @@ impl Emitter<'_, '_> {
                 self.call_host(None, offsets::HOST_RAND, &format!("{lanes}, ptr {answer}"));
                 self.define_answers(op, 0, None);
             }
+            OpKind::Query { mask, query, operands } => {
+                self.emit_query(op, *mask, *query, operands);
+            }
             OpKind::ReportBudget => self.emit_report(),
             other => unreachable!("{other:?} is no request"),
         }
+    }
+
+    fn emit_query(&mut self, op: &Op, mask: Option<Value>, query: Query, operands: &[Value]) {
+        // A query without a mask has the same answer for all lanes.
+        let lanes = mask.map_or_else(|| "i32 0, i32 1".to_owned(), |mask| self.lane_set(mask));
+        let (request, answer) = (self.store_query(operands), self.answer_memory());
+        let number = query.number();
+        let arguments = format!("{lanes}, i32 {number}, ptr {request}, ptr {answer}");
+        self.call_host(None, offsets::HOST_QUERY, &arguments);
+        for (position, result) in op.results.iter().enumerate() {
+            let at = self.offset(answer, position as u32 * LANES_BYTES);
+            self.define_answered(result, at);
+        }
+    }
+
+    /// Defines a result of a query by its words in memory: a uniform one by the first.
+    fn define_answered(&mut self, result: Value, at: Operand) {
+        let scalar = self.scalar(result);
+        let element = if scalar == Scalar::F32 { "float" } else { "i32" };
+        let is_lanes = self.is_lanes(result);
+        let lanes = self.lanes(element);
+        let ty = if is_lanes { lanes } else { lanes.one() };
+        let answer = self.instruction(format_args!("load {ty}, ptr {at}, align 4"));
+        if scalar != Scalar::Bool {
+            return self.define(result, answer);
+        }
+        let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        let bits = self.instruction(format_args!("icmp ne {ty} {answer}, {zero}"));
+        self.define(result, bits);
+    }
+
+    /// Stores the operands of a query, one array of lanes each.
+    fn store_query(&mut self, operands: &[Value]) -> Operand {
+        let memory = self.request_memory();
+        for (position, operand) in operands.iter().enumerate() {
+            let scalar = self.scalar(*operand);
+            let (element, value) = match scalar {
+                Scalar::F32 => ("float", self.operand(*operand, true)),
+                Scalar::I32 | Scalar::U32 => ("i32", self.operand(*operand, true)),
+                Scalar::Bool => ("i32", self.words(*operand)),
+            };
+            let ty = self.lanes(element);
+            let at = self.offset(memory, position as u32 * LANES_BYTES);
+            self.effect(format_args!("store {ty} {value}, ptr {at}, align 64"));
+        }
+        memory
     }
 
     /// Returns the lane set arguments of a request.
@@ -104,7 +152,7 @@ impl Emitter<'_, '_> {
         if let Some(memory) = self.requests.answer {
             return memory;
         }
-        let memory = self.alloca(&format!("[{} x i8]", LIGHT_ARRAYS * LANES_BYTES), 64);
+        let memory = self.alloca(&format!("[{} x i8]", ANSWER_ARRAYS * LANES_BYTES), 64);
         self.requests.answer = Some(memory);
         memory
     }

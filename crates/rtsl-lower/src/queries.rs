@@ -1,6 +1,6 @@
 //! Queries of integrators: surfaces, lights, the sampler.
 
-use rtsl_ir::{OpKind, Query, SURFACE_SCALARS, Value};
+use rtsl_ir::{OpKind, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS, Value};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -25,7 +25,8 @@ impl Lowering<'_> {
         surface.extend(direction);
         surface.extend([width, spread]);
         let properties = self.query(Query::SurfaceProperties, surface.clone());
-        Ok([vec![found], surface, properties].concat())
+        let members = properties.len() - PROPERTIES_OF_TEXTURES;
+        Ok([&[found], &surface[..], &properties[..members]].concat())
     }
 
     /// Lowers a function or method that is one query.
@@ -122,9 +123,10 @@ mod tests {
     fn surfaces_begin_with_the_scalars_that_identify_them() {
         let surface = scalars(SpecType::Struct(SpecStruct::Surface));
         let identity = Query::Emission.operand_scalars();
-        let properties = Query::SurfaceProperties.result_scalars();
+        let properties: Vec<Scalar> = Query::SurfaceProperties.result_scalars().collect();
+        let properties = &properties[..properties.len() - PROPERTIES_OF_TEXTURES];
         let expected: Vec<Scalar> =
-            [Scalar::Bool].into_iter().chain(identity).chain(properties).collect();
+            [Scalar::Bool].into_iter().chain(identity).chain(properties.iter().copied()).collect();
         assert_eq!(surface, expected);
     }
 

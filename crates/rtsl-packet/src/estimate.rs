@@ -218,6 +218,7 @@ impl Walk<'_> {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand(_)
+            | OpKind::Query { .. }
             | OpKind::ReportBudget => cost(5.0, 1.0),
         }
     }

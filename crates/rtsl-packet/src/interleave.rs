@@ -132,7 +132,8 @@ fn asks_host(region: &Region) -> bool {
         OpKind::Trace { .. }
         | OpKind::Occluded { .. }
         | OpKind::LightSample { .. }
-        | OpKind::Rand(_) => true,
+        | OpKind::Rand(_)
+        | OpKind::Query { .. } => true,
         kind => kind.regions().any(asks_host),
     })
 }

@@ -50,8 +50,8 @@
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Scalar, UnaryOp, Value, Values, Variable, VariableId,
-    VariableKind,
+    BinaryOp, CompareOp, Constant, Index, Query, Scalar, UnaryOp, Value, Values, Variable,
+    VariableId, VariableKind,
 };
 
 /// The type of a packet value.
@@ -152,9 +152,10 @@ impl Kernel {
         }
     }
 
-    /// True if it requests rays or light from the host.
+    /// True if it requests rays or light from the host, and nothing else that may call kernels: queries of integrators
+    /// are answered on the stack of the caller, and so are then all requests.
     pub fn asks_for_rays(&self) -> bool {
-        self.body.asks_for_rays()
+        self.body.asks_for_rays() && !self.body.has_queries()
     }
 
     /// Returns the variable `id`.
@@ -203,6 +204,13 @@ impl Region {
         self.ops.iter().any(|op| match &op.kind {
             OpKind::Trace { .. } | OpKind::Occluded { .. } | OpKind::LightSample { .. } => true,
             kind => kind.regions().any(Region::asks_for_rays),
+        })
+    }
+
+    /// True if it or a nested region has queries of integrators.
+    fn has_queries(&self) -> bool {
+        self.ops.iter().any(|op| {
+            matches!(op.kind, OpKind::Query { .. }) || op.kind.regions().any(Region::has_queries)
         })
     }
 }
@@ -312,6 +320,16 @@ pub enum OpKind {
     Ambient,
     /// As [`rtsl_ir::OpKind::Rand`], for the lanes of a mask.
     Rand(Value),
+    /// As [`rtsl_ir::OpKind::Query`], for the lanes of a mask. The number of skies is uniform, and its query has no
+    /// mask.
+    Query {
+        /// The mask of the request.
+        mask: Option<Value>,
+        /// The question.
+        query: Query,
+        /// Its operands.
+        operands: Vec<Value>,
+    },
     /// As [`rtsl_ir::OpKind::ReportBudget`], if any active lane reports. No result.
     ReportBudget,
 }
@@ -373,6 +391,9 @@ impl OpKind {
             OpKind::LightSample { mask, index, point, normal, cosine } => {
                 [*mask, *index].into_iter().chain(*point).chain(*normal).for_each(&mut visit);
                 visit(*cosine);
+            }
+            OpKind::Query { mask, query: _, operands } => {
+                mask.iter().chain(operands).copied().for_each(visit);
             }
         }
     }

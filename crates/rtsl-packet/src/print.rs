@@ -177,6 +177,7 @@ impl Printer<'_> {
             OpKind::LightSample { .. } => f.write_str("light_sample")?,
             OpKind::Ambient => f.write_str("ambient")?,
             OpKind::Rand(_) => f.write_str("rand")?,
+            OpKind::Query { query, .. } => write!(f, "query {}", query.name())?,
             OpKind::ReportBudget => f.write_str("report_budget")?,
         }
         let mut operands = Vec::new();

@@ -257,6 +257,7 @@ impl Work {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand(_)
+            | OpKind::Query { .. }
             | OpKind::ReportBudget => return None,
         })
     }

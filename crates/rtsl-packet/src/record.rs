@@ -79,7 +79,8 @@ fn asks_host(region: &Region) -> bool {
         | OpKind::LightCount
         | OpKind::LightSample { .. }
         | OpKind::Ambient
-        | OpKind::Rand(_) => true,
+        | OpKind::Rand(_)
+        | OpKind::Query { .. } => true,
         kind => kind.regions().any(asks_host),
     })
 }

@@ -129,8 +129,8 @@ impl Analysis {
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }
             | OpKind::Rand
-            | OpKind::Query(..)
             | OpKind::ReferenceCall(_) => true,
+            OpKind::Query(query, _) => !query.is_uniform(),
             OpKind::If { .. } | OpKind::Loop { .. } | OpKind::Store(..) => {
                 unreachable!("handled where operations are told apart")
             }

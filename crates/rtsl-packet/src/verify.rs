@@ -317,6 +317,18 @@ impl Verifier<'_> {
                 self.check_request(*mask, &[])?;
                 want(&[Scalar::F32], true)
             }
+            OpKind::Query { mask, query, operands } => {
+                match mask {
+                    Some(mask) => self.check_request(*mask, &[])?,
+                    None => ensure(query.is_uniform(), || "the query has no mask".to_owned())?,
+                }
+                let wanted: Vec<Scalar> = query.operand_scalars().collect();
+                ensure(operands.len() == wanted.len(), || "operands are missing".to_owned())?;
+                for (operand, scalar) in operands.iter().zip(wanted) {
+                    self.check_scalar(*operand, scalar)?;
+                }
+                want(&query.result_scalars().collect::<Vec<_>>(), !query.is_uniform())
+            }
             OpKind::ReportBudget => {
                 self.check_effect()?;
                 want(&[], false)

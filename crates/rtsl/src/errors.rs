@@ -158,6 +158,13 @@ pub(crate) fn splitting(name: &str, error: &dyn std::fmt::Display) -> Diagnostic
     Diagnostic::new(codes::SPLIT_LIMIT, problem)
 }
 
+/// A method of a library that asks the scene.
+pub(crate) fn asks_scene(name: &str) -> Diagnostic {
+    let problem = format!("`{name}` asks the scene, which the hosts of libraries can't answer");
+    Diagnostic::new(codes::ASKS_SCENE, problem)
+        .help("`rtsl render` and `rtsl eval --scene` run integrators")
+}
+
 /// A method without packet code.
 pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
     match error {
@@ -166,11 +173,6 @@ pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
             let problem = format!("`{name}` can't be compiled: {error}");
             Diagnostic::new(codes::TOO_MUCH_STACK, problem)
                 .help("index fewer or smaller local arrays with what is computed, or keep them in scratch")
-        }
-        LowerError::Query(_) => {
-            let problem = format!("`{name}` can't be compiled: {error}");
-            Diagnostic::new(codes::NO_PACKET_CODE, problem)
-                .help("`rtsl render` and `rtsl eval --scene` run integrators, on the interpreter")
         }
         other => code_generation(name, other),
     }

@@ -54,6 +54,7 @@ pub use compile::loader::FileLoader;
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
 pub use engine::specialised::SpecialisedKernel;
+pub use engine::stage_kernels::StageKernel;
 pub use errors::unknown_class;
 pub use instance::defaults::default_value;
 pub use instance::instance::Instance;
@@ -64,6 +65,8 @@ pub use link::outputs::Outputs;
 pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;
 pub use program::program::{Placement, Program};
+pub use program::staged_program::{StageRequest, StagedProgram};
+pub use program::surface_class::{SurfaceClass, SurfaceObject};
 pub use state::{new_state, set_defaults};
 pub use type_name::{scalar_name, type_name};
 
@@ -80,7 +83,9 @@ pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
     Reference,
 };
-pub use rtsl_ir::{Constant, Query, SURFACE_SCALARS, Scalar, Variable, host};
+pub use rtsl_ir::{
+    Constant, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS, Scalar, Variable, host,
+};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
@@ -92,6 +97,7 @@ pub use rtsl_spec::{
     COLOR_COMPONENTS, Direction, Method, Role, StateType, StateVariable, lookup_state, rows,
     state_component_count, state_variables,
 };
+pub use rtsl_stages::{END, Port, ResumedBy, SlotId, Stage, Surface as StageSurface};
 pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};
 
 // The Rust texts of the README and of the book are tests.

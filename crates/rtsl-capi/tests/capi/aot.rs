@@ -218,7 +218,7 @@ fn instance(
     })
 }
 
-/// All classes of the standard library but integrators, which have no code for packets.
+/// All classes of the standard library but integrators, which ask the scene.
 fn standard_classes() -> Vec<Arc<Class>> {
     let compiler = Compiler::default();
     let units = library::files().iter().map(|file| compiler.compile(file.path, file.text));

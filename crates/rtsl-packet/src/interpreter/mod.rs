@@ -231,6 +231,7 @@ impl<'a> Execution<'a> {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand(_)
+            | OpKind::Query { .. }
             | OpKind::ReportBudget => self.request(op),
         }
     }

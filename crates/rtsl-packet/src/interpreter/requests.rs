@@ -1,7 +1,9 @@
 //! Requests to the host.
 
-use rtsl_ir::host::{LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use rtsl_ir::{Scalar, Value};
+use rtsl_ir::host::{
+    LaneColors, LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes, MAX_LANES, RayLanes,
+};
+use rtsl_ir::{Query, Scalar, Value};
 
 use super::{Execution, Lanes};
 use crate::kernel::{Op, OpKind, Ray};
@@ -51,8 +53,25 @@ impl Execution<'_> {
                 self.host.rand(set, &mut numbers);
                 self.define_answers(op.results.iter(), [&numbers], set.active);
             }
+            OpKind::Query { mask, query, operands } => self.query(op, *mask, *query, operands),
             OpKind::ReportBudget => self.outcome.budget_exceeded = true,
             other => unreachable!("{other:?} is no request"),
+        }
+    }
+
+    fn query(&mut self, op: &Op, mask: Option<Value>, query: Query, operands: &[Value]) {
+        // A query without a mask is for the whole chunk, of which one lane is enough.
+        let set = mask.map_or(LaneSet { base: self.base, active: 1 }, |mask| self.lane_set(mask));
+        let operands: Vec<LaneWords> = operands.iter().map(|it| self.values[*it]).collect();
+        let mut answers = vec![[0; MAX_LANES]; op.results.count as usize];
+        self.host.query_lanes(set, query, &operands, &mut answers);
+        for (result, answer) in op.results.iter().zip(&answers) {
+            let (scalar, uniform) = (self.scalar(result), mask.is_none());
+            self.values[result] = std::array::from_fn(|lane| match set.active >> lane & 1 {
+                _ if uniform => answer[0],
+                0 => self.noise(scalar, lane),
+                _ => answer[lane],
+            });
         }
     }
 

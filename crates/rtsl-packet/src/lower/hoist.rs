@@ -69,6 +69,7 @@ impl Lowering<'_> {
             | OpKind::Loop { .. }
             | OpKind::LightCount
             | OpKind::Ambient => true,
+            OpKind::Query { mask, .. } => mask.is_none(),
             OpKind::Load(variable, _) => {
                 self.kernel.variable(*variable).variable.kind != VariableKind::Local
             }

@@ -1,6 +1,6 @@
 //! Requests to the host.
 
-use rtsl_ir::{Scalar, Value};
+use rtsl_ir::{Query, Scalar, Value};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use super::Lowering;
@@ -31,6 +31,7 @@ impl Lowering<'_> {
                 let hoist = self.is_hoistable(&OpKind::Ambient);
                 self.push(OpKind::Ambient, &types, hoist).iter().collect()
             }
+            Request::Query(query, operands) => self.query(*query, operands),
             Request::Rand => self.request(OpKind::Rand(mask), &[Scalar::F32]),
             Request::ReportBudget => self.request(OpKind::ReportBudget, &[]),
             other => unreachable!("{other:?} is no request"),
@@ -41,6 +42,18 @@ impl Lowering<'_> {
     fn request(&mut self, kind: OpKind, results: &[Scalar]) -> Vec<Value> {
         let types: Vec<Type> = results.iter().map(|scalar| Type::lanes(*scalar)).collect();
         self.push(kind, &types, false).iter().collect()
+    }
+
+    fn query(&mut self, query: Query, operands: &[Value]) -> Vec<Value> {
+        let operands = operands.iter().map(|operand| self.value(*operand)).collect();
+        if query.is_uniform() {
+            let types: Vec<Type> = query.result_scalars().map(Type::uniform).collect();
+            let kind = OpKind::Query { mask: None, query, operands };
+            let hoist = self.is_hoistable(&kind);
+            return self.push(kind, &types, hoist).iter().collect();
+        }
+        let results: Vec<Scalar> = query.result_scalars().collect();
+        self.request(OpKind::Query { mask: Some(self.mask), query, operands }, &results)
     }
 
     fn ray(&self, origin: [Value; 3], direction: [Value; 3], limit: Value) -> Ray {

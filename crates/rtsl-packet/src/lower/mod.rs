@@ -36,9 +36,6 @@ pub enum LowerError {
     /// The function has a reference that linking should have replaced.
     #[error("the reference `{0}` is not linked")]
     Unlinked(String),
-    /// The function asks the scene, as integrators do.
-    #[error("it asks the scene (`{}`), which packets cannot", .0.name())]
-    Query(rtsl_ir::Query),
     /// The function has a variable that the layout or the call lacks.
     #[error("a call has no storage for the {kind} `{name}`", kind = .0.name(), name = .1)]
     NoLocation(VariableKind, String),
@@ -314,11 +311,11 @@ impl<'a> Lowering<'a> {
             | Ray::LightSample { .. }
             | Ray::Ambient
             | Ray::Rand
+            | Ray::Query(..)
             | Ray::ReportBudget => {
                 self.lower_request(op);
                 return Ok(());
             }
-            Ray::Query(query, _) => return Err(LowerError::Query(*query)),
             Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
             Ray::IsSet(member, _) => return Err(LowerError::Unlinked(member.clone())),
         };

@@ -37,7 +37,7 @@ impl BatchScene {
     ) -> Result<Self, Messages> {
         let builder = SceneBuilder::new(engine).listener(listener);
         let integrator = scene.integrator.as_ref().map(|it| Integrator::new(engine, it));
-        let integrator = integrator.transpose().map_err(Messages::one)?;
+        let mut integrator = integrator.transpose().map_err(Messages::one)?;
         let calls_shade =
             integrator.as_ref().is_some_and(|it| it.calls_shade) || has_shade(engine, scene);
         let builder = if calls_shade { builder } else { builder.for_searches() };
@@ -48,6 +48,10 @@ impl BatchScene {
         let alpha = InstanceClasses::new(engine, &textures);
         let classes = Classes { compiled: &compiled, materials: &materials, alpha: &alpha };
         let plan = GroupPlan::new(scene, classes);
+        if let Some((integrator, instance)) = integrator.as_mut().zip(scene.integrator.as_ref()) {
+            let compiled = integrator.compile(engine, instance, scene, (classes, &plan));
+            compiled.map_err(Messages::one)?;
+        }
         let made = KernelMaker::build_with(engine, |maker| {
             let groups = plan.keys.iter().map(|key| {
                 let parts = classes.parts_of(key);

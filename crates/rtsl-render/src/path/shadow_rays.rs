@@ -51,17 +51,17 @@ impl ShadowRay {
     }
 }
 
-/// Traces the shadow rays of a wavefront's paths and adds the contributions of unoccluded ones.
+/// Traces shadow rays, and calls `reached` with each that nothing blocks, in order.
 pub fn trace_shadow_rays(
     tracer: &Tracer<'_>,
     shadow_rays: &[ShadowRay],
     searcher: &mut Searcher,
-    paths: &mut [Path],
+    reached: &mut dyn FnMut(&ShadowRay),
 ) {
     if tracer.scene.geometry.suits_stream(shadow_rays.len()) {
-        trace_with_streams(tracer, shadow_rays, searcher, paths);
+        trace_with_streams(tracer, shadow_rays, searcher, reached);
     } else {
-        trace_with_packets(tracer, shadow_rays, searcher, paths);
+        trace_with_packets(tracer, shadow_rays, searcher, reached);
     }
 }
 
@@ -69,7 +69,7 @@ fn trace_with_streams(
     tracer: &Tracer<'_>,
     shadow_rays: &[ShadowRay],
     searcher: &mut Searcher,
-    paths: &mut [Path],
+    reached: &mut dyn FnMut(&ShadowRay),
 ) {
     let Searcher { memory, stream, .. } = searcher;
     for shadow_rays in shadow_rays.chunks(RAYS_OF_STREAM) {
@@ -81,7 +81,7 @@ fn trace_with_streams(
         tracer.search_stream(memory, stream, Search::Any);
         for (place, ray) in shadow_rays.iter().enumerate() {
             if stream.hit(place).is_none() {
-                ray.add_to(paths);
+                reached(ray);
             }
         }
     }
@@ -91,7 +91,7 @@ fn trace_with_packets(
     tracer: &Tracer<'_>,
     shadow_rays: &[ShadowRay],
     searcher: &mut Searcher,
-    paths: &mut [Path],
+    reached: &mut dyn FnMut(&ShadowRay),
 ) {
     let Searcher { memory, packet, .. } = searcher;
     for shadow_rays in shadow_rays.chunks(LANES) {
@@ -99,7 +99,7 @@ fn trace_with_packets(
         let lanes = LaneMask::MAX >> (LANES - shadow_rays.len());
         let occluded = tracer.any_hit(memory, packet, lanes);
         for lane in lanes_of(lanes & !occluded) {
-            shadow_rays[lane].add_to(paths);
+            reached(&shadow_rays[lane]);
         }
     }
 }

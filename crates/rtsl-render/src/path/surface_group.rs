@@ -1,5 +1,6 @@
 //! Surface groups: shapes of one traversal class with materials of one class, and the kernels that are called for them.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
@@ -45,6 +46,10 @@ pub struct SurfaceGroup {
     pub alpha: Option<Arc<Kernel>>,
     /// The number of scratch arrays of the material.
     pub material_scratch: usize,
+    /// The methods of the material that take random numbers.
+    pub drawing: BTreeSet<Method>,
+    /// True if the emitters' `emission` takes them.
+    pub emitter_draws: bool,
 }
 
 /// The methods of shapes.
@@ -108,6 +113,11 @@ impl SurfaceGroup {
             let outputs = Outputs::ALL.without_scratch();
             maker.kernel(program, Method::Lookup, (of, objects), outputs)
         });
+        let draws = |program: &Program, method: Method| {
+            linked(program, method).is_some_and(|it| it.draws_numbers())
+        };
+        let drawing = called_methods(material).filter(|it| draws(material, *it)).collect();
+        let emitter_draws = parts.emitter.is_some_and(|(it, _)| draws(it, Method::Emission));
         let material_scratch = match key.material.0 {
             MaterialSource::Own => 0,
             MaterialSource::Class(_) => material.layout().scratch_arrays as usize,
@@ -120,6 +130,8 @@ impl SurfaceGroup {
             emitter,
             alpha,
             material_scratch,
+            drawing,
+            emitter_draws,
         }
     }
 }

@@ -7,7 +7,7 @@ use super::features::PathFeatures;
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use super::rows::are_finite;
-use super::shadow_rays::trace_shadow_rays;
+use super::shadow_rays::{ShadowRay, trace_shadow_rays};
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
 use crate::tiles::{CameraRays, Tile, camera_rays};
@@ -39,7 +39,7 @@ impl PathTracer<'_> {
                 self.scatter(group, start..end, depth, memory);
                 start = end;
             }
-            self.trace_shadow_rays(memory);
+            self.add_shadow_rays(memory);
             depth += 1;
         }
     }
@@ -89,21 +89,32 @@ impl PathTracer<'_> {
     }
 
     /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
-    pub fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
+    fn add_shadow_rays(&self, memory: &mut BatchMemory) {
+        let mut paths = std::mem::take(&mut memory.wavefront.paths);
+        self.trace_shadow_rays(memory, &mut |ray| ray.add_to(&mut paths));
+        memory.wavefront.paths = paths;
+    }
+
+    /// Traces the waiting shadow rays, and calls `reached` with each that nothing blocks, in order.
+    pub fn trace_shadow_rays(&self, memory: &mut BatchMemory, reached: &mut dyn FnMut(&ShadowRay)) {
         memory.rays.shadow += memory.shadow_rays.len() as u64;
         if self.scene.has_alpha() {
-            self.trace_shadows_through_alpha(memory);
+            self.trace_shadows_through_alpha(memory, reached);
         } else {
             let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
-            let BatchMemory { shadow_rays, searcher, wavefront, .. } = memory;
-            trace_shadow_rays(&tracer, shadow_rays, searcher, &mut wavefront.paths);
+            let BatchMemory { shadow_rays, searcher, .. } = memory;
+            trace_shadow_rays(&tracer, shadow_rays, searcher, reached);
         }
         memory.shadow_rays.clear();
     }
 
     /// The same if alpha textures may let rays pass surfaces: the rays form another wavefront.
-    fn trace_shadows_through_alpha(&self, memory: &mut BatchMemory) {
-        let BatchMemory { wavefront, shadows, shadow_rays, batch, searcher, .. } = memory;
+    fn trace_shadows_through_alpha(
+        &self,
+        memory: &mut BatchMemory,
+        reached: &mut dyn FnMut(&ShadowRay),
+    ) {
+        let BatchMemory { shadows, shadow_rays, batch, searcher, .. } = memory;
         let epsilon = self.scene.compiled.epsilon;
         shadows.paths.clear();
         shadows.paths.extend(shadow_rays.iter().map(|ray| ray.path_of(epsilon)));
@@ -111,8 +122,10 @@ impl PathTracer<'_> {
         shadows.active.extend(0..shadow_rays.len() as u32);
         searcher.are_together = false;
         self.find_hits(shadows, searcher, batch);
+        // Passing surfaces changes the order, on which sums depend.
+        shadows.left.sort_unstable();
         for index in &shadows.left {
-            shadow_rays[*index as usize].add_to(&mut wavefront.paths);
+            reached(&shadow_rays[*index as usize]);
         }
     }
 }

@@ -124,6 +124,27 @@ impl KernelCompiler {
         Ok(LinkedMethod::new(linked))
     }
 
+    /// Optimises a stage of an integrator that is linked with methods: for a variant's objects, and without contraction,
+    /// approximation and budget, which its parts have had.
+    pub fn optimise_stage(
+        &self,
+        mut function: Function,
+        variant: &Variant,
+        layout: &Layout,
+    ) -> Function {
+        let passes = rtsl_opt::Options {
+            contract: false,
+            approximate: false,
+            budget: None,
+            ..self.passes()
+        };
+        rtsl_opt::optimize(&mut function, &passes);
+        let known = known_scalars(&function, variant, layout);
+        let caller = rtsl_opt::Caller { known, ..rtsl_opt::Caller::default() };
+        rtsl_opt::specialise(&mut function, &caller, self.options.optimization != OptLevel::O0);
+        function
+    }
+
     /// Links the constructor of the tree's root and optimises it, without contraction: instances are made without it,
     /// and elements have the same bits.
     ///
@@ -186,17 +207,15 @@ impl KernelCompiler {
         Ok(packet)
     }
 
-    /// Makes kernels, all in one module, which costs less than one each. If one of them asks the scene, as methods of
-    /// integrators do, the interpreter runs them.
+    /// Makes kernels, all in one module, which costs less than one each.
     ///
     /// # Errors
     /// If one of them can't be made. The error names the first one, so that a caller with several makes them one by
     /// one.
     pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
         let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
-        let asks_scene = sources.iter().any(|source| source.function.body.asks(|_| true));
         nesting::with_stack_for(nesting, || match &self.llvm {
-            Some(llvm) if !asks_scene => self.compiled(sources, llvm),
+            Some(llvm) => self.compiled(sources, llvm),
             _ => sources.iter().map(|source| self.interpreted(*source)).collect(),
         })
     }

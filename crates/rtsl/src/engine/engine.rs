@@ -86,6 +86,10 @@ impl Engine {
         Llvm::release_memory();
     }
 
+    pub(super) fn compiler(&self) -> &Arc<KernelCompiler> {
+        &self.compiler
+    }
+
     /// The options.
     pub fn options(&self) -> &EngineOptions {
         self.compiler.options()
@@ -179,9 +183,6 @@ impl Engine {
         on_threads(threads, requests.len(), |index| {
             let KernelRequest { program, method, variant } = &requests[index];
             let Ok(method) = program.method(*method) else { return };
-            if method.asks_scene() {
-                return;
-            }
             let size = method.function.values.len();
             let _ = linked[index].set((size, program.canonical(&method, variant.clone())));
         });
@@ -207,7 +208,7 @@ impl Engine {
 
 /// Distributes kernels of these sizes over modules of about equal work. There are enough modules to keep the threads
 /// busy to the end, and few enough that the cost of a module does not matter.
-fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
+pub(super) fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
     /// The cost of a kernel for LLVM beyond its operations, in operations.
     const KERNEL_COST: usize = 50;
     const MODULES_PER_THREAD: usize = 2;
@@ -225,7 +226,7 @@ fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
 }
 
 /// Does the pieces of work `0..count` on threads.
-fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
+pub(super) fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
     let next = AtomicUsize::new(0);
     let take = || {
         loop {

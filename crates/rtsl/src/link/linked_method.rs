@@ -57,7 +57,14 @@ impl LinkedMethod {
         self.function.body.asks(|query| query == wanted)
     }
 
-    /// True if the method asks anything of the scene, as those of integrators do. Only the interpreter calls it.
+    /// True if the method takes random numbers.
+    pub fn draws_numbers(&self) -> bool {
+        let mut draws = false;
+        self.function.body.for_each_op(&mut |op| draws |= op.kind == OpKind::Rand);
+        draws
+    }
+
+    /// True if the method asks anything of the scene, as those of integrators do.
     pub fn asks_scene(&self) -> bool {
         self.function.body.asks(|_| true)
     }

@@ -5,6 +5,7 @@
 //! references. A call through a reference that is not set gives the role's defaults.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rtsl_ir::class::Reference;
 use rtsl_ir::{
@@ -17,6 +18,7 @@ use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
 use super::class_tree::{ClassTree, element_path};
+use super::stage::SurfaceLinks;
 use crate::errors;
 
 /// The greatest number of operations of a linked function.
@@ -53,12 +55,14 @@ pub(super) struct Linker {
     /// If scratch is not in memory: the values of its scalars in the order of their assignments, of which the last
     /// counts. Others are zero.
     pub scratch: Option<Vec<((VariableId, u32), Value)>>,
+    /// For a stage of an integrator: the methods that answer its queries.
+    pub surface: Option<Arc<SurfaceLinks>>,
 }
 
 /// A function body that is being copied.
 pub(super) struct Site<'a> {
-    tree: &'a ClassTree,
-    function: &'a Function,
+    pub tree: &'a ClassTree,
+    pub function: &'a Function,
     /// `""`, or `kd.`.
     prefix: String,
     pub is_root: bool,
@@ -66,7 +70,7 @@ pub(super) struct Site<'a> {
     pub overrides: Vec<(StateComponent, Value)>,
     values: IndexVec<Value, Option<Value>>,
     variables: IndexVec<VariableId, Option<VariableId>>,
-    in_loop: bool,
+    pub in_loop: bool,
     /// The index of the function's first name in the linked function.
     first_text: u32,
 }
@@ -124,7 +128,16 @@ impl Linker {
     pub fn new(out: Function) -> Linker {
         let warnings = BTreeSet::new();
         let variables = BTreeMap::new();
-        Linker { out, variables, operations: 0, depth: 0, locals: 0, warnings, scratch: None }
+        Linker {
+            out,
+            variables,
+            operations: 0,
+            depth: 0,
+            locals: 0,
+            warnings,
+            scratch: None,
+            surface: None,
+        }
     }
 
     pub fn finish(self) -> Linked {
@@ -136,7 +149,7 @@ impl Linker {
         Linked { function: self.out, unchanged: Vec::new(), warnings }
     }
 
-    fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
+    pub fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.out.body = self.copy_region(&mut site, &function.body)?;
         for output in &function.outputs {
@@ -177,6 +190,12 @@ impl Linker {
     }
 
     fn copy_op(&mut self, site: &mut Site<'_>, op: &Op, to: &mut Vec<Op>) -> Linking<()> {
+        if let Some(results) = self.answer(site, op, to)? {
+            for (old, new) in op.results.iter().zip(results) {
+                site.define(old, new);
+            }
+            return Ok(());
+        }
         let kind = match &op.kind {
             OpKind::ReferenceCall(call) => {
                 let results = self.reference_call(site, call, to)?;
@@ -478,7 +497,7 @@ impl Linker {
     }
 
     /// Zeroes the locals of a body that may run several times.
-    fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
+    pub fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
         let function = site.function;
         for (id, variable) in (0..).map(VariableId).zip(&function.variables) {
             if variable.kind != VariableKind::Local {

@@ -6,5 +6,6 @@ pub(crate) mod hit;
 pub(crate) mod linked_method;
 pub(crate) mod linker;
 pub(crate) mod outputs;
+pub(crate) mod stage;
 #[cfg(test)]
 mod tests;

@@ -340,6 +340,22 @@ impl Program {
         .clone()
     }
 
+    /// Returns a kernel that runs on the interpreter, whatever the engine makes otherwise.
+    ///
+    /// # Errors
+    /// As for [`Program::method`], or if the interpreter can't run the method.
+    pub fn interpreted_kernel(
+        &self,
+        method: Method,
+        variant: impl Into<Variant>,
+    ) -> Result<Kernel, Diagnostic> {
+        let linked = self.method(method)?;
+        let variant = self.canonical(&linked, variant.into());
+        let function = self.specialise(&linked, &variant);
+        let layout = variant.layout(&self.layout);
+        self.compiler.interpreted(KernelSource::new(&function, &variant, &layout, self.width()))
+    }
+
     /// Returns a function for a host's own packets, made at the first call. It serves all instances of the program,
     /// whose blocks are [`Layout::block_words`] long.
     ///

@@ -58,6 +58,7 @@ impl Evaluation {
             tracer: PathTracer { scene: &self.scene, errors: &errors, with_features: false },
             integrator,
             rays: &mut rays,
+            slots: None,
             queries: &mut BatchMemory::for_queries(&self.scene),
             free: &Default::default(),
             depth: 0,
@@ -74,6 +75,7 @@ impl Evaluation {
             instances,
             host,
         });
+        host.add_contributions();
         for (lane, ray) in rays.iter().enumerate() {
             for (channel, lit) in ray.lit.iter().enumerate() {
                 state.floats_mut(v.sample_color + channel)[lane] += lit;

@@ -1,25 +1,29 @@
-//! The host of an integrator: it answers queries of single rays.
+//! The host of an integrator: it answers queries, for one ray or for several rays together.
 
 use std::cell::RefCell;
 
 use rtsl::Query;
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
+use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LaneWords, MAX_LANES, RayLanes};
 use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_math::dot;
 
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::shadow_rays::ShadowRay;
-use super::super::wavefront::{Path, Wavefront};
+use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use super::Integrator;
-use super::numbers::PathNumbers;
+use super::numbers::{PathNumbers, pairs, singles};
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
 use crate::whitted::{PacketColors, SpawnedRays, Workspace};
 
+/// The object of a surface that no ray found.
+pub const NO_OBJECT: u32 = u32::MAX;
+
 /// A ray of a call, with what the integrator has asked for it so far.
+#[derive(Clone, Debug)]
 pub struct RayOfCall {
     pub numbers: PathNumbers,
     /// The time within the shutter.
@@ -48,14 +52,76 @@ impl RayOfCall {
     pub fn surfaces_before(&self) -> u32 {
         self.searches.saturating_sub(1)
     }
+
+    /// True if there was no search yet.
+    pub fn first_search(&self) -> bool {
+        self.searches == 0
+    }
+
+    /// Adds a contribution that nothing blocks.
+    pub fn add_contribution(&mut self, color: [f32; 3]) {
+        (0..3).for_each(|channel| self.lit[channel] += color[channel]);
+    }
+
+    /// Returns the path of a ray that `trace` traces, which ends at the limit.
+    pub fn begin_trace(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        limit: f32,
+        epsilon: f32,
+    ) -> Path {
+        Path {
+            origin,
+            direction,
+            epsilon,
+            distance: limit,
+            limit,
+            time: self.time,
+            key: self.numbers.begin_child(),
+            sample: self.numbers.sample,
+            ..Path::NOWHERE
+        }
+    }
+
+    /// Begins a search with a ray of this origin, direction, least and greatest distance. A least distance of 0 means
+    /// that of the scene.
+    pub fn begin_search(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        (epsilon, limit): (f32, f32),
+        epsilon_of_scene: f32,
+    ) -> Path {
+        Path {
+            origin,
+            direction,
+            epsilon: if epsilon > 0.0 { epsilon } else { epsilon_of_scene },
+            distance: limit,
+            limit,
+            time: self.time,
+            key: self.numbers.begin_search(),
+            sample: self.numbers.sample,
+            ..Path::NOWHERE
+        }
+    }
+
+    /// Ends a search; `hit` has the distance and the object.
+    pub fn end_search(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
+        if self.searches == 0 {
+            let length = dot(direction, direction).sqrt();
+            self.first_hit = hit.map(|(distance, object)| (distance * length, object as f32));
+        }
+        self.searches = self.searches.saturating_add(1);
+    }
 }
 
 /// The host of a call of an integrator.
 pub struct SceneHost<'a> {
     pub tracer: PathTracer<'a>,
     pub integrator: &'a Integrator,
-    /// The rays of the call.
+    /// The rays.
     pub rays: &'a mut [RayOfCall],
+    /// The index of the ray of each lane of the call; `None` if they are in order.
+    pub slots: Option<&'a [u32]>,
     /// The memory of queries.
     pub queries: &'a mut BatchMemory,
     /// Memory for the rays that `trace` traces.
@@ -67,18 +133,11 @@ pub struct SceneHost<'a> {
 impl Host for SceneHost<'_> {
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
         for lane in lanes.iter() {
-            let ray = &mut self.rays[lanes.base as usize + lane];
-            let path = Path {
-                origin: [0, 1, 2].map(|axis| rays.origin[axis][lane]),
-                direction: [0, 1, 2].map(|axis| rays.direction[axis][lane]),
-                epsilon: self.tracer.scene.compiled.epsilon,
-                distance: rays.limit[lane],
-                limit: rays.limit[lane],
-                time: ray.time,
-                key: ray.numbers.begin_child(),
-                sample: ray.numbers.sample,
-                ..Path::NOWHERE
-            };
+            let ray = self.ray_of(lanes, lane);
+            let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
+            let ends = (vector(&rays.origin), vector(&rays.direction));
+            let epsilon = self.tracer.scene.compiled.epsilon;
+            let path = self.rays[ray].begin_trace(ends, rays.limit[lane], epsilon);
             let color = self.integrate_further(path);
             (0..3).for_each(|channel| radiance[channel][lane] = color[channel]);
         }
@@ -89,7 +148,7 @@ impl Host for SceneHost<'_> {
         for lane in lanes.iter() {
             let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
             let (origin, direction) = (vector(&rays.origin), vector(&rays.direction));
-            let ray = lanes.base as usize + lane;
+            let ray = self.ray_of(lanes, lane);
             if !self.is_visible(ray, (origin, direction), rays.limit[lane]) {
                 occluded |= 1 << lane;
             }
@@ -98,16 +157,30 @@ impl Host for SceneHost<'_> {
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        let sampler = &self.tracer.scene.compiled.settings.sampler;
+        let sampler = self.tracer.scene.compiled.settings.sampler;
         for lane in lanes.iter() {
-            values[lane] = self.rays[lanes.base as usize + lane].numbers.draw(sampler);
+            let ray = self.ray_of(lanes, lane);
+            values[lane] = self.rays[ray].numbers.draw(&sampler);
         }
     }
 
     fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
-        let ray = ray as usize;
+        let lanes = LaneSet { base: ray, active: 1 };
+        let operands: Vec<LaneWords> = operands.iter().map(|bits| [*bits; MAX_LANES]).collect();
+        let mut answers = vec![[0; MAX_LANES]; results.len()];
+        self.query_lanes(lanes, query, &operands, &mut answers);
+        results.iter_mut().zip(&answers).for_each(|(result, answer)| *result = answer[0]);
+    }
+
+    fn query_lanes(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
         match query {
-            Query::NearestHit => self.nearest_hit(ray, operands, results),
+            Query::NearestHit => self.nearest_hits(lanes, operands, results),
             Query::SurfaceProperties
             | Query::Emission
             | Query::LightEmission
@@ -115,70 +188,84 @@ impl Host for SceneHost<'_> {
             | Query::Bsdf
             | Query::BsdfPdf
             | Query::SampleBsdf
-            | Query::Shade => self.ask_surface(ray, query, operands, results),
-            Query::SampleLight => self.sample_light(ray, operands, results),
-            Query::SkyCount => results[0] = self.tracer.scene.lights.skies.len() as u32,
-            Query::SkyEmission => self.sky_emission(ray, operands, results),
-            Query::SkyPdf => self.sky_density(ray, operands, results),
-            Query::Contribute => self.contribute(ray, operands),
-            Query::Sample => {
-                let sampler = &self.tracer.scene.compiled.settings.sampler;
-                results[0] = self.rays[ray].numbers.single(sampler, operands[0]).to_bits();
-            }
-            Query::SamplePair => {
-                let sampler = &self.tracer.scene.compiled.settings.sampler;
-                let numbers = self.rays[ray].numbers.pair(sampler, operands[0]);
-                store(results, &numbers);
-            }
+            | Query::Shade => self.ask_surfaces(lanes, query, operands, results),
+            Query::SampleLight => self.sample_lights(lanes, operands, results),
+            Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
+            Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
+            Query::Contribute => self.contribute(lanes, operands),
+            Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
         }
     }
 }
 
 impl SceneHost<'_> {
-    fn nearest_hit(&mut self, ray: usize, operands: &[u32], results: &mut [u32]) {
-        let state = &mut self.rays[ray];
-        let epsilon = number(operands, 6);
-        let path = Path {
-            origin: vector(operands, 0),
-            direction: vector(operands, 3),
-            epsilon: if epsilon > 0.0 { epsilon } else { self.tracer.scene.compiled.epsilon },
-            distance: number(operands, 7),
-            limit: number(operands, 7),
-            time: state.time,
-            key: state.numbers.begin_search(),
-            sample: state.numbers.sample,
-            ..Path::NOWHERE
-        };
-        let BatchMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
-        begin(wavefront, path);
-        searcher.are_together = false;
-        rays.traced += u64::from(state.searches > 0);
-        self.tracer.find_hits(wavefront, searcher, batch);
-        if let Some((_, hit)) = wavefront.hits.first() {
-            let distance = wavefront.paths[0].distance;
-            results.copy_from_slice(&[
-                1,
-                hit.object,
-                hit.instance,
-                hit.element,
-                distance.to_bits(),
-            ]);
-            if state.searches == 0 {
-                let length = dot(path.direction, path.direction).sqrt();
-                state.first_hit = Some((distance * length, hit.object as f32));
-            }
-        }
-        state.searches = state.searches.saturating_add(1);
+    /// Returns the index of a lane's ray.
+    pub fn ray_of(&self, lanes: LaneSet, lane: usize) -> usize {
+        let index = lanes.base as usize + lane;
+        self.slots.map_or(index, |slots| slots[index] as usize)
     }
 
-    fn contribute(&mut self, ray: usize, operands: &[u32]) {
-        let color = vector(operands, 7);
-        if color == [0.0; 3] {
-            return;
+    fn nearest_hits(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
+        for lane in lanes.iter() {
+            let state = &mut self.rays[lanes.base as usize + lane];
+            let ray = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let limits = (number(operands, 6, lane), number(operands, 7, lane));
+            let path = state.begin_search(ray, limits, self.tracer.scene.compiled.epsilon);
+            let BatchMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
+            begin(wavefront, path);
+            searcher.are_together = false;
+            rays.traced += u64::from(state.searches > 0);
+            self.tracer.find_hits(wavefront, searcher, batch);
+            let distance = wavefront.paths[0].distance;
+            let hit = wavefront.hits.first().map(|(_, hit)| hit);
+            state.end_search(path.direction, hit.map(|hit| (distance, hit.object)));
+            let answer = match hit {
+                Some(hit) => [1, hit.object, hit.instance, hit.element, distance.to_bits()],
+                None => [0, NO_OBJECT, NO_INSTANCE, 0, 0],
+            };
+            results.iter_mut().zip(answer).for_each(|(result, bits)| result[lane] = bits);
         }
-        if self.is_visible(ray, (vector(operands, 0), vector(operands, 3)), number(operands, 6)) {
-            let lit = &mut self.rays[ray].lit;
-            (0..3).for_each(|channel| lit[channel] += color[channel]);
+    }
+
+    /// Notes contributions, which are added if nothing blocks them once their rays are traced.
+    fn contribute(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let color = vector(operands, 7, lane);
+            if color == [0.0; 3] {
+                continue;
+            }
+            let ray = self.ray_of(lanes, lane);
+            let RayOfCall { numbers, time, .. } = &mut self.rays[ray];
+            self.queries.shadow_rays.push(ShadowRay {
+                origin: vector(operands, 0, lane),
+                direction: vector(operands, 3, lane),
+                distance: number(operands, 6, lane),
+                time: *time,
+                color,
+                path: ray as u32,
+                key: numbers.begin_call(),
+                sample: numbers.sample,
+            });
+        }
+    }
+
+    fn sample(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        let (mut keys, mut samples) = ([0; MAX_LANES], [0; MAX_LANES]);
+        for lane in lanes.iter() {
+            let numbers = &self.rays[self.ray_of(lanes, lane)].numbers;
+            (keys[lane], samples[lane]) = (numbers.key(), numbers.sample);
+        }
+        let sampler = &self.tracer.scene.compiled.settings.sampler;
+        if query == Query::Sample {
+            results[0] = singles(sampler, &keys, &operands[0], &samples);
+        } else {
+            [results[0], results[1]] = pairs(sampler, &keys, &operands[0], &samples);
         }
     }
 
@@ -190,10 +277,7 @@ impl SceneHost<'_> {
         distance: f32,
     ) -> bool {
         let RayOfCall { numbers, time, .. } = &mut self.rays[ray];
-        let memory = &mut *self.queries;
-        begin(&mut memory.wavefront, Path::NOWHERE);
-        memory.wavefront.active.clear();
-        memory.shadow_rays.push(ShadowRay {
+        let shadow_ray = ShadowRay {
             origin,
             direction,
             distance,
@@ -202,18 +286,32 @@ impl SceneHost<'_> {
             path: 0,
             key: numbers.begin_call(),
             sample: numbers.sample,
+        };
+        let memory = &mut *self.queries;
+        // Contributions wait for their turn.
+        let waiting = std::mem::replace(&mut memory.shadow_rays, vec![shadow_ray]);
+        let mut is_visible = false;
+        self.tracer.trace_shadow_rays(memory, &mut |_| is_visible = true);
+        memory.shadow_rays = waiting;
+        is_visible
+    }
+
+    /// Adds the contributions that nothing blocks.
+    pub fn add_contributions(&mut self) {
+        let rays = &mut *self.rays;
+        self.tracer.trace_shadow_rays(self.queries, &mut |ray: &ShadowRay| {
+            rays[ray.path as usize].add_contribution(ray.color);
         });
-        self.tracer.trace_shadow_rays(memory);
-        memory.wavefront.paths[0].radiance[0] > 0.0
     }
 
     /// Returns the radiance along the ray of a path that a method has traced; black beyond the greatest depth.
     fn integrate_further(&mut self, path: Path) -> [f32; 3] {
         let SceneHost { tracer, integrator, free, depth, .. } = self;
         let further = Further { tracer, integrator, free };
-        let (color, counts) = further.integrate(path, *depth + 1);
+        let mut paths = [path];
+        let counts = further.integrate(&mut paths, *depth + 1);
         self.queries.rays += counts;
-        color
+        paths[0].radiance
     }
 }
 
@@ -225,20 +323,22 @@ pub struct Further<'a> {
 }
 
 impl Further<'_> {
-    /// Returns the radiance along the ray of a path, and the number of rays traced.
-    fn integrate(&self, path: Path, depth: u32) -> ([f32; 3], RayCounts) {
+    /// Computes the radiance along the rays of paths, and returns the number of rays traced.
+    pub fn integrate(&self, paths: &mut [Path], depth: u32) -> RayCounts {
         if depth > MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth) {
-            return Default::default();
+            return RayCounts::default();
         }
         let taken = self.free.borrow_mut().pop();
         let mut memory =
             taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene, self.integrator));
         let mut wavefront = Wavefront::default();
-        begin(&mut wavefront, path);
+        wavefront.paths.extend_from_slice(paths);
+        wavefront.active.extend(0..paths.len() as u32);
         let mut counts = self.tracer.integrate(self.integrator, &mut wavefront, &mut memory, depth);
-        counts.traced += 1;
+        counts.traced += paths.len() as u64;
         self.free.borrow_mut().push(memory);
-        (wavefront.paths[0].radiance, counts)
+        paths.copy_from_slice(&wavefront.paths);
+        counts
     }
 }
 
@@ -253,14 +353,17 @@ impl SpawnedRays for Further<'_> {
         depth: u32,
     ) -> PacketColors {
         let mut colors = [[0.0; LANES]; 3];
-        for lane in lanes_of(lanes) {
+        let path = |lane: usize| {
             let key = context.streams.keys()[lane];
-            let path = Path::from_ray(rays, lane, key, context.streams.sample());
-            let (color, mut counts) = self.integrate(path, depth);
-            // The spawning kernel has counted this ray.
-            counts.traced = counts.traced.saturating_sub(1);
-            workspace.rays += counts;
-            (0..3).for_each(|channel| colors[channel][lane] = color[channel]);
+            Path::from_ray(rays, lane, key, context.streams.sample())
+        };
+        let mut paths: Vec<Path> = lanes_of(lanes).map(path).collect();
+        let mut counts = self.integrate(&mut paths, depth);
+        // The spawning kernel has counted these rays.
+        counts.traced = counts.traced.saturating_sub(paths.len() as u64);
+        workspace.rays += counts;
+        for (lane, path) in lanes_of(lanes).zip(&paths) {
+            (0..3).for_each(|channel| colors[channel][lane] = path.radiance[channel]);
         }
         colors
     }
@@ -275,17 +378,17 @@ fn begin(wavefront: &mut Wavefront, path: Path) {
     wavefront.active.push(0);
 }
 
-/// Returns the operand at an index as a number.
-pub fn number(operands: &[u32], index: usize) -> f32 {
-    f32::from_bits(operands[index])
+/// Returns a lane of the operand at an index as a number.
+pub fn number(operands: &[LaneWords], index: usize, lane: usize) -> f32 {
+    f32::from_bits(operands[index][lane])
 }
 
-/// Returns the three operands from an index on as a vector.
-pub fn vector(operands: &[u32], first: usize) -> [f32; 3] {
-    [0, 1, 2].map(|axis| number(operands, first + axis))
+/// Returns a lane of the three operands from an index on as a vector.
+pub fn vector(operands: &[LaneWords], first: usize, lane: usize) -> [f32; 3] {
+    [0, 1, 2].map(|axis| number(operands, first + axis, lane))
 }
 
-/// Stores the first results.
-pub fn store(results: &mut [u32], values: &[f32]) {
-    results.iter_mut().zip(values).for_each(|(result, value)| *result = value.to_bits());
+/// Stores the first results of a lane.
+pub fn store(results: &mut [LaneWords], lane: usize, values: &[f32]) {
+    results.iter_mut().zip(values).for_each(|(result, value)| result[lane] = value.to_bits());
 }

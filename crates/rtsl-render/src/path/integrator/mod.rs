@@ -1,21 +1,22 @@
-//! Integrators written in RTSL, one path after another.
+//! Integrators written in RTSL.
 //!
-//! The kernel of an integrator runs on the interpreter, ray by ray, and each of its queries is answered at once: a
-//! search with one ray, a call of a material's method with one lane. This defines the meaning of integrators, and any
-//! class renders pictures; it is not fast.
+//! An engine with machine code runs them as [stages](staged). Without, and where they are evaluated for given rays, the
+//! whole of `radiance` runs on the interpreter, ray by ray, and each query is answered at once: a search with one ray,
+//! a call of a material's method with one lane. This defines the meaning of integrators; stages have the same bits.
 //!
 //! # Random numbers
 //!
 //! Numbers depend on the pixel, the sample and the queries of the path before, never on other paths. `sample1D` and
-//! `sample2D` are functions of the dimension. Every query that calls methods of materials or lights has a separate
-//! sequence, from which these methods take their numbers: the sequence's index counts the queries since the last
-//! search, among the sequences of that search. So the numbers of one surface are stratified over the samples of a
-//! pixel, whatever the surfaces before it have asked.
+//! `sample2D` are functions of the dimension. Every query for a light, a sky, a shadow ray or `shade`, and every other
+//! one whose method takes random numbers, has a separate sequence for its methods: the sequence's index counts such
+//! queries since the last search, among the sequences of that search. So the numbers of one surface are stratified over
+//! the samples of a pixel, whatever the surfaces before it have asked.
 
 mod evaluation;
 mod host;
 mod light;
 mod numbers;
+mod staged;
 mod surface;
 mod tracing;
 
@@ -23,16 +24,23 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, InstanceBlock, Kernel, Method, ParameterType, Program,
-    Query,
+    Query, StagedProgram,
 };
+use rtsl_scene::Scene;
+
+use super::group_plan::{Classes, GroupPlan};
 
 pub use evaluation::Evaluation;
+pub use staged::StagedIntegrator;
 pub use tracing::IntegratorMemory;
 
-/// An integrator with its kernel.
+/// An integrator, prepared for a scene.
 pub struct Integrator {
     program: Arc<Program>,
-    kernel: Arc<Kernel>,
+    /// `radiance` on the interpreter.
+    kernel: Kernel,
+    /// The stages, if there is machine code.
+    staged: Option<StagedIntegrator>,
     block: InstanceBlock,
     /// The first scratch arrays of the outputs that are features of pixels, if the class has them.
     features: FeatureArrays,
@@ -48,14 +56,14 @@ struct FeatureArrays {
 }
 
 impl Integrator {
-    /// Makes the kernel of an instance.
+    /// Prepares an instance for the interpreter.
     ///
     /// # Errors
     /// If its class has no `radiance`, or linking passes a limit.
     pub fn new(engine: &Engine, instance: &Arc<Instance>) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
         let calls_shade = program.method(Method::Radiance)?.asks(Query::Shade);
-        let kernel = program.kernel(Method::Radiance, CallMode::Packet)?;
+        let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
         let array = |name: &str| {
             let mut outputs = program.class().outputs.iter();
             let (_, ty) = outputs.find(|(output, _)| output == name)?;
@@ -65,7 +73,26 @@ impl Integrator {
         };
         let features = FeatureArrays { albedo: array("albedo"), normal: array("normal") };
         let block = program.block(instance);
-        Ok(Integrator { kernel, block, features, calls_shade, program })
+        Ok(Integrator { kernel, staged: None, block, features, calls_shade, program })
+    }
+
+    /// Compiles the stages for a scene, if the engine makes machine code.
+    ///
+    /// # Errors
+    /// If linking, splitting or code generation fails.
+    pub fn compile(
+        &mut self,
+        engine: &Engine,
+        instance: &Instance,
+        scene: &Scene,
+        groups: (Classes<'_>, &GroupPlan),
+    ) -> Result<(), Diagnostic> {
+        if engine.llvm().is_none() {
+            return Ok(());
+        }
+        let program = StagedProgram::new(&self.program)?;
+        self.staged = Some(StagedIntegrator::new(engine, program, instance, scene, groups)?);
+        Ok(())
     }
 
     /// Returns the name of the class.

@@ -1,6 +1,8 @@
 //! The random numbers of a path.
 
-use rtsl_math::sampling::{Sampler, child_key, hash};
+use fearless_simd::{Level, Simd, dispatch};
+use rtsl::host::{LaneWords, MAX_LANES};
+use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, child_key, hash};
 
 /// Selects the numbers of a path by their use: independent sequences.
 const NUMBERS_OF_SINGLES: u32 = 0x201;
@@ -17,7 +19,7 @@ pub struct PathNumbers {
     key: u32,
     /// The index of the sample.
     pub sample: u32,
-    /// The number of queries that had sequences, counted anew after each search.
+    /// The number of queries that have had sequences, counted anew after each search.
     calls: u32,
     /// The count of numbers drawn by `rand()`.
     drawn: u32,
@@ -31,14 +33,9 @@ impl PathNumbers {
         PathNumbers { key, sample, calls: 0, drawn: 0, children: 0 }
     }
 
-    /// Returns one dimension.
-    pub fn single(&self, sampler: &Sampler, dimension: u32) -> f32 {
-        sampler.single_number(hash(self.key, NUMBERS_OF_SINGLES), dimension, self.sample)
-    }
-
-    /// Returns two dimensions that are stratified together.
-    pub fn pair(&self, sampler: &Sampler, dimension: u32) -> [f32; 2] {
-        sampler.single_pair(hash(self.key, NUMBERS_OF_PAIRS), dimension, self.sample)
+    /// Returns the key from which those of all sequences are derived.
+    pub fn key(&self) -> u32 {
+        self.key
     }
 
     /// Draws the next number of `rand()`.
@@ -68,5 +65,67 @@ impl PathNumbers {
 
     fn key_of_call(&self) -> u32 {
         hash(hash(self.key, NUMBERS_OF_CALLS), self.calls)
+    }
+}
+
+/// Returns one dimension of each path, as bits. The keys are those of the paths.
+pub fn singles(
+    sampler: &Sampler,
+    keys: &LaneWords,
+    dimensions: &LaneWords,
+    samples: &LaneWords,
+) -> LaneWords {
+    let mut numbers = [0; MAX_LANES];
+    dispatch!(Level::new(), simd => match sampler.spread() {
+        INDEPENDENT => singles_in_vectors::<_, INDEPENDENT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        POWER_OF_TWO => singles_in_vectors::<_, POWER_OF_TWO>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        SOBOL => singles_in_vectors::<_, SOBOL>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        _ => singles_in_vectors::<_, ANY_COUNT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+    });
+    numbers
+}
+
+#[inline(always)]
+fn singles_in_vectors<S: Simd, const SPREAD: u8>(
+    _: S,
+    sampler: &Sampler,
+    [keys, dimensions, samples]: [&LaneWords; 3],
+    numbers: &mut LaneWords,
+) {
+    for lane in 0..MAX_LANES {
+        let key = hash(keys[lane], NUMBERS_OF_SINGLES);
+        let number = sampler.number_of_stream::<SPREAD>(key, dimensions[lane], samples[lane]);
+        numbers[lane] = number.to_bits();
+    }
+}
+
+/// Returns two dimensions of each path that are stratified together, as bits.
+pub fn pairs(
+    sampler: &Sampler,
+    keys: &LaneWords,
+    dimensions: &LaneWords,
+    samples: &LaneWords,
+) -> [LaneWords; 2] {
+    let mut numbers = [[0; MAX_LANES]; 2];
+    dispatch!(Level::new(), simd => match sampler.spread() {
+        INDEPENDENT => pairs_in_vectors::<_, INDEPENDENT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        POWER_OF_TWO => pairs_in_vectors::<_, POWER_OF_TWO>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        SOBOL => pairs_in_vectors::<_, SOBOL>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+        _ => pairs_in_vectors::<_, ANY_COUNT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
+    });
+    numbers
+}
+
+#[inline(always)]
+fn pairs_in_vectors<S: Simd, const SPREAD: u8>(
+    _: S,
+    sampler: &Sampler,
+    [keys, dimensions, samples]: [&LaneWords; 3],
+    [first, second]: &mut [LaneWords; 2],
+) {
+    for lane in 0..MAX_LANES {
+        let key = hash(keys[lane], NUMBERS_OF_PAIRS);
+        let pair = sampler.pair_of_stream::<SPREAD>(key, dimensions[lane], samples[lane]);
+        (first[lane], second[lane]) = (pair[0].to_bits(), pair[1].to_bits());
     }
 }

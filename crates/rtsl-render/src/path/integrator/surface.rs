@@ -1,6 +1,7 @@
 //! Queries about surfaces.
 
-use rtsl::{Kernel, Method, Query, SURFACE_SCALARS};
+use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
+use rtsl::{Kernel, Method, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS};
 use rtsl_math::SIMD_LANES;
 
 use super::super::memory::BatchMemory;
@@ -9,61 +10,102 @@ use super::super::scatter::NUMBERS_OF_SHAPES;
 use super::super::shading_batch::ShadingBatch;
 use super::super::surface_group::SurfaceGroup;
 use super::super::wavefront::{NO_INSTANCE, Path, PathHit};
-use super::host::{Further, RayOfCall, SceneHost, number, store, vector};
+use super::host::{Further, SceneHost, number, store, vector};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector as vector_of};
 
+/// A lane whose surface is asked about.
+#[derive(Clone, Copy)]
+struct Asking {
+    lane: usize,
+    /// The index of its ray.
+    ray: usize,
+    hit: PathHit,
+}
+
+/// A query with its operands.
+#[derive(Clone, Copy)]
+struct Question<'q> {
+    query: Query,
+    operands: &'q [LaneWords],
+}
+
 impl SceneHost<'_> {
-    /// Answers a query about a surface. The results stay zero if the scene has no such surface.
-    pub fn ask_surface(&mut self, ray: usize, query: Query, operands: &[u32], results: &mut [u32]) {
-        let Some(hit) = self.hit_of(operands) else { return };
-        let scene = self.tracer.scene;
-        let group = &scene.groups[scene.objects[hit.object as usize].group as usize];
-        let argument = &operands[SURFACE_SCALARS..];
-        let seen_from = (query == Query::LightPdf).then(|| vector(argument, 0));
-        self.prepare(ray, group, hit, operands, seen_from);
-        let v = variables();
+    /// Answers a query about surfaces, one group of surfaces after another. The results stay zero where the scene has
+    /// no such surface.
+    pub fn ask_surfaces(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        let mut asking = Vec::with_capacity(MAX_LANES);
+        for lane in lanes.iter() {
+            let ray = self.ray_of(lanes, lane);
+            asking.extend(self.hit_of(operands, lane).map(|hit| Asking { lane, ray, hit }));
+        }
+        let objects = &self.tracer.scene.objects;
+        let group = |asking: &Asking| objects[asking.hit.object as usize].group;
+        asking.sort_by_key(group);
+        let question = Question { query, operands };
+        for asking in asking.chunk_by(|one, other| group(one) == group(other)) {
+            self.ask_group(group(&asking[0]), asking, question, results);
+        }
+    }
+
+    /// Answers a query about surfaces of one group.
+    fn ask_group(
+        &mut self,
+        group: u32,
+        asking: &[Asking],
+        question: Question<'_>,
+        results: &mut [LaneWords],
+    ) {
+        let group = &self.tracer.scene.groups[group as usize];
+        self.prepare(group, asking, question);
+        let (v, Question { query, operands }) = (variables(), question);
         match query {
-            Query::SurfaceProperties => self.store_properties(results),
+            Query::SurfaceProperties => self.store_properties(asking, results),
             Query::Emission => {
                 if group.material.shade.is_some() {
-                    return self.shade(ray, hit, results);
+                    return self.shade(asking, results);
                 }
                 let Some(kernel) = &group.material.emission else { return };
-                self.call_material(ray, group, Method::Emission, kernel);
-                self.store_vector(results, v.emission_color);
+                self.call_material(asking, group, Method::Emission, kernel);
+                self.store_vectors(asking, results, v.emission_color);
             }
-            Query::LightEmission => self.light_emission(ray, group, results),
-            Query::LightPdf => store(results, &[self.light_density(group, hit, argument)]),
+            Query::LightEmission => self.light_emission(asking, group, results),
+            Query::LightPdf => self.light_densities(asking, group, operands, results),
             Query::Bsdf | Query::BsdfPdf => {
                 let scattering = group.material.scattering.as_ref();
                 let Some(evaluate) = scattering.and_then(|it| it.evaluate.as_ref()) else { return };
-                self.set_vector(v.light_direction, vector(argument, 0));
+                self.set_vectors(asking, v.light_direction, operands);
                 if query == Query::Bsdf {
-                    self.call_material(ray, group, Method::Bsdf, &evaluate.bsdf);
-                    self.store_vector(results, v.bsdf_value);
+                    self.call_material(asking, group, Method::Bsdf, &evaluate.bsdf);
+                    self.store_vectors(asking, results, v.bsdf_value);
                 } else {
-                    self.call_material(ray, group, Method::EvaluatePdf, &evaluate.density);
-                    store(results, &[self.queries.batch.state.floats(v.pdf)[0]]);
+                    self.call_material(asking, group, Method::EvaluatePdf, &evaluate.density);
+                    self.store_numbers(asking, &mut results[0], v.pdf, |density| density);
                 }
             }
             Query::SampleBsdf => {
                 let Some(scattering) = &group.material.scattering else { return };
-                self.set_vector(v.bsdf_seed, vector(argument, 0));
-                self.call_material(ray, group, Method::SampleBsdf, &scattering.sample);
-                self.store_vector(results, v.light_direction);
-                self.store_vector(&mut results[3..], v.bsdf_value);
-                let density = self.queries.batch.state.floats(v.pdf)[0].max(0.0);
-                store(&mut results[6..], &[density]);
+                self.set_vectors(asking, v.bsdf_seed, operands);
+                self.call_material(asking, group, Method::SampleBsdf, &scattering.sample);
+                self.store_vectors(asking, results, v.light_direction);
+                self.store_vectors(asking, &mut results[3..], v.bsdf_value);
+                let at_least_zero = |density: f32| if density > 0.0 { density } else { 0.0 };
+                self.store_numbers(asking, &mut results[6], v.pdf, at_least_zero);
             }
-            Query::Shade => self.shade(ray, hit, results),
+            Query::Shade => self.shade(asking, results),
             _ => {}
         }
     }
 
-    /// Returns the hit that operands identify, if the scene has such a surface.
-    fn hit_of(&self, operands: &[u32]) -> Option<PathHit> {
-        let (object, instance, element) = (operands[0], operands[1], operands[2]);
+    /// Returns the hit that a lane's operands identify, if the scene has such a surface.
+    fn hit_of(&self, operands: &[LaneWords], lane: usize) -> Option<PathHit> {
+        let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][lane]);
         let scene = self.tracer.scene;
         let entry = scene.objects.get(object as usize)?;
         scene.compiled.class(entry.class).index_of(object, element)?;
@@ -72,132 +114,198 @@ impl SceneHost<'_> {
         is_placed.then_some(PathHit { path: 0, object, element, instance })
     }
 
-    /// Computes the properties of the surface, as inputs of methods. If a point is given, the surface is prepared as
-    /// seen from there.
-    fn prepare(
-        &mut self,
-        ray: usize,
-        group: &SurfaceGroup,
-        hit: PathHit,
-        operands: &[u32],
-        seen_from: Option<[f32; 3]>,
-    ) {
-        let state = &self.rays[ray];
-        let (origin, direction) = (vector(operands, 6), vector(operands, 9));
-        let distance = number(operands, 3);
-        let mut path = Path {
-            origin,
-            direction,
-            epsilon: number(operands, 4),
-            distance,
-            limit: number(operands, 5),
-            time: state.time,
-            width: number(operands, 12),
-            spread: number(operands, 13),
-            sample: state.numbers.sample,
-            ..Path::NOWHERE
-        };
-        if let Some(point) = seen_from.filter(|point| *point != origin) {
-            let axes = [0, 1, 2];
-            path.origin = point;
-            path.direction =
-                axes.map(|axis| origin[axis] + distance * direction[axis] - point[axis]);
-            path.distance = 1.0;
+    /// Computes the properties of surfaces, as inputs of methods: for densities of light samples, as seen from the
+    /// points of the query.
+    fn prepare(&mut self, group: &SurfaceGroup, asking: &[Asking], question: Question<'_>) {
+        let Question { query, operands } = question;
+        let mut paths = Vec::with_capacity(MAX_LANES);
+        let mut hits = Vec::with_capacity(MAX_LANES);
+        for (place, Asking { lane, ray, hit }) in asking.iter().enumerate() {
+            let state = &self.rays[*ray];
+            let (origin, direction) = (vector(operands, 6, *lane), vector(operands, 9, *lane));
+            let distance = number(operands, 3, *lane);
+            let mut path = Path {
+                origin,
+                direction,
+                epsilon: number(operands, 4, *lane),
+                distance,
+                limit: number(operands, 5, *lane),
+                time: state.time,
+                width: number(operands, 12, *lane),
+                spread: number(operands, 13, *lane),
+                sample: state.numbers.sample,
+                ..Path::NOWHERE
+            };
+            let seen_from =
+                (query == Query::LightPdf).then(|| vector(operands, SURFACE_SCALARS, *lane));
+            if let Some(point) = seen_from.filter(|point| *point != origin) {
+                let axes = [0, 1, 2];
+                path.origin = point;
+                path.direction =
+                    axes.map(|axis| origin[axis] + distance * direction[axis] - point[axis]);
+                path.distance = 1.0;
+            }
+            paths.push(path);
+            hits.push(PathHit { path: place as u32, ..*hit });
         }
         let BatchMemory { batch, .. } = &mut *self.queries;
-        batch.load(&[path], &[hit], NUMBERS_OF_SHAPES);
+        batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
         self.tracer.prepare_surfaces(group, batch);
-        batch.set_depth(self.depth + state.surfaces_before());
+        let depths = batch.state.floats_mut(variables().ray_depth);
+        for (depth, Asking { ray, .. }) in depths.iter_mut().zip(asking) {
+            *depth = (self.depth + self.rays[*ray].surfaces_before()) as f32;
+        }
     }
 
-    fn store_properties(&mut self, results: &mut [u32]) {
+    fn store_properties(&self, asking: &[Asking], results: &mut [LaneWords]) {
         let v = variables();
         let batch = &self.queries.batch;
         let vectors = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
-        let mut values: Vec<f32> = vectors.iter().flat_map(|rows| get(rows, 0)).collect();
         let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
         let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
         let components = components.flat_map(|(first, count)| first..first + count);
-        values.extend(components.map(|component| batch.state.floats(component)[0]));
-        values.push(batch.offset[0]);
-        store(results, &values);
+        let of_textures: [usize; PROPERTIES_OF_TEXTURES] = [v.dsdu, v.dsdv, v.dtdu, v.dtdv];
+        let rows = vectors.into_iter().flatten().map(|row| &row[..MAX_LANES]);
+        let rows = rows.chain(components.map(|component| &batch.state.floats(component)[..]));
+        let rows = rows.chain([&batch.offset[..]]);
+        let rows = rows.chain(of_textures.map(|component| batch.state.floats(component)));
+        for (result, row) in results.iter_mut().zip(rows) {
+            for (Asking { lane, .. }, value) in asking.iter().zip(row) {
+                result[*lane] = value.to_bits();
+            }
+        }
     }
 
-    /// Calls a method of the surface's material, with random numbers of its own.
-    fn call_material(&mut self, ray: usize, group: &SurfaceGroup, method: Method, kernel: &Kernel) {
-        self.start_random_numbers(ray);
+    /// Calls a method of the surfaces' materials.
+    fn call_material(
+        &mut self,
+        asking: &[Asking],
+        group: &SurfaceGroup,
+        method: Method,
+        kernel: &Kernel,
+    ) {
+        if group.drawing.contains(&method) {
+            self.start_random_numbers(asking);
+        }
         self.tracer.call_material(group, method, kernel, &mut self.queries.batch);
     }
 
-    /// Begins the sequence of the next call, from which it takes its random numbers.
-    fn start_random_numbers(&mut self, ray: usize) {
-        let key = self.rays[ray].numbers.begin_call();
+    /// Begins the sequences of the next call, from which it takes its random numbers.
+    fn start_random_numbers(&mut self, asking: &[Asking]) {
         let batch = &mut *self.queries.batch;
-        batch.keys[..SIMD_LANES].fill(key);
+        for (key, Asking { ray, .. }) in batch.keys.iter_mut().zip(asking) {
+            *key = self.rays[*ray].numbers.begin_call();
+        }
         batch.start_random_numbers(NUMBERS_OF_SHAPES);
     }
 
-    fn light_emission(&mut self, ray: usize, group: &SurfaceGroup, results: &mut [u32]) {
+    fn light_emission(
+        &mut self,
+        asking: &[Asking],
+        group: &SurfaceGroup,
+        results: &mut [LaneWords],
+    ) {
         let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
             return;
         };
         let emitters = &self.tracer.scene.materials[class];
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.tracer.errors };
-        self.start_random_numbers(ray);
+        if group.emitter_draws {
+            self.start_random_numbers(asking);
+        }
         let batch = &mut *self.queries.batch;
         let instances = of.instances(&emitters.objects, &batch.emitters);
         let blocks = (&mut batch.state, &mut batch.scratch);
-        callee.call_for_first(kernel, 1, instances, blocks, None, &mut batch.random);
-        self.store_vector(results, variables().emission_color);
+        callee.call_for_first(kernel, batch.count, instances, blocks, None, &mut batch.random);
+        self.store_vectors(asking, results, variables().emission_color);
     }
 
-    /// The density with which the surface is chosen by light samples at a point.
-    fn light_density(&self, group: &SurfaceGroup, hit: PathHit, argument: &[u32]) -> f32 {
+    /// The densities with which the surfaces are chosen by light samples at points.
+    fn light_densities(
+        &self,
+        asking: &[Asking],
+        group: &SurfaceGroup,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
         let lights = &self.tracer.scene.lights;
-        match lights.entry_of(&hit).filter(|_| group.key.is_sampled) {
-            Some(entry) => {
-                let probability = lights.probability(entry, vector(argument, 0));
-                self.queries.batch.light_density[0] * probability
-            }
-            None => 0.0,
+        for (place, Asking { lane, hit, .. }) in asking.iter().enumerate() {
+            let entry = lights.entry_of(hit).filter(|_| group.key.is_sampled);
+            let Some(entry) = entry else { continue };
+            let probability = lights.probability(entry, vector(operands, SURFACE_SCALARS, *lane));
+            store(results, *lane, &[self.queries.batch.light_density[place] * probability]);
         }
     }
 
-    fn shade(&mut self, ray: usize, hit: PathHit, results: &mut [u32]) {
+    fn shade(&mut self, asking: &[Asking], results: &mut [LaneWords]) {
+        for (place, asking) in asking.iter().enumerate() {
+            self.shade_one(*asking, place, results);
+        }
+    }
+
+    fn shade_one(&mut self, asking: Asking, place: usize, results: &mut [LaneWords]) {
+        let Asking { lane, ray, hit } = asking;
         let SceneHost { tracer, integrator, free, depth, .. } = self;
         let further = Further { tracer, integrator, free };
-        let depth = *depth + self.rays[ray].surfaces_before();
-        let path = shaded_path(&self.queries.batch, &mut self.rays[ray]);
+        let state = &mut self.rays[ray];
+        let depth = *depth + state.surfaces_before();
+        let path = Path {
+            time: state.time,
+            key: state.numbers.begin_call(),
+            sample: state.numbers.sample,
+            ..path_at(&self.queries.batch, place)
+        };
         let BatchMemory { shade, rays, .. } = &mut *self.queries;
         let Some(shade) = shade else { return };
+        let hit = PathHit { path: 0, ..hit };
         let colors = tracer.shading(&[hit], depth, &[path], &mut shade.workspace, &further);
         *rays += std::mem::take(&mut shade.workspace.rays);
-        store(results, &colors.map(|lanes| lanes[0]));
+        store(results, lane, &colors.map(|lanes| lanes[0]));
     }
 
-    fn set_vector(&mut self, first: usize, [x, y, z]: [f32; 3]) {
-        for (axis, value) in [x, y, z].into_iter().enumerate() {
-            self.queries.batch.state.floats_mut(first + axis)[..SIMD_LANES].fill(value);
+    /// Sets a state variable to the query's first operands after those of the surface.
+    fn set_vectors(&mut self, asking: &[Asking], first: usize, operands: &[LaneWords]) {
+        let state = &mut self.queries.batch.state;
+        for axis in 0..3 {
+            let floats = state.floats_mut(first + axis);
+            for (to, Asking { lane, .. }) in floats.iter_mut().zip(asking) {
+                *to = number(operands, SURFACE_SCALARS + axis, *lane);
+            }
+            // The last vector is complete.
+            let last = floats[asking.len() - 1];
+            floats[asking.len()..asking.len().next_multiple_of(SIMD_LANES)].fill(last);
         }
     }
 
-    fn store_vector(&self, results: &mut [u32], first: usize) {
-        store(results, &vector_of(&self.queries.batch.state, first, 0));
+    fn store_vectors(&self, asking: &[Asking], results: &mut [LaneWords], first: usize) {
+        for (place, Asking { lane, .. }) in asking.iter().enumerate() {
+            store(results, *lane, &vector_of(&self.queries.batch.state, first, place));
+        }
+    }
+
+    fn store_numbers(
+        &self,
+        asking: &[Asking],
+        result: &mut LaneWords,
+        component: usize,
+        map: impl Fn(f32) -> f32,
+    ) {
+        let floats = self.queries.batch.state.floats(component);
+        for (Asking { lane, .. }, value) in asking.iter().zip(floats) {
+            result[*lane] = map(*value).to_bits();
+        }
     }
 }
 
-/// Returns the path of a ray whose surface is prepared in a batch, with random numbers for `shade`.
-fn shaded_path(batch: &ShadingBatch, ray: &mut RayOfCall) -> Path {
+/// Returns the path of a lane whose surface is prepared in a batch.
+fn path_at(batch: &ShadingBatch, place: usize) -> Path {
     Path {
-        origin: get(&batch.origin, 0),
-        direction: get(&batch.direction, 0),
-        epsilon: batch.epsilon[0],
-        distance: batch.distance[0],
-        limit: batch.limit[0],
-        time: ray.time,
-        key: ray.numbers.begin_call(),
-        sample: ray.numbers.sample,
+        origin: get(&batch.origin, place),
+        direction: get(&batch.direction, place),
+        epsilon: batch.epsilon[place],
+        distance: batch.distance[place],
+        limit: batch.limit[place],
         ..Path::NOWHERE
     }
 }

@@ -12,6 +12,7 @@ use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
 use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
+use super::staged::{Blocks, Frames, StagedIntegrator, StagedPaths};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
@@ -24,6 +25,8 @@ pub const MAX_DEPTH: u32 = 64;
 
 /// The memory of one thread for an integrator, for one level of recursion.
 pub struct IntegratorMemory {
+    /// The frames of paths, if the integrator runs as stages.
+    frames: Option<Frames>,
     /// The inputs and outputs of a call.
     state: LaneBlock,
     scratch: LaneBlock,
@@ -38,7 +41,9 @@ pub struct IntegratorMemory {
 impl IntegratorMemory {
     /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene, integrator: &Integrator) -> Self {
+        let frames = integrator.staged.as_ref().map(|staged| Frames::new(&staged.program));
         IntegratorMemory {
+            frames,
             state: new_state(RAYS_OF_CALL),
             scratch: integrator.program.new_scratch(RAYS_OF_CALL),
             rays: Vec::new(),
@@ -57,6 +62,9 @@ impl PathTracer<'_> {
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
+        if let Some(staged) = &integrator.staged {
+            return self.run_stages(integrator, staged, wavefront, memory, depth);
+        }
         let Wavefront { paths, active, features, .. } = wavefront;
         let mut counts = RayCounts::default();
         for active in active.chunks(RAYS_OF_CALL) {
@@ -65,14 +73,55 @@ impl PathTracer<'_> {
             }
             counts += self.call_integrator(integrator, (active, &*paths), memory, depth);
             for (lane, index) in active.iter().enumerate() {
-                self.add_radiance(integrator, &mut paths[*index as usize], memory, lane);
+                let IntegratorMemory { state, scratch, rays, .. } = &*memory;
+                let path = &mut paths[*index as usize];
+                self.add_radiance(integrator, path, state, (&rays[lane], lane));
                 if let Some(features) = features.get_mut(*index as usize) {
-                    *features = memory.features(integrator, lane);
+                    *features = features_of(integrator, scratch, (&rays[lane], lane));
                 }
             }
         }
         active.clear();
         counts
+    }
+
+    /// Runs the stages of an integrator for a wavefront's active paths.
+    fn run_stages(
+        &self,
+        integrator: &Integrator,
+        staged: &StagedIntegrator,
+        wavefront: &mut Wavefront,
+        memory: &mut IntegratorMemory,
+        depth: u32,
+    ) -> RayCounts {
+        let Wavefront { paths, active, features, .. } = wavefront;
+        let begun: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
+        let IntegratorMemory { frames: Some(frames), rays, queries, free, .. } = memory else {
+            return RayCounts::default();
+        };
+        frames.make_room(&staged.program, begun.len());
+        let mut run = StagedPaths {
+            tracer: *self,
+            integrator,
+            staged,
+            frames,
+            rays,
+            queries,
+            free,
+            depth,
+            are_together: depth == 0,
+        };
+        run.run(&begun);
+        let Blocks { state, scratch } = &frames.paths;
+        for (slot, index) in active.iter().enumerate() {
+            let path = &mut paths[*index as usize];
+            self.add_radiance(integrator, path, state, (&rays[slot], slot));
+            if let Some(features) = features.get_mut(*index as usize) {
+                *features = features_of(integrator, scratch, (&rays[slot], slot));
+            }
+        }
+        active.clear();
+        std::mem::take(&mut queries.rays)
     }
 
     /// Calls `radiance` for the rays of some paths.
@@ -83,7 +132,7 @@ impl PathTracer<'_> {
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
-        let IntegratorMemory { state, scratch, rays, queries, free } = memory;
+        let IntegratorMemory { state, scratch, rays, queries, free, .. } = memory;
         rays.clear();
         for (lane, index) in active.iter().enumerate() {
             let path = &paths[*index as usize];
@@ -92,7 +141,8 @@ impl PathTracer<'_> {
         }
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
-        let mut host = SceneHost { tracer: *self, integrator, rays, queries, free, depth };
+        let slots = None;
+        let mut host = SceneHost { tracer: *self, integrator, rays, slots, queries, free, depth };
         callee.call(
             &integrator.kernel,
             CallArguments {
@@ -105,6 +155,7 @@ impl PathTracer<'_> {
                 host: &mut host,
             },
         );
+        host.add_contributions();
         std::mem::take(&mut queries.rays)
     }
 
@@ -113,11 +164,11 @@ impl PathTracer<'_> {
         &self,
         integrator: &Integrator,
         path: &mut Path,
-        memory: &IntegratorMemory,
-        lane: usize,
+        state: &LaneBlock,
+        (ray, lane): (&RayOfCall, usize),
     ) {
-        let color = vector(&memory.state, variables().sample_color, lane);
-        let lit = memory.rays[lane].lit;
+        let color = vector(state, variables().sample_color, lane);
+        let lit = ray.lit;
         for channel in 0..3 {
             path.radiance[channel] += path.throughput[channel] * (color[channel] + lit[channel]);
         }
@@ -128,24 +179,25 @@ impl PathTracer<'_> {
     }
 }
 
-impl IntegratorMemory {
-    /// Returns the features of a lane's first surface.
-    fn features(&self, integrator: &Integrator, lane: usize) -> PathFeatures {
-        let output = |first: Option<usize>| {
-            first.map_or([0.0; 3], |first| vector(&self.scratch, first, lane))
-        };
-        let (distance, object) = self.rays[lane].first_hit.unwrap_or((f32::INFINITY, -1.0));
-        PathFeatures {
-            albedo: output(integrator.features.albedo),
-            normal: output(integrator.features.normal),
-            distance,
-            object,
-        }
+/// Returns the features of a lane's first surface.
+fn features_of(
+    integrator: &Integrator,
+    scratch: &LaneBlock,
+    (ray, lane): (&RayOfCall, usize),
+) -> PathFeatures {
+    let output =
+        |first: Option<usize>| first.map_or([0.0; 3], |first| vector(scratch, first, lane));
+    let (distance, object) = ray.first_hit.unwrap_or((f32::INFINITY, -1.0));
+    PathFeatures {
+        albedo: output(integrator.features.albedo),
+        normal: output(integrator.features.normal),
+        distance,
+        object,
     }
 }
 
 /// Sets the inputs of `radiance` for a lane.
-fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
+pub fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
     let v = variables();
     let mut set = |component: usize, value: f32| state.floats_mut(component)[lane] = value;
     for axis in 0..3 {

@@ -1,0 +1,88 @@
+//! The frames of a wavefront's paths.
+
+use rtsl::{LaneBlock, LaneIndices, StageKernel, StagedProgram, new_state};
+
+/// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
+pub const CALL_PATHS: usize = 256;
+
+/// The memory of one thread for the paths of a wavefront, at one level of recursion.
+pub struct Frames {
+    /// The state and the scratch of all paths.
+    pub paths: Blocks,
+    /// Those of the paths of one call, unless it is for all paths.
+    pub call: Blocks,
+    /// The index of the surface of each path of the call.
+    pub surfaces: LaneIndices,
+    lanes: usize,
+}
+
+/// The arrays of paths.
+pub struct Blocks {
+    /// The state of the integrator.
+    pub state: LaneBlock,
+    /// The scratch of stages.
+    pub scratch: LaneBlock,
+}
+
+impl Blocks {
+    fn new(program: &StagedProgram, lanes: usize) -> Blocks {
+        let scratch = LaneBlock::new(program.scratch_arrays(), lanes);
+        Blocks { state: new_state(lanes), scratch }
+    }
+}
+
+impl Frames {
+    /// Allocates the memory of calls; there is no room for paths yet.
+    pub fn new(program: &StagedProgram) -> Frames {
+        Frames {
+            paths: Blocks::new(program, 0),
+            call: Blocks::new(program, CALL_PATHS),
+            surfaces: LaneIndices::new(CALL_PATHS),
+            lanes: 0,
+        }
+    }
+
+    /// Allocates the memory for so many paths, if there is not enough.
+    pub fn make_room(&mut self, program: &StagedProgram, lanes: usize) {
+        if lanes > self.lanes {
+            self.paths = Blocks::new(program, lanes);
+            self.surfaces = LaneIndices::new(lanes.max(CALL_PATHS));
+            self.lanes = lanes;
+        }
+    }
+
+    /// Copies what a kernel reads of these paths to the arrays of the call.
+    pub fn gather(&mut self, kernel: &StageKernel, slots: &[u32]) {
+        for array in &kernel.reads {
+            let from = self.paths.scratch.words(*array);
+            let to = self.call.scratch.words_mut(*array);
+            to.iter_mut().zip(slots).for_each(|(to, slot)| *to = from[*slot as usize]);
+        }
+    }
+
+    /// Copies what a kernel stored from the arrays of the call to these paths. `next` is the array of the next stage.
+    pub fn scatter(&mut self, kernel: &StageKernel, slots: &[u32], next: usize) {
+        for array in &kernel.ports {
+            let from = self.call.scratch.words(*array);
+            let to = self.paths.scratch.words_mut(*array);
+            from.iter().zip(slots).for_each(|(from, slot)| to[*slot as usize] = *from);
+        }
+        if kernel.outputs.is_empty() && kernel.state.is_empty() {
+            return;
+        }
+        let ended = |(_, next): &(usize, &u32)| next.cast_signed() == rtsl::END;
+        let next = self.call.scratch.words(next)[..slots.len()].iter().enumerate();
+        let ended: Vec<(usize, usize)> =
+            next.filter(ended).map(|(lane, _)| (lane, slots[lane] as usize)).collect();
+        for array in &kernel.outputs {
+            let from = self.call.scratch.words(*array);
+            let to = self.paths.scratch.words_mut(*array);
+            ended.iter().for_each(|(lane, slot)| to[*slot] = from[*lane]);
+        }
+        for component in &kernel.state {
+            let from = self.call.state.words(*component);
+            let to = self.paths.state.words_mut(*component);
+            ended.iter().for_each(|(lane, slot)| to[*slot] = from[*lane]);
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! Integrators as stages, on wavefronts of paths.
+//!
+//! The frames of a wavefront's paths are arrays, one for each scalar. A stage runs for all paths that have arrived at
+//! it, in kernels that are linked once for each group of surfaces: then the searches, the shadow rays and the traced
+//! rays that the paths wait for are answered together, and the paths are sorted by the next stage and the group of
+//! their surface. Each path has the bits of the integrator's function, whatever the others do.
+
+mod frames;
+mod run;
+mod staged_integrator;
+
+pub use frames::{Blocks, Frames};
+pub use run::StagedPaths;
+pub use staged_integrator::StagedIntegrator;

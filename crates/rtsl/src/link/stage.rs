@@ -1,0 +1,325 @@
+//! Linking of a stage of an integrator with the methods of one class of surfaces.
+//!
+//! The bodies of these methods replace the queries about the stage's surface. They were optimised and contracted by
+//! themselves before, and are not contracted again, so each has the bits of a call.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Query, SURFACE_SCALARS, Scalar,
+    StateComponent, Value, Variable, VariableKind,
+};
+use rtsl_source::Diagnostic;
+use rtsl_spec::{Role, StateVariable, lookup_state};
+use rtsl_stages::Port;
+
+use super::class_tree::ClassTree;
+use super::linked_method::LinkedMethod;
+use super::linker::{Linked, Linker, Linking, Site, default_of};
+
+/// The scratch array with the time of each path within the shutter.
+pub(crate) const TIME_COLUMN: &str = "path.time";
+/// The scratch array with the number of surfaces that each path has met before.
+pub(crate) const DEPTH_COLUMN: &str = "path.depth";
+
+/// The answers to queries about the surfaces of one class.
+#[derive(Debug, Default)]
+pub(crate) struct SurfaceLinks {
+    /// The answers that are not requested of the host.
+    pub answers: BTreeMap<Query, Answer>,
+    /// The answer of the search that resumes the stage, if it is the same for all paths.
+    pub found: Option<bool>,
+}
+
+/// An answer to a query.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    /// Zeros.
+    Zeros,
+    /// The results of a method.
+    Method(SurfaceMethod),
+}
+
+/// A linked method of a surface's part.
+#[derive(Debug)]
+pub(crate) struct SurfaceMethod {
+    /// The path to the part's members: `material.`.
+    pub prefix: &'static str,
+    pub method: Arc<LinkedMethod>,
+}
+
+/// The source of a state variable that a method reads.
+#[derive(Clone, Copy)]
+enum Input {
+    /// Operands of the query from this one on.
+    Operand(usize),
+    /// Properties of the surface from this one on.
+    Property(usize),
+    /// The reciprocal components of the ray's direction.
+    InverseDirection,
+    /// A scratch array.
+    Column(&'static str),
+}
+
+/// Links a stage.
+///
+/// # Errors
+/// If linking passes a limit.
+pub(crate) fn link_stage(
+    tree: &ClassTree,
+    function: &Function,
+    surface: SurfaceLinks,
+) -> Result<Linked, Diagnostic> {
+    let mut linker = Linker::new(Function::new(function.name.clone()));
+    linker.surface = Some(Arc::new(surface));
+    linker.root(tree, function)?;
+    Ok(linker.finish())
+}
+
+impl SurfaceMethod {
+    /// Returns the method as the answer to a query; `None` if it needs more than the query and the surface give.
+    pub fn answering(
+        query: Query,
+        method: &Arc<LinkedMethod>,
+        prefix: &'static str,
+    ) -> Option<SurfaceMethod> {
+        let mut is_plain = true;
+        method.function.body.for_each_op(&mut |op| is_plain &= !asks_host(&op.kind));
+        let has_inputs = method.reads.iter().all(|variable| input(query, variable).is_some());
+        (is_plain && has_inputs).then(|| SurfaceMethod { prefix, method: method.clone() })
+    }
+}
+
+impl Linker {
+    /// Returns the results of an operation that a stage's surface answers; `None` for others.
+    pub(super) fn answer(
+        &mut self,
+        site: &Site<'_>,
+        op: &Op,
+        to: &mut Vec<Op>,
+    ) -> Linking<Option<Vec<Value>>> {
+        let Some(links) = self.surface.clone() else { return Ok(None) };
+        match &op.kind {
+            OpKind::Load(variable, _) if site.is_root => {
+                let is_found = Port::of(site.function.variable(*variable)) == Some(Port::Answer(0));
+                let Some(found) = links.found.filter(|_| is_found) else { return Ok(None) };
+                Ok(Some(vec![self.constant(to, Constant::Bool(found))?]))
+            }
+            OpKind::Query(query, operands) => match links.answers.get(query) {
+                None => Ok(None),
+                Some(Answer::Zeros) => {
+                    let zeros = query.result_scalars();
+                    let zeros = zeros.map(|scalar| self.constant(to, Constant::zero(scalar)));
+                    Ok(Some(zeros.collect::<Linking<_>>()?))
+                }
+                Some(Answer::Method(method)) => {
+                    let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
+                    Ok(Some(self.surface_method(site, *query, method, &operands, to)?))
+                }
+            },
+            _ => Ok(None),
+        }
+    }
+
+    /// Copies the body of a method that answers a query.
+    fn surface_method(
+        &mut self,
+        caller: &Site<'_>,
+        query: Query,
+        callee: &SurfaceMethod,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let SurfaceMethod { prefix, method } = callee;
+        let overrides = self.inputs(query, &method.reads, operands, to)?;
+        let function = &*method.function;
+        let mut site = Site::new(caller.tree, function, (*prefix).to_owned(), &mut self.out);
+        site.overrides = overrides;
+        site.in_loop = caller.in_loop;
+        if site.in_loop {
+            self.zero_slots(&mut site, to)?;
+        }
+        // The scratch of a call is zero when it begins, and no one reads it afterwards.
+        let scratch = self.scratch.replace(Vec::new());
+        let copied = self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to));
+        self.scratch = scratch;
+        copied?;
+        let mut results = Vec::new();
+        for (variable, component) in outputs(query) {
+            let output = function.outputs.iter().position(|output| {
+                let place = function.variable(output.variable);
+                place.kind == VariableKind::State
+                    && place.name == variable.name
+                    && output.component == component
+            });
+            let wanted = StateComponent { variable: variable.index, component };
+            results.push(match output {
+                Some(index) => site.value(function.body.yields[index]),
+                None => self.constant(to, default_of(Role::Material, wanted))?,
+            });
+        }
+        if query == Query::SampleBsdf
+            && let Some(density) = results.pop()
+        {
+            results.push(self.at_least_zero(density, to)?);
+        }
+        Ok(results)
+    }
+
+    /// Returns the values of the state that a method reads.
+    fn inputs(
+        &mut self,
+        query: Query,
+        reads: &[&'static StateVariable],
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let mut inputs = Vec::new();
+        let mut properties: Option<Vec<Value>> = None;
+        for variable in reads {
+            let Some(input) = input(query, variable) else { continue };
+            for component in 0..variable.ty.components() {
+                let value = match input {
+                    Input::Operand(first) => operands[first + component as usize],
+                    Input::Property(first) => {
+                        let known = match properties.take() {
+                            Some(known) => known,
+                            None => self.properties(operands, to)?,
+                        };
+                        let value = known[first + component as usize];
+                        properties = Some(known);
+                        value
+                    }
+                    Input::InverseDirection => {
+                        let first = first_of(query.operands(), "direction");
+                        let direction = operands[first + component as usize];
+                        let one = self.constant(to, Constant::F32(1.0))?;
+                        let kind = OpKind::Binary(BinaryOp::Divide, one, direction);
+                        self.emit(to, kind, &[Scalar::F32], true)?.get(0)
+                    }
+                    Input::Column(name) => {
+                        let column = Variable {
+                            kind: VariableKind::Scratch,
+                            name: name.to_owned(),
+                            scalar: Scalar::F32,
+                            len: 1,
+                        };
+                        let column = self.intern_variable(column);
+                        let kind = OpKind::Load(column, Index::Constant(0));
+                        self.emit(to, kind, &[Scalar::F32], false)?.get(0)
+                    }
+                };
+                inputs.push((StateComponent { variable: variable.index, component }, value));
+            }
+        }
+        Ok(inputs)
+    }
+
+    /// Requests the properties of the surface that operands name.
+    fn properties(&mut self, operands: &[Value], to: &mut Vec<Op>) -> Linking<Vec<Value>> {
+        let query = Query::SurfaceProperties;
+        let scalars: Vec<Scalar> = query.result_scalars().collect();
+        let kind = OpKind::Query(query, operands[..SURFACE_SCALARS].to_vec());
+        Ok(self.emit(to, kind, &scalars, false)?.iter().collect())
+    }
+
+    /// Returns the greater of a value and 0; 0 for NaN.
+    fn at_least_zero(&mut self, value: Value, to: &mut Vec<Op>) -> Linking<Value> {
+        let zero = self.constant(to, Constant::F32(0.0))?;
+        let kind = OpKind::Compare(CompareOp::Greater, value, zero);
+        let is_positive = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+        let kind = OpKind::Select(is_positive, value, zero);
+        Ok(self.emit(to, kind, &[Scalar::F32], false)?.get(0))
+    }
+}
+
+/// True for operations that only a host with the path's state can answer.
+fn asks_host(kind: &OpKind) -> bool {
+    matches!(
+        kind,
+        OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand
+            | OpKind::Query(..)
+    )
+}
+
+/// Returns the source of a state variable that a method reads when it answers a query.
+fn input(query: Query, variable: &StateVariable) -> Option<Input> {
+    let operand = |name| Some(Input::Operand(first_of(query.operands(), name)));
+    let property = |name| Some(Input::Property(first_of(Query::SurfaceProperties.results(), name)));
+    match variable.name {
+        "rt_RayOrigin" => operand("origin"),
+        // The ray's direction comes before that of scattered light.
+        "rt_RayDirection" => operand("direction"),
+        "rt_HitDistance" => operand("distance"),
+        "rt_Epsilon" => operand("epsilon"),
+        "rt_HitPoint" => property("point"),
+        "rt_GeometricNormal" => property("geometric_normal"),
+        "rt_ShadingNormal" => property("shading_normal"),
+        "rt_TextureUV" => property("uv"),
+        "rt_TextureUVW" => property("uvw"),
+        "rt_dPdu" => property("dpdu"),
+        "rt_dPdv" => property("dpdv"),
+        "rt_du" => property("du"),
+        "rt_dv" => property("dv"),
+        "rt_dsdu" => property("dsdu"),
+        "rt_dsdv" => property("dsdv"),
+        "rt_dtdu" => property("dtdu"),
+        "rt_dtdv" => property("dtdv"),
+        "rt_InverseRayDirection" => Some(Input::InverseDirection),
+        "rt_TimeSeed" => Some(Input::Column(TIME_COLUMN)),
+        "rt_RayDepth" => Some(Input::Column(DEPTH_COLUMN)),
+        "rt_LightDirection" if matches!(query, Query::Bsdf | Query::BsdfPdf) => {
+            Some(Input::Operand(SURFACE_SCALARS))
+        }
+        "rt_BSDFSeed" if query == Query::SampleBsdf => Some(Input::Operand(SURFACE_SCALARS)),
+        _ => None,
+    }
+}
+
+/// Returns the index of the first scalar of a group of operands or results.
+fn first_of(groups: impl Iterator<Item = rtsl_ir::Scalars>, name: &str) -> usize {
+    groups.take_while(|(group, ..)| *group != name).map(|(_, _, count)| count as usize).sum()
+}
+
+/// Returns the components of state that are the results of a query.
+fn outputs(query: Query) -> impl Iterator<Item = (&'static StateVariable, u32)> {
+    let names: &[&str] = match query {
+        Query::Emission | Query::LightEmission => &["rt_EmissionColor"],
+        Query::Bsdf => &["rt_BSDFValue"],
+        Query::BsdfPdf => &["rt_PDF"],
+        Query::SampleBsdf => &["rt_LightDirection", "rt_BSDFValue", "rt_PDF"],
+        _ => &[],
+    };
+    let variables = names.iter().filter_map(|name| lookup_state(name));
+    variables.flat_map(|it| (0..it.ty.components()).map(move |component| (it, component)))
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_ir::PROPERTIES_OF_TEXTURES;
+
+    use super::*;
+
+    #[test]
+    fn the_outputs_of_methods_are_the_results_of_their_queries() {
+        for query in
+            [Query::Emission, Query::LightEmission, Query::Bsdf, Query::BsdfPdf, Query::SampleBsdf]
+        {
+            assert_eq!(outputs(query).count(), query.result_scalars().count(), "{query:?}");
+        }
+    }
+
+    #[test]
+    fn groups_are_found() {
+        assert_eq!(first_of(Query::Bsdf.operands(), "origin"), 6);
+        let properties = Query::SurfaceProperties.results();
+        let count = Query::SurfaceProperties.result_scalars().count();
+        assert_eq!(first_of(properties, "dsdu"), count - PROPERTIES_OF_TEXTURES);
+    }
+}

@@ -1,0 +1,206 @@
+//! Integrators as stages.
+
+use std::sync::Arc;
+
+use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
+use rtsl_ir::{Function, Scalar};
+use rtsl_source::Diagnostic;
+use rtsl_spec::Method;
+use rtsl_stages::{MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
+
+use super::program::Program;
+use super::surface_class::{SurfaceClass, SurfaceObject, no_surface};
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::variant::{KnownMembers, Variant};
+use crate::instance::instance::Instance;
+use crate::link::stage::{DEPTH_COLUMN, TIME_COLUMN, link_stage};
+use crate::{errors, nesting};
+
+/// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
+///
+/// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages meet
+/// the host, and those of the paths' times and depths.
+#[derive(Debug)]
+pub struct StagedProgram {
+    program: Arc<Program>,
+    stages: Stages,
+    /// The layout of the integrator, with the scratch of stages.
+    layout: Layout,
+}
+
+/// A kernel of a stage that a host asks for.
+#[derive(Clone, Debug)]
+pub struct StageRequest {
+    /// The index of the stage.
+    pub stage: usize,
+    /// The class of the stage's surface; `None` if the stage has none, or the path has met none.
+    pub surface: Option<Arc<SurfaceClass>>,
+    /// The objects for which the kernel is called: [`StagedProgram::objects`] of the class.
+    pub objects: Arc<Objects>,
+    /// [`CallMode::Packet`] for one object, [`CallMode::Stream`] for one each path.
+    pub mode: CallMode,
+}
+
+impl StagedProgram {
+    /// Splits the `radiance` of an integrator.
+    ///
+    /// # Errors
+    /// If the class has no such method, linking passes a limit, or splitting does.
+    pub fn new(program: &Arc<Program>) -> Result<StagedProgram, Diagnostic> {
+        let radiance = program.method(Method::Radiance)?;
+        let name = &radiance.function.name;
+        let stages = nesting::with_deep_stack(|| rtsl_stages::split(&radiance.function));
+        let stages = stages.map_err(|error| errors::splitting(name, &error))?;
+        let mut layout = program.layout().clone();
+        for name in columns(&stages) {
+            layout.scratch.insert(name, layout.scratch_arrays);
+            layout.scratch_arrays += 1;
+        }
+        Ok(StagedProgram { program: program.clone(), stages, layout })
+    }
+
+    /// The program of the integrator.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+
+    /// The stages; the first is the start.
+    pub fn stages(&self) -> &[Stage] {
+        &self.stages.stages
+    }
+
+    /// The number of slots of a path's frame.
+    pub fn slot_count(&self) -> usize {
+        self.stages.slots.len()
+    }
+
+    /// The number of scratch arrays of all stages.
+    pub fn scratch_arrays(&self) -> usize {
+        self.layout.scratch_arrays as usize
+    }
+
+    /// Returns the scratch array of a port.
+    ///
+    /// # Panics
+    /// If the frame has no such slot, or no stage has such a port.
+    pub fn array(&self, port: Port) -> usize {
+        self.layout.scratch[&port.name()] as usize
+    }
+
+    /// The scratch array with the time of each path within the shutter.
+    pub fn time_array(&self) -> usize {
+        self.layout.scratch[TIME_COLUMN] as usize
+    }
+
+    /// The scratch array with the number of surfaces that each path has met before, as a float.
+    pub fn depth_array(&self) -> usize {
+        self.layout.scratch[DEPTH_COLUMN] as usize
+    }
+
+    /// Returns the objects for which kernels of a class of surfaces are called, by index: the members of the integrator
+    /// with those of each surface's parts. Without a class there is one, the integrator.
+    ///
+    /// # Panics
+    /// If an instance belongs to another program.
+    pub fn objects<'a>(
+        &self,
+        integrator: &Instance,
+        class: Option<&SurfaceClass>,
+        surfaces: impl IntoIterator<Item = SurfaceObject<'a>>,
+    ) -> Objects {
+        let own = self.program.block(integrator);
+        let Some(class) = class else {
+            return Objects::of_instances(ObjectForm::new([]), [own]);
+        };
+        let blocks = surfaces.into_iter().map(|surface| {
+            let mut parts = vec![own.clone(), class.material.block(surface.material)];
+            let emitter = class.emitter.as_ref().zip(surface.emitter);
+            parts.extend(emitter.map(|(program, instance)| program.block(instance)));
+            joined(&parts)
+        });
+        let blocks: Vec<InstanceBlock> = blocks.collect();
+        let differs = |word: u32| {
+            let word = |block: &InstanceBlock| block.words()[word as usize];
+            blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
+        };
+        let layout = self.layout_for(Some(class));
+        let differing = layout.variables().filter(|place| place.clone().any(differs));
+        Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
+    }
+
+    /// Returns the linked and optimised function of a request, with the layout of its kernel and its variant.
+    pub(crate) fn link(
+        &self,
+        request: &StageRequest,
+        compiler: &KernelCompiler,
+    ) -> Result<(Function, Layout, Variant), Diagnostic> {
+        let StageRequest { stage, surface, objects, mode } = request;
+        let stage = &self.stages.stages[*stage];
+        // A stage after a search that has no queries about surfaces is the same whatever was found.
+        let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
+        let links = match surface {
+            Some(class) => class.links(found),
+            None => no_surface(found),
+        };
+        let linked = link_stage(self.program.tree(), &stage.function, links)?;
+        let layout = self.layout_for(surface.as_deref());
+        let known = known_choices(&linked.function, &layout, objects);
+        let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
+        let function = compiler.optimise_stage(linked.function, &variant, &layout);
+        let layout = variant.layout(&layout);
+        Ok((function, layout, variant))
+    }
+
+    /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
+    fn layout_for(&self, class: Option<&SurfaceClass>) -> Layout {
+        let mut layout = self.layout.clone();
+        for (prefix, program) in class.into_iter().flat_map(SurfaceClass::parts) {
+            let (first, part) = (layout.block_words, program.layout());
+            let moved = |(name, word): (&String, &u32)| (format!("{prefix}{name}"), first + word);
+            layout.members.extend(part.members.iter().map(moved));
+            layout.buffers.extend(part.buffers.iter().map(moved));
+            layout.block_words += part.block_words;
+        }
+        layout
+    }
+}
+
+/// Returns the names of the scratch arrays of stages, each of one scalar.
+fn columns(stages: &Stages) -> Vec<String> {
+    let slots = (0..stages.slots.len() as u32).map(|slot| Port::Frame(SlotId(slot)));
+    let answers = ResumedBy::ALL.into_iter().map(|event| event.answers().len()).max();
+    let answers = (0..answers.unwrap_or(0) as u32).map(Port::Answer);
+    let requests = (0..MAX_REQUEST).map(Port::Request);
+    let surface = (0..3).map(Port::Surface);
+    let ports = slots.chain(answers).chain(requests).chain(surface).chain([Port::Next]);
+    let own = [TIME_COLUMN, DEPTH_COLUMN].map(str::to_owned);
+    ports.map(Port::name).chain(own).collect()
+}
+
+/// Returns the blocks of parts as one, in their order.
+fn joined(parts: &[InstanceBlock]) -> InstanceBlock {
+    let mut words = Vec::new();
+    let mut buffers = Vec::new();
+    for part in parts {
+        let first = words.len() as u32;
+        buffers.extend(
+            part.buffers()
+                .iter()
+                .map(|buffer| BoundBuffer { offset: first + buffer.offset, ..buffer.clone() }),
+        );
+        words.extend_from_slice(part.words());
+    }
+    InstanceBlock::new(&words, buffers)
+}
+
+/// Returns the integers and booleans that all objects share: they select between parts of methods.
+fn known_choices(function: &Function, layout: &Layout, objects: &Objects) -> KnownMembers {
+    let shared = objects.shared().words();
+    let choices = function.variables.iter().filter(|it| it.scalar != Scalar::F32);
+    let words = choices.filter_map(|variable| {
+        let first = *layout.members.get(&variable.name)?;
+        Some(first..first + variable.len)
+    });
+    let known = words.flatten().filter(|word| !objects.form().overlaps(*word, 1));
+    KnownMembers::new(known.map(|word| (word, shared[word as usize])).collect())
+}
