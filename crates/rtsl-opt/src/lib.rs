@@ -11,6 +11,7 @@ mod algebra;
 pub mod approximate;
 pub mod bits;
 pub mod budget;
+pub mod complements;
 mod conditions;
 pub mod contract;
 pub mod dce;
@@ -70,6 +71,7 @@ pub type Pass = fn(&mut Function);
 pub const PASSES: &[(&str, Pass)] = &[
     ("approximate", approximate::run),
     ("bits", bits::run),
+    ("complements", complements::run),
     ("contract", contract::run),
     ("dce", dce::run),
     ("float_range", float_range::run),

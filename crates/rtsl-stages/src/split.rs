@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rtsl_ir::{Function, Variable, VariableKind};
 use rtsl_opt::unchanged::{self, VariableScalar};
-use rtsl_opt::{dce, gvn, mem2reg, simplify};
+use rtsl_opt::{complements, dce, gvn, mem2reg, simplify};
 
 use crate::emit::{self, Draft, Plan, next_values};
 use crate::live::{Kept, Live, Liveness};
@@ -131,7 +131,7 @@ fn reached_points(plan: &Plan<'_>) -> Result<Vec<PointId>, SplitError> {
     loop {
         let mut draft = emit::stage(plan, &slots, &indices, next, String::new(), left)?;
         left = draft.left;
-        simplify::run(&mut draft.function);
+        decide_branches(&mut draft.function);
         for index in next_values(&draft) {
             let id = u32::try_from(index).ok().map(rtsl_ir::Value);
             reached.extend(id.filter(|id| !reached.contains(id)));
@@ -142,6 +142,12 @@ fn reached_points(plan: &Plan<'_>) -> Result<Vec<PointId>, SplitError> {
             None => return Ok(reached),
         }
     }
+}
+
+/// Removes ways that no path goes, so that both drafts of a stage lead to the same points.
+fn decide_branches(function: &mut Function) {
+    complements::run(function);
+    simplify::run(function);
 }
 
 /// Writes the stages: the start, then those of the points.
@@ -217,6 +223,7 @@ impl Stage {
 fn finished(mut draft: Draft, stages: &[Stage]) -> Function {
     let placeholders = undefined::mark(&mut draft, stages);
     let Draft { mut function, .. } = draft;
+    decide_branches(&mut function);
     // A run promotes as many locals as its limit lets it, and the next one others, once those are removed.
     for _ in 0..=draft.ports.len() / 256 {
         mem2reg::run(&mut function);

@@ -358,7 +358,8 @@ const PATH_TRACER: &str = "
             %lr1: f32 = fma %wr, %er, %lr %lg1: f32 = fma %wg, %eg, %lg %lb1: f32 = fma %wb, %eb, %lb
             %x: f32, %y: f32, %z: f32, %gx: f32, %gy: f32, %gz: f32, %nx: f32, %ny: f32, %nz: f32,
                 %u: f32, %v: f32, %u3: f32, %v3: f32, %w3: f32, %ux: f32, %uy: f32, %uz: f32,
-                %vx: f32, %vy: f32, %vz: f32, %du: f32, %dv: f32, %offset: f32 =
+                %vx: f32, %vy: f32, %vz: f32, %du: f32, %dv: f32, %offset: f32,
+                %dsdu: f32, %dsdv: f32, %dtdu: f32, %dtdv: f32 =
                 query surface_properties %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero
             %s1: f32, %s2: f32 = query sample_pair %depth %s3: f32 = query sample %depth
             %lit: bool, %ax: f32, %ay: f32, %az: f32, %distance: f32, %cr: f32, %cg: f32, %cb: f32, %pdf: f32 =

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, LaneBlock, Method, Port, ResumedBy, StageSurface};
+use rtsl::{CallArguments, END, Instances, LaneBlock, Method, ResumedBy, StageSurface};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
@@ -12,6 +12,7 @@ use super::super::super::wavefront::{NO_INSTANCE, Path};
 use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
 use super::super::tracing::{IntegratorMemory, set_ray};
+use super::columns::Columns;
 use super::frames::{CALL_PATHS, Frames};
 use super::staged_integrator::StagedIntegrator;
 use crate::compiled::calls::Callee;
@@ -50,7 +51,7 @@ impl StagedPaths<'_> {
         let mut alive = all;
         while !self.tracer.errors.any() {
             self.add_contributions();
-            let next = self.frames.paths.scratch.words(self.staged.program.array(Port::Next));
+            let next = self.frames.paths.scratch.words(self.staged.columns.next);
             alive.retain(|slot| next[*slot as usize].cast_signed() != END);
             if alive.is_empty() {
                 return;
@@ -71,7 +72,7 @@ impl StagedPaths<'_> {
         let StagedPaths { frames, rays, staged, .. } = self;
         rays.clear();
         rays.extend(paths.iter().map(RayOfCall::new));
-        let times = frames.paths.scratch.floats_mut(staged.program.time_array());
+        let times = frames.paths.scratch.floats_mut(staged.columns.time);
         times.iter_mut().zip(paths).for_each(|(time, path)| *time = path.time);
         for (slot, path) in paths.iter().enumerate() {
             set_ray(&mut frames.paths.state, slot, path, self.depth);
@@ -80,8 +81,8 @@ impl StagedPaths<'_> {
 
     /// Returns the paths that wait for each stage, in order.
     fn by_stage(&self, alive: &[u32]) -> Vec<Vec<u32>> {
-        let program = &self.staged.program;
-        let next = self.frames.paths.scratch.words(program.array(Port::Next));
+        let StagedIntegrator { program, columns, .. } = self.staged;
+        let next = self.frames.paths.scratch.words(columns.next);
         let mut by_stage = vec![Vec::new(); program.stages().len()];
         alive.iter().for_each(|slot| by_stage[next[*slot as usize] as usize].push(*slot));
         by_stage
@@ -93,7 +94,7 @@ impl StagedPaths<'_> {
         if description.surface == StageSurface::None {
             return vec![Arrived { stage, group: 0, slots: slots.to_vec() }];
         }
-        let [objects, instances, elements] = self.surface_arrays(description.surface);
+        let [objects, instances, elements] = self.staged.columns.surface(description.surface);
         let scratch = &self.frames.paths.scratch;
         let (objects, instances) = (scratch.words(objects), scratch.words(instances));
         let elements = scratch.words(elements);
@@ -104,15 +105,6 @@ impl StagedPaths<'_> {
         }
         let groups = by_group.into_iter().enumerate().filter(|(_, slots)| !slots.is_empty());
         groups.map(|(group, slots)| Arrived { stage, group, slots }).collect()
-    }
-
-    /// Returns the arrays with object, instance and element of a stage's surface.
-    fn surface_arrays(&self, surface: StageSurface) -> [usize; 3] {
-        let program = &self.staged.program;
-        match surface {
-            StageSurface::Answer => [1, 2, 3].map(|index| program.array(Port::Answer(index))),
-            _ => [0, 1, 2].map(|index| program.array(Port::Surface(index))),
-        }
     }
 
     /// Returns the group of a surface; 0 if the scene has no such surface.
@@ -137,10 +129,9 @@ impl StagedPaths<'_> {
 
     /// Returns the origin and the direction of a requested ray, and its last two operands.
     fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
-        let program = &self.staged.program;
+        let requests = &self.staged.columns.requests;
         let scratch = &self.frames.paths.scratch;
-        let number =
-            |index: u32| scratch.floats(program.array(Port::Request(index)))[slot as usize];
+        let number = |index: usize| scratch.floats(requests[index])[slot as usize];
         ([0, 1, 2].map(number), [3, 4, 5].map(number), [6, 7].map(number))
     }
 
@@ -167,15 +158,13 @@ impl StagedPaths<'_> {
     }
 
     fn store_hits(&mut self, slots: &[u32]) {
-        let program = &self.staged.program;
-        let arrays = [0, 1, 2, 3, 4].map(|index| program.array(Port::Answer(index)));
-        let depth_array = program.depth_array();
+        let Columns { answers, depth, .. } = &self.staged.columns;
         let wavefront = &self.queries.wavefront;
         let scratch = &mut self.frames.paths.scratch;
         let mut store = |path: u32, words: [u32; 5]| {
             let slot = slots[path as usize] as usize;
-            for (array, word) in arrays.into_iter().zip(words) {
-                scratch.words_mut(array)[slot] = word;
+            for (array, word) in answers.iter().zip(words) {
+                scratch.words_mut(*array)[slot] = word;
             }
         };
         for path in &wavefront.left {
@@ -190,7 +179,7 @@ impl StagedPaths<'_> {
             let ray = &mut self.rays[slots[hit.path as usize] as usize];
             ray.end_search(direction, Some((distance, hit.object)));
         }
-        let depths = self.frames.paths.scratch.floats_mut(depth_array);
+        let depths = self.frames.paths.scratch.floats_mut(*depth);
         for slot in slots {
             let before = self.rays[*slot as usize].surfaces_before();
             depths[*slot as usize] = (self.depth + before) as f32;
@@ -213,8 +202,7 @@ impl StagedPaths<'_> {
                 sample: numbers.sample,
             });
         }
-        let array = self.staged.program.array(Port::Answer(0));
-        let answers = self.frames.paths.scratch.words_mut(array);
+        let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
         let reached = &mut |ray: &ShadowRay| answers[ray.path as usize] = 0;
         self.tracer.trace_shadow_rays(self.queries, reached);
@@ -231,10 +219,8 @@ impl StagedPaths<'_> {
         let StagedPaths { tracer, integrator, free, .. } = self;
         let further = Further { tracer, integrator, free };
         self.queries.rays += further.integrate(&mut paths, self.depth + 1);
-        let program = &self.staged.program;
-        let arrays = [0, 1, 2].map(|index| program.array(Port::Answer(index)));
-        for (channel, array) in arrays.into_iter().enumerate() {
-            let answers = self.frames.paths.scratch.floats_mut(array);
+        for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
+            let answers = self.frames.paths.scratch.floats_mut(*array);
             for (slot, path) in slots.iter().zip(&paths) {
                 answers[*slot as usize] = path.radiance[channel];
             }
@@ -255,7 +241,7 @@ impl StagedPaths<'_> {
             self.set_surfaces(arrived, &arrived.slots);
             return self.call_kernel(arrived, &arrived.slots, true);
         }
-        let next = self.staged.program.array(Port::Next);
+        let next = self.staged.columns.next;
         let (kernel, _) = self.staged.kernel(arrived.stage, arrived.group);
         for slots in arrived.slots.chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
@@ -272,7 +258,7 @@ impl StagedPaths<'_> {
             return;
         }
         let description = &self.staged.program.stages()[arrived.stage];
-        let [array, ..] = self.surface_arrays(description.surface);
+        let [array, ..] = self.staged.columns.surface(description.surface);
         let found = self.frames.paths.scratch.words(array);
         let staged = self.staged;
         let indices = slots.iter().map(|slot| staged.surface_of(found[*slot as usize]));

@@ -12,12 +12,15 @@ use rtsl_scene::Scene;
 use super::super::super::group_plan::{Classes, GroupPlan};
 use super::super::super::material::MaterialSource;
 use super::super::super::surface_group::GroupKey;
+use super::columns::Columns;
 use crate::compiled::shaders::is_own_material;
 
 /// An integrator's stages with their kernels.
 pub struct StagedIntegrator {
     /// The stages.
     pub program: StagedProgram,
+    /// The arrays of their ports.
+    pub columns: Columns,
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
     /// By stage and group; the stages without surfaces have a kernel for no group only.
@@ -63,7 +66,8 @@ impl StagedIntegrator {
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
         let kernels = kernels(engine, &program, &groups)?;
-        Ok(StagedIntegrator { program, groups, kernels, surfaces })
+        let columns = Columns::new(&program);
+        Ok(StagedIntegrator { program, columns, groups, kernels, surfaces })
     }
 
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.

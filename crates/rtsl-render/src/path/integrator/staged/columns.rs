@@ -1,0 +1,41 @@
+//! The scratch arrays through which stages meet the runtime.
+
+use rtsl::{Port, StageSurface, StagedProgram};
+
+/// The scratch arrays of the ports of stages, by index.
+pub struct Columns {
+    /// The answer to what a path waits for.
+    pub answers: [usize; 5],
+    /// The operands of a request.
+    pub requests: [usize; 8],
+    /// Object, instance and element of a surface that a suspension names.
+    surface: [usize; 3],
+    /// The next stage.
+    pub next: usize,
+    /// The time within the shutter.
+    pub time: usize,
+    /// The number of surfaces met before.
+    pub depth: usize,
+}
+
+impl Columns {
+    /// Returns the arrays of a program.
+    pub fn new(program: &StagedProgram) -> Columns {
+        Columns {
+            answers: std::array::from_fn(|index| program.array(Port::Answer(index as u32))),
+            requests: std::array::from_fn(|index| program.array(Port::Request(index as u32))),
+            surface: std::array::from_fn(|index| program.array(Port::Surface(index as u32))),
+            next: program.array(Port::Next),
+            time: program.time_array(),
+            depth: program.depth_array(),
+        }
+    }
+
+    /// Returns the arrays with object, instance and element of a stage's surface.
+    pub fn surface(&self, surface: StageSurface) -> [usize; 3] {
+        match surface {
+            StageSurface::Answer => [self.answers[1], self.answers[2], self.answers[3]],
+            StageSurface::Request | StageSurface::None => self.surface,
+        }
+    }
+}
