@@ -6,6 +6,11 @@ mod hash;
 mod sampler;
 mod sobol;
 
+/// Selects, among the sequences of a path, that of single dimensions of an integrator.
+pub const NUMBERS_OF_SINGLES: u32 = 0x201;
+/// Selects that of pairs of dimensions.
+pub const NUMBERS_OF_PAIRS: u32 = 0x202;
+
 pub use filter::{FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};
 pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, SamplerKind, child_key};

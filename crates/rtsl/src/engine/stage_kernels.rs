@@ -13,8 +13,7 @@ use super::engine::{Engine, into_modules, on_threads};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
-use crate::link::stage::{DEPTH_COLUMN, TIME_COLUMN};
-use crate::program::staged_program::{StageRequest, StagedProgram};
+use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram};
 
 /// A kernel of a stage, with the data that it reads and sets.
 #[derive(Debug)]
@@ -109,8 +108,8 @@ impl StageKernel {
         function.body.for_each_op(&mut |op| match &op.kind {
             OpKind::Load(variable, index) => {
                 let variable = function.variable(*variable);
-                let is_own = Port::of(variable).is_some()
-                    || [TIME_COLUMN, DEPTH_COLUMN].contains(&variable.name.as_str());
+                let is_own =
+                    Port::of(variable).is_some() || PATH_COLUMNS.contains(&variable.name.as_str());
                 if variable.kind == VariableKind::Scratch && is_own {
                     debug_assert_eq!(*index, Index::Constant(0), "ports have one scalar");
                     reads.insert(layout.scratch[&variable.name] as usize);

@@ -108,26 +108,13 @@ impl HitLinker<'_, '_> {
         site.is_root = false;
         site.overrides.clone_from(&self.known);
         self.linker.copy_ops(&mut site, &function.body.ops, to)?;
-        let mut accepted = None;
-        for (output, value) in function.outputs.iter().zip(&function.body.yields) {
-            let (place, value) = (function.variable(output.variable), site.value(*value));
-            match place.kind {
-                VariableKind::Accepted => accepted = Some(value),
-                VariableKind::State => {
-                    self.known
-                        .extend(component(&place.name, output.component).map(|it| (it, value)));
-                }
-                VariableKind::Scratch => {
-                    let place = self.linker.variable(&mut site, output.variable);
-                    let set = self.linker.scratch.get_or_insert_default();
-                    set.push(((place, output.component), value));
-                }
-                VariableKind::Member
-                | VariableKind::Parameter
-                | VariableKind::Buffer
-                | VariableKind::Local => {}
-            }
-        }
+        let accepted = function
+            .outputs
+            .iter()
+            .position(|output| function.variable(output.variable).kind == VariableKind::Accepted);
+        let accepted = accepted.map(|index| site.value(function.body.yields[index]));
+        let set = self.linker.note_outputs(&mut site);
+        self.known.extend(set);
         Ok(accepted)
     }
 

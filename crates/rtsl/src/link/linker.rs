@@ -57,6 +57,8 @@ pub(super) struct Linker {
     pub scratch: Option<Vec<((VariableId, u32), Value)>>,
     /// For a stage of an integrator: the methods that answer its queries.
     pub surface: Option<Arc<SurfaceLinks>>,
+    /// The properties of surfaces that are computed already where operations are added, by their operands.
+    pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
 }
 
 /// A function body that is being copied.
@@ -137,6 +139,7 @@ impl Linker {
             warnings,
             scratch: None,
             surface: None,
+            known_properties: Vec::new(),
         }
     }
 
@@ -180,7 +183,9 @@ impl Linker {
             return Err(errors::link_limit(&self.out.name, "is nested too deeply"));
         }
         self.depth += 1;
+        let known = self.known_properties.len();
         let result = work(self);
+        self.known_properties.truncate(known);
         self.depth -= 1;
         result
     }
@@ -494,6 +499,32 @@ impl Linker {
     fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
         let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
         defaults.map(|default| self.constant(to, default)).collect()
+    }
+
+    /// Returns the state that a copied body sets; its scratch is noted if scratch is not in memory.
+    pub fn note_outputs(&mut self, site: &mut Site<'_>) -> Vec<(StateComponent, Value)> {
+        let function = site.function;
+        let mut state = Vec::new();
+        for (output, value) in function.outputs.iter().zip(&function.body.yields) {
+            let (place, value) = (function.variable(output.variable), site.value(*value));
+            match place.kind {
+                VariableKind::State => state.extend(
+                    StateComponent::named(&place.name, output.component).map(|it| (it, value)),
+                ),
+                VariableKind::Scratch => {
+                    let place = self.variable(site, output.variable);
+                    if let Some(scratch) = &mut self.scratch {
+                        scratch.push(((place, output.component), value));
+                    }
+                }
+                VariableKind::Accepted
+                | VariableKind::Member
+                | VariableKind::Parameter
+                | VariableKind::Buffer
+                | VariableKind::Local => {}
+            }
+        }
+        state
     }
 
     /// Zeroes the locals of a body that may run several times.

@@ -1,11 +1,14 @@
 //! Linking: a method and the methods that it calls through references become one function, once the classes of the
 //! instances are known.
 
+mod arithmetic;
 pub(crate) mod class_tree;
 pub(crate) mod hit;
 pub(crate) mod linked_method;
 pub(crate) mod linker;
+pub(crate) mod numbers;
 pub(crate) mod outputs;
 pub(crate) mod stage;
+pub(crate) mod surface;
 #[cfg(test)]
 mod tests;

@@ -10,13 +10,17 @@ use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Query, SURFACE_SCALARS, Scalar,
     StateComponent, Value, Variable, VariableKind,
 };
+use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Role, StateVariable, lookup_state};
 use rtsl_stages::Port;
 
+use super::arithmetic::Arithmetic;
 use super::class_tree::ClassTree;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of};
+use super::numbers;
+use super::surface::ShapeLinks;
 
 /// The scratch array with the time of each path within the shutter.
 pub(crate) const TIME_COLUMN: &str = "path.time";
@@ -30,6 +34,10 @@ pub(crate) struct SurfaceLinks {
     pub answers: BTreeMap<Query, Answer>,
     /// The answer of the search that resumes the stage, if it is the same for all paths.
     pub found: Option<bool>,
+    /// The shapes that compute properties of surfaces.
+    pub shape: Option<ShapeLinks>,
+    /// The sampler of paths, if its numbers are computed by operations.
+    pub sampler: Option<Sampler>,
 }
 
 /// An answer to a query.
@@ -107,7 +115,10 @@ impl Linker {
                 Ok(Some(vec![self.constant(to, Constant::Bool(found))?]))
             }
             OpKind::Query(query, operands) => match links.answers.get(query) {
-                None => Ok(None),
+                None => {
+                    let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
+                    self.computed_answer(site, &links, *query, &operands, to)
+                }
                 Some(Answer::Zeros) => {
                     let zeros = query.result_scalars();
                     let zeros = zeros.map(|scalar| self.constant(to, Constant::zero(scalar)));
@@ -115,9 +126,30 @@ impl Linker {
                 }
                 Some(Answer::Method(method)) => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
-                    Ok(Some(self.surface_method(site, *query, method, &operands, to)?))
+                    Ok(Some(self.surface_method((site, &links), *query, method, &operands, to)?))
                 }
             },
+            _ => Ok(None),
+        }
+    }
+
+    /// Returns the results of a query that operations compute; `None` for others.
+    fn computed_answer(
+        &mut self,
+        site: &Site<'_>,
+        links: &SurfaceLinks,
+        query: Query,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Option<Vec<Value>>> {
+        match query {
+            Query::Sample | Query::SamplePair => {
+                let sampler = links.sampler.filter(numbers::has_operations);
+                let Some(sampler) = sampler else { return Ok(None) };
+                let code = &mut Arithmetic { linker: self, to };
+                Ok(Some(code.numbers(&sampler, query, operands[0])?))
+            }
+            Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
             _ => Ok(None),
         }
     }
@@ -125,14 +157,14 @@ impl Linker {
     /// Copies the body of a method that answers a query.
     fn surface_method(
         &mut self,
-        caller: &Site<'_>,
+        (caller, links): (&Site<'_>, &SurfaceLinks),
         query: Query,
         callee: &SurfaceMethod,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         let SurfaceMethod { prefix, method } = callee;
-        let overrides = self.inputs(query, &method.reads, operands, to)?;
+        let overrides = self.inputs((caller, links), query, &method.reads, operands, to)?;
         let function = &*method.function;
         let mut site = Site::new(caller.tree, function, (*prefix).to_owned(), &mut self.out);
         site.overrides = overrides;
@@ -170,26 +202,20 @@ impl Linker {
     /// Returns the values of the state that a method reads.
     fn inputs(
         &mut self,
+        (caller, links): (&Site<'_>, &SurfaceLinks),
         query: Query,
         reads: &[&'static StateVariable],
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let mut inputs = Vec::new();
-        let mut properties: Option<Vec<Value>> = None;
         for variable in reads {
             let Some(input) = input(query, variable) else { continue };
             for component in 0..variable.ty.components() {
                 let value = match input {
                     Input::Operand(first) => operands[first + component as usize],
                     Input::Property(first) => {
-                        let known = match properties.take() {
-                            Some(known) => known,
-                            None => self.properties(operands, to)?,
-                        };
-                        let value = known[first + component as usize];
-                        properties = Some(known);
-                        value
+                        self.properties(caller, links, operands, to)?[first + component as usize]
                     }
                     Input::InverseDirection => {
                         let first = first_of(query.operands(), "direction");
@@ -216,12 +242,29 @@ impl Linker {
         Ok(inputs)
     }
 
-    /// Requests the properties of the surface that operands name.
-    fn properties(&mut self, operands: &[Value], to: &mut Vec<Op>) -> Linking<Vec<Value>> {
-        let query = Query::SurfaceProperties;
-        let scalars: Vec<Scalar> = query.result_scalars().collect();
-        let kind = OpKind::Query(query, operands[..SURFACE_SCALARS].to_vec());
-        Ok(self.emit(to, kind, &scalars, false)?.iter().collect())
+    /// Returns the properties of the surface that operands name.
+    fn properties(
+        &mut self,
+        caller: &Site<'_>,
+        links: &SurfaceLinks,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let surface = &operands[..SURFACE_SCALARS];
+        if let Some((_, known)) = self.known_properties.iter().find(|(of, _)| of == surface) {
+            return Ok(known.clone());
+        }
+        let properties = match &links.shape {
+            Some(shape) => self.surface_properties(caller, shape, surface, to)?,
+            None => {
+                let query = Query::SurfaceProperties;
+                let scalars: Vec<Scalar> = query.result_scalars().collect();
+                let kind = OpKind::Query(query, surface.to_vec());
+                self.emit(to, kind, &scalars, false)?.iter().collect()
+            }
+        };
+        self.known_properties.push((surface.to_vec(), properties.clone()));
+        Ok(properties)
     }
 
     /// Returns the greater of a value and 0; 0 for NaN.
@@ -235,7 +278,7 @@ impl Linker {
 }
 
 /// True for operations that only a host with the path's state can answer.
-fn asks_host(kind: &OpKind) -> bool {
+pub(super) fn asks_host(kind: &OpKind) -> bool {
     matches!(
         kind,
         OpKind::Trace { .. }
@@ -283,7 +326,7 @@ fn input(query: Query, variable: &StateVariable) -> Option<Input> {
 }
 
 /// Returns the index of the first scalar of a group of operands or results.
-fn first_of(groups: impl Iterator<Item = rtsl_ir::Scalars>, name: &str) -> usize {
+pub(super) fn first_of(groups: impl Iterator<Item = rtsl_ir::Scalars>, name: &str) -> usize {
     groups.take_while(|(group, ..)| *group != name).map(|(_, _, count)| count as usize).sum()
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_abi::description::KernelDescription;
-use rtsl_abi::{InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
+use rtsl_abi::{CallMode, InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, Scalar, Variable};
 use rtsl_jit::CompiledCallback;
@@ -26,6 +26,7 @@ use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::class_tree::{ClassTree, TreeVariables};
 use crate::link::linked_method::LinkedMethod;
+use crate::link::linker::Linked;
 use crate::{errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. A kernel is made when it is first requested.
@@ -284,6 +285,23 @@ impl Program {
             return Err(errors::missing_method(self.class(), method));
         };
         cell.get_or_init(|| self.compiler.link(&self.tree, method).map(Arc::new)).clone()
+    }
+
+    /// Returns a method for objects with a placement, if they have one: see [`Variant::placed`].
+    pub(crate) fn placed_method(
+        &self,
+        method: Method,
+        is_placed: bool,
+    ) -> Result<Arc<LinkedMethod>, Diagnostic> {
+        let linked = self.method(method)?;
+        if !is_placed {
+            return Ok(linked);
+        }
+        let variant = Variant::new(CallMode::Packet).placed();
+        let function = self.specialise(&linked, &variant);
+        let function = Function::clone(&function);
+        let (warnings, unchanged) = (linked.warnings.clone(), Vec::new());
+        Ok(Arc::new(LinkedMethod::new(Linked { function, unchanged, warnings })))
     }
 
     /// Returns the members of an instance as known values, for [`Variant::knowing`].

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::{Function, Scalar};
+use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 use rtsl_stages::{MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
@@ -13,19 +14,21 @@ use super::surface_class::{SurfaceClass, SurfaceObject, no_surface};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
-use crate::link::stage::{DEPTH_COLUMN, TIME_COLUMN, link_stage};
+use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
 
 /// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
 ///
 /// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages meet
-/// the host, and those of the paths' times and depths.
+/// the host, and those of the paths' times, depths, keys and samples.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
     stages: Stages,
     /// The layout of the integrator, with the scratch of stages.
     layout: Layout,
+    sampler: Sampler,
 }
 
 /// A kernel of a stage that a host asks for.
@@ -42,11 +45,11 @@ pub struct StageRequest {
 }
 
 impl StagedProgram {
-    /// Splits the `radiance` of an integrator.
+    /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
-    pub fn new(program: &Arc<Program>) -> Result<StagedProgram, Diagnostic> {
+    pub fn new(program: &Arc<Program>, sampler: Sampler) -> Result<StagedProgram, Diagnostic> {
         let radiance = program.method(Method::Radiance)?;
         let name = &radiance.function.name;
         let stages = nesting::with_deep_stack(|| rtsl_stages::split(&radiance.function));
@@ -56,7 +59,7 @@ impl StagedProgram {
             layout.scratch.insert(name, layout.scratch_arrays);
             layout.scratch_arrays += 1;
         }
-        Ok(StagedProgram { program: program.clone(), stages, layout })
+        Ok(StagedProgram { program: program.clone(), stages, layout, sampler })
     }
 
     /// The program of the integrator.
@@ -97,6 +100,16 @@ impl StagedProgram {
         self.layout.scratch[DEPTH_COLUMN] as usize
     }
 
+    /// The scratch array with the key of each path's sequences of numbers.
+    pub fn key_array(&self) -> usize {
+        self.layout.scratch[KEY_COLUMN] as usize
+    }
+
+    /// The scratch array with the index of each path's sample.
+    pub fn sample_array(&self) -> usize {
+        self.layout.scratch[SAMPLE_COLUMN] as usize
+    }
+
     /// Returns the objects for which kernels of a class of surfaces are called, by index: the members of the integrator
     /// with those of each surface's parts. Without a class there is one, the integrator.
     ///
@@ -113,9 +126,8 @@ impl StagedProgram {
             return Objects::of_instances(ObjectForm::new([]), [own]);
         };
         let blocks = surfaces.into_iter().map(|surface| {
-            let mut parts = vec![own.clone(), class.material.block(surface.material)];
-            let emitter = class.emitter.as_ref().zip(surface.emitter);
-            parts.extend(emitter.map(|(program, instance)| program.block(instance)));
+            let mut parts = vec![own.clone()];
+            parts.extend(class.blocks(&surface));
             joined(&parts)
         });
         let blocks: Vec<InstanceBlock> = blocks.collect();
@@ -142,6 +154,7 @@ impl StagedProgram {
             Some(class) => class.links(found),
             None => no_surface(found),
         };
+        let links = SurfaceLinks { sampler: Some(self.sampler), ..links };
         let linked = link_stage(self.program.tree(), &stage.function, links)?;
         let layout = self.layout_for(surface.as_deref());
         let known = known_choices(&linked.function, &layout, objects);
@@ -154,16 +167,13 @@ impl StagedProgram {
     /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
     fn layout_for(&self, class: Option<&SurfaceClass>) -> Layout {
         let mut layout = self.layout.clone();
-        for (prefix, program) in class.into_iter().flat_map(SurfaceClass::parts) {
-            let (first, part) = (layout.block_words, program.layout());
-            let moved = |(name, word): (&String, &u32)| (format!("{prefix}{name}"), first + word);
-            layout.members.extend(part.members.iter().map(moved));
-            layout.buffers.extend(part.buffers.iter().map(moved));
-            layout.block_words += part.block_words;
-        }
+        class.into_iter().for_each(|class| class.add_to(&mut layout));
         layout
     }
 }
+
+/// The names of the scratch arrays with properties of paths.
+pub(crate) const PATH_COLUMNS: [&str; 4] = [TIME_COLUMN, DEPTH_COLUMN, KEY_COLUMN, SAMPLE_COLUMN];
 
 /// Returns the names of the scratch arrays of stages, each of one scalar.
 fn columns(stages: &Stages) -> Vec<String> {
@@ -173,7 +183,7 @@ fn columns(stages: &Stages) -> Vec<String> {
     let requests = (0..MAX_REQUEST).map(Port::Request);
     let surface = (0..3).map(Port::Surface);
     let ports = slots.chain(answers).chain(requests).chain(surface).chain([Port::Next]);
-    let own = [TIME_COLUMN, DEPTH_COLUMN].map(str::to_owned);
+    let own = PATH_COLUMNS.map(str::to_owned);
     ports.map(Port::name).chain(own).collect()
 }
 

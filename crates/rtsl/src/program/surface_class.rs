@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_ir::Query;
+use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
 use crate::instance::instance::Instance;
 use crate::link::linked_method::LinkedMethod;
 use crate::link::stage::{Answer, SurfaceLinks, SurfaceMethod};
+use crate::link::surface::{EXTENTS, FORWARD, SHAPE, SIZES, ShapeLinks};
 
 /// Surfaces with materials of one class, and emitters of one class.
 #[derive(Clone, Debug)]
@@ -22,6 +25,51 @@ pub struct SurfaceClass {
     pub emitter: Option<Arc<Program>>,
     /// True if light samples may choose the surfaces.
     pub is_sampled: bool,
+    /// The shapes, if kernels compute the properties of their surfaces.
+    pub shape: Option<ShapeClass>,
+}
+
+/// Shapes of one class, whose methods become parts of kernels of stages.
+#[derive(Clone, Debug)]
+pub struct ShapeClass {
+    program: Arc<Program>,
+    links: ShapeLinks,
+}
+
+impl ShapeClass {
+    /// Returns the shapes of a program, which are placed in the world or in it; `None` if their methods need more than
+    /// the ray and the hit. `is_sampled` is true if light samples may choose them.
+    pub fn new(program: &Arc<Program>, is_placed: bool, is_sampled: bool) -> Option<ShapeClass> {
+        let describing =
+            [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
+        let linked = |method: Method| Some((method, program.method(method).ok()?));
+        let mut methods: BTreeMap<Method, Arc<LinkedMethod>> =
+            describing.into_iter().filter_map(linked).collect();
+        if methods.values().any(|method| method.reads_scratch) {
+            let intersect = program.placed_method(Method::Intersect, is_placed).ok()?;
+            methods.insert(Method::Intersect, intersect);
+        }
+        let is_sampled = is_sampled && program.has(Method::SamplePdf);
+        let links = ShapeLinks { methods, is_placed, is_sampled };
+        links.is_complete().then(|| ShapeClass { program: program.clone(), links })
+    }
+}
+
+/// A shape in the world.
+#[derive(Clone, Copy)]
+pub struct ShapeObject<'a> {
+    /// The shape.
+    pub shape: &'a Instance,
+    /// The map from the world to its space, by columns: the images of the axes, then that of the origin.
+    pub inverse: [f32; 12],
+    /// The map from its space to the world.
+    pub forward: [f32; 12],
+    /// The map of magnitudes of coordinates, from the world to its space and back, by which rounding errors grow.
+    pub sizes: [f32; 12],
+    /// The extents of its bounding box along the axes of the world.
+    pub extents: [f32; 3],
+    /// True if its normals are flipped.
+    pub reverse_orientation: bool,
 }
 
 /// The instances of the parts of one surface.
@@ -31,6 +79,8 @@ pub struct SurfaceObject<'a> {
     pub material: &'a Instance,
     /// The emitter, if the class has them.
     pub emitter: Option<&'a Instance>,
+    /// The shape, if the class has them.
+    pub shape: Option<ShapeObject<'a>>,
 }
 
 /// The path to the members of materials in linked stages.
@@ -39,10 +89,36 @@ const MATERIAL: &str = "material.";
 const EMITTER: &str = "emitter.";
 
 impl SurfaceClass {
-    /// Returns the programs of the parts, with the paths to their members.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = (&'static str, &Arc<Program>)> {
-        let emitter = self.emitter.as_ref().map(|emitter| (EMITTER, emitter));
-        [(MATERIAL, &self.material)].into_iter().chain(emitter)
+    /// Adds the members of the parts to the layout of an integrator.
+    pub(crate) fn add_to(&self, layout: &mut Layout) {
+        add_part(layout, MATERIAL, self.material.layout());
+        if let Some(emitter) = &self.emitter {
+            add_part(layout, EMITTER, emitter.layout());
+        }
+        let Some(ShapeClass { program, links }) = &self.shape else { return };
+        add_part(layout, SHAPE, program.layout());
+        let placement = format!("{SHAPE}{PLACEMENT}");
+        let maps = [&placement, FORWARD, SIZES].map(|name| (name, 12));
+        let maps = maps.into_iter().filter(|_| links.is_placed);
+        for (name, len) in maps.chain([(EXTENTS, 4)]) {
+            layout.members.insert(name.to_owned(), layout.block_words);
+            layout.block_words += len;
+        }
+    }
+
+    /// Returns the data of a surface's parts, in the order of the layout.
+    ///
+    /// # Panics
+    /// If an instance belongs to another program.
+    pub(crate) fn blocks(&self, surface: &SurfaceObject<'_>) -> Vec<InstanceBlock> {
+        let mut blocks = vec![self.material.block(surface.material)];
+        let emitter = self.emitter.as_ref().zip(surface.emitter);
+        blocks.extend(emitter.map(|(program, instance)| program.block(instance)));
+        if let Some((class, object)) = self.shape.as_ref().zip(surface.shape) {
+            blocks.push(class.program.block(object.shape));
+            blocks.push(object.block(class.links.is_placed));
+        }
+        blocks
     }
 
     /// Returns the answers to queries about such surfaces that need no host.
@@ -63,7 +139,8 @@ impl SurfaceClass {
         if !self.is_sampled {
             answers.insert(Query::LightPdf, Answer::Zeros);
         }
-        SurfaceLinks { answers, found }
+        let shape = self.shape.as_ref().map(|shape| shape.links.clone());
+        SurfaceLinks { answers, found, shape, sampler: None }
     }
 
     /// Materials that only have `shade` emit what it returns.
@@ -121,10 +198,32 @@ impl SurfaceClass {
     }
 }
 
+impl ShapeObject<'_> {
+    /// Returns the data of the shape's place, in the order of the layout.
+    fn block(&self, is_placed: bool) -> InstanceBlock {
+        let maps = [self.inverse, self.forward, self.sizes].concat();
+        let side = if self.reverse_orientation { -1.0 } else { 1.0 };
+        let maps = if is_placed { &maps[..] } else { &[] };
+        let words: Vec<u32> =
+            maps.iter().chain(&self.extents).chain([&side]).map(|it| it.to_bits()).collect();
+        InstanceBlock::new(&words, Vec::new())
+    }
+}
+
+/// Adds the members of a part to a layout.
+fn add_part(layout: &mut Layout, prefix: &str, part: &Layout) {
+    let first = layout.block_words;
+    let moved = |(name, word): (&String, &u32)| (format!("{prefix}{name}"), first + word);
+    layout.members.extend(part.members.iter().map(moved));
+    layout.buffers.extend(part.buffers.iter().map(moved));
+    layout.block_words += part.block_words;
+}
+
 /// Returns the answers to queries about a surface that the scene does not have.
 pub(crate) fn no_surface(found: Option<bool>) -> SurfaceLinks {
     let queries = Query::ALL.into_iter().filter(|query| query.is_of_surface());
-    SurfaceLinks { answers: queries.map(|query| (query, Answer::Zeros)).collect(), found }
+    let answers = queries.map(|query| (query, Answer::Zeros)).collect();
+    SurfaceLinks { answers, found, ..SurfaceLinks::default() }
 }
 
 fn insert(

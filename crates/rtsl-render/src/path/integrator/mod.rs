@@ -90,7 +90,8 @@ impl Integrator {
         if engine.llvm().is_none() {
             return Ok(());
         }
-        let program = StagedProgram::new(&self.program)?;
+        let sampler = groups.0.compiled.settings.sampler;
+        let program = StagedProgram::new(&self.program, sampler)?;
         self.staged = Some(StagedIntegrator::new(engine, program, instance, scene, groups)?);
         Ok(())
     }

@@ -2,11 +2,12 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneWords, MAX_LANES};
-use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, child_key, hash};
+use rtsl_math::sampling::{
+    ANY_COUNT, INDEPENDENT, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler,
+    child_key, hash,
+};
 
 /// Selects the numbers of a path by their use: independent sequences.
-const NUMBERS_OF_SINGLES: u32 = 0x201;
-const NUMBERS_OF_PAIRS: u32 = 0x202;
 const NUMBERS_OF_RAND: u32 = 0x203;
 const NUMBERS_OF_CALLS: u32 = 0x204;
 

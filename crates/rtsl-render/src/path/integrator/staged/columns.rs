@@ -16,6 +16,10 @@ pub struct Columns {
     pub time: usize,
     /// The number of surfaces met before.
     pub depth: usize,
+    /// The key of the sequences of numbers.
+    pub key: usize,
+    /// The index of the sample.
+    pub sample: usize,
 }
 
 impl Columns {
@@ -28,6 +32,8 @@ impl Columns {
             next: program.array(Port::Next),
             time: program.time_array(),
             depth: program.depth_array(),
+            key: program.key_array(),
+            sample: program.sample_array(),
         }
     }
 

@@ -72,8 +72,15 @@ impl StagedPaths<'_> {
         let StagedPaths { frames, rays, staged, .. } = self;
         rays.clear();
         rays.extend(paths.iter().map(RayOfCall::new));
-        let times = frames.paths.scratch.floats_mut(staged.columns.time);
-        times.iter_mut().zip(paths).for_each(|(time, path)| *time = path.time);
+        let Columns { time, key, sample, .. } = staged.columns;
+        let scratch = &mut frames.paths.scratch;
+        let mut set = |array: usize, word: fn(&Path) -> u32| {
+            let words = scratch.words_mut(array).iter_mut();
+            words.zip(paths).for_each(|(to, path)| *to = word(path));
+        };
+        set(time, |path| path.time.to_bits());
+        set(key, |path| path.key);
+        set(sample, |path| path.sample);
         for (slot, path) in paths.iter().enumerate() {
             set_ray(&mut frames.paths.state, slot, path, self.depth);
         }
@@ -114,7 +121,8 @@ impl StagedPaths<'_> {
         let instances = scene.compiled.geometry.instances.len();
         let is_placed = instance == NO_INSTANCE || (instance as usize) < instances;
         let has_element = scene.compiled.class(entry.class).index_of(object, element).is_some();
-        if is_placed && has_element { entry.group as usize + 1 } else { 0 }
+        let group = self.staged.surface_of(object).group;
+        if is_placed && has_element { group as usize } else { 0 }
     }
 
     /// Answers what paths wait for, before they run a stage.
@@ -261,7 +269,7 @@ impl StagedPaths<'_> {
         let [array, ..] = self.staged.columns.surface(description.surface);
         let found = self.frames.paths.scratch.words(array);
         let staged = self.staged;
-        let indices = slots.iter().map(|slot| staged.surface_of(found[*slot as usize]));
+        let indices = slots.iter().map(|slot| staged.surface_of(found[*slot as usize]).index);
         set_indices(&mut self.frames.surfaces, indices);
     }
 

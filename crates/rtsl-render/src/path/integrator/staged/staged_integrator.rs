@@ -1,15 +1,17 @@
 //! The kernels of an integrator's stages for the surface groups of a scene.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, StageKernel, StageRequest, StageSurface,
-    StagedProgram, SurfaceClass, SurfaceObject,
+    CallMode, Diagnostic, Engine, Instance, Objects, ShapeClass, ShapeObject, StageKernel,
+    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
+use rtsl_math::Affine;
 use rtsl_scene::Scene;
 
 use super::super::super::group_plan::{Classes, GroupPlan};
+use super::super::super::instance_classes::InstanceClassId;
 use super::super::super::material::MaterialSource;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
@@ -25,8 +27,17 @@ pub struct StagedIntegrator {
     groups: Vec<StageGroup>,
     /// By stage and group; the stages without surfaces have a kernel for no group only.
     kernels: Vec<Vec<StageKernel>>,
-    /// For each object of the scene the index of its surface among those of its group.
-    surfaces: Vec<u32>,
+    /// For each object of the scene its surface.
+    surfaces: Vec<Surface>,
+}
+
+/// The surface of an object.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Surface {
+    /// Its group.
+    pub group: u32,
+    /// Its index among those of its group.
+    pub index: u32,
 }
 
 /// The objects for which kernels of a group are called.
@@ -56,13 +67,14 @@ impl StagedIntegrator {
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
-        let mut surfaces = vec![0; scene.objects.len()];
-        for (index, key) in (0..).zip(&plan.keys) {
-            let members = (0..).zip(&plan.objects).filter(|(_, entry)| entry.group == index);
-            let members = members.map(|(object, _)| object);
-            let class = Arc::new(class_of(&classes, key));
-            let parts = distinct_surfaces(scene, members, &mut surfaces);
-            let objects = program.objects(integrator, Some(&class), parts);
+        let mut surfaces = vec![Surface::default(); scene.objects.len()];
+        for (key, members) in by_class(&classes, plan) {
+            let class = Arc::new(key.class(&classes));
+            let group = groups.len() as u32;
+            let made = surfaces_of(scene, (&classes, &class), &members, |object, index| {
+                surfaces[object as usize] = Surface { group, index };
+            });
+            let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
         let kernels = kernels(engine, &program, &groups)?;
@@ -80,48 +92,116 @@ impl StagedIntegrator {
         self.groups.len()
     }
 
-    /// Returns the index of an object's surface among those of its group.
-    pub fn surface_of(&self, object: u32) -> u32 {
+    /// Returns the surface of an object of the scene.
+    pub fn surface_of(&self, object: u32) -> Surface {
         self.surfaces[object as usize]
     }
 }
 
-/// Returns the programs of a group's parts.
-fn class_of(classes: &Classes<'_>, key: &GroupKey) -> SurfaceClass {
-    let parts = classes.parts_of(key);
-    SurfaceClass {
-        material: parts.material.0.clone(),
-        is_own_material: key.material.0 == MaterialSource::Own,
-        emitter: parts.emitter.map(|(program, _)| program.clone()),
-        is_sampled: key.is_sampled,
+/// The classes of the parts of surfaces that share the kernels of stages.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct SurfaceKey {
+    /// The traversal class.
+    shape: u32,
+    /// True if instances place the objects.
+    is_instanced: bool,
+    material: MaterialSource,
+    emitter: Option<InstanceClassId>,
+    is_sampled: bool,
+}
+
+/// Returns the objects of a scene by the classes of their parts.
+fn by_class(classes: &Classes<'_>, plan: &GroupPlan) -> BTreeMap<SurfaceKey, Vec<u32>> {
+    // The first items are in the world, the others in instances.
+    let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
+    let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
+    let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
+    for (object, entry) in (0..).zip(&plan.objects) {
+        let GroupKey { class, material, emitter, is_sampled, .. } = plan.keys[entry.group as usize];
+        let key = SurfaceKey {
+            shape: class,
+            is_instanced: instanced.contains(&object),
+            material: material.0,
+            emitter: emitter.map(|(class, _)| class),
+            is_sampled,
+        };
+        by_class.entry(key).or_default().push(object);
+    }
+    by_class
+}
+
+impl SurfaceKey {
+    /// Returns the programs of the parts.
+    fn class(&self, classes: &Classes<'_>) -> SurfaceClass {
+        let shapes = classes.compiled.class(self.shape);
+        let program = |class: InstanceClassId| classes.materials[class].program.clone();
+        // Elements have data of their own, and instances a place that depends on the time.
+        let is_simple = !shapes.has_elements() && !self.is_instanced;
+        let shape = is_simple
+            .then(|| ShapeClass::new(shapes.program(), shapes.is_placed(), self.is_sampled));
+        SurfaceClass {
+            material: match self.material {
+                MaterialSource::Own => shapes.program().clone(),
+                MaterialSource::Class(class) => program(class),
+            },
+            is_own_material: self.material == MaterialSource::Own,
+            emitter: self.emitter.map(program),
+            is_sampled: self.is_sampled,
+            shape: shape.flatten(),
+        }
     }
 }
 
-/// Returns the surfaces of objects that differ in their parts, and sets the index of each object's.
-fn distinct_surfaces<'a>(
+/// Returns the surfaces of objects that differ in their parts. `assign` is called with each object and the index of its
+/// surface.
+fn surfaces_of<'a>(
     scene: &'a Scene,
-    objects: impl Iterator<Item = u32>,
-    surfaces: &mut [u32],
+    (classes, class): (&Classes<'_>, &SurfaceClass),
+    objects: &[u32],
+    mut assign: impl FnMut(u32, u32),
 ) -> Vec<SurfaceObject<'a>> {
     let mut indices: BTreeMap<(usize, usize), u32> = BTreeMap::new();
     let mut distinct = Vec::new();
     for object in objects {
-        let parts = &scene.objects[object as usize];
+        let parts = &scene.objects[*object as usize];
         let material: &Instance = match is_own_material(parts) {
             true => &parts.primitive,
             false => &scene.materials[parts.material as usize],
         };
         let emitter = parts.emitter.map(|emitter| &*scene.materials[emitter as usize]);
+        let shape = class.shape.is_some().then(|| shape_object(scene, classes, *object));
         let address = |instance: &Instance| std::ptr::from_ref(instance).addr();
         let next = distinct.len() as u32;
         let key = (address(material), emitter.map_or(0, address));
-        let index = *indices.entry(key).or_insert(next);
+        let index = match shape {
+            // Each shape has a place of its own.
+            Some(_) => next,
+            None => *indices.entry(key).or_insert(next),
+        };
         if index == next {
-            distinct.push(SurfaceObject { material, emitter });
+            distinct.push(SurfaceObject { material, emitter, shape });
         }
-        surfaces[object as usize] = index;
+        assign(*object, index);
     }
     distinct
+}
+
+/// Returns the shape of an object in the world.
+fn shape_object<'a>(scene: &'a Scene, classes: &Classes<'_>, object: u32) -> ShapeObject<'a> {
+    let compiled = classes.compiled;
+    let placed = &compiled.objects[object as usize];
+    let columns = |map: &Affine| {
+        let columns = map.columns;
+        std::array::from_fn(|index| columns[index / 3][index % 3])
+    };
+    ShapeObject {
+        shape: &scene.objects[object as usize].primitive,
+        inverse: columns(&placed.inverse),
+        forward: columns(&placed.forward),
+        sizes: columns(&placed.sizes),
+        extents: compiled.extents.lengths(object, 0),
+        reverse_orientation: placed.reverse_orientation,
+    }
 }
 
 /// Compiles a kernel for each stage and group.

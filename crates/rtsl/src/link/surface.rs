@@ -1,0 +1,428 @@
+//! The properties of a surface as operations: the methods of its shape, and the maps between the shape's space and the
+//! world.
+//!
+//! Renderers compute the same for surfaces whose classes they do not link, with the same bits.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl_ir::{BinaryOp, CompareOp, Op, Query, StateComponent, UnaryOp, Value};
+use rtsl_opt::placed::PLACEMENT;
+use rtsl_spec::{Method, Role, lookup_state};
+
+use super::arithmetic::{Arithmetic, Map, Vector};
+use super::linked_method::LinkedMethod;
+use super::linker::{Linker, Linking, Site, default_of, find_override};
+use super::stage::{TIME_COLUMN, asks_host, first_of};
+
+/// The path to the members of shapes in linked stages.
+pub(crate) const SHAPE: &str = "shape.";
+/// The member with the map from the space of a shape to the world.
+pub(crate) const FORWARD: &str = "surface.forward";
+/// The member with the map of magnitudes, from the world to the space of the shape and back.
+pub(crate) const SIZES: &str = "surface.sizes";
+/// The member with the extents of the shape's box, in the world's directions, then -1 if its orientation is reversed,
+/// else 1.
+pub(crate) const EXTENTS: &str = "surface.extents";
+
+/// The error of a point on a surface, in roundings of its coordinates' sizes.
+const ROUNDINGS: f32 = 16.0;
+/// The relative error of one rounding.
+const ROUNDING: f32 = f32::EPSILON / 2.0;
+/// The least cosine for which footprints are computed; smaller ones are clamped.
+const MIN_COSINE: f32 = 0.01;
+
+/// The methods of shapes that describe surfaces.
+#[derive(Clone, Debug)]
+pub(crate) struct ShapeLinks {
+    /// The methods that describe surfaces, and `intersect` if they read its scratch.
+    pub methods: BTreeMap<Method, Arc<LinkedMethod>>,
+    /// True if shapes have a space of their own.
+    pub is_placed: bool,
+    /// True if `samplePDF` may be called for the surfaces.
+    pub is_sampled: bool,
+}
+
+/// The state that methods of shapes may read.
+const INPUTS: [&str; 11] = [
+    "rt_RayOrigin",
+    "rt_RayDirection",
+    "rt_InverseRayDirection",
+    "rt_HitDistance",
+    "rt_HitPoint",
+    "rt_Epsilon",
+    "rt_TimeSeed",
+    "rt_GeometricNormal",
+    "rt_ShadingNormal",
+    "rt_TextureUV",
+    "rt_TextureUVW",
+];
+
+impl ShapeLinks {
+    /// True if the methods need nothing but the ray and the hit.
+    pub fn is_complete(&self) -> bool {
+        self.methods.values().all(|method| {
+            let mut is_plain = true;
+            method.function.body.for_each_op(&mut |op| is_plain &= !asks_host(&op.kind));
+            is_plain && method.reads.iter().all(|it| INPUTS.contains(&it.name))
+        })
+    }
+
+    fn has(&self, method: Method) -> bool {
+        self.methods.contains_key(&method)
+    }
+}
+
+/// The computation of a surface's properties.
+struct SurfaceCode<'a> {
+    shape: &'a ShapeLinks,
+    /// The world's maps to and from the space of the shape, if it has one.
+    maps: Option<Maps>,
+    /// The state in the space of the shape; of several values of a component the last counts.
+    state: Vec<(StateComponent, Value)>,
+}
+
+/// Maps of a placed shape.
+struct Maps {
+    inverse: Map,
+    forward: Map,
+    sizes: Map,
+}
+
+/// A ray with its hit.
+#[derive(Clone, Copy)]
+struct Hit {
+    origin: Vector,
+    direction: Vector,
+    distance: Value,
+}
+
+impl Linker {
+    /// Computes the results of [`Query::SurfaceProperties`] for a surface with these operands.
+    pub(super) fn surface_properties(
+        &mut self,
+        caller: &Site<'_>,
+        shape: &ShapeLinks,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let operand = |name| operands[first_of(Query::SurfaceProperties.operands(), name)];
+        let vector = |name| {
+            let first = first_of(Query::SurfaceProperties.operands(), name);
+            [operands[first], operands[first + 1], operands[first + 2]]
+        };
+        let hit = Hit {
+            origin: vector("origin"),
+            direction: vector("direction"),
+            distance: operand("distance"),
+        };
+        let mut surface = SurfaceCode { shape, maps: None, state: Vec::new() };
+        surface.begin(
+            &mut Arithmetic { linker: &mut *self, to: &mut *to },
+            hit,
+            operand("epsilon"),
+        )?;
+        let scratch = self.scratch.replace(Vec::new());
+        let called = surface.call_methods(self, caller, (hit, operand("limit")), to);
+        self.scratch = scratch;
+        called?;
+        let code = &mut Arithmetic { linker: self, to };
+        surface.finish(code, hit, (operand("width"), operand("spread")))
+    }
+}
+
+impl SurfaceCode<'_> {
+    fn set(&mut self, name: &str, values: &[Value]) {
+        let Some(variable) = lookup_state(name) else { return };
+        let components = (0..).zip(values);
+        self.state.extend(components.map(|(component, value)| {
+            (StateComponent { variable: variable.index, component }, *value)
+        }));
+    }
+
+    fn get(&self, name: &str, component: u32) -> Option<Value> {
+        let variable = lookup_state(name)?.index;
+        find_override(&self.state, StateComponent { variable, component })
+    }
+
+    /// Returns a vector that has been set.
+    fn vector(&self, name: &str) -> Vector {
+        [0, 1, 2].map(|axis| self.get(name, axis).expect("it has a default"))
+    }
+
+    /// Sets the inputs of methods, and the results of those that the class lacks.
+    fn begin(&mut self, code: &mut Arithmetic<'_>, hit: Hit, epsilon: Value) -> Linking<()> {
+        let mut local = hit;
+        if self.shape.is_placed {
+            let inverse = code.map(&format!("{SHAPE}{PLACEMENT}"))?;
+            local.origin = code.transformed_point(&inverse, hit.origin)?;
+            local.direction = code.transformed_vector(&inverse, hit.direction)?;
+            let (forward, sizes) = (code.map(FORWARD)?, code.map(SIZES)?);
+            self.maps = Some(Maps { inverse, forward, sizes });
+        }
+        let point = code.point_on_ray(local.origin, local.direction, local.distance)?;
+        let facing = code.each(|it, axis| it.unary(UnaryOp::Negate, local.direction[axis]))?;
+        let one = code.float(1.0)?;
+        let inverse = code.each(|it, axis| it.divide(one, local.direction[axis]))?;
+        let zero = code.float(0.0)?;
+        let time = code.column(TIME_COLUMN, rtsl_ir::Scalar::F32)?;
+        for (name, values) in [
+            ("rt_RayOrigin", &local.origin[..]),
+            ("rt_RayDirection", &local.direction),
+            ("rt_InverseRayDirection", &inverse),
+            ("rt_HitDistance", &[local.distance]),
+            ("rt_Epsilon", &[epsilon]),
+            ("rt_TimeSeed", &[time]),
+            ("rt_HitPoint", &point),
+            ("rt_GeometricNormal", &facing),
+            ("rt_ShadingNormal", &facing),
+            ("rt_SurfaceOffset", &[zero]),
+            ("rt_TextureUV", &[zero, zero]),
+            ("rt_TextureUVW", &point),
+            ("rt_dsdu", &[one]),
+            ("rt_dsdv", &[zero]),
+            ("rt_dtdu", &[zero]),
+            ("rt_dtdv", &[one]),
+        ] {
+            self.set(name, values);
+        }
+        Ok(())
+    }
+
+    fn call_methods(
+        &mut self,
+        linker: &mut Linker,
+        caller: &Site<'_>,
+        (hit, limit): (Hit, Value),
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let shape = self.shape;
+        let call =
+            |surface: &mut Self, linker: &mut Linker, method: Method, to: &mut Vec<Op>| match shape
+                .methods
+                .get(&method)
+            {
+                Some(linked) => surface.call(linker, caller, linked, to),
+                None => Ok(()),
+            };
+        if shape.has(Method::Intersect) {
+            // The search had the limit; the ray is placed by the method.
+            let state = self.state.clone();
+            self.set("rt_HitDistance", &[limit]);
+            if shape.is_placed {
+                self.set("rt_RayOrigin", &hit.origin);
+                self.set("rt_RayDirection", &hit.direction);
+            }
+            call(self, linker, Method::Intersect, to)?;
+            self.state = state;
+        }
+        call(self, linker, Method::ComputeNormal, to)?;
+        let reads_normals = shape.is_sampled
+            || shape.has(Method::ComputeTextureCoordinates)
+            || shape.has(Method::ComputeDerivatives);
+        if reads_normals {
+            let code = &mut Arithmetic { linker: &mut *linker, to: &mut *to };
+            let up = code.vector([0.0, 0.0, 1.0])?;
+            let geometric = code.normalized_or(self.vector("rt_GeometricNormal"), up)?;
+            let shading = code.normalized_or(self.vector("rt_ShadingNormal"), geometric)?;
+            self.set("rt_GeometricNormal", &geometric);
+            self.set("rt_ShadingNormal", &shading);
+        }
+        call(self, linker, Method::ComputeTextureCoordinates, to)?;
+        call(self, linker, Method::ComputeDerivatives, to)
+    }
+
+    /// Copies a method's body, and notes the state that it sets.
+    fn call(
+        &mut self,
+        linker: &mut Linker,
+        caller: &Site<'_>,
+        method: &LinkedMethod,
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let function = &*method.function;
+        let prefix = SHAPE.to_owned();
+        let mut site = Site::new(caller.tree, function, prefix, &mut linker.out);
+        site.overrides.clone_from(&self.state);
+        site.in_loop = caller.in_loop;
+        if site.in_loop {
+            linker.zero_slots(&mut site, to)?;
+        }
+        linker.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        let set = linker.note_outputs(&mut site);
+        self.state.extend(set);
+        Ok(())
+    }
+
+    /// Returns the properties in the world, in the order of the query's results.
+    fn finish(
+        &mut self,
+        code: &mut Arithmetic<'_>,
+        hit: Hit,
+        (width, spread): (Value, Value),
+    ) -> Linking<Vec<Value>> {
+        let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(|name| self.vector(name));
+        let [geometric, shading] = self.normals(code, normals)?;
+        let point = code.point_on_ray(hit.origin, hit.direction, hit.distance)?;
+        let offset = self.offset(code, hit, geometric, normals[0])?;
+        let [dpdu, dpdv] = self.tangents(code, geometric)?;
+        let widths = footprints(code, hit, geometric, [dpdu, dpdv], (width, spread))?;
+        let scalar = |name: &str, component: u32| self.get(name, component);
+        let mut properties: Vec<Value> = [point, geometric, shading].concat();
+        properties.extend((0..2).filter_map(|it| scalar("rt_TextureUV", it)));
+        properties.extend((0..3).filter_map(|it| scalar("rt_TextureUVW", it)));
+        properties.extend(dpdu.into_iter().chain(dpdv).chain(widths).chain([offset]));
+        let of_textures = ["rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
+        properties.extend(of_textures.iter().filter_map(|name| scalar(name, 0)));
+        Ok(properties)
+    }
+
+    /// Transforms normals of the shape's space to the world's, with the orientation of the object.
+    fn normals(&self, code: &mut Arithmetic<'_>, normals: [Vector; 2]) -> Linking<[Vector; 2]> {
+        let side = code.member(EXTENTS, 4, 1)?[2];
+        let mut in_world = [normals[0]; 2];
+        for (to, normal) in in_world.iter_mut().zip(normals) {
+            let normal = match &self.maps {
+                Some(maps) => code.transposed_vector(&maps.inverse, normal)?,
+                None => normal,
+            };
+            *to = code.scaled(normal, side)?;
+        }
+        let up = code.vector([0.0, 0.0, 1.0])?;
+        let geometric = code.normalized_or(in_world[0], up)?;
+        let shading = code.normalized_or(in_world[1], geometric)?;
+        Ok([geometric, shading])
+    }
+
+    /// The offset at which rays that leave the surface begin, which bounds the rounding error of the point.
+    fn offset(
+        &self,
+        code: &mut Arithmetic<'_>,
+        hit: Hit,
+        normal: Vector,
+        local_normal: Vector,
+    ) -> Linking<Value> {
+        let (start, way) = (code.sizes(hit.origin)?, code.scaled(hit.direction, hit.distance)?);
+        let way = code.sizes(way)?;
+        let sizes = code.sum(start, way)?;
+        let extents = code.member(EXTENTS, 4, 0)?;
+        let mut sizes = code.sum(sizes, extents)?;
+        if let Some(maps) = &self.maps {
+            let through = code.transformed_point(&maps.sizes, sizes)?;
+            sizes = code.sum(sizes, through)?;
+        }
+        let normal = code.sizes(normal)?;
+        let error = code.products(normal, sizes)?;
+        let roundings = code.float(ROUNDINGS * ROUNDING)?;
+        let error = code.multiply(error, roundings)?;
+        let error = code.finite_or_zero(error)?;
+        let sets = self.shape.methods.get(&Method::ComputeNormal);
+        let sets = sets.is_some_and(|it| it.writes.iter().any(|it| it.name == "rt_SurfaceOffset"));
+        match self.get("rt_SurfaceOffset", 0).filter(|_| sets) {
+            None => Ok(error),
+            Some(own) => {
+                let own = self.offset_of_shape(code, own, local_normal)?;
+                code.larger(own, error)
+            }
+        }
+    }
+
+    /// The offset that the shape has set, in the world.
+    fn offset_of_shape(
+        &self,
+        code: &mut Arithmetic<'_>,
+        local: Value,
+        normal: Vector,
+    ) -> Linking<Value> {
+        let (zero, infinity) = (code.float(0.0)?, code.float(f32::INFINITY)?);
+        let is_positive = code.compare(CompareOp::Greater, local, zero)?;
+        let is_finite = code.less(local, infinity)?;
+        let is_usable = code.and(is_positive, is_finite)?;
+        let local = code.select(is_usable, local, zero)?;
+        let none = [zero; 3];
+        let normal = code.normalized_or(normal, none)?;
+        let mut step = code.scaled(normal, local)?;
+        if let Some(maps) = &self.maps {
+            step = code.transformed_vector(&maps.forward, step)?;
+        }
+        let square = code.products(step, step)?;
+        let length = code.root(square)?;
+        code.finite_or_zero(length)
+    }
+
+    /// The derivatives of the point: those of the shape, or an arbitrary frame of the normal.
+    fn tangents(&self, code: &mut Arithmetic<'_>, normal: Vector) -> Linking<[Vector; 2]> {
+        if !self.shape.has(Method::ComputeDerivatives) {
+            return frame(code, normal);
+        }
+        let mut tangents = [normal; 2];
+        for (tangent, name) in tangents.iter_mut().zip(["rt_dPdu", "rt_dPdv"]) {
+            let local = code.each(|it, axis| {
+                let variable = lookup_state(name).map_or(0, |variable| variable.index);
+                let wanted = StateComponent { variable, component: axis as u32 };
+                match self.get(name, axis as u32) {
+                    Some(value) => Ok(value),
+                    None => it.linker.constant(it.to, default_of(Role::Primitive, wanted)),
+                }
+            })?;
+            *tangent = match &self.maps {
+                Some(maps) => code.transformed_vector(&maps.forward, local)?,
+                None => local,
+            };
+        }
+        Ok(tangents)
+    }
+}
+
+/// An arbitrary frame of a normal.
+fn frame(code: &mut Arithmetic<'_>, normal: Vector) -> Linking<[Vector; 2]> {
+    let [x, y, z] = code.sizes(normal)?;
+    let x_to_y = code.compare(CompareOp::LessEqual, x, y)?;
+    let x_to_z = code.compare(CompareOp::LessEqual, x, z)?;
+    let is_x = code.and(x_to_y, x_to_z)?;
+    let is_y = code.compare(CompareOp::LessEqual, y, z)?;
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let [first, second, third] =
+        [code.vector(axes[0])?, code.vector(axes[1])?, code.vector(axes[2])?];
+    let least = code.select_vector(is_y, second, third)?;
+    let least = code.select_vector(is_x, first, least)?;
+    let cosine = code.products(normal, least)?;
+    let along = code.scaled(normal, cosine)?;
+    let across = code.each(|it, axis| it.binary(BinaryOp::Subtract, least[axis], along[axis]))?;
+    let first = code.normalized_or(across, first)?;
+    let second = code.each(|it, axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let one = it.multiply(normal[next], first[last])?;
+        let other = it.multiply(normal[last], first[next])?;
+        it.binary(BinaryOp::Subtract, one, other)
+    })?;
+    Ok([first, second])
+}
+
+/// The widths of the ray's footprint in surface parameters.
+fn footprints(
+    code: &mut Arithmetic<'_>,
+    hit: Hit,
+    normal: Vector,
+    tangents: [Vector; 2],
+    (width, spread): (Value, Value),
+) -> Linking<[Value; 2]> {
+    let growth = code.multiply(spread, hit.distance)?;
+    let width = code.add(width, growth)?;
+    let cosine = code.products(hit.direction, normal)?;
+    let cosine = code.unary(UnaryOp::Abs, cosine)?;
+    let square = code.products(hit.direction, hit.direction)?;
+    let length = code.root(square)?;
+    let (slant, least) = (code.divide(cosine, length)?, code.float(MIN_COSINE)?);
+    let slant = code.larger(slant, least)?;
+    let slant = code.root(slant)?;
+    let width = code.divide(width, slant)?;
+    let mut widths = [width; 2];
+    for (to, tangent) in widths.iter_mut().zip(tangents) {
+        let square = code.products(tangent, tangent)?;
+        let length = code.root(square)?;
+        let parameter = code.divide(width, length)?;
+        *to = code.finite_or_zero(parameter)?;
+    }
+    Ok(widths)
+}
