@@ -11,6 +11,11 @@ pub const NUMBERS_OF_SINGLES: u32 = 0x201;
 /// Selects that of pairs of dimensions.
 pub const NUMBERS_OF_PAIRS: u32 = 0x202;
 
+/// Selects the sequences of light samples of an integrator, one for each of them.
+pub const NUMBERS_OF_LIGHT_SAMPLES: u32 = 0x205;
+/// Selects the sequence of a vertex's random numbers for lights.
+pub const NUMBERS_OF_LIGHTS: u32 = 0x101;
+
 pub use filter::{FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};
 pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, SamplerKind, child_key};

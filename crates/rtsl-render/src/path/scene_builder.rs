@@ -12,7 +12,7 @@ use rtsl_scene::Scene;
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::Integrator;
+use super::integrator::{Integrator, StageParts};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::MaterialSource;
@@ -37,7 +37,7 @@ impl BatchScene {
     ) -> Result<Self, Messages> {
         let builder = SceneBuilder::new(engine).listener(listener);
         let integrator = scene.integrator.as_ref().map(|it| Integrator::new(engine, it));
-        let mut integrator = integrator.transpose().map_err(Messages::one)?;
+        let integrator = integrator.transpose().map_err(Messages::one)?;
         let calls_shade =
             integrator.as_ref().is_some_and(|it| it.calls_shade) || has_shade(engine, scene);
         let builder = if calls_shade { builder } else { builder.for_searches() };
@@ -48,10 +48,6 @@ impl BatchScene {
         let alpha = InstanceClasses::new(engine, &textures);
         let classes = Classes { compiled: &compiled, materials: &materials, alpha: &alpha };
         let plan = GroupPlan::new(scene, classes);
-        if let Some((integrator, instance)) = integrator.as_mut().zip(scene.integrator.as_ref()) {
-            let compiled = integrator.compile(engine, instance, scene, (classes, &plan));
-            compiled.map_err(Messages::one)?;
-        }
         let made = KernelMaker::build_with(engine, |maker| {
             let groups = plan.keys.iter().map(|key| {
                 let parts = classes.parts_of(key);
@@ -69,6 +65,7 @@ impl BatchScene {
             warn_of_shade(&groups, &compiled, &materials, messages);
         }
         let compile_time = compiled.compile_time + start.elapsed();
+        let description = scene;
         let mut scene = BatchScene {
             compiled,
             compile_time,
@@ -86,7 +83,26 @@ impl BatchScene {
             return Err(exhausted_budgets(&scene.compiled, &errors));
         }
         scene.lights.select_by(&probes);
+        scene.compile_stages(engine, description)?;
         Ok(scene)
+    }
+}
+
+impl BatchScene {
+    /// Compiles the stages of the integrator, if the scene names one written in RTSL.
+    fn compile_stages(&mut self, engine: &Engine, description: &Scene) -> Result<(), Messages> {
+        let Some(mut integrator) = self.integrator.take() else { return Ok(()) };
+        let start = Instant::now();
+        let BatchScene { compiled, materials, alpha, groups, objects, lights, .. } = &*self;
+        let parts =
+            StageParts { classes: Classes { compiled, materials, alpha }, groups, objects, lights };
+        if let Some(instance) = &description.integrator {
+            let made = integrator.compile(engine, instance, description, &parts);
+            made.map_err(Messages::one)?;
+        }
+        self.compile_time += start.elapsed();
+        self.integrator = Some(integrator);
+        Ok(())
     }
 }
 

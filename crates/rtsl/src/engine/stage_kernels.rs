@@ -127,7 +127,8 @@ impl StageKernel {
             match variable.kind {
                 VariableKind::Scratch => {
                     let array = layout.scratch[&variable.name] as usize + component;
-                    let is_port = Port::of(variable).is_some();
+                    let is_port = Port::of(variable).is_some()
+                        || PATH_COLUMNS.contains(&variable.name.as_str());
                     if is_port { &mut made.ports } else { &mut made.outputs }.push(array);
                 }
                 VariableKind::State => {

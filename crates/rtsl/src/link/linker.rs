@@ -18,6 +18,7 @@ use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
 use super::class_tree::{ClassTree, element_path};
+use super::lights::CopiedNumbers;
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -59,6 +60,10 @@ pub(super) struct Linker {
     pub surface: Option<Arc<SurfaceLinks>>,
     /// The properties of surfaces that are computed already where operations are added, by their operands.
     pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
+    /// The random numbers of the method that is being copied, if operations compute them.
+    pub copied_numbers: Option<CopiedNumbers>,
+    /// The local that counts a path's light samples.
+    pub light_counter: Option<VariableId>,
 }
 
 /// A function body that is being copied.
@@ -140,6 +145,8 @@ impl Linker {
             scratch: None,
             surface: None,
             known_properties: Vec::new(),
+            copied_numbers: None,
+            light_counter: None,
         }
     }
 

@@ -4,6 +4,7 @@
 mod arithmetic;
 pub(crate) mod class_tree;
 pub(crate) mod hit;
+pub(crate) mod lights;
 pub(crate) mod linked_method;
 pub(crate) mod linker;
 pub(crate) mod numbers;

@@ -53,7 +53,7 @@ impl Arithmetic<'_> {
     }
 
     /// As [`Sampler::number_of_stream`].
-    fn number_of_stream(
+    pub fn number_of_stream(
         &mut self,
         sampler: &Sampler,
         key: Value,
@@ -192,14 +192,14 @@ impl Arithmetic<'_> {
     }
 
     /// As [`rtsl_math::sampling::hash`].
-    fn hash(&mut self, a: Value, b: Value) -> Linking<Value> {
+    pub fn hash(&mut self, a: Value, b: Value) -> Linking<Value> {
         let (mixed, offset) = (self.mix(a)?, self.word(0x9E37_79B9)?);
         let sum = self.add(mixed, b)?;
         let sum = self.add(sum, offset)?;
         self.mix(sum)
     }
 
-    fn hash_with(&mut self, a: Value, b: u32) -> Linking<Value> {
+    pub fn hash_with(&mut self, a: Value, b: u32) -> Linking<Value> {
         let b = self.word(b)?;
         self.hash(a, b)
     }

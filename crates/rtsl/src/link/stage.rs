@@ -17,6 +17,7 @@ use rtsl_stages::Port;
 
 use super::arithmetic::Arithmetic;
 use super::class_tree::ClassTree;
+use super::lights::LightLinks;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of};
 use super::numbers;
@@ -38,6 +39,8 @@ pub(crate) struct SurfaceLinks {
     pub shape: Option<ShapeLinks>,
     /// The sampler of paths, if its numbers are computed by operations.
     pub sampler: Option<Sampler>,
+    /// The lights, if operations compute their samples.
+    pub lights: Option<Arc<LightLinks>>,
 }
 
 /// An answer to a query.
@@ -82,6 +85,7 @@ pub(crate) fn link_stage(
     let mut linker = Linker::new(Function::new(function.name.clone()));
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
+    linker.pass_on_light_counter()?;
     Ok(linker.finish())
 }
 
@@ -114,6 +118,10 @@ impl Linker {
                 let Some(found) = links.found.filter(|_| is_found) else { return Ok(None) };
                 Ok(Some(vec![self.constant(to, Constant::Bool(found))?]))
             }
+            OpKind::Rand => match self.copied_numbers {
+                Some(numbers) => Ok(Some(vec![self.next_number(numbers, to)?])),
+                None => Ok(None),
+            },
             OpKind::Query(query, operands) => match links.answers.get(query) {
                 None => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
@@ -150,7 +158,12 @@ impl Linker {
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
-            _ => Ok(None),
+            _ => match (&links.lights, &links.sampler) {
+                (Some(lights), Some(sampler)) => {
+                    self.ask_lights(site, (lights, sampler), query, operands, to)
+                }
+                _ => Ok(None),
+            },
         }
     }
 

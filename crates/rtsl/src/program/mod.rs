@@ -7,5 +7,6 @@ pub(crate) mod kernel_request;
 pub(crate) mod loop_owners;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod program;
+pub(crate) mod stage_lights;
 pub(crate) mod staged_program;
 pub(crate) mod surface_class;

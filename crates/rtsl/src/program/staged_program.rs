@@ -10,10 +10,12 @@ use rtsl_spec::Method;
 use rtsl_stages::{MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
 
 use super::program::Program;
+use super::stage_lights::{LinkedLights, StageLights};
 use super::surface_class::{SurfaceClass, SurfaceObject, no_surface};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
+use crate::link::lights::LIGHT_COLUMN;
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
@@ -21,7 +23,8 @@ use crate::{errors, nesting};
 /// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
 ///
 /// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages meet
-/// the host, and those of the paths' times, depths, keys and samples.
+/// the host, and those of the paths' times, depths, keys, samples
+/// and counts of light samples.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
@@ -29,6 +32,8 @@ pub struct StagedProgram {
     /// The layout of the integrator, with the scratch of stages.
     layout: Layout,
     sampler: Sampler,
+    /// The lights, if operations compute their samples.
+    lights: Option<LinkedLights>,
 }
 
 /// A kernel of a stage that a host asks for.
@@ -45,11 +50,16 @@ pub struct StageRequest {
 }
 
 impl StagedProgram {
-    /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler.
+    /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler. Kernels sample the
+    /// lights of the scene if their methods permit it; else hosts do.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
-    pub fn new(program: &Arc<Program>, sampler: Sampler) -> Result<StagedProgram, Diagnostic> {
+    pub fn new(
+        program: &Arc<Program>,
+        sampler: Sampler,
+        lights: &StageLights<'_>,
+    ) -> Result<StagedProgram, Diagnostic> {
         let radiance = program.method(Method::Radiance)?;
         let name = &radiance.function.name;
         let stages = nesting::with_deep_stack(|| rtsl_stages::split(&radiance.function));
@@ -59,7 +69,9 @@ impl StagedProgram {
             layout.scratch.insert(name, layout.scratch_arrays);
             layout.scratch_arrays += 1;
         }
-        Ok(StagedProgram { program: program.clone(), stages, layout, sampler })
+        let lights = LinkedLights::new(lights, &sampler);
+        lights.iter().for_each(|lights| lights.add_to(&mut layout));
+        Ok(StagedProgram { program: program.clone(), stages, layout, sampler, lights })
     }
 
     /// The program of the integrator.
@@ -105,6 +117,11 @@ impl StagedProgram {
         self.layout.scratch[KEY_COLUMN] as usize
     }
 
+    /// The scratch array that counts each path's light samples.
+    pub fn light_array(&self) -> usize {
+        self.layout.scratch[LIGHT_COLUMN] as usize
+    }
+
     /// The scratch array with the index of each path's sample.
     pub fn sample_array(&self) -> usize {
         self.layout.scratch[SAMPLE_COLUMN] as usize
@@ -121,7 +138,9 @@ impl StagedProgram {
         class: Option<&SurfaceClass>,
         surfaces: impl IntoIterator<Item = SurfaceObject<'a>>,
     ) -> Objects {
-        let own = self.program.block(integrator);
+        let own = [self.program.block(integrator)];
+        let lights = self.lights.iter().flat_map(|lights| lights.blocks.iter().cloned());
+        let own = joined(&own.into_iter().chain(lights).collect::<Vec<_>>());
         let Some(class) = class else {
             return Objects::of_instances(ObjectForm::new([]), [own]);
         };
@@ -154,7 +173,8 @@ impl StagedProgram {
             Some(class) => class.links(found),
             None => no_surface(found),
         };
-        let links = SurfaceLinks { sampler: Some(self.sampler), ..links };
+        let lights = self.lights.as_ref().map(|lights| lights.links.clone());
+        let links = SurfaceLinks { sampler: Some(self.sampler), lights, ..links };
         let linked = link_stage(self.program.tree(), &stage.function, links)?;
         let layout = self.layout_for(surface.as_deref());
         let known = known_choices(&linked.function, &layout, objects);
@@ -173,7 +193,8 @@ impl StagedProgram {
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 4] = [TIME_COLUMN, DEPTH_COLUMN, KEY_COLUMN, SAMPLE_COLUMN];
+pub(crate) const PATH_COLUMNS: [&str; 5] =
+    [TIME_COLUMN, DEPTH_COLUMN, KEY_COLUMN, SAMPLE_COLUMN, LIGHT_COLUMN];
 
 /// Returns the names of the scratch arrays of stages, each of one scalar.
 fn columns(stages: &Stages) -> Vec<String> {

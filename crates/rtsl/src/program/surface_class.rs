@@ -140,7 +140,7 @@ impl SurfaceClass {
             answers.insert(Query::LightPdf, Answer::Zeros);
         }
         let shape = self.shape.as_ref().map(|shape| shape.links.clone());
-        SurfaceLinks { answers, found, shape, sampler: None }
+        SurfaceLinks { answers, found, shape, ..SurfaceLinks::default() }
     }
 
     /// Materials that only have `shade` emit what it returns.
@@ -211,7 +211,7 @@ impl ShapeObject<'_> {
 }
 
 /// Adds the members of a part to a layout.
-fn add_part(layout: &mut Layout, prefix: &str, part: &Layout) {
+pub(crate) fn add_part(layout: &mut Layout, prefix: &str, part: &Layout) {
     let first = layout.block_words;
     let moved = |(name, word): (&String, &u32)| (format!("{prefix}{name}"), first + word);
     layout.members.extend(part.members.iter().map(moved));

@@ -26,7 +26,7 @@ impl<'a> SceneHost<'a> {
         for (place, lane) in lanes.iter().enumerate() {
             let ray = self.ray_of(lanes, lane);
             let state = &mut self.rays[ray];
-            let key = state.numbers.begin_call();
+            let key = state.numbers.begin_light_sample();
             let batch = &mut *self.queries.batch;
             // Lights are sampled for vectors of points, of which the last are repetitions.
             let end =

@@ -9,7 +9,7 @@
 //! Numbers depend on the pixel, the sample and the queries of the path before, never on other paths. `sample1D` and
 //! `sample2D` are functions of the dimension. Every query for a light, a sky, a shadow ray or `shade`, and every other
 //! one whose method takes random numbers, has a separate sequence for its methods: the sequence's index counts such
-//! queries since the last search, among the sequences of that search. So the numbers of one surface are stratified over
+//! queries since the last search, among the sequences of that search; light samples are counted apart. So the numbers of one surface are stratified over
 //! the samples of a pixel, whatever the surfaces before it have asked.
 
 mod evaluation;
@@ -24,14 +24,12 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, InstanceBlock, Kernel, Method, ParameterType, Program,
-    Query, StagedProgram,
+    Query,
 };
 use rtsl_scene::Scene;
 
-use super::group_plan::{Classes, GroupPlan};
-
 pub use evaluation::Evaluation;
-pub use staged::StagedIntegrator;
+pub use staged::{StageParts, StagedIntegrator};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.
@@ -85,14 +83,13 @@ impl Integrator {
         engine: &Engine,
         instance: &Instance,
         scene: &Scene,
-        groups: (Classes<'_>, &GroupPlan),
+        parts: &StageParts<'_>,
     ) -> Result<(), Diagnostic> {
         if engine.llvm().is_none() {
             return Ok(());
         }
-        let sampler = groups.0.compiled.settings.sampler;
-        let program = StagedProgram::new(&self.program, sampler)?;
-        self.staged = Some(StagedIntegrator::new(engine, program, instance, scene, groups)?);
+        let staged = StagedIntegrator::new(engine, &self.program, instance, scene, parts)?;
+        self.staged = Some(staged);
         Ok(())
     }
 

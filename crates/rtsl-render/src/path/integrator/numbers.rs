@@ -3,8 +3,8 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneWords, MAX_LANES};
 use rtsl_math::sampling::{
-    ANY_COUNT, INDEPENDENT, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler,
-    child_key, hash,
+    ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES,
+    POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
 };
 
 /// Selects the numbers of a path by their use: independent sequences.
@@ -20,8 +20,12 @@ pub struct PathNumbers {
     key: u32,
     /// The index of the sample.
     pub sample: u32,
-    /// The number of queries that have had sequences, counted anew after each search.
+    /// The number of searches, times [`CALLS_OF_SEARCH`].
+    searches: u32,
+    /// The number of queries that have had sequences since then, added to it; without light samples.
     calls: u32,
+    /// The same for light samples.
+    lights: u32,
     /// The count of numbers drawn by `rand()`.
     drawn: u32,
     /// The number of rays traced by `trace()`.
@@ -31,7 +35,7 @@ pub struct PathNumbers {
 impl PathNumbers {
     /// Creates the numbers of the path with this key.
     pub fn new(key: u32, sample: u32) -> PathNumbers {
-        PathNumbers { key, sample, calls: 0, drawn: 0, children: 0 }
+        PathNumbers { key, sample, searches: 0, calls: 0, lights: 0, drawn: 0, children: 0 }
     }
 
     /// Returns the key from which those of all sequences are derived.
@@ -48,8 +52,20 @@ impl PathNumbers {
 
     /// Begins the sequences of a search, and returns the key of its own.
     pub fn begin_search(&mut self) -> u32 {
-        self.calls = (self.calls / CALLS_OF_SEARCH + 1).wrapping_mul(CALLS_OF_SEARCH);
+        self.searches = self.searches.wrapping_add(CALLS_OF_SEARCH);
+        (self.calls, self.lights) = (self.searches, self.searches);
         self.key_of_call()
+    }
+
+    /// Returns the count of light samples: those since the last search, from a multiple for each search on.
+    pub fn lights(&self) -> u32 {
+        self.lights
+    }
+
+    /// Returns the key of the next light sample's sequence.
+    pub fn begin_light_sample(&mut self) -> u32 {
+        self.lights = self.lights.wrapping_add(1);
+        hash(hash(self.key, NUMBERS_OF_LIGHT_SAMPLES), self.lights)
     }
 
     /// Returns the key of the next query's sequence.

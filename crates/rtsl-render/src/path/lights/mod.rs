@@ -9,7 +9,7 @@ mod selection;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
+use rtsl::{Kernel, LightSelection, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 use rtsl_scene::Scene;
 
 use super::group_plan::Classes;
@@ -143,6 +143,20 @@ impl Lights {
     /// Returns the probability with which a light is selected for a point.
     pub fn probability(&self, entry: u32, point: [f32; 3]) -> f32 {
         self.selection.probability(entry, point)
+    }
+
+    /// Returns the selection of lights, by their indices in the scene, if there are no area lights, and it does not
+    /// depend on the point.
+    pub fn simple_selection(&self) -> Option<LightSelection> {
+        if !self.shapes.is_empty() {
+            return None;
+        }
+        let light_of = |entry: u32| self.entries[entry as usize].hit.object as usize;
+        self.selection.without_hierarchy().map(|(infinite, finite, probability)| LightSelection {
+            infinite: infinite.iter().map(|entry| light_of(*entry)).collect(),
+            finite: finite.map(light_of),
+            probability,
+        })
     }
 
     /// Returns the class and method that compute the colour of a sample of this light.

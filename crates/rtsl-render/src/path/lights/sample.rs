@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state};
-use rtsl_math::sampling::Sampler;
+use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
 
 use super::super::kernels::Batching;
 use super::super::path_tracer::PathTracer;
@@ -173,9 +173,6 @@ impl LightMemory {
         self.lanes.scatter(&self.density, &mut light.density);
     }
 }
-
-/// Selects the sequence of a vertex's random numbers for lights.
-const NUMBERS_OF_LIGHTS: u32 = 0x101;
 
 impl PathTracer<'_> {
     /// Samples a light for each lane of a batch.

@@ -108,6 +108,17 @@ impl Selection {
         (self.places.len() == 1).then_some(0)
     }
 
+    /// Returns the lights at infinity, the other one, and the probability of each at infinity; `None` if there are
+    /// several others.
+    pub fn without_hierarchy(&self) -> Option<(&[u32], Option<u32>, f32)> {
+        let other = match self.nodes.as_slice() {
+            [] => None,
+            [Node { content: Content::Light(light), .. }] => Some(*light),
+            _ => return None,
+        };
+        Some((&self.infinite, other, self.infinite_probability))
+    }
+
     /// Selects a light for a point by a random number in [0,1). Returns it with its probability, which is positive.
     pub fn choose(&self, point: [f32; 3], random: f32) -> (u32, f32) {
         let probability = self.infinite_probability;

@@ -20,6 +20,8 @@ pub struct Columns {
     pub key: usize,
     /// The index of the sample.
     pub sample: usize,
+    /// The count of light samples.
+    pub lights: usize,
 }
 
 impl Columns {
@@ -34,6 +36,7 @@ impl Columns {
             depth: program.depth_array(),
             key: program.key_array(),
             sample: program.sample_array(),
+            lights: program.light_array(),
         }
     }
 

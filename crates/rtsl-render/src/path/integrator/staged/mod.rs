@@ -8,8 +8,9 @@
 mod columns;
 mod frames;
 mod run;
+mod stage_lights;
 mod staged_integrator;
 
 pub use frames::{Blocks, Frames};
 pub use run::StagedPaths;
-pub use staged_integrator::StagedIntegrator;
+pub use staged_integrator::{StageParts, StagedIntegrator};

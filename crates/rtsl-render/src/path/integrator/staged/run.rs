@@ -72,7 +72,7 @@ impl StagedPaths<'_> {
         let StagedPaths { frames, rays, staged, .. } = self;
         rays.clear();
         rays.extend(paths.iter().map(RayOfCall::new));
-        let Columns { time, key, sample, .. } = staged.columns;
+        let Columns { time, key, sample, lights, .. } = staged.columns;
         let scratch = &mut frames.paths.scratch;
         let mut set = |array: usize, word: fn(&Path) -> u32| {
             let words = scratch.words_mut(array).iter_mut();
@@ -81,6 +81,7 @@ impl StagedPaths<'_> {
         set(time, |path| path.time.to_bits());
         set(key, |path| path.key);
         set(sample, |path| path.sample);
+        set(lights, |_| 0);
         for (slot, path) in paths.iter().enumerate() {
             set_ray(&mut frames.paths.state, slot, path, self.depth);
         }
@@ -166,7 +167,7 @@ impl StagedPaths<'_> {
     }
 
     fn store_hits(&mut self, slots: &[u32]) {
-        let Columns { answers, depth, .. } = &self.staged.columns;
+        let Columns { answers, depth, lights, .. } = &self.staged.columns;
         let wavefront = &self.queries.wavefront;
         let scratch = &mut self.frames.paths.scratch;
         let mut store = |path: u32, words: [u32; 5]| {
@@ -186,6 +187,10 @@ impl StagedPaths<'_> {
             store(hit.path, [u32::MAX, hit.object, hit.instance, hit.element, bits]);
             let ray = &mut self.rays[slots[hit.path as usize] as usize];
             ray.end_search(direction, Some((distance, hit.object)));
+        }
+        let counts = self.frames.paths.scratch.words_mut(*lights);
+        for slot in slots {
+            counts[*slot as usize] = self.rays[*slot as usize].numbers.lights();
         }
         let depths = self.frames.paths.scratch.floats_mut(*depth);
         for slot in slots {

@@ -4,17 +4,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, ShapeClass, ShapeObject, StageKernel,
+    CallMode, Diagnostic, Engine, Instance, Objects, Program, ShapeClass, ShapeObject, StageKernel,
     StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
-use rtsl_math::Affine;
 use rtsl_scene::Scene;
 
-use super::super::super::group_plan::{Classes, GroupPlan};
+use super::super::super::group_plan::Classes;
 use super::super::super::instance_classes::InstanceClassId;
+use super::super::super::lights::Lights;
 use super::super::super::material::MaterialSource;
-use super::super::super::surface_group::GroupKey;
+use super::super::super::object_entry::ObjectEntry;
+use super::super::super::surface_group::{GroupKey, SurfaceGroup};
 use super::columns::Columns;
+use super::stage_lights::{columns, stage_lights};
 use crate::compiled::shaders::is_own_material;
 
 /// An integrator's stages with their kernels.
@@ -40,6 +42,18 @@ pub struct Surface {
     pub index: u32,
 }
 
+/// The prepared parts of a scene.
+pub struct StageParts<'a> {
+    /// The classes of the parts of surfaces.
+    pub classes: Classes<'a>,
+    /// The surface groups.
+    pub groups: &'a [SurfaceGroup],
+    /// The entries of objects.
+    pub objects: &'a [ObjectEntry],
+    /// The lights, with their selection.
+    pub lights: &'a Lights,
+}
+
 /// The objects for which kernels of a group are called.
 struct StageGroup {
     class: Option<Arc<SurfaceClass>>,
@@ -59,19 +73,23 @@ impl StagedIntegrator {
     /// If linking, splitting or code generation fails.
     pub fn new(
         engine: &Engine,
-        program: StagedProgram,
+        program: &Arc<Program>,
         integrator: &Instance,
         scene: &Scene,
-        (classes, plan): (Classes<'_>, &GroupPlan),
+        parts: &StageParts<'_>,
     ) -> Result<StagedIntegrator, Diagnostic> {
+        let StageParts { classes, .. } = parts;
+        let compiled = classes.compiled;
+        let lights = stage_lights(engine, scene, compiled, parts.lights);
+        let program = StagedProgram::new(program, compiled.settings.sampler, &lights)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
         let mut surfaces = vec![Surface::default(); scene.objects.len()];
-        for (key, members) in by_class(&classes, plan) {
-            let class = Arc::new(key.class(&classes));
+        for (key, members) in by_class(parts) {
+            let class = Arc::new(key.class(classes));
             let group = groups.len() as u32;
-            let made = surfaces_of(scene, (&classes, &class), &members, |object, index| {
+            let made = surfaces_of(scene, (classes, &class), &members, |object, index| {
                 surfaces[object as usize] = Surface { group, index };
             });
             let objects = program.objects(integrator, Some(&class), made);
@@ -111,13 +129,15 @@ struct SurfaceKey {
 }
 
 /// Returns the objects of a scene by the classes of their parts.
-fn by_class(classes: &Classes<'_>, plan: &GroupPlan) -> BTreeMap<SurfaceKey, Vec<u32>> {
+fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
+    let StageParts { classes, groups, objects, .. } = parts;
     // The first items are in the world, the others in instances.
     let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
     let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
     let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
-    for (object, entry) in (0..).zip(&plan.objects) {
-        let GroupKey { class, material, emitter, is_sampled, .. } = plan.keys[entry.group as usize];
+    for (object, entry) in (0..).zip(*objects) {
+        let GroupKey { class, material, emitter, is_sampled, .. } =
+            groups[entry.group as usize].key;
         let key = SurfaceKey {
             shape: class,
             is_instanced: instanced.contains(&object),
@@ -190,10 +210,6 @@ fn surfaces_of<'a>(
 fn shape_object<'a>(scene: &'a Scene, classes: &Classes<'_>, object: u32) -> ShapeObject<'a> {
     let compiled = classes.compiled;
     let placed = &compiled.objects[object as usize];
-    let columns = |map: &Affine| {
-        let columns = map.columns;
-        std::array::from_fn(|index| columns[index / 3][index % 3])
-    };
     ShapeObject {
         shape: &scene.objects[object as usize].primitive,
         inverse: columns(&placed.inverse),
