@@ -43,7 +43,10 @@ impl BatchScene {
 
     /// True if any surface reads the ray's footprint.
     pub(super) fn has_footprints(&self) -> bool {
-        self.groups.iter().any(|group| group.needs.footprints)
+        match &self.integrator {
+            Some(integrator) => integrator.reads_widths(),
+            None => self.groups.iter().any(|group| group.needs.footprints),
+        }
     }
 
     /// Returns the greatest number of scratch arrays of a shader.

@@ -13,6 +13,7 @@ use super::engine::{Engine, into_modules, on_threads};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
+use crate::link::unread_slots;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -30,6 +31,8 @@ pub struct StageKernel {
     pub state: Vec<usize>,
     /// The queries that it asks of the host.
     pub queries: BTreeSet<Query>,
+    /// The components of state that it reads.
+    pub reads_state: Vec<usize>,
 }
 
 /// A linked stage on its way to code.
@@ -40,7 +43,8 @@ struct Linked {
 }
 
 impl Engine {
-    /// Makes kernels of stages on all processors; the results are in the order of the requests.
+    /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
+    /// stages and all surfaces of a scene: kernels leave out what none of them reads.
     pub fn stage_kernels(
         &self,
         program: &StagedProgram,
@@ -55,6 +59,11 @@ impl Engine {
             let made = made.map(|(function, layout, variant)| Linked { function, layout, variant });
             let _ = linked[index].set(made);
         });
+        let mut linked = linked;
+        let made = linked.iter_mut().zip(requests).filter_map(|(linked, request)| {
+            Some((request.stage, &mut linked.get_mut()?.as_mut().ok()?.function))
+        });
+        crate::nesting::with_deep_stack(|| unread_slots::remove(&mut made.collect::<Vec<_>>()));
         let usable: Vec<usize> = (0..requests.len())
             .filter(|index| matches!(linked[*index].get(), Some(Ok(_))))
             .collect();
@@ -103,8 +112,9 @@ impl StageKernel {
             outputs: Vec::new(),
             state: Vec::new(),
             queries: BTreeSet::new(),
+            reads_state: Vec::new(),
         };
-        let mut reads = BTreeSet::new();
+        let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
         function.body.for_each_op(&mut |op| match &op.kind {
             OpKind::Load(variable, index) => {
                 let variable = function.variable(*variable);
@@ -114,6 +124,12 @@ impl StageKernel {
                     debug_assert_eq!(*index, Index::Constant(0), "ports have one scalar");
                     reads.insert(layout.scratch[&variable.name] as usize);
                 }
+                if variable.kind == VariableKind::State
+                    && let Some(state) = lookup_state(&variable.name)
+                {
+                    let first = state.first_component as usize;
+                    read_state.extend(first..first + variable.len as usize);
+                }
             }
             OpKind::Query(query, _) => {
                 made.queries.insert(*query);
@@ -121,6 +137,7 @@ impl StageKernel {
             _ => {}
         });
         made.reads = reads.into_iter().collect();
+        made.reads_state = read_state.into_iter().collect();
         for output in &function.outputs {
             let variable = function.variable(output.variable);
             let component = output.component as usize;

@@ -13,3 +13,4 @@ pub(crate) mod stage;
 pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unread_slots;

@@ -53,9 +53,15 @@ impl RayOfCall {
         self.searches.saturating_sub(1)
     }
 
-    /// True if there was no search yet.
-    pub fn first_search(&self) -> bool {
-        self.searches == 0
+    /// The number of searches.
+    pub fn searches(&self) -> u32 {
+        self.searches
+    }
+
+    /// Counts a search.
+    pub fn count_search(&mut self) {
+        self.numbers.begin_search();
+        self.searches = self.searches.saturating_add(1);
     }
 
     /// Adds a contribution that nothing blocks.
@@ -83,12 +89,12 @@ impl RayOfCall {
         }
     }
 
-    /// Begins a search with a ray of this origin, direction, least and greatest distance. A least distance of 0 means
-    /// that of the scene.
-    pub fn begin_search(
-        &mut self,
+    /// Returns the path of a search with a ray of this origin, direction, least and greatest distance. A least distance
+    /// of 0 means that of the scene.
+    pub fn search_path(
+        &self,
         (origin, direction): ([f32; 3], [f32; 3]),
-        (epsilon, limit): (f32, f32),
+        [epsilon, limit]: [f32; 2],
         epsilon_of_scene: f32,
     ) -> Path {
         Path {
@@ -98,19 +104,16 @@ impl RayOfCall {
             distance: limit,
             limit,
             time: self.time,
-            key: self.numbers.begin_search(),
+            key: self.numbers.key_of_search(),
             sample: self.numbers.sample,
             ..Path::NOWHERE
         }
     }
 
-    /// Ends a search; `hit` has the distance and the object.
-    pub fn end_search(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
-        if self.searches == 0 {
-            let length = dot(direction, direction).sqrt();
-            self.first_hit = hit.map(|(distance, object)| (distance * length, object as f32));
-        }
-        self.searches = self.searches.saturating_add(1);
+    /// Notes what the first search has found: the distance and the object of a hit.
+    pub fn note_first_hit(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
+        let length = dot(direction, direction).sqrt();
+        self.first_hit = hit.map(|(distance, object)| (distance * length, object as f32));
     }
 }
 
@@ -209,8 +212,8 @@ impl SceneHost<'_> {
         for lane in lanes.iter() {
             let state = &mut self.rays[lanes.base as usize + lane];
             let ray = (vector(operands, 0, lane), vector(operands, 3, lane));
-            let limits = (number(operands, 6, lane), number(operands, 7, lane));
-            let path = state.begin_search(ray, limits, self.tracer.scene.compiled.epsilon);
+            let limits = [number(operands, 6, lane), number(operands, 7, lane)];
+            let path = state.search_path(ray, limits, self.tracer.scene.compiled.epsilon);
             let BatchMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
             begin(wavefront, path);
             searcher.are_together = false;
@@ -218,7 +221,10 @@ impl SceneHost<'_> {
             self.tracer.find_hits(wavefront, searcher, batch);
             let distance = wavefront.paths[0].distance;
             let hit = wavefront.hits.first().map(|(_, hit)| hit);
-            state.end_search(path.direction, hit.map(|hit| (distance, hit.object)));
+            if state.searches == 0 {
+                state.note_first_hit(path.direction, hit.map(|hit| (distance, hit.object)));
+            }
+            state.count_search();
             let answer = match hit {
                 Some(hit) => [1, hit.object, hit.instance, hit.element, distance.to_bits()],
                 None => [0, NO_OBJECT, NO_INSTANCE, 0, 0],

@@ -93,6 +93,11 @@ impl Integrator {
         Ok(())
     }
 
+    /// True if it reads the widths of camera rays.
+    pub fn reads_widths(&self) -> bool {
+        self.staged.as_ref().is_none_or(StagedIntegrator::reads_widths)
+    }
+
     /// Returns the name of the class.
     pub fn name(&self) -> &str {
         &self.program.class().name

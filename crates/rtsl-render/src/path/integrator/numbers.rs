@@ -50,11 +50,15 @@ impl PathNumbers {
         sampler.single_number(hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
     }
 
-    /// Begins the sequences of a search, and returns the key of its own.
-    pub fn begin_search(&mut self) -> u32 {
+    /// Begins the sequences of the queries that follow a search.
+    pub fn begin_search(&mut self) {
         self.searches = self.searches.wrapping_add(CALLS_OF_SEARCH);
         (self.calls, self.lights) = (self.searches, self.searches);
-        self.key_of_call()
+    }
+
+    /// Returns the key of the next search's own sequence.
+    pub fn key_of_search(&self) -> u32 {
+        hash(hash(self.key, NUMBERS_OF_CALLS), self.searches.wrapping_add(CALLS_OF_SEARCH))
     }
 
     /// Returns the count of light samples: those since the last search, from a multiple for each search on.

@@ -95,11 +95,10 @@ impl PathTracer<'_> {
         depth: u32,
     ) -> RayCounts {
         let Wavefront { paths, active, features, .. } = wavefront;
-        let begun: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
         let IntegratorMemory { frames: Some(frames), rays, queries, free, .. } = memory else {
             return RayCounts::default();
         };
-        frames.make_room(&staged.program, begun.len());
+        frames.make_room(&staged.program, active.len());
         let mut run = StagedPaths {
             tracer: *self,
             integrator,
@@ -111,7 +110,7 @@ impl PathTracer<'_> {
             depth,
             are_together: depth == 0,
         };
-        run.run(&begun);
+        run.run(paths, active);
         let Blocks { state, scratch } = &frames.paths;
         for (slot, index) in active.iter().enumerate() {
             let path = &mut paths[*index as usize];
@@ -197,17 +196,27 @@ fn features_of(
 }
 
 /// Sets the inputs of `radiance` for a lane.
-pub fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
-    let v = variables();
-    let mut set = |component: usize, value: f32| state.floats_mut(component)[lane] = value;
-    for axis in 0..3 {
-        set(v.ray_origin + axis, path.origin[axis]);
-        set(v.ray_direction + axis, path.direction[axis]);
+fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
+    for (component, value) in ray_components() {
+        state.floats_mut(component)[lane] = value(path);
     }
-    set(v.epsilon, path.epsilon);
-    set(v.hit_distance, path.limit);
-    set(v.time_seed, path.time);
-    set(v.ray_width, path.width);
-    set(v.ray_spread, path.spread);
-    set(v.ray_depth, depth as f32);
+    state.floats_mut(variables().ray_depth)[lane] = depth as f32;
+}
+
+/// Returns the components of state with a path's ray, with their values.
+pub fn ray_components() -> [(usize, fn(&Path) -> f32); 11] {
+    let v = variables();
+    [
+        (v.ray_origin, |path| path.origin[0]),
+        (v.ray_origin + 1, |path| path.origin[1]),
+        (v.ray_origin + 2, |path| path.origin[2]),
+        (v.ray_direction, |path| path.direction[0]),
+        (v.ray_direction + 1, |path| path.direction[1]),
+        (v.ray_direction + 2, |path| path.direction[2]),
+        (v.epsilon, |path| path.epsilon),
+        (v.hit_distance, |path| path.limit),
+        (v.time_seed, |path| path.time),
+        (v.ray_width, |path| path.width),
+        (v.ray_spread, |path| path.spread),
+    ]
 }

@@ -1,6 +1,6 @@
 //! The frames of a wavefront's paths.
 
-use rtsl::{LaneBlock, LaneIndices, StageKernel, StagedProgram, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, StagedProgram, new_state};
 
 /// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
 pub const CALL_PATHS: usize = 256;
@@ -13,6 +13,8 @@ pub struct Frames {
     pub call: Blocks,
     /// The index of the surface of each path of the call.
     pub surfaces: LaneIndices,
+    /// The paths that take part in a call for all of them.
+    pub mask: LaneMask,
     lanes: usize,
 }
 
@@ -38,6 +40,7 @@ impl Frames {
             paths: Blocks::new(program, 0),
             call: Blocks::new(program, CALL_PATHS),
             surfaces: LaneIndices::new(CALL_PATHS),
+            mask: LaneMask::new(0),
             lanes: 0,
         }
     }
@@ -47,8 +50,16 @@ impl Frames {
         if lanes > self.lanes {
             self.paths = Blocks::new(program, lanes);
             self.surfaces = LaneIndices::new(lanes.max(CALL_PATHS));
+            self.mask = LaneMask::new(lanes);
             self.lanes = lanes;
         }
+    }
+
+    /// Selects the paths that take part in a call for all of them.
+    pub fn select(&mut self, slots: &[u32]) {
+        let words = self.mask.words_mut();
+        words.fill(0);
+        slots.iter().for_each(|slot| words[*slot as usize] = u32::MAX);
     }
 
     /// Copies what a kernel reads of these paths to the arrays of the call.

@@ -8,6 +8,7 @@
 mod columns;
 mod frames;
 mod run;
+mod search;
 mod stage_lights;
 mod staged_integrator;
 

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, LaneBlock, Method, ResumedBy, StageSurface};
+use rtsl::{CallArguments, END, Instances, Method, ResumedBy, StageSurface};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
@@ -11,11 +11,12 @@ use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::{NO_INSTANCE, Path};
 use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
-use super::super::tracing::{IntegratorMemory, set_ray};
+use super::super::tracing::{IntegratorMemory, ray_components};
 use super::columns::Columns;
-use super::frames::{CALL_PATHS, Frames};
+use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::staged_integrator::StagedIntegrator;
 use crate::compiled::calls::Callee;
+use crate::compiled::variables::variables;
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -34,85 +35,109 @@ pub struct StagedPaths<'a> {
     pub are_together: bool,
 }
 
-/// The paths that have arrived at one stage with surfaces of one group.
-struct Arrived {
-    stage: usize,
-    group: usize,
-    slots: Vec<u32>,
+/// The arrays on which a kernel works.
+#[derive(Clone, Copy)]
+enum Place<'a> {
+    /// Those of all paths, of which some may be masked.
+    All { count: usize, is_masked: bool },
+    /// A copy for these paths.
+    Copied(&'a [u32]),
 }
+
+/// A kernel works in place on the arrays of all paths if one of so many takes part: copying costs more than lanes that
+/// are off.
+const MIN_OCCUPANCY: usize = 2;
 
 impl StagedPaths<'_> {
     /// Runs the paths to their ends. Their colours are then in the state of the frames, and their contributions in the
     /// rays.
-    pub fn run(&mut self, paths: &[Path]) {
-        self.begin(paths);
-        let all: Vec<u32> = (0..paths.len() as u32).collect();
-        self.call(&Arrived { stage: 0, group: 0, slots: all.clone() });
-        let mut alive = all;
+    pub fn run(&mut self, paths: &[Path], active: &[u32]) {
+        self.begin(paths, active);
+        let mut alive: Vec<u32> = (0..active.len() as u32).collect();
+        self.call((0, 0), &alive);
+        let mut by_stage = vec![Vec::new(); self.staged.program.stages().len()];
+        let mut by_group = vec![Vec::new(); self.staged.group_count()];
         while !self.tracer.errors.any() {
             self.add_contributions();
-            let next = self.frames.paths.scratch.words(self.staged.columns.next);
-            alive.retain(|slot| next[*slot as usize].cast_signed() != END);
+            self.sort_by_stage(&mut alive, &mut by_stage);
             if alive.is_empty() {
                 return;
             }
-            let by_stage = self.by_stage(&alive);
             for (stage, slots) in by_stage.iter().enumerate().filter(|(_, it)| !it.is_empty()) {
                 self.answer(stage, slots);
             }
             for (stage, slots) in by_stage.iter().enumerate().filter(|(_, it)| !it.is_empty()) {
-                for arrived in self.by_group(stage, slots) {
-                    self.call(&arrived);
-                }
+                self.sort_by_group(stage, slots, &mut by_group);
+                let groups = by_group.iter().enumerate().filter(|(_, it)| !it.is_empty());
+                groups.for_each(|(group, slots)| self.call((stage, group), slots));
             }
         }
     }
 
-    fn begin(&mut self, paths: &[Path]) {
+    /// Loads the paths with these indices.
+    fn begin(&mut self, paths: &[Path], active: &[u32]) {
         let StagedPaths { frames, rays, staged, .. } = self;
+        let active = active.iter().map(|index| &paths[*index as usize]);
         rays.clear();
-        rays.extend(paths.iter().map(RayOfCall::new));
+        rays.extend(active.clone().map(RayOfCall::new));
         let Columns { time, key, sample, lights, .. } = staged.columns;
         let scratch = &mut frames.paths.scratch;
         let mut set = |array: usize, word: fn(&Path) -> u32| {
             let words = scratch.words_mut(array).iter_mut();
-            words.zip(paths).for_each(|(to, path)| *to = word(path));
+            words.zip(active.clone()).for_each(|(to, path)| *to = word(path));
         };
         set(time, |path| path.time.to_bits());
         set(key, |path| path.key);
         set(sample, |path| path.sample);
         set(lights, |_| 0);
-        for (slot, path) in paths.iter().enumerate() {
-            set_ray(&mut frames.paths.state, slot, path, self.depth);
+        let state = &mut frames.paths.state;
+        for (component, value) in ray_components() {
+            let floats = state.floats_mut(component).iter_mut();
+            floats.zip(active.clone()).for_each(|(to, path)| *to = value(path));
         }
+        state.floats_mut(variables().ray_depth)[..rays.len()].fill(self.depth as f32);
     }
 
-    /// Returns the paths that wait for each stage, in order.
-    fn by_stage(&self, alive: &[u32]) -> Vec<Vec<u32>> {
+    /// Removes paths that have ended, and sorts the others by the stage that they wait for.
+    fn sort_by_stage(&self, alive: &mut Vec<u32>, by_stage: &mut [Vec<u32>]) {
+        by_stage.iter_mut().for_each(Vec::clear);
+        let next = self.frames.paths.scratch.words(self.staged.columns.next);
+        alive.retain(|slot| {
+            let next = next[*slot as usize].cast_signed();
+            if next != END {
+                by_stage[next as usize].push(*slot);
+            }
+            next != END
+        });
+    }
+
+    /// Sorts the paths of a stage by the groups of their surfaces.
+    fn sort_by_group(&self, stage: usize, slots: &[u32], by_group: &mut [Vec<u32>]) {
+        by_group.iter_mut().for_each(Vec::clear);
         let StagedIntegrator { program, columns, .. } = self.staged;
-        let next = self.frames.paths.scratch.words(columns.next);
-        let mut by_stage = vec![Vec::new(); program.stages().len()];
-        alive.iter().for_each(|slot| by_stage[next[*slot as usize] as usize].push(*slot));
-        by_stage
-    }
-
-    /// Returns the paths of a stage by the groups of their surfaces.
-    fn by_group(&self, stage: usize, slots: &[u32]) -> Vec<Arrived> {
-        let description = &self.staged.program.stages()[stage];
-        if description.surface == StageSurface::None {
-            return vec![Arrived { stage, group: 0, slots: slots.to_vec() }];
-        }
-        let [objects, instances, elements] = self.staged.columns.surface(description.surface);
+        let surface = program.stages()[stage].surface;
+        let [objects, instances, elements] = columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
-        let (objects, instances) = (scratch.words(objects), scratch.words(instances));
-        let elements = scratch.words(elements);
-        let mut by_group = vec![Vec::new(); self.staged.group_count()];
-        for slot in slots {
-            let at = *slot as usize;
-            by_group[self.group_of(objects[at], instances[at], elements[at])].push(*slot);
+        let objects = scratch.words(objects);
+        match surface {
+            StageSurface::None => by_group[0].extend_from_slice(slots),
+            StageSurface::Answer => {
+                for slot in slots {
+                    let object = objects[*slot as usize];
+                    let is_hit = object != NO_OBJECT;
+                    let group = if is_hit { self.staged.surface_of(object).group } else { 0 };
+                    by_group[group as usize].push(*slot);
+                }
+            }
+            StageSurface::Request => {
+                let (instances, elements) = (scratch.words(instances), scratch.words(elements));
+                for slot in slots {
+                    let at = *slot as usize;
+                    let group = self.group_of(objects[at], instances[at], elements[at]);
+                    by_group[group].push(*slot);
+                }
+            }
         }
-        let groups = by_group.into_iter().enumerate().filter(|(_, slots)| !slots.is_empty());
-        groups.map(|(group, slots)| Arrived { stage, group, slots }).collect()
     }
 
     /// Returns the group of a surface; 0 if the scene has no such surface.
@@ -137,66 +162,11 @@ impl StagedPaths<'_> {
     }
 
     /// Returns the origin and the direction of a requested ray, and its last two operands.
-    fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
+    pub fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
         let requests = &self.staged.columns.requests;
         let scratch = &self.frames.paths.scratch;
         let number = |index: usize| scratch.floats(requests[index])[slot as usize];
         ([0, 1, 2].map(number), [3, 4, 5].map(number), [6, 7].map(number))
-    }
-
-    /// Finds the nearest hits of the requested rays.
-    fn search(&mut self, slots: &[u32]) {
-        let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
-        paths.clear();
-        for slot in slots {
-            let (origin, direction, [epsilon, limit]) = self.requested(*slot);
-            let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
-            let ray = &mut self.rays[*slot as usize];
-            let is_first = ray.first_search();
-            self.queries.rays.traced += u64::from(!is_first);
-            paths.push(ray.begin_search((origin, direction), (epsilon, limit), epsilon_of_scene));
-        }
-        let BatchMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
-        wavefront.paths = paths;
-        wavefront.features.clear();
-        wavefront.active.clear();
-        wavefront.active.extend(0..slots.len() as u32);
-        searcher.are_together = std::mem::take(&mut self.are_together);
-        self.tracer.find_hits(wavefront, searcher, batch);
-        self.store_hits(slots);
-    }
-
-    fn store_hits(&mut self, slots: &[u32]) {
-        let Columns { answers, depth, lights, .. } = &self.staged.columns;
-        let wavefront = &self.queries.wavefront;
-        let scratch = &mut self.frames.paths.scratch;
-        let mut store = |path: u32, words: [u32; 5]| {
-            let slot = slots[path as usize] as usize;
-            for (array, word) in answers.iter().zip(words) {
-                scratch.words_mut(*array)[slot] = word;
-            }
-        };
-        for path in &wavefront.left {
-            store(*path, [0, NO_OBJECT, NO_INSTANCE, 0, 0]);
-            let ray = &mut self.rays[slots[*path as usize] as usize];
-            ray.end_search(wavefront.paths[*path as usize].direction, None);
-        }
-        for (_, hit) in &wavefront.hits {
-            let Path { distance, direction, .. } = wavefront.paths[hit.path as usize];
-            let bits = distance.to_bits();
-            store(hit.path, [u32::MAX, hit.object, hit.instance, hit.element, bits]);
-            let ray = &mut self.rays[slots[hit.path as usize] as usize];
-            ray.end_search(direction, Some((distance, hit.object)));
-        }
-        let counts = self.frames.paths.scratch.words_mut(*lights);
-        for slot in slots {
-            counts[*slot as usize] = self.rays[*slot as usize].numbers.lights();
-        }
-        let depths = self.frames.paths.scratch.floats_mut(*depth);
-        for slot in slots {
-            let before = self.rays[*slot as usize].surfaces_before();
-            depths[*slot as usize] = (self.depth + before) as f32;
-        }
     }
 
     /// Finds out which of the requested rays are blocked.
@@ -247,70 +217,67 @@ impl StagedPaths<'_> {
         });
     }
 
-    /// Runs a stage.
-    fn call(&mut self, arrived: &Arrived) {
-        let are_all = arrived.slots.len() == self.rays.len();
-        if are_all {
-            self.set_surfaces(arrived, &arrived.slots);
-            return self.call_kernel(arrived, &arrived.slots, true);
+    /// Runs a stage for paths with surfaces of one group: in place where these are many of all paths, else on a copy of
+    /// their data.
+    fn call(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
+        let all = self.rays.len();
+        if slots.len() * MIN_OCCUPANCY >= all {
+            let is_masked = slots.len() < all;
+            if is_masked {
+                self.frames.select(slots);
+            }
+            self.set_surfaces((stage, group), slots, true);
+            return self.call_kernel((stage, group), Place::All { count: all, is_masked });
         }
         let next = self.staged.columns.next;
-        let (kernel, _) = self.staged.kernel(arrived.stage, arrived.group);
-        for slots in arrived.slots.chunks(CALL_PATHS) {
+        let (kernel, _) = self.staged.kernel(stage, group);
+        for slots in slots.chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
-            self.set_surfaces(arrived, slots);
-            self.call_kernel(arrived, slots, false);
+            self.set_surfaces((stage, group), slots, false);
+            self.call_kernel((stage, group), Place::Copied(slots));
             self.frames.scatter(kernel, slots, next);
         }
     }
 
     /// Sets the index of each path's surface among those of its group, if the group has several.
-    fn set_surfaces(&mut self, arrived: &Arrived, slots: &[u32]) {
-        let (_, objects) = self.staged.kernel(arrived.stage, arrived.group);
+    fn set_surfaces(&mut self, (stage, group): (usize, usize), slots: &[u32], in_place: bool) {
+        let (_, objects) = self.staged.kernel(stage, group);
         if objects.len() < 2 {
             return;
         }
-        let description = &self.staged.program.stages()[arrived.stage];
-        let [array, ..] = self.staged.columns.surface(description.surface);
+        let surface = self.staged.program.stages()[stage].surface;
+        let [array, ..] = self.staged.columns.surface(surface);
         let found = self.frames.paths.scratch.words(array);
         let staged = self.staged;
-        let indices = slots.iter().map(|slot| staged.surface_of(found[*slot as usize]).index);
-        set_indices(&mut self.frames.surfaces, indices);
+        let index = |slot: &u32| staged.surface_of(found[*slot as usize]).index;
+        if !in_place {
+            return set_indices(&mut self.frames.surfaces, slots.iter().map(index));
+        }
+        // Kernels need valid indices for all paths.
+        let indices = self.frames.surfaces.as_mut_slice();
+        indices.fill(0);
+        slots.iter().for_each(|slot| indices[*slot as usize] = index(slot));
     }
 
-    fn call_kernel(&mut self, arrived: &Arrived, slots: &[u32], are_all: bool) {
-        let (kernel, objects) = self.staged.kernel(arrived.stage, arrived.group);
+    fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
+        let (kernel, objects) = self.staged.kernel(stage, group);
         let StagedPaths { tracer, integrator, frames, rays, queries, free, depth, .. } = self;
-        let Frames { paths, call, surfaces, .. } = &mut **frames;
-        let blocks = if are_all { paths } else { call };
-        let (state, scratch): (&mut LaneBlock, &mut LaneBlock) =
-            (&mut blocks.state, &mut blocks.scratch);
-        let mut host = SceneHost {
-            tracer: *tracer,
-            integrator,
-            rays,
-            slots: (!are_all).then_some(slots),
-            queries,
-            free,
-            depth: *depth,
+        let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
+        let (Blocks { state, scratch }, count, mask, slots) = match place {
+            Place::All { count, is_masked } => (paths, count, is_masked.then_some(&*mask), None),
+            Place::Copied(slots) => (call, slots.len(), None, Some(slots)),
         };
+        let mut host =
+            SceneHost { tracer: *tracer, integrator, rays, slots, queries, free, depth: *depth };
+        let host = &mut host;
         let instances = match objects.len() {
             0 | 1 => Instances::Object(objects, 0),
             _ => Instances::Many(objects, surfaces),
         };
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: tracer.errors };
-        callee.call(
-            &kernel.kernel,
-            CallArguments {
-                state,
-                scratch,
-                count: slots.len(),
-                mask: None,
-                accepted: None,
-                instances,
-                host: &mut host,
-            },
-        );
+        let accepted = None;
+        let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
+        callee.call(&kernel.kernel, call);
     }
 }

@@ -18,6 +18,7 @@ use super::super::super::surface_group::{GroupKey, SurfaceGroup};
 use super::columns::Columns;
 use super::stage_lights::{columns, stage_lights};
 use crate::compiled::shaders::is_own_material;
+use crate::compiled::variables::variables;
 
 /// An integrator's stages with their kernels.
 pub struct StagedIntegrator {
@@ -31,6 +32,7 @@ pub struct StagedIntegrator {
     kernels: Vec<Vec<StageKernel>>,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
+    reads_depths: bool,
 }
 
 /// The surface of an object.
@@ -97,7 +99,20 @@ impl StagedIntegrator {
         }
         let kernels = kernels(engine, &program, &groups)?;
         let columns = Columns::new(&program);
-        Ok(StagedIntegrator { program, columns, groups, kernels, surfaces })
+        let reads_depths = kernels.iter().flatten().any(|it| it.reads.contains(&columns.depth));
+        Ok(StagedIntegrator { program, columns, groups, kernels, surfaces, reads_depths })
+    }
+
+    /// True if a kernel reads the number of surfaces that a path has met.
+    pub fn reads_depths(&self) -> bool {
+        self.reads_depths
+    }
+
+    /// True if the first stage reads the widths of rays.
+    pub fn reads_widths(&self) -> bool {
+        let v = variables();
+        let reads = &self.kernels[0][0].reads_state;
+        reads.contains(&v.ray_width) || reads.contains(&v.ray_spread)
     }
 
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.

@@ -1,0 +1,162 @@
+//! Searches for the nearest hits of the rays that paths request.
+
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, Search};
+
+use super::super::super::memory::BatchMemory;
+use super::super::super::searcher::Searcher;
+use super::super::super::wavefront::NO_INSTANCE;
+use super::super::host::NO_OBJECT;
+use super::columns::Columns;
+use super::run::StagedPaths;
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::tracer::Tracer;
+
+/// The answer to a search, as a stage reads it: whether there is a hit, object, instance, element and distance.
+type Answer = [u32; 5];
+
+/// The answer if nothing was hit.
+const NOTHING: Answer = [0, NO_OBJECT, NO_INSTANCE, 0, 0];
+
+impl StagedPaths<'_> {
+    /// Finds the nearest hits of the requested rays.
+    pub fn search(&mut self, slots: &[u32]) {
+        let are_together = std::mem::take(&mut self.are_together);
+        let scene = self.tracer.scene;
+        if scene.has_alpha() {
+            self.search_past_alpha(slots, are_together);
+        } else if !are_together && scene.compiled.geometry.suits_stream(slots.len()) {
+            slots.chunks(RAYS_OF_STREAM).for_each(|slots| self.search_stream(slots));
+        } else {
+            slots.chunks(LANES).for_each(|slots| self.search_packet(slots));
+        }
+        self.count_searches(slots);
+    }
+
+    /// Finds the hits of a packet.
+    fn search_packet(&mut self, slots: &[u32]) {
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let scratch = &self.frames.paths.scratch;
+        let Columns { requests, time, .. } = &self.staged.columns;
+        let requests = requests.map(|array| scratch.floats(array));
+        let times = scratch.floats(*time);
+        let Searcher { memory, packet, .. } = &mut self.queries.searcher;
+        for (lane, slot) in slots.iter().enumerate() {
+            let slot = *slot as usize;
+            let [ox, oy, oz, dx, dy, dz, epsilon, limit] = requests.map(|column| column[slot]);
+            packet.set(lane, [ox, oy, oz], [dx, dy, dz]);
+            packet.epsilon[lane] = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
+            packet.limit[lane] = limit;
+            packet.time[lane] = times[slot];
+        }
+        let lanes = LaneMask::MAX >> (LANES - slots.len());
+        let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
+        let found = tracer.nearest(memory, packet, lanes);
+        let hits = found.lanes(lanes);
+        let answers: Vec<Answer> = (0..slots.len())
+            .map(|lane| match hits >> lane & 1 {
+                0 => NOTHING,
+                _ => self.answer_of((found.distance[lane], found.id[lane])),
+            })
+            .collect();
+        self.store_answers(slots, &answers);
+    }
+
+    /// Finds the hits of a stream.
+    fn search_stream(&mut self, slots: &[u32]) {
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let scratch = &self.frames.paths.scratch;
+        let Columns { requests, time, .. } = &self.staged.columns;
+        let requests = requests.map(|array| scratch.floats(array));
+        let times = scratch.floats(*time);
+        let Searcher { memory, stream, .. } = &mut self.queries.searcher;
+        stream.clear();
+        for slot in slots {
+            let slot = *slot as usize;
+            let [ox, oy, oz, dx, dy, dz, epsilon, limit] = requests.map(|column| column[slot]);
+            let epsilon = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
+            stream.push([ox, oy, oz], [dx, dy, dz], (epsilon, limit), times[slot]);
+        }
+        let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
+        tracer.search_stream(memory, stream, Search::Closest);
+        let stream = &self.queries.searcher.stream;
+        let answer = |place: usize| stream.hit(place).map_or(NOTHING, |hit| self.answer_of(hit));
+        let answers: Vec<Answer> = (0..slots.len()).map(answer).collect();
+        self.store_answers(slots, &answers);
+    }
+
+    /// Finds the hits behind surfaces that let rays pass.
+    fn search_past_alpha(&mut self, slots: &[u32], are_together: bool) {
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
+        paths.clear();
+        for slot in slots {
+            let (origin, direction, limits) = self.requested(*slot);
+            let ray = &self.rays[*slot as usize];
+            paths.push(ray.search_path((origin, direction), limits, epsilon_of_scene));
+        }
+        let BatchMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
+        wavefront.paths = paths;
+        wavefront.features.clear();
+        wavefront.active.clear();
+        wavefront.active.extend(0..slots.len() as u32);
+        searcher.are_together = are_together;
+        self.tracer.find_hits(wavefront, searcher, batch);
+        let wavefront = &self.queries.wavefront;
+        let mut answers = vec![NOTHING; slots.len()];
+        for (_, hit) in &wavefront.hits {
+            let bits = wavefront.paths[hit.path as usize].distance.to_bits();
+            answers[hit.path as usize] = [u32::MAX, hit.object, hit.instance, hit.element, bits];
+        }
+        self.store_answers(slots, &answers);
+    }
+
+    /// Returns the answer for a hit at a distance.
+    fn answer_of(&self, (distance, id): (f32, HitId)) -> Answer {
+        let scene = &self.tracer.scene.compiled;
+        let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return NOTHING };
+        let instance = hit.instance.unwrap_or(NO_INSTANCE);
+        [u32::MAX, hit.member.object, instance, hit.element, distance.to_bits()]
+    }
+
+    fn store_answers(&mut self, slots: &[u32], answers: &[Answer]) {
+        let scratch = &mut self.frames.paths.scratch;
+        for (index, array) in self.staged.columns.answers.iter().enumerate() {
+            let column = scratch.words_mut(*array);
+            for (slot, answer) in slots.iter().zip(answers) {
+                column[*slot as usize] = answer[index];
+            }
+        }
+        if !self.tracer.with_features {
+            return;
+        }
+        for (slot, [found, object, .., bits]) in slots.iter().zip(answers) {
+            if self.rays[*slot as usize].searches() == 0 {
+                let (_, direction, _) = self.requested(*slot);
+                let hit = (*found != 0).then(|| (f32::from_bits(*bits), *object));
+                self.rays[*slot as usize].note_first_hit(direction, hit);
+            }
+        }
+    }
+
+    /// Counts a search of each path, and tells the stages.
+    fn count_searches(&mut self, slots: &[u32]) {
+        let Columns { depth, lights, .. } = self.staged.columns;
+        let scratch = &mut self.frames.paths.scratch;
+        for slot in slots {
+            let ray = &mut self.rays[*slot as usize];
+            self.queries.rays.traced += u64::from(ray.searches() > 0);
+            ray.count_search();
+        }
+        let counts = scratch.words_mut(lights);
+        for slot in slots {
+            counts[*slot as usize] = self.rays[*slot as usize].numbers.lights();
+        }
+        if self.staged.reads_depths() {
+            let depths = scratch.floats_mut(depth);
+            for slot in slots {
+                let before = self.rays[*slot as usize].surfaces_before();
+                depths[*slot as usize] = (self.depth + before) as f32;
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Removal of slots that no linked stage needs.
+//!
+//! The methods that are linked with stages do not read everything that an integrator keeps for them: the width of rays
+//! matters to textures only. A slot is needed if a stage computes anything else from it than slots that are not
+//! needed themselves.
+
+use std::collections::BTreeSet;
+
+use rtsl_ir::{Constant, Function, Op, OpKind, Output, Query, Region, Scalar, Value};
+use rtsl_opt::{dce, dead_outputs};
+use rtsl_stages::{Port, SlotId};
+
+use super::stage::first_of;
+
+/// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene. Each function comes with
+/// the index of its stage.
+pub(crate) fn remove(functions: &mut [(usize, &mut Function)]) {
+    functions.iter_mut().for_each(|(_, function)| forget_unread_widths(function));
+    let stages = functions.iter().map(|(stage, _)| stage + 1).max().unwrap_or(0);
+    let next: Vec<Next> = functions.iter().map(|(_, function)| Next::of(function)).collect();
+    // By stage, the slots whose values are needed when it begins.
+    let mut needed = vec![BTreeSet::new(); stages];
+    loop {
+        let known: usize = needed.iter().map(BTreeSet::len).sum();
+        for ((stage, function), next) in functions.iter().zip(&next) {
+            let mut reduced = Function::clone(function);
+            let later = next.slots(&needed);
+            keep(&mut reduced, &later);
+            let stored = stored_slots(function);
+            needed[*stage].extend(loaded_slots(&reduced));
+            // The stage leaves the others as they are.
+            needed[*stage].extend(later.difference(&stored));
+        }
+        if needed.iter().map(BTreeSet::len).sum::<usize>() == known {
+            break;
+        }
+    }
+    for ((_, function), next) in functions.iter_mut().zip(&next) {
+        keep(function, &next.slots(&needed));
+        function.renumber();
+    }
+}
+
+/// The stages that may follow a function.
+enum Next {
+    Any,
+    Of(BTreeSet<usize>),
+}
+
+impl Next {
+    fn of(function: &Function) -> Next {
+        let is_next =
+            |output: &Output| Port::of(function.variable(output.variable)) == Some(Port::Next);
+        let outputs = function.outputs.iter().zip(&function.body.yields);
+        let mut stages = BTreeSet::new();
+        for (_, value) in outputs.filter(|(output, _)| is_next(output)) {
+            let known = constants(function, *value, MAX_WAYS);
+            let Some(known) = known else { return Next::Any };
+            stages.extend(known.into_iter().filter_map(|stage| usize::try_from(stage).ok()));
+        }
+        Next::Of(stages)
+    }
+
+    /// Returns the slots that these stages need.
+    fn slots(&self, needed: &[BTreeSet<SlotId>]) -> BTreeSet<SlotId> {
+        let is_next = |stage: usize| match self {
+            Next::Any => true,
+            Next::Of(stages) => stages.contains(&stage),
+        };
+        let stages = needed.iter().enumerate().filter(|(stage, _)| is_next(*stage));
+        stages.flat_map(|(_, slots)| slots).copied().collect()
+    }
+}
+
+/// The greatest number of nested choices of a constant.
+const MAX_WAYS: u32 = 64;
+
+/// Returns the constants that a value may be; `None` if it may be others.
+fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i32>> {
+    let limit = limit.checked_sub(1)?;
+    let mut found = None;
+    function.body.for_each_op(&mut |op| {
+        if let Some(index) = op.results.iter().position(|result| result == value) {
+            found = Some((op, index));
+        }
+    });
+    let (op, index) = found?;
+    let both = |one: Value, other: Value| {
+        let mut all = constants(function, one, limit)?;
+        all.extend(constants(function, other, limit)?);
+        Some(all)
+    };
+    match &op.kind {
+        OpKind::Constant(Constant::I32(value)) => Some(BTreeSet::from([*value])),
+        OpKind::Select(_, one, other) => both(*one, *other),
+        OpKind::If { then, otherwise, .. } => both(then.yields[index], otherwise.yields[index]),
+        _ => None,
+    }
+}
+
+/// Removes outputs to other slots than these.
+fn keep(function: &mut Function, needed: &BTreeSet<SlotId>) {
+    let outputs = function.outputs.iter();
+    let is_needed = |port| !matches!(port, Some(Port::Frame(slot)) if !needed.contains(&slot));
+    let read: Vec<bool> =
+        outputs.map(|output| is_needed(Port::of(function.variable(output.variable)))).collect();
+    dead_outputs::run(function, &read);
+    dce::run(function);
+}
+
+fn stored_slots(function: &Function) -> BTreeSet<SlotId> {
+    let ports = function.outputs.iter().map(|output| Port::of(function.variable(output.variable)));
+    let slots = ports.filter_map(|port| match port {
+        Some(Port::Frame(slot)) => Some(slot),
+        _ => None,
+    });
+    slots.collect()
+}
+
+fn loaded_slots(function: &Function) -> BTreeSet<SlotId> {
+    let mut slots = BTreeSet::new();
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Load(variable, _) = op.kind
+            && let Some(Port::Frame(slot)) = Port::of(function.variable(variable))
+        {
+            slots.insert(slot);
+        }
+    });
+    slots
+}
+
+/// Replaces the width of rays by 0 in queries for properties of surfaces whose footprints no one reads.
+fn forget_unread_widths(function: &mut Function) {
+    let mut used: BTreeSet<Value> = BTreeSet::new();
+    function.body.for_each_use(&mut |value| {
+        used.insert(value);
+    });
+    let mut ops = Vec::new();
+    let zero = function.push(&mut ops, Scalar::F32, OpKind::Constant(Constant::F32(0.0)));
+    let query = Query::SurfaceProperties;
+    let [width, spread] = ["width", "spread"].map(|name| first_of(query.operands(), name));
+    let footprint = ["du", "dv"].map(|name| first_of(query.results(), name) as u32);
+    let mut body = std::mem::take(&mut function.body);
+    let mut forget = |op: &mut Op| {
+        let OpKind::Query(Query::SurfaceProperties, operands) = &mut op.kind else { return };
+        if !footprint.iter().any(|index| used.contains(&op.results.get(*index))) {
+            (operands[width], operands[spread]) = (zero, zero);
+        }
+    };
+    for_each_op_mut(&mut body, &mut forget);
+    ops.append(&mut body.ops);
+    body.ops = ops;
+    function.body = body;
+}
+
+fn for_each_op_mut(region: &mut Region, visit: &mut impl FnMut(&mut Op)) {
+    for op in &mut region.ops {
+        visit(op);
+        op.kind.regions_mut().for_each(|region| for_each_op_mut(region, visit));
+    }
+}
