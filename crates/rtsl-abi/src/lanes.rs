@@ -143,6 +143,12 @@ impl LaneBlock {
         self.present.contains_all(components)
     }
 
+    /// True if all components have arrays, and there are so many of them, or none is asked for.
+    #[inline]
+    pub(crate) fn has_first(&self, components: u32) -> bool {
+        components == 0 || (!self.sparse && self.components() >= components as usize)
+    }
+
     /// Returns the number of rays for which there is room.
     #[inline]
     pub fn lanes(&self) -> usize {
