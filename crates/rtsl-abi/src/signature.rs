@@ -58,7 +58,7 @@ impl Signature {
     }
 
     /// True if a call for one instance has the sizes that code relies on, for a [plain](Signature::is_plain) kernel: then
-    /// [`Signature::check`] finds nothing, in a third of the instructions.
+    /// [`Signature::check`], which takes more instructions and branches, finds nothing.
     #[inline(always)]
     pub fn fits_plain_call(&self, call: &CallArguments<'_>, block: &InstanceBlock) -> bool {
         let CallArguments { state, scratch, count, mask, accepted, instances: _, host: _ } = call;
