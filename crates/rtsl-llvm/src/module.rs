@@ -16,8 +16,9 @@ pub struct Module<'a> {
     uses_zero: bool,
     /// True if there are functions that keep no vectors on the stack.
     has_scalar_functions: bool,
-    /// True if there are functions that use no instructions on bytes.
-    has_functions_without_bytes: bool,
+    /// The attributes of further functions with vectors: whether the stack is aligned, and whether the function uses no
+    /// instructions on bytes.
+    vector_functions: BTreeSet<(bool, bool)>,
 }
 
 /// A zero word, whose address buffers without elements have.
@@ -33,7 +34,7 @@ impl<'a> Module<'a> {
             helpers: BTreeMap::new(),
             uses_zero: false,
             has_scalar_functions: false,
-            has_functions_without_bytes: false,
+            vector_functions: BTreeSet::new(),
         }
     }
 
@@ -69,11 +70,15 @@ impl<'a> Module<'a> {
         "#2"
     }
 
-    /// Returns the attributes of a function that uses no instructions on bytes. With them a mask of 32 lanes is in one
-    /// register, into which the comparisons of two vectors are combined and which masked stores take apart again.
-    pub fn attributes_without_bytes(&mut self) -> &'static str {
-        self.has_functions_without_bytes = true;
-        "#3"
+    /// Returns the attributes of a function with vectors, which may be on the stack if `aligned`, and that uses no
+    /// instructions on bytes if `without_bytes`. With those a mask of 32 lanes is in one register, into which the
+    /// comparisons of two vectors are combined and which masked stores take apart again.
+    pub fn vector_attributes(&mut self, aligned: bool, without_bytes: bool) -> &'static str {
+        let name = vector_attributes(aligned, without_bytes);
+        if name != "#0" {
+            self.vector_functions.insert((aligned, without_bytes));
+        }
+        name
     }
 
     /// Returns the text.
@@ -106,8 +111,11 @@ impl<'a> Module<'a> {
             let without_masks = if self.target.mask_registers { "-avx512f" } else { "" };
             self.add_attributes(&mut text, "#2", "", &[features, without_masks]);
         }
-        if self.has_functions_without_bytes {
-            self.add_attributes(&mut text, "#3", realigned, &[features, "-avx512bw"]);
+        for (aligned, without_bytes) in self.vector_functions.iter().copied() {
+            let name = vector_attributes(aligned, without_bytes);
+            let alignment = if aligned { realigned } else { "" };
+            let fewer = if without_bytes { "-avx512bw" } else { "" };
+            self.add_attributes(&mut text, name, alignment, &[features, fewer]);
         }
         text
     }
@@ -128,5 +136,15 @@ impl<'a> Module<'a> {
             }
         }
         text.push_str(" }\n");
+    }
+}
+
+/// Returns the name of the attributes of functions with vectors.
+fn vector_attributes(aligned: bool, without_bytes: bool) -> &'static str {
+    match (aligned, without_bytes) {
+        (true, false) => "#0",
+        (true, true) => "#3",
+        (false, false) => "#4",
+        (false, true) => "#5",
     }
 }
