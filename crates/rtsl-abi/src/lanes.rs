@@ -72,15 +72,17 @@ fn arrays_of_zeros(arrays: usize, lanes: usize) -> (Chunks, usize) {
 /// Arrays of 32-bit words, one for each component of the state or of scratch, with one word for each lane (ray). Every
 /// array is aligned to 64 bytes and its length is the number of lanes rounded up to a multiple of [`LANE_PADDING`], so
 /// that a kernel of any width may read and write whole vectors.
+// In this order, so that what the checks of a call read is in one or two cache lines.
+#[repr(C)]
 pub struct LaneBlock {
-    memory: Chunks,
     /// The address of each component's array, for kernels; null if it has none.
-    table: Vec<*mut u32>,
+    table: Box<[*mut u32]>,
+    lanes: usize,
     /// The components with an array, as far as a set can hold them.
     present: ComponentSet,
     /// True if some components have no array.
     sparse: bool,
-    lanes: usize,
+    memory: Chunks,
     /// The number of lanes of an array, including padding.
     stride: usize,
 }
@@ -113,7 +115,7 @@ impl LaneBlock {
     /// or the size exceeds the address space.
     pub fn sparse(components: usize, present: &[u32], lanes: usize) -> LaneBlock {
         let (memory, stride) = arrays_of_zeros(present.len(), lanes);
-        let mut table = vec![std::ptr::null_mut::<u32>(); components];
+        let mut table = vec![std::ptr::null_mut::<u32>(); components].into_boxed_slice();
         for (index, component) in present.iter().enumerate() {
             let entry = &mut table[*component as usize];
             assert!(entry.is_null(), "component {component} is named twice");
@@ -141,6 +143,12 @@ impl LaneBlock {
     #[inline]
     pub fn has_all(&self, components: &ComponentSet) -> bool {
         self.present.contains_all(components)
+    }
+
+    /// True if all components have arrays, and there are so many of them, or none is asked for.
+    #[inline]
+    pub(crate) fn has_first(&self, components: u32) -> bool {
+        components == 0 || (!self.sparse && self.components() >= components as usize)
     }
 
     /// Returns the number of rays for which there is room.

@@ -57,6 +57,32 @@ impl Signature {
         })
     }
 
+    /// True if a call for one instance has the sizes that code relies on, for a [plain](Signature::is_plain) kernel: then
+    /// [`Signature::check`], which takes more instructions and branches, finds nothing.
+    #[inline(always)]
+    pub fn fits_plain_call(&self, call: &CallArguments<'_>, block: &InstanceBlock) -> bool {
+        let CallArguments { state, scratch, count, mask, accepted, instances: _, host: _ } = call;
+        let count = *count;
+        // Looked at only if the kernel writes them, since that is one cache line more.
+        let accepted_fit =
+            || !self.accepts || accepted.as_ref().is_some_and(|it| it.lanes() >= count);
+        count <= i32::MAX as usize
+            && block.words().len() >= self.block_words as usize
+            && state.has_all(&self.state)
+            && state.lanes() >= count
+            && (self.scratch_arrays == 0 || scratch.lanes() >= count)
+            && scratch.has_first(self.scratch_arrays)
+            && accepted_fit()
+            && mask.is_none_or(|mask| mask.lanes() >= count)
+    }
+
+    /// True if a call takes one instance without buffers, for any number of rays, in one go.
+    pub fn is_plain(&self) -> bool {
+        let for_packets = matches!(self.mode, CallMode::Packet | CallMode::CommonOrigin);
+        let no_buffers = self.buffers.is_empty() && self.object_buffers.is_empty();
+        for_packets && no_buffers && self.object_words.is_none() && self.separate_chunks.is_none()
+    }
+
     /// Checks the arguments of a host's call of a kernel with this width.
     ///
     /// # Errors
@@ -267,4 +293,70 @@ fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
     // Not `all`, which is not vectorised.
     let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
     indices.len() >= rays && (greatest as usize) < instances
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_ir::host::NoHost;
+
+    use crate::lanes::LaneBlock;
+
+    use super::*;
+
+    fn signature() -> Signature {
+        Signature {
+            state: ComponentSet::from_iter([1, 3]),
+            scratch_arrays: 2,
+            block_words: 4,
+            buffers: Arc::default(),
+            object_words: None,
+            object_buffers: Arc::default(),
+            mode: CallMode::Packet,
+            accepts: true,
+            separate_chunks: None,
+        }
+    }
+
+    /// A plain call fits just where the checks of all calls find no error, except that it refuses sparse scratch.
+    #[test]
+    fn plain_calls_fit_by_the_rules_of_all_calls() {
+        let (signature, small, large) = (signature(), LaneMask::new(16), LaneMask::new(48));
+        let blocks = [2, 4].map(|words| InstanceBlock::new(&vec![0; words], Vec::new()));
+        let sizes = [16, 40];
+        let mut fitting = 0;
+        for (lanes, components, scratch_arrays) in
+            sizes.into_iter().flat_map(|lanes| [(lanes, 4, 2), (lanes, 3, 2), (lanes, 4, 1)])
+        {
+            for (block, mask, accepts) in blocks.iter().flat_map(|block| {
+                let masks = [None, Some(&small), Some(&large)];
+                masks.into_iter().flat_map(move |mask| [16, 48, 0].map(|it| (block, mask, it)))
+            }) {
+                let mut accepted = LaneMask::new(accepts);
+                let call = CallArguments {
+                    state: &mut LaneBlock::new(components, lanes),
+                    scratch: &mut LaneBlock::new(scratch_arrays, 40),
+                    count: 40,
+                    mask,
+                    accepted: (accepts > 0).then_some(&mut accepted),
+                    instances: Instances::One(block),
+                    host: &mut NoHost,
+                };
+                let fits = signature.fits_plain_call(&call, block);
+                assert_eq!(fits, signature.check(&call).is_ok());
+                fitting += usize::from(fits);
+            }
+        }
+        assert_eq!(fitting, 2);
+    }
+
+    #[test]
+    fn calls_of_objects_and_in_parts_are_not_plain() {
+        let plain = signature();
+        assert!(plain.is_plain());
+        assert!(!Signature { mode: CallMode::Stream, ..plain.clone() }.is_plain());
+        assert!(!Signature { object_words: Some(3), ..plain.clone() }.is_plain());
+        assert!(!Signature { separate_chunks: Some(8), ..plain.clone() }.is_plain());
+        let buffers = [BufferEntry { offset: 0, element_words: 1 }].into();
+        assert!(!Signature { buffers, ..plain }.is_plain());
+    }
 }

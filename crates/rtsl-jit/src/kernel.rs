@@ -6,8 +6,8 @@ use std::panic::resume_unwind;
 use std::sync::Arc;
 
 use rtsl_abi::{
-    CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, Instances,
-    LaneMask, LeafArguments, LeafTest, Objects, RawCall, Signature, offsets,
+    CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, InstanceBlock,
+    Instances, LaneMask, LeafArguments, LeafTest, Objects, RawCall, Signature, offsets,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
@@ -34,6 +34,8 @@ pub struct CompiledKernel {
     /// True if the kernel runs on a separate stack: hosts may answer its requests by calling kernels, recursively,
     /// while its large frame is on the stack.
     has_own_stack: bool,
+    /// True if calls are [plain](Signature::is_plain), on the caller's stack and without requests to the host.
+    is_plain: bool,
 }
 
 impl CompiledKernel {
@@ -73,6 +75,7 @@ impl CompiledKernel {
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
             let signature = kernel.signature();
             let frame_bytes = module.frame(&symbol(index));
+            let is_plain = signature.is_plain() && !kernel.asks_host();
             Ok(CompiledKernel {
                 _module: module.clone(),
                 entry,
@@ -80,6 +83,7 @@ impl CompiledKernel {
                 width: kernel.width,
                 frame_bytes,
                 has_own_stack: kernel.asks_for_rays() && frame_bytes > LARGE_FRAME_BYTES,
+                is_plain,
             })
         });
         kernels.collect()
@@ -125,6 +129,13 @@ impl CompiledKernel {
     /// If the host panics.
     #[inline(always)]
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
+        if self.is_plain
+            && let Instances::One(block) = call.instances
+            && self.signature.fits_plain_call(&call, block)
+        {
+            // Safety: the arguments fit, and the kernel is plain.
+            return Ok(unsafe { self.call_plainly(call, block) });
+        }
         self.signature.check(&call)?;
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
@@ -176,6 +187,36 @@ impl CompiledKernel {
             }
         }
         Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
+    }
+
+    /// Runs the method for all rays of a plain call, which needs no host, stack or objects.
+    ///
+    /// # Safety
+    /// `is_plain`, and the call has passed [`Signature::fits_plain_call`].
+    #[inline(always)]
+    unsafe fn call_plainly(&self, call: CallArguments<'_>, block: &InstanceBlock) -> CallStatus {
+        let CallArguments { state, scratch, count, mask, accepted, instances: _, host: _ } = call;
+        let accepted = accepted.filter(|_| self.signature.accepts);
+        let mut raw = RawCall {
+            state: state.table_mut(),
+            scratch: scratch.table_mut(),
+            mask: mask.map_or(std::ptr::null(), |mask| mask.pointer().cast_const()),
+            accepted: accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer()),
+            instance: block.pointer(),
+            objects: MaybeUninit::uninit(),
+            index: MaybeUninit::uninit(),
+            host: std::ptr::null(),
+            user: std::ptr::null_mut(),
+            count: count as u32,
+            status: 0,
+            begin: MaybeUninit::uninit(),
+            test_count: MaybeUninit::uninit(),
+            tests: MaybeUninit::uninit(),
+        };
+        // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; all fields that
+        // a plain kernel reads are written; the code conforms to the interface.
+        unsafe { (self.entry)(&mut raw) };
+        status(&raw, None)
     }
 
     /// Runs the method for all rays of a host's arrays.
@@ -283,6 +324,11 @@ fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatu
     if let Some(panic) = host.panic {
         resume_unwind(panic);
     }
+    status(raw, nearest)
+}
+
+#[inline(always)]
+fn status(raw: &RawCall, nearest: Option<u32>) -> CallStatus {
     CallStatus { budget_exhausted: raw.status & offsets::STATUS_BUDGET != 0, nearest }
 }
 

@@ -42,6 +42,7 @@ impl Emitter<'_, '_> {
         if self.scalar(a) == Scalar::Bool {
             return self.emit_not(result, a, lanes);
         }
+        self.record_reciprocal(result, op, a);
         let ty = self.register_type(result);
         let a = self.operand(a, lanes);
         let float = ty.element == "float";
@@ -97,11 +98,18 @@ impl Emitter<'_, '_> {
 
     pub fn emit_binary(&mut self, result: Value, op: BinaryOp, a: Value, b: Value) {
         let (lanes, scalar) = (self.is_lanes(result), self.scalar(result));
+        if self.emit_class_test(result, op, a, b) {
+            return;
+        }
         if scalar == Scalar::Bool && lanes && self.prefers_words(&[a, b]) {
             let (ty, a, b) = (self.lanes("i32"), self.words(a), self.words(b));
             let words = self.binary(logical_name(op), ty, a, b);
             return self.define_crossing(result, words);
         }
+        let (op, a, b) = match self.quotient(op, a, b) {
+            Some((dividend, divisor)) => (BinaryOp::Divide, dividend, divisor),
+            None => (op, a, b),
+        };
         let ty = self.register_type(result);
         let (a, b) = (self.operand(a, lanes), self.operand(b, lanes));
         let operand = match scalar {
@@ -249,6 +257,7 @@ impl Emitter<'_, '_> {
     // Other operations.
 
     pub fn emit_compare(&mut self, result: Value, op: CompareOp, a: Value, b: Value) {
+        self.record_bound_test(result, op, a, b);
         let (lanes, scalar) = (self.is_lanes(result), self.scalar(a));
         let element = register_element(scalar);
         let ty = self.vector(element, lanes);
@@ -288,7 +297,7 @@ impl Emitter<'_, '_> {
 
     pub fn emit_fma(&mut self, result: Value, operands: [Value; 3]) {
         let (ty, lanes) = (self.register_type(result), self.is_lanes(result));
-        let [a, b, c] = operands.map(|operand| self.operand(operand, lanes));
+        let [a, b, c] = operands.map(|operand| self.fma_operand(ty, operand, lanes));
         let operand = if self.module.target.fma {
             let name = format!("llvm.fma.{}", ty.suffix());
             self.intrinsic(&name, ty, &[(ty, a), (ty, b), (ty, c)])

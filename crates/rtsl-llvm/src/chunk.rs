@@ -16,6 +16,9 @@ use rtsl_packet::kernel::KernelOutput;
 use crate::emitter::{Emitter, Part, PointerSource};
 use crate::operand::{Label, LlvmType, Operand, memory_element};
 
+/// The greatest number of outputs that are stored without a branch if there may be no hit, the accepted one included.
+const MAX_UNCONDITIONAL: usize = 5;
+
 /// The current chunk.
 #[derive(Clone, Copy, Default)]
 pub struct Chunk {
@@ -257,8 +260,13 @@ impl Emitter<'_, '_> {
 
     /// Emits the outputs of a method that accepts hits: stored only in lanes that accept.
     fn emit_hit_outputs(&mut self, mask: Value, accepted: Value) {
-        let (store, stored) = (self.new_label(), self.new_label());
         let (bits, words) = self.hits(mask, accepted);
+        if self.stores_without_branch() {
+            self.prepare_outputs();
+            self.store_accepted(words);
+            return self.store_outputs(Stored::Where(bits));
+        }
+        let (store, stored) = (self.new_label(), self.new_label());
         let any = match self.values.masks_in_lanes {
             true => self.any_word(words),
             false => self.any_bit(bits),
@@ -303,6 +311,13 @@ impl Emitter<'_, '_> {
             let bits = self.instruction(format_args!("and {ty} {accepted}, {on}"));
             (bits, self.words_of_bits(bits))
         }
+    }
+
+    /// True if the outputs of hits are stored even if no lane has one: a masked store takes as long as any other on
+    /// targets with mask registers, and a branch that is predicted wrongly longer than several of them.
+    fn stores_without_branch(&self) -> bool {
+        let is_loop = self.callback.is_none() && self.width > 1;
+        is_loop && self.module.target.mask_registers && self.outputs().count() <= MAX_UNCONDITIONAL
     }
 
     /// Splats uniform outputs before the branches that use them.

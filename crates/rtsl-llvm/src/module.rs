@@ -16,6 +16,9 @@ pub struct Module<'a> {
     uses_zero: bool,
     /// True if there are functions that keep no vectors on the stack.
     has_scalar_functions: bool,
+    /// The attributes of further functions with vectors: whether the stack is aligned, and whether the function uses no
+    /// instructions on bytes.
+    vector_functions: BTreeSet<(bool, bool)>,
 }
 
 /// A zero word, whose address buffers without elements have.
@@ -31,6 +34,7 @@ impl<'a> Module<'a> {
             helpers: BTreeMap::new(),
             uses_zero: false,
             has_scalar_functions: false,
+            vector_functions: BTreeSet::new(),
         }
     }
 
@@ -66,6 +70,17 @@ impl<'a> Module<'a> {
         "#2"
     }
 
+    /// Returns the attributes of a function with vectors, which may be on the stack if `aligned`, and that uses no
+    /// instructions on bytes if `without_bytes`. With those a mask of 32 lanes is in one register, into which the
+    /// comparisons of two vectors are combined and which masked stores take apart again.
+    pub fn vector_attributes(&mut self, aligned: bool, without_bytes: bool) -> &'static str {
+        let name = vector_attributes(aligned, without_bytes);
+        if name != "#0" {
+            self.vector_functions.insert((aligned, without_bytes));
+        }
+        name
+    }
+
     /// Returns the text.
     pub fn finish(self) -> String {
         let mut text = format!("target triple = \"{}\"\n\n", self.target.triple);
@@ -86,34 +101,50 @@ impl<'a> Module<'a> {
         // Realigned, since callers align the stack to 16 bytes: vectors spilled there would sometimes cross cache
         // lines, which costs the dielectric 4 to 8 percent.
         text.push('\n');
-        let features = &self.target.features;
-        self.add_attributes(&mut text, "#0", " \"stackrealign\"", features);
+        let features = self.target.features.as_str();
+        let realigned = " \"stackrealign\"";
+        self.add_attributes(&mut text, "#0", realigned, &[features]);
         text.push_str("attributes #1 = { nounwind }\n");
         if self.has_scalar_functions {
             // With mask registers LLVM places comparisons of single floats in them, which delays branches: 1 percent of
             // a test of one ray with a sphere.
-            let without_masks = self.target.mask_registers.then_some("-avx512f");
-            let features = [Some(features.as_str()), without_masks];
-            let features: Vec<&str> =
-                features.into_iter().flatten().filter(|it| !it.is_empty()).collect();
-            self.add_attributes(&mut text, "#2", "", &features.join(","));
+            let without_masks = if self.target.mask_registers { "-avx512f" } else { "" };
+            self.add_attributes(&mut text, "#2", "", &[features, without_masks]);
+        }
+        for (aligned, without_bytes) in self.vector_functions.iter().copied() {
+            let name = vector_attributes(aligned, without_bytes);
+            let alignment = if aligned { realigned } else { "" };
+            let fewer = if without_bytes { "-avx512bw" } else { "" };
+            self.add_attributes(&mut text, name, alignment, &[features, fewer]);
         }
         text
     }
 
-    fn add_attributes(&self, text: &mut String, name: &str, alignment: &str, features: &str) {
+    fn add_attributes(&self, text: &mut String, name: &str, alignment: &str, features: &[&str]) {
+        let features: Vec<&str> = features.iter().copied().filter(|it| !it.is_empty()).collect();
+        let features = features.join(",");
         // Frames of more than a page probe each of their pages, so that none skips the guard page of a stack.
         let _ = write!(
             text,
             "attributes {name} = {{ nounwind \"frame-pointer\"=\"none\"{alignment} \"probe-stack\"=\"inline-asm\""
         );
         for (key, value) in
-            [("target-cpu", self.target.cpu.as_str()), ("target-features", features)]
+            [("target-cpu", self.target.cpu.as_str()), ("target-features", &features)]
         {
             if !value.is_empty() {
                 let _ = write!(text, " \"{key}\"=\"{value}\"");
             }
         }
         text.push_str(" }\n");
+    }
+}
+
+/// Returns the name of the attributes of functions with vectors.
+fn vector_attributes(aligned: bool, without_bytes: bool) -> &'static str {
+    match (aligned, without_bytes) {
+        (true, false) => "#0",
+        (true, true) => "#3",
+        (false, false) => "#4",
+        (false, true) => "#5",
     }
 }

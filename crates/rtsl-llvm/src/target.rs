@@ -52,7 +52,15 @@ impl Estimates {
     }
 }
 
+/// The number of lanes of the widest vectors.
+const MAX_LANES: u32 = 16;
+
 impl TargetFeatures {
+    /// True if the divider keeps up with the rest of the processor for vectors of any width.
+    pub fn has_fast_divider(&self) -> bool {
+        self.divider_lanes >= MAX_LANES
+    }
+
     /// Returns the features of a target from LLVM's names.
     pub fn new(triple: &str, cpu: &str, features: &str) -> TargetFeatures {
         let level = match cpu {
@@ -90,7 +98,7 @@ impl TargetFeatures {
                 true if has_or("avx", level >= 3) || has_or("avx2", level >= 3) => Estimates::Avx,
                 true => Estimates::Sse,
             },
-            divider_lanes: 8,
+            divider_lanes: if cpu == "znver5" { MAX_LANES } else { 8 },
         }
     }
 }
@@ -111,6 +119,13 @@ mod tests {
             let target = TargetFeatures::new(triple, cpu, features);
             assert_eq!(target.estimates, estimates, "{target:?}");
         }
+    }
+
+    #[test]
+    fn the_divider_of_zen_5_is_fast() {
+        let target = |cpu| TargetFeatures::new("x86_64-unknown-linux-gnu", cpu, "+avx512f");
+        assert!(target("znver5").has_fast_divider());
+        assert!(!target("znver4").has_fast_divider() && !target("x86-64-v4").has_fast_divider());
     }
 
     #[test]

@@ -14,6 +14,7 @@ use rtsl_ir::{Scalar, Value};
 use rtsl_packet::Kernel;
 
 use crate::emitter::Emitter;
+use crate::negation::negated_values;
 use crate::operand::{LlvmType, Operand, register_element};
 
 /// The forms of one value emitted so far.
@@ -40,8 +41,7 @@ pub struct Values {
     in_prologue: bool,
     /// Values whose splat is visible only in the open region and those nested in it.
     splatted: Vec<Value>,
-    /// For code that runs once: the prologue's negated floats. Their operands are splatted before the negation, so that
-    /// LLVM recognises differences and negated products.
+    /// The prologue's negated floats, by the results.
     pub negated: std::collections::BTreeMap<Value, Value>,
     /// Splats of constants, by element type.
     constants: std::collections::BTreeMap<(&'static str, Operand), Operand>,
@@ -55,7 +55,7 @@ impl Values {
             epoch: 0,
             in_prologue: false,
             splatted: Vec::new(),
-            negated: Default::default(),
+            negated: negated_values(kernel),
             constants: Default::default(),
         }
     }
@@ -338,24 +338,29 @@ impl Emitter<'_, '_> {
 
     /// Like [`Emitter::any_lane`], for words.
     pub fn any_word(&mut self, words: Operand) -> Operand {
-        let (mut ty, mut words) = (self.lanes("i32"), words);
+        let (ty, words) = self.in_one_vector(self.lanes("i32"), words);
+        let (bit, count) = (ty.of("i1"), ty.count);
+        let bits = self.instruction(format_args!("icmp slt {ty} {words}, zeroinitializer"));
+        let set = self.instruction(format_args!("bitcast {bit} {bits} to i{count}"));
+        self.instruction(format_args!("icmp ne i{count} {set}, 0"))
+    }
+
+    /// Returns the disjunction of the vectors of a mask.
+    fn in_one_vector(&mut self, mut ty: LlvmType, mut mask: Operand) -> (LlvmType, Operand) {
         while ty.count > self.module.target.vector_lanes {
             let half = LlvmType { count: ty.count / 2, ..ty };
             let [low, high] = [0, half.count].map(|first| {
                 let lanes = (first..first + half.count).map(|lane| format!("i32 {lane}"));
                 let lanes = lanes.collect::<Vec<_>>().join(", ");
                 self.instruction(format_args!(
-                    "shufflevector {ty} {words}, {ty} poison, {} <{lanes}>",
+                    "shufflevector {ty} {mask}, {ty} poison, {} <{lanes}>",
                     half.of("i32")
                 ))
             });
-            words = self.instruction(format_args!("or {half} {low}, {high}"));
+            mask = self.instruction(format_args!("or {half} {low}, {high}"));
             ty = half;
         }
-        let (bit, count) = (ty.of("i1"), ty.count);
-        let bits = self.instruction(format_args!("icmp slt {ty} {words}, zeroinitializer"));
-        let set = self.instruction(format_args!("bitcast {bit} {bits} to i{count}"));
-        self.instruction(format_args!("icmp ne i{count} {set}, 0"))
+        (ty, mask)
     }
 
     /// True if the lanes of a chunk fit in one register.
@@ -367,6 +372,11 @@ impl Emitter<'_, '_> {
     pub fn any_bit(&mut self, bits: Operand) -> Operand {
         if self.width == 1 {
             return bits;
+        }
+        if self.splits_masks() {
+            let (ty, bits) = self.in_one_vector(self.lanes("i1"), bits);
+            let set = self.instruction(format_args!("bitcast {ty} {bits} to i{}", ty.count));
+            return self.instruction(format_args!("icmp ne i{} {set}, 0", ty.count));
         }
         let (width, small) = (self.width, self.integer_of_bits(bits));
         self.instruction(format_args!("icmp ne i{width} {small}, 0"))

@@ -64,7 +64,7 @@ fn a_host_s_packet_is_found_in_its_own_struct() {
     expect![[r#"
         target triple = "x86_64-unknown-linux-gnu"
 
-        define void @"callback"(ptr noalias %call) #0 {
+        define void @"callback"(ptr noalias %call) #4 {
         entry:
           %t1 = getelementptr i8, ptr %call, i64 8
           %t2 = load ptr, ptr %t1, align 8
@@ -140,6 +140,7 @@ fn a_host_s_packet_is_found_in_its_own_struct() {
 
         attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v4" }
         attributes #1 = { nounwind }
+        attributes #4 = { nounwind "frame-pointer"="none" "probe-stack"="inline-asm" "target-cpu"="x86-64-v4" }
     "#]].assert_eq(&emit_callback(NEARER, "x86-64-v4", 4));
 }
 
@@ -618,6 +619,61 @@ fn masks_cross_blocks_as_words() {
 fn masks_have_registers() {
     let text = emit(BRANCH, "x86-64-v4", CallMode::Packet, 16);
     assert!(text.contains("phi <16 x i1>") && !text.contains("phi <16 x i32>"), "{text}");
+}
+
+const POSITIVE_NORMAL: &str = "function f state rt_HitDistance: f32[1] state rt_PDF: f32[1] {
+    %x: f32 = load state:rt_HitDistance@0
+    %l: f32 = constant 1.1754944e-38
+    %u: f32 = constant inf
+    %a: bool = greater_equal %x, %l
+    %b: bool = less %x, %u
+    %c: bool = and %a, %b
+    %r: f32 = select %c, %x, %l
+    return state:rt_PDF@0 = %r
+}";
+
+#[test]
+fn one_comparison_into_a_mask_register_finds_positive_normal_numbers() {
+    let text = emit(POSITIVE_NORMAL, "x86-64-v4", CallMode::Packet, 16);
+    assert!(text.contains("icmp ult <16 x i32>"), "{text}");
+    for (target, width) in [("x86-64-v3", 8), ("x86-64-v4", 1)] {
+        let text = emit(POSITIVE_NORMAL, target, CallMode::Packet, width);
+        assert!(!text.contains("icmp ult <"), "{text}");
+    }
+}
+
+#[test]
+fn few_outputs_of_hits_are_stored_without_a_branch_on_the_hit() {
+    let branches = |target| emit(NEARER, target, CallMode::Packet, 8).matches("br i1").count();
+    assert_eq!((branches("x86-64-v3"), branches("x86-64-v4")), (7, 6));
+}
+
+#[test]
+fn masks_of_several_vectors_are_split_in_straight_line_code() {
+    let is_split = |text: &str| {
+        let function: Function = text.parse().unwrap();
+        let layout = Layout::new([], [], []);
+        let mut kernel = rtsl_packet::lower(&function, &layout, CallMode::Packet, 16).unwrap();
+        kernel.interleave = Some(2);
+        let target = TargetFeatures::new("x86_64-unknown-linux-gnu", "x86-64-v4", "");
+        let text = rtsl_llvm::emit([("kernel", &kernel)], &target);
+        text.contains("-avx512bw")
+    };
+    assert!(is_split(POSITIVE_NORMAL));
+    let text = emit(POSITIVE_NORMAL, "x86-64-v4", CallMode::Packet, 16);
+    assert!(text.contains("%call) #4 {"), "its vectors fit in registers: {text}");
+    assert!(!is_split(
+        "function f state rt_PDF: f32[1] {
+            %x: f32 = load state:rt_PDF@0
+            %b: f32 = constant 2.0
+            %r: f32 = loop (%c: f32 = %x) {
+                %n: f32 = add %c, %c
+                %m: bool = less %n, %b
+                repeat %m, %n
+            }
+            return state:rt_PDF@0 = %r
+        }"
+    ));
 }
 
 #[test]

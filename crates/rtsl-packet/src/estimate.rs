@@ -16,6 +16,9 @@ const WINDOW: f32 = 224.0;
 /// The number of vector operations issued per cycle.
 const RATE: f32 = 3.0;
 
+/// The number of lanes of which the divider takes longer the more there are. A Zen 5 divides 16 as fast as 8.
+const MAX_DIVIDED: f32 = 8.0;
+
 /// The assumed trip count of a loop.
 const ROUNDS: f32 = 8.0;
 
@@ -24,6 +27,8 @@ const ROUNDS: f32 = 8.0;
 pub struct Estimate {
     /// The number of operations on lanes in the code of the body.
     pub operations: u32,
+    /// The number of these that the divide and square root unit executes; an approximate inverse root counts as two.
+    pub divisions: u32,
     /// Issue cycles.
     pub issue: f32,
     /// Cycles of the divide and square root unit.
@@ -42,6 +47,7 @@ impl Estimate {
             kernel,
             ready: IndexVec::filled(kernel.values.len(), 0.0),
             operations: 0,
+            divisions: 0,
             done: Work::default(),
             waiting: 0.0,
             loops: false,
@@ -49,6 +55,7 @@ impl Estimate {
         let end = walk.region(&kernel.body, 0.0);
         Estimate {
             operations: walk.operations,
+            divisions: walk.divisions,
             issue: walk.done.operations / RATE,
             divider: walk.done.divider,
             waiting: walk.waiting + beyond_window(end, walk.done.operations),
@@ -91,6 +98,7 @@ struct Walk<'a> {
     /// The time at which each value is ready.
     ready: IndexVec<Value, f32>,
     operations: u32,
+    divisions: u32,
     done: Work,
     /// The waiting cycles in loops.
     waiting: f32,
@@ -115,6 +123,7 @@ impl Walk<'_> {
             kind if op.results.iter().any(|result| self.kernel.ty(result).lanes) => {
                 let Cost { latency, work } = self.cost(kind);
                 self.operations += 1;
+                self.divisions += self.divisions_of(kind);
                 self.done.operations += work.operations;
                 self.done.divider += work.divider;
                 begin + latency
@@ -166,11 +175,25 @@ impl Walk<'_> {
         }
     }
 
+    /// Returns the number of divisions and roots of an operation.
+    fn divisions_of(&self, kind: &OpKind) -> u32 {
+        match kind {
+            OpKind::Unary(UnaryOp::ApproximateInverseSqrt, _) => 2,
+            OpKind::Unary(
+                UnaryOp::Sqrt | UnaryOp::ApproximateReciprocal | UnaryOp::ApproximateSqrt,
+                _,
+            ) => 1,
+            OpKind::Binary(BinaryOp::Divide, a, _) if self.kernel.ty(*a).scalar == Scalar::F32 => 1,
+            _ => 0,
+        }
+    }
+
     fn cost(&self, kind: &OpKind) -> Cost {
         let lanes = self.kernel.width as f32;
+        let divided = lanes.min(MAX_DIVIDED);
         let divider = |latency, cycles_a_lane: f32| Cost {
             latency,
-            work: Work { operations: 1.0, divider: lanes * cycles_a_lane },
+            work: Work { operations: 1.0, divider: divided * cycles_a_lane },
         };
         let is_float = |value: &Value| self.kernel.ty(*value).scalar == Scalar::F32;
         match kind {

@@ -158,6 +158,11 @@ impl Kernel {
         self.body.asks_for_rays() && !self.body.has_queries()
     }
 
+    /// True if it requests anything from the host.
+    pub fn asks_host(&self) -> bool {
+        self.prologue.asks_host() || self.body.asks_host()
+    }
+
     /// Returns the variable `id`.
     pub fn variable(&self, id: VariableId) -> &KernelVariable {
         &self.variables[id.0 as usize]
@@ -199,6 +204,26 @@ pub struct Region {
 }
 
 impl Region {
+    /// True if it or a nested region has a loop.
+    pub fn has_loop(&self) -> bool {
+        self.ops.iter().any(|op| {
+            matches!(op.kind, OpKind::Loop { .. }) || op.kind.regions().any(Region::has_loop)
+        })
+    }
+
+    /// True if it or a nested region requests anything from the host.
+    fn asks_host(&self) -> bool {
+        self.ops.iter().any(|op| match &op.kind {
+            OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand(_) => true,
+            kind => kind.regions().any(Region::asks_host),
+        })
+    }
+
     /// True if it or a nested region requests rays or light from the host.
     fn asks_for_rays(&self) -> bool {
         self.ops.iter().any(|op| match &op.kind {

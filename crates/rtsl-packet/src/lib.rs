@@ -10,6 +10,7 @@ pub mod interpreter;
 pub mod kernel;
 mod locals;
 mod lower;
+mod pressure;
 mod print;
 pub mod profile;
 mod range;

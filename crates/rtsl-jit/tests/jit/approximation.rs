@@ -62,12 +62,13 @@ fn machines() -> Vec<TargetFeatures> {
     let target = llvm.host();
     let host = TargetFeatures::new(target.triple(), target.cpu(), target.features());
     let slow_divider = TargetFeatures { divider_lanes: 1, ..host.clone() };
+    let fast_divider = TargetFeatures { divider_lanes: 16, ..host.clone() };
     let lesser = match host.estimates {
         Estimates::None => Estimates::None,
         Estimates::Sse | Estimates::Avx | Estimates::Avx512 => Estimates::Sse,
     };
     let old = TargetFeatures { estimates: lesser, fma: false, ..slow_divider.clone() };
-    vec![host, slow_divider, old]
+    vec![host, slow_divider, fast_divider, old]
 }
 
 /// Returns the error in units in the last place of the wanted value, which is a normal number.

@@ -44,6 +44,27 @@ const SHARED_WORK: &str = "function f member radius: f32[1] member table: f32[8]
         return state:rt_HitDistance@0 = %sum
     }";
 
+/// The three loads are in use together, then a product and a load; uniform values and masks do not count.
+#[test]
+fn numbers_in_lanes_are_live_from_definition_to_last_use() {
+    let kernel = lower(
+        "function f member radius: f32[1] state rt_RayOrigin: f32[3] state rt_PDF: f32[1] {
+            %r: f32 = load member:radius@0
+            %x: f32 = load state:rt_RayOrigin@0
+            %y: f32 = load state:rt_RayOrigin@1
+            %z: f32 = load state:rt_RayOrigin@2
+            %xy: f32 = multiply %x, %y
+            %far: bool = less %r, %z
+            %s: f32 = select %far, %xy, %z
+            return state:rt_PDF@0 = %s
+        }",
+        CallMode::Packet,
+        8,
+    );
+    assert_eq!(kernel.unwrap().live_lanes(), 3);
+    assert_eq!(lower(SHARED_WORK, CallMode::Packet, 8).unwrap().live_lanes(), 1);
+}
+
 #[test]
 fn uniform_work_is_hoisted_to_the_prologue() {
     check(

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use rtsl_abi::{
-    CallArguments, CallError, CallStatus, ComponentSet, HostArguments, LeafArguments, Objects,
+    CallArguments, CallError, CallStatus, ComponentSet, HostArguments, Instances, LaneBlock,
+    LaneMask, LeafArguments, Objects,
 };
+use rtsl_ir::host::Host;
 use rtsl_jit::CompiledKernel;
 
 use super::interpreted::InterpretedKernel;
@@ -52,6 +54,22 @@ enum Kind {
     Interpreted(Box<InterpretedKernel>),
 }
 
+/// Calls the interpreter. The arguments are separate, because those of calls of machine code would otherwise be written
+/// to memory as well, where only this function reads them.
+#[cold]
+#[inline(never)]
+fn interpret(
+    kernel: &InterpretedKernel,
+    (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+    count: usize,
+    mask: Option<&LaneMask>,
+    accepted: Option<&mut LaneMask>,
+    instances: Instances<'_>,
+    host: &mut dyn Host,
+) -> Result<CallStatus, CallError> {
+    kernel.try_call(CallArguments { state, scratch, count, mask, accepted, instances, host })
+}
+
 impl Kernel {
     pub(crate) fn compiled(kernel: CompiledKernel) -> Kernel {
         Kernel { kind: Kind::Compiled(kernel) }
@@ -86,7 +104,10 @@ impl Kernel {
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.try_call(call),
-            Kind::Interpreted(kernel) => kernel.try_call(call),
+            Kind::Interpreted(kernel) => {
+                let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
+                interpret(kernel, (state, scratch), count, mask, accepted, instances, host)
+            }
         }
     }
 
