@@ -5,7 +5,7 @@ use rtsl_ir::{
     VariableKind, evaluate,
 };
 use rtsl_stages::Stages;
-use rtsl_testing::functions::{Entropy, seeded_function};
+use rtsl_testing::functions::{Entropy, seeded_function, seeded_integrator};
 
 use crate::oracle_support::Case;
 
@@ -33,6 +33,17 @@ fn short_functions() {
 #[test]
 fn long_functions() {
     check_generated(1000..1000 + scaled(4), 700);
+}
+
+/// Queries of integrators reach the host for whole vectors.
+#[test]
+fn functions_with_queries() {
+    for seed in 3000..3000 + scaled(16) {
+        let function = seeded_integrator(seed, 200);
+        if let Err(difference) = Case::new(function.clone(), seed).check() {
+            panic!("seed {seed}: {difference}\n{function}");
+        }
+    }
 }
 
 /// Generated functions that suspend, with their stages.

@@ -168,10 +168,12 @@ impl Host for HashHost {
     }
 
     /// Queries without effects are not counted, since passes may remove and repeat them.
-    fn query(&mut self, _: u32, query: Query, operands: &[u32], results: &mut [u32]) {
+    fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
         let start = match query.effect() {
             Effect::None => 0,
-            Effect::Host | Effect::ReadsLocal(_) | Effect::WritesLocal(_) => self.count(0),
+            Effect::Host | Effect::ReadsLocal(_) | Effect::WritesLocal(_) => {
+                self.count(ray as usize)
+            }
         };
         let operands = query.operand_scalars().zip(operands);
         let operands = operands.map(|(scalar, bits)| Constant::from_bits(scalar, *bits));
