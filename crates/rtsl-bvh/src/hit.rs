@@ -1,10 +1,11 @@
 //! Hits of rays.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
-use rtsl_math::SIMD_LANES;
+use fearless_simd::{Simd, f32x8, f32x16};
 
-use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of, vectors_of};
+use super::packet::{
+    LANES, LaneMask, LaneVector, Lanes, RayPacket, is_wide, lanes_of, load, vectors_of,
+};
 
 /// The identity of the object that was hit: the item of the scene and, for an instance, the item of its group. The
 /// lower id wins ties.
@@ -66,15 +67,29 @@ impl Hits {
     /// Records the hits of one object in the lanes for which they are closer than the closest so far.
     #[inline(always)]
     pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
-        for (start, valid) in vectors_of(lanes) {
-            let new = f32x8::from_slice(simd, &found[start..start + SIMD_LANES]);
-            let old = f32x8::from_slice(simd, &self.distance[start..start + SIMD_LANES]);
+        match is_wide::<S>() {
+            true => self.keep_nearer_in::<S, f32x16<S>>(simd, lanes, found, id),
+            false => self.keep_nearer_in::<S, f32x8<S>>(simd, lanes, found, id),
+        }
+    }
+
+    #[inline(always)]
+    fn keep_nearer_in<S: Simd, V: LaneVector<S>>(
+        &mut self,
+        simd: S,
+        lanes: LaneMask,
+        found: &Lanes,
+        id: HitId,
+    ) {
+        for (start, valid) in vectors_of::<S, V>(lanes) {
+            let new = load::<S, V>(simd, found, start);
+            let old = load::<S, V>(simd, &self.distance, start);
             let nearer = new.simd_lt(old).to_bitmask() & valid;
             let equal = new.simd_eq(old).to_bitmask() & valid;
-            if nearer == 0xFF {
-                new.store_slice(&mut self.distance[start..start + SIMD_LANES]);
-                self.id[start..start + SIMD_LANES].fill(id);
-                self.found |= 0xFF << start;
+            if nearer == !(LaneMask::MAX << V::LEN) {
+                new.store_slice(&mut self.distance[start..start + V::LEN]);
+                self.id[start..start + V::LEN].fill(id);
+                self.found |= nearer << start;
                 continue;
             }
             for lane in lanes_of(nearer | equal) {
