@@ -42,6 +42,8 @@ pub struct Interval {
     mixed: [bool; 3],
     /// True if more than one axis is mixed.
     is_loose: bool,
+    /// True if no axis is mixed: all rays meet the planes of an axis in the same order.
+    is_ordered: bool,
 }
 
 impl<'a> PacketSpace<'a> {
@@ -92,7 +94,8 @@ impl<'a> PacketSpace<'a> {
             (interval.min_inverse[axis], interval.max_inverse[axis]) = inverse;
             interval.mixed[axis] = inverse.0.is_sign_negative() != inverse.1.is_sign_negative();
         }
-        interval.is_loose = interval.mixed.iter().filter(|mixed| **mixed).count() > 1;
+        let mixed = interval.mixed.iter().filter(|mixed| **mixed).count();
+        (interval.is_ordered, interval.is_loose) = (mixed == 0, mixed > 1);
         interval.epsilon = extremes(simd, &self.rays.epsilon, lanes).0;
         interval
     }
@@ -200,24 +203,39 @@ impl<'a> PacketSpace<'a> {
     }
 
     #[inline(always)]
-    fn slabs<S: Simd, V: LaneVector<S>>(
-        &self,
-        simd: S,
-        bounds: &Bounds,
-        start: usize,
-    ) -> (V, V) {
-        let mut near = V::splat(simd, f32::NEG_INFINITY);
-        let mut far = V::splat(simd, f32::INFINITY);
-        for axis in 0..3 {
-            let origin = load::<S, V>(simd, &self.rays.origin[axis], start);
-            let inverse = load::<S, V>(simd, &self.inverse[axis], start);
-            let first = (V::splat(simd, bounds.min[axis]) - origin) * inverse;
-            let second = (V::splat(simd, bounds.max[axis]) - origin) * inverse;
-            near = near.max(first.min(second));
-            far = far.min(first.max(second));
-        }
+    fn slabs<S: Simd, V: LaneVector<S>>(&self, simd: S, bounds: &Bounds, start: usize) -> (V, V) {
+        let [x, y, z] = self.interval.ordered_planes(bounds);
+        let x = self.meets::<S, V>(simd, 0, x, start);
+        let y = self.meets::<S, V>(simd, 1, y, start);
+        let z = self.meets::<S, V>(simd, 2, z, start);
+        let [x, y, z] = match self.interval.is_ordered {
+            true => [x, y, z],
+            false => [ordered(x), ordered(y), ordered(z)],
+        };
+        let (near, far) = (x.0.max(y.0).max(z.0), x.1.min(y.1).min(z.1));
         (near * (1.0 - SLACK), far * (1.0 + SLACK))
     }
+
+    /// Returns the distances at which rays meet two planes.
+    #[inline(always)]
+    fn meets<S: Simd, V: LaneVector<S>>(
+        &self,
+        simd: S,
+        axis: usize,
+        [first, second]: [f32; 2],
+        start: usize,
+    ) -> (V, V) {
+        let origin = load::<S, V>(simd, &self.rays.origin[axis], start);
+        let inverse = load::<S, V>(simd, &self.inverse[axis], start);
+        let first = (V::splat(simd, first) - origin) * inverse;
+        (first, (V::splat(simd, second) - origin) * inverse)
+    }
+}
+
+/// Returns the lesser distances, then the greater.
+#[inline(always)]
+fn ordered<S: Simd, V: LaneVector<S>>((one, other): (V, V)) -> (V, V) {
+    (one.min(other), one.max(other))
 }
 
 /// Returns the greatest value of some lanes, at least one.
@@ -257,12 +275,22 @@ impl Interval {
         epsilon: 0.0,
         mixed: [true; 3],
         is_loose: true,
+        is_ordered: false,
     };
 
     /// True if the interval constrains too little for its tests to be useful.
     #[inline(always)]
     pub fn is_loose(&self) -> bool {
         self.is_loose
+    }
+
+    /// Returns the planes of a box along each axis, in the order in which rays meet them if the axis is not mixed.
+    #[inline(always)]
+    fn ordered_planes(&self, bounds: &Bounds) -> [[f32; 2]; 3] {
+        [0, 1, 2].map(|axis| match self.min_inverse[axis].is_sign_negative() {
+            true => [bounds.max[axis], bounds.min[axis]],
+            false => [bounds.min[axis], bounds.max[axis]],
+        })
     }
 
     /// Tests the first `count` boxes. Returns a mask of those that any of the rays may meet before `limit`, and the
