@@ -1,13 +1,12 @@
 //! Interleaved traversal: several single rays take turns in one tree.
 //!
 //! A single ray waits for memory to deliver a node, then for the comparisons that select the next child. Interleaved
-//! rays fill each other's waits. The next node of a ray is known one round before its turn and is prefetched; the
+//! rays fill each other's waits. The next node or leaf of a ray is known one round before its turn and is prefetched; the
 //! computations that depend on the path of the ray are free of branches, because no processor could predict them.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 use rtsl_math::SIMD_LANES;
-use rtsl_memory::prefetch;
 
 use super::bvh8::{Bvh8, Child, Node8};
 
@@ -223,9 +222,7 @@ impl InterleavedTraversal {
         };
         self.ends[ray] = end;
         self.queue(ray, visit.child());
-        if let Some(node) = tree.nodes.get(visit.child().index()) {
-            prefetch(node);
-        }
+        tree.prefetch(visit.child());
     }
 
     /// Queues a ray for its next visit.

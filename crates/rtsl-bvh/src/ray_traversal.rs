@@ -94,7 +94,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if self.open(1 << lane) == 0 {
                 continue;
             }
-            if group.tree.heads[index].is_last {
+            if group.tree.leaves[index].is_last {
                 interleaved.queue_next(
                     &self.visits.rays,
                     group.tree,
@@ -124,7 +124,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 continue;
             }
             let (ray, index) = (&group.rays[ray_index], interleaved.next(ray_index).index());
-            let (head, leaf) = (group.tree.heads[index], &group.tree.leaves[index]);
+            // The leaf is in a cache, its head in the array of heads may not be.
+            let leaf = &group.tree.leaves[index];
+            let head = leaf.head();
             self.objects.visited(1 << ray.lane);
             if head.class == INSTANCE {
                 self.visit_instances_with_ray(simd, leaf, ray);
