@@ -10,7 +10,7 @@ use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
 use super::geometry::Group;
 use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
 use super::objects::{LoadedRay, Objects, RayLeafTest};
-use super::packet::LANES;
+use super::packet::{LANES, is_wide};
 use super::ray_space::TraversalRay;
 use super::traversal::{InstanceContext, Search, Traversal};
 
@@ -70,8 +70,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
             self.objects.visited(1 << ray.lane);
             let node = &nodes[interleaved.next(ray_index).index()];
             let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
-            of_node.set(simd, node, entries);
-            interleaved.push(&mut self.visits.rays, ray_index, met, of_node);
+            let stacks = &mut self.visits.rays;
+            if is_wide::<S>() {
+                interleaved.push_in_register(simd, stacks, ray_index, met, (node, entries));
+            } else {
+                of_node.set(simd, node, entries);
+                interleaved.push(stacks, ray_index, met, of_node);
+            }
             interleaved.queue_next(&self.visits.rays, group.tree, ray_index, limit);
         }
     }
