@@ -1,7 +1,7 @@
 //! Hits of rays.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f32x16};
+use fearless_simd::{Simd, f32x8, f32x16, mask64x8, u64x8};
 
 use super::packet::{
     LANES, LaneMask, LaneVector, Lanes, RayPacket, is_wide, lanes_of, load, vectors_of,
@@ -84,17 +84,19 @@ impl Hits {
         for (start, valid) in vectors_of::<S, V>(lanes) {
             let new = load::<S, V>(simd, found, start);
             let old = load::<S, V>(simd, &self.distance, start);
-            let nearer = new.simd_lt(old).to_bitmask() & valid;
+            let is_nearer = new.simd_lt(old) & V::Mask::from_bitmask(simd, valid);
             let equal = new.simd_eq(old).to_bitmask() & valid;
-            if nearer == !(LaneMask::MAX << V::LEN) {
-                new.store_slice(&mut self.distance[start..start + V::LEN]);
-                self.id[start..start + V::LEN].fill(id);
-                self.found |= nearer << start;
-                continue;
+            is_nearer.select(new, old).store_slice(&mut self.distance[start..start + V::LEN]);
+            let nearer = is_nearer.to_bitmask();
+            self.found |= nearer << start;
+            let ids = &mut self.id[start..start + V::LEN];
+            for (first, ids) in (0..).step_by(8).zip(ids.as_chunks_mut::<8>().0) {
+                set_ids(simd, ids, nearer >> first & 0xFF, id);
             }
-            for lane in lanes_of(nearer | equal) {
-                if nearer >> lane & 1 != 0 || id < self.id[start + lane] {
-                    self.set(start + lane, found[start + lane], id);
+            for lane in lanes_of(equal) {
+                if id < ids[lane] {
+                    ids[lane] = id;
+                    self.found |= 1 << (start + lane);
                 }
             }
         }
@@ -112,5 +114,17 @@ impl Hits {
     #[inline(always)]
     pub fn mark(&mut self, lanes: LaneMask) {
         self.found |= lanes;
+    }
+}
+
+/// Sets the ids of some of eight lanes.
+#[inline(always)]
+fn set_ids<S: Simd>(simd: S, ids: &mut [HitId; 8], lanes: LaneMask, id: HitId) {
+    if is_wide::<S>() {
+        let old = u64x8::load_array(simd, ids.map(|id| id.0));
+        let is_set = mask64x8::from_bitmask(simd, lanes);
+        *ids = is_set.select(u64x8::splat(simd, id.0), old).to_array().map(HitId);
+    } else {
+        lanes_of(lanes).for_each(|lane| ids[lane] = id);
     }
 }
