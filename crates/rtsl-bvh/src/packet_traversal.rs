@@ -6,6 +6,10 @@
 //!
 //! A test of a child against the intervals of all eight vectors of a packet's rays, before those of the rays, does not
 //! pay: packets execute a tenth more instructions on ten thousand spheres.
+//!
+//! With AVX-512, sixteen rays are tested at once. Packets of which at most 16, 32 or 64 rays reach a child do not gain
+//! from being split into 4 by 4 pixels that are tested against all eight children without a branch: camera rays took
+//! 1.2 to 2.4 times as long (Zen 5).
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, f32x16};

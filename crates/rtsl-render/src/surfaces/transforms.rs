@@ -280,7 +280,7 @@ impl<'a> SurfaceTransforms<'a> {
         lanes: &impl HitLanes,
         mut normals: [Vectors<S>; N],
     ) -> [Vectors<S>; N] {
-        // Loops, because closures that are given to functions of arrays may be calls, of their operations too.
+        // Loops instead of `map`, whose closure may stay a call outside of the caller's instruction set.
         if let Some(maps) = self.group_to_object(eight, lanes) {
             for normal in &mut normals {
                 *normal = maps.transposed_vectors(normal);
