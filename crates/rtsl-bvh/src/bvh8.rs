@@ -4,6 +4,7 @@
 //! packet is tested against them with the interval that bounds its rays, then against each remaining box ray by ray.
 
 use rtsl_math::SIMD_LANES;
+use rtsl_memory::prefetch_values;
 
 use super::bounds::Bounds;
 
@@ -236,6 +237,16 @@ impl Bvh8 {
         let rest = &self.leaves[first..];
         let count = rest.iter().position(|leaf| leaf.is_last).map_or(rest.len(), |last| last + 1);
         &rest[..count]
+    }
+
+    /// Prefetches a node, or the first leaf of a run. There is no branch, because no processor could predict it.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, child: Child) {
+        const SIZE: usize = size_of::<Node8>();
+        const { assert!(size_of::<Leaf>() == SIZE) };
+        let node: *const u8 = self.nodes.as_ptr().wrapping_add(child.index()).cast();
+        let leaf: *const u8 = self.leaves.as_ptr().wrapping_add(child.index()).cast();
+        prefetch_values(if child.is_leaf() { leaf } else { node }, SIZE);
     }
 
     /// Returns the leaves of the items without bounds.

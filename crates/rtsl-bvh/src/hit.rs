@@ -1,10 +1,9 @@
 //! Hits of rays.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
-use rtsl_math::SIMD_LANES;
+use fearless_simd::{Simd, f32x8, f32x16, mask32x16, mask64x8, u64x8};
 
-use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of, vectors_of};
+use super::packet::{LANES, LaneMask, Lanes, RayPacket, is_wide, lanes_of, load, vectors_of};
 
 /// The identity of the object that was hit: the item of the scene and, for an instance, the item of its group. The
 /// lower id wins ties.
@@ -66,14 +65,60 @@ impl Hits {
     /// Records the hits of one object in the lanes for which they are closer than the closest so far.
     #[inline(always)]
     pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
-        for (start, valid) in vectors_of(lanes) {
-            let new = f32x8::from_slice(simd, &found[start..start + SIMD_LANES]);
-            let old = f32x8::from_slice(simd, &self.distance[start..start + SIMD_LANES]);
+        if is_wide::<S>() {
+            self.keep_nearer_of_sixteen(simd, lanes, found, id);
+        } else {
+            self.keep_nearer_of_eight(simd, lanes, found, id);
+        }
+    }
+
+    /// Selects distances and ids in registers.
+    #[inline(always)]
+    fn keep_nearer_of_sixteen<S: Simd>(
+        &mut self,
+        simd: S,
+        lanes: LaneMask,
+        found: &Lanes,
+        id: HitId,
+    ) {
+        for (start, valid) in vectors_of::<S, f32x16<S>>(lanes) {
+            let new: f32x16<S> = load(simd, found, start);
+            let old: f32x16<S> = load(simd, &self.distance, start);
+            let is_nearer = new.simd_lt(old) & mask32x16::from_bitmask(simd, valid);
+            let equal = new.simd_eq(old).to_bitmask() & valid;
+            is_nearer.select(new, old).store_slice(&mut self.distance[start..start + 16]);
+            let nearer = is_nearer.to_bitmask();
+            self.found |= nearer << start;
+            let ids = &mut self.id[start..start + 16];
+            for (first, ids) in (0..).step_by(8).zip(ids.as_chunks_mut::<8>().0) {
+                set_ids(simd, ids, nearer >> first & 0xFF, id);
+            }
+            for lane in lanes_of(equal) {
+                if id < ids[lane] {
+                    ids[lane] = id;
+                    self.found |= 1 << (start + lane);
+                }
+            }
+        }
+    }
+
+    /// Stores a full vector at once, and lane by lane else.
+    #[inline(always)]
+    fn keep_nearer_of_eight<S: Simd>(
+        &mut self,
+        simd: S,
+        lanes: LaneMask,
+        found: &Lanes,
+        id: HitId,
+    ) {
+        for (start, valid) in vectors_of::<S, f32x8<S>>(lanes) {
+            let new: f32x8<S> = load(simd, found, start);
+            let old: f32x8<S> = load(simd, &self.distance, start);
             let nearer = new.simd_lt(old).to_bitmask() & valid;
             let equal = new.simd_eq(old).to_bitmask() & valid;
             if nearer == 0xFF {
-                new.store_slice(&mut self.distance[start..start + SIMD_LANES]);
-                self.id[start..start + SIMD_LANES].fill(id);
+                new.store_slice(&mut self.distance[start..start + 8]);
+                self.id[start..start + 8].fill(id);
                 self.found |= 0xFF << start;
                 continue;
             }
@@ -98,4 +143,12 @@ impl Hits {
     pub fn mark(&mut self, lanes: LaneMask) {
         self.found |= lanes;
     }
+}
+
+/// Sets the ids of some of eight lanes.
+#[inline(always)]
+fn set_ids<S: Simd>(simd: S, ids: &mut [HitId; 8], lanes: LaneMask, id: HitId) {
+    let old = u64x8::load_array(simd, ids.map(|id| id.0));
+    let is_set = mask64x8::from_bitmask(simd, lanes);
+    *ids = is_set.select(u64x8::splat(simd, id.0), old).to_array().map(HitId);
 }

@@ -1,6 +1,10 @@
 //! Packets of rays in structure-of-arrays form.
 
-use rtsl_math::{Affine, SIMD_LANES};
+use std::marker::PhantomData;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, f32x16};
+use rtsl_math::Affine;
 
 /// The number of rays in a packet: a tile of 8 by 8 pixels.
 pub const LANES: usize = 64;
@@ -32,17 +36,38 @@ impl Iterator for LanesOf {
     }
 }
 
-/// Returns an iterator over the vectors of lanes that contain some lanes of a mask: the first lane of each, and the
+/// A vector of the numbers of some lanes of a packet: of sixteen where that is one register, of eight otherwise.
+pub(super) trait LaneVector<S: Simd>: SimdFloat<S, Element = f32> {}
+
+impl<S: Simd> LaneVector<S> for f32x8<S> {}
+impl<S: Simd> LaneVector<S> for f32x16<S> {}
+
+/// The number of lanes of a wide vector.
+const WIDE_LANES: usize = 16;
+
+/// True if a vector of [`WIDE_LANES`] is one register.
+#[inline(always)]
+pub(super) fn is_wide<S: Simd>() -> bool {
+    <S::f32s as SimdBase<S>>::LEN >= WIDE_LANES
+}
+
+/// Loads the numbers of a vector of lanes.
+#[inline(always)]
+pub(super) fn load<S: Simd, V: LaneVector<S>>(simd: S, numbers: &Lanes, start: usize) -> V {
+    V::from_slice(simd, &numbers[start..start + V::LEN])
+}
+
+/// Returns an iterator over the vectors of `N` lanes that contain some lanes of a mask: the first lane of each, and the
 /// vector's part of the mask, as the lowest bits.
 #[inline(always)]
-pub(super) fn vectors_of(mask: LaneMask) -> VectorsOf {
-    VectorsOf(mask)
+pub(super) fn vectors_of<S: Simd, V: LaneVector<S>>(mask: LaneMask) -> VectorsOf<S, V> {
+    VectorsOf(mask, PhantomData)
 }
 
 /// An iterator over the vectors of a mask.
-pub(super) struct VectorsOf(LaneMask);
+pub(super) struct VectorsOf<S, V>(LaneMask, PhantomData<(S, V)>);
 
-impl Iterator for VectorsOf {
+impl<S: Simd, V: LaneVector<S>> Iterator for VectorsOf<S, V> {
     type Item = (usize, LaneMask);
 
     #[inline(always)]
@@ -50,8 +75,8 @@ impl Iterator for VectorsOf {
         if self.0 == 0 {
             return None;
         }
-        let start = self.0.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
-        let some = self.0 >> start & 0xFF;
+        let start = self.0.trailing_zeros() as usize / V::LEN * V::LEN;
+        let some = self.0 >> start & !(LaneMask::MAX << V::LEN);
         self.0 ^= some << start;
         Some((start, some))
     }

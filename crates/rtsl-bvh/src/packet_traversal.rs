@@ -6,9 +6,13 @@
 //!
 //! A test of a child against the intervals of all eight vectors of a packet's rays, before those of the rays, does not
 //! pay: packets execute a tenth more instructions on ten thousand spheres.
+//!
+//! With AVX-512, sixteen rays are tested at once. Packets of which at most 16, 32 or 64 rays reach a child do not gain
+//! from being split into 4 by 4 pixels that are tested against all eight children without a branch: camera rays took
+//! 1.2 to 2.4 times as long (Zen 5).
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, f32x16};
 use rtsl_math::SIMD_LANES;
 use rtsl_memory::prefetch;
 use smallvec::SmallVec;
@@ -18,7 +22,7 @@ use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, Node8};
 use super::geometry::Group;
 use super::interleaved_traversal::MAX_INTERLEAVED;
 use super::objects::{LoadedRay, Objects};
-use super::packet::{LANES, LaneMask, Lanes, lanes_of, vectors_of};
+use super::packet::{LANES, LaneMask, LaneVector, Lanes, is_wide, lanes_of, load, vectors_of};
 use super::ray_space::TraversalRay;
 use super::ray_traversal::RaysOuter;
 use super::space::{PacketSpace, finite_lanes, greatest};
@@ -368,11 +372,24 @@ fn test_child<S: Simd>(
 /// Returns the lanes of `mask` for which `one` is not greater than `other`.
 #[inline(always)]
 fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> LaneMask {
+    match is_wide::<S>() {
+        true => not_greater_in::<S, f32x16<S>>(simd, one, other, mask),
+        false => not_greater_in::<S, f32x8<S>>(simd, one, other, mask),
+    }
+}
+
+#[inline(always)]
+fn not_greater_in<S: Simd, V: LaneVector<S>>(
+    simd: S,
+    one: &Lanes,
+    other: &Lanes,
+    mask: LaneMask,
+) -> LaneMask {
     let mut passed = 0;
-    for (start, some) in vectors_of(mask) {
-        let one = f32x8::from_slice(simd, &one[start..start + SIMD_LANES]);
-        let other = f32x8::from_slice(simd, &other[start..start + SIMD_LANES]);
-        passed |= (one.simd_le(other).to_bitmask() & some) << start;
+    for (start, some) in vectors_of::<S, V>(mask) {
+        let is_not_greater =
+            load::<S, V>(simd, one, start).simd_le(load::<S, V>(simd, other, start));
+        passed |= (is_not_greater.to_bitmask() & some) << start;
     }
     passed
 }

@@ -10,7 +10,7 @@ use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
 use super::geometry::Group;
 use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
 use super::objects::{LoadedRay, Objects, RayLeafTest};
-use super::packet::LANES;
+use super::packet::{LANES, is_wide};
 use super::ray_space::TraversalRay;
 use super::traversal::{InstanceContext, Search, Traversal};
 
@@ -70,8 +70,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
             self.objects.visited(1 << ray.lane);
             let node = &nodes[interleaved.next(ray_index).index()];
             let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
-            of_node.set(simd, node, entries);
-            interleaved.push(&mut self.visits.rays, ray_index, met, of_node);
+            let stacks = &mut self.visits.rays;
+            if is_wide::<S>() {
+                interleaved.push_in_register(simd, stacks, ray_index, met, (node, entries));
+            } else {
+                of_node.set(simd, node, entries);
+                interleaved.push(stacks, ray_index, met, of_node);
+            }
             interleaved.queue_next(&self.visits.rays, group.tree, ray_index, limit);
         }
     }
@@ -94,7 +99,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if self.open(1 << lane) == 0 {
                 continue;
             }
-            if group.tree.heads[index].is_last {
+            if group.tree.leaves[index].is_last {
                 interleaved.queue_next(
                     &self.visits.rays,
                     group.tree,
@@ -124,7 +129,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 continue;
             }
             let (ray, index) = (&group.rays[ray_index], interleaved.next(ray_index).index());
-            let (head, leaf) = (group.tree.heads[index], &group.tree.leaves[index]);
+            // The leaf is in a cache, its head in the array of heads may not be.
+            let leaf = &group.tree.leaves[index];
+            let head = leaf.head();
             self.objects.visited(1 << ray.lane);
             if head.class == INSTANCE {
                 self.visit_instances_with_ray(simd, leaf, ray);
@@ -236,31 +243,47 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
+    /// Visits the instances of a leaf whose own boxes a ray meets. This is a function of its own, because a group is
+    /// traversed within, and so it enables the instruction set of `simd` again: without, each operation is a call.
     fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, leaf: &'a Leaf, ray: &TraversalRay) {
-        let lane = ray.lane;
-        let (mut met, entries) =
-            ray.test(simd, &leaf.boxes, u32::from(leaf.count), self.hits.distance[lane]);
-        let entries = entries.to_array();
-        while met != 0 && self.open(1 << lane) != 0 {
-            let index = met.trailing_zeros() as usize % SIMD_LANES;
-            met &= met - 1;
-            if entries[index] > self.hits.distance[lane] {
-                continue;
-            }
-            let item = leaf.items[index];
-            let Some((group, instance)) = self.instance(item) else { continue };
-            let Some(moved) = instance.moved_ray(ray) else { continue };
-            let moved = LoadedRay::alone(self.objects, moved);
-            let bounds = leaf.boxes.get(index);
-            for leaf in group.tree.unbounded() {
-                let outer = InstanceContext { item, bounds, space: ray };
-                self.visit_leaf_with_ray(simd, leaf, &moved, Some(&outer));
-            }
-            if let Some(root) = group.tree.root {
-                let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
-                let outer = InstanceContext { item, bounds, space };
-                self.visit_tree_with_rays(simd, group, root, moved, Some(&outer));
-            }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let limit = self.hits.distance[ray.lane];
+                let (mut met, entries) = ray.test(simd, &leaf.boxes, u32::from(leaf.count), limit);
+                let entries = entries.to_array();
+                while met != 0 && self.open(1 << ray.lane) != 0 {
+                    let index = met.trailing_zeros() as usize % SIMD_LANES;
+                    met &= met - 1;
+                    if entries[index] <= self.hits.distance[ray.lane] {
+                        self.visit_instance_with_ray(simd, leaf, index, ray);
+                    }
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn visit_instance_with_ray<S: Simd>(
+        &mut self,
+        simd: S,
+        leaf: &'a Leaf,
+        index: usize,
+        ray: &TraversalRay,
+    ) {
+        let item = leaf.items[index];
+        let Some((group, instance)) = self.instance(item) else { return };
+        let Some(moved) = instance.moved_ray(ray) else { return };
+        let moved = LoadedRay::alone(self.objects, moved);
+        let bounds = leaf.boxes.get(index);
+        for leaf in group.tree.unbounded() {
+            let outer = InstanceContext { item, bounds, space: ray };
+            self.visit_leaf_with_ray(simd, leaf, &moved, Some(&outer));
+        }
+        if let Some(root) = group.tree.root {
+            let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
+            let outer = InstanceContext { item, bounds, space };
+            self.visit_tree_with_rays(simd, group, root, moved, Some(&outer));
         }
     }
 }

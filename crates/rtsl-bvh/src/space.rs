@@ -1,13 +1,13 @@
 //! Packets of rays in one space, prepared for box tests: see the module `box_test` for the formulas.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x8, f32x16};
 use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
 use super::box_test::{SLACK, finite_reciprocal};
 use super::bvh8::Boxes;
-use super::packet::{LANES, LaneMask, Lanes, RayPacket, vectors_of};
+use super::packet::{LANES, LaneMask, LaneVector, Lanes, RayPacket, is_wide, load, vectors_of};
 use super::ray_space::{RayFrame, TraversalRay};
 
 /// Identifies a set of prepared rays within a search, so that implementations of `Objects` recognise rays that they
@@ -42,6 +42,8 @@ pub struct Interval {
     mixed: [bool; 3],
     /// True if more than one axis is mixed.
     is_loose: bool,
+    /// True if no axis is mixed: all rays meet the planes of an axis in the same order.
+    is_ordered: bool,
 }
 
 impl<'a> PacketSpace<'a> {
@@ -92,7 +94,8 @@ impl<'a> PacketSpace<'a> {
             (interval.min_inverse[axis], interval.max_inverse[axis]) = inverse;
             interval.mixed[axis] = inverse.0.is_sign_negative() != inverse.1.is_sign_negative();
         }
-        interval.is_loose = interval.mixed.iter().filter(|mixed| **mixed).count() > 1;
+        let mixed = interval.mixed.iter().filter(|mixed| **mixed).count();
+        (interval.is_ordered, interval.is_loose) = (mixed == 0, mixed > 1);
         interval.epsilon = extremes(simd, &self.rays.epsilon, lanes).0;
         interval
     }
@@ -120,11 +123,26 @@ impl<'a> PacketSpace<'a> {
         limit: &Lanes,
         enough: u32,
     ) -> LaneMask {
+        match is_wide::<S>() {
+            true => self.test_some_in::<S, f32x16<S>>(simd, bounds, mask, limit, enough),
+            false => self.test_some_in::<S, f32x8<S>>(simd, bounds, mask, limit, enough),
+        }
+    }
+
+    #[inline(always)]
+    fn test_some_in<S: Simd, V: LaneVector<S>>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+        enough: u32,
+    ) -> LaneMask {
         let mut rest = mask;
         let mut passed = 0;
-        for (start, some) in vectors_of(mask) {
+        for (start, some) in vectors_of::<S, V>(mask) {
             rest ^= some << start;
-            let (meets, _) = self.test_vector(simd, bounds, start, limit);
+            let (meets, _) = self.test_vector::<S, V>(simd, bounds, start, limit);
             passed |= (meets & some) << start;
             if passed.count_ones() >= enough {
                 return passed | rest;
@@ -143,47 +161,81 @@ impl<'a> PacketSpace<'a> {
         limit: &Lanes,
         entries: &mut Lanes,
     ) -> LaneMask {
+        match is_wide::<S>() {
+            true => self.test_with_entries_in::<S, f32x16<S>>(simd, bounds, mask, limit, entries),
+            false => self.test_with_entries_in::<S, f32x8<S>>(simd, bounds, mask, limit, entries),
+        }
+    }
+
+    #[inline(always)]
+    fn test_with_entries_in<S: Simd, V: LaneVector<S>>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+        entries: &mut Lanes,
+    ) -> LaneMask {
         let mut passed = 0;
-        for (start, some) in vectors_of(mask) {
-            let (meets, entry) = self.test_vector(simd, bounds, start, limit);
-            entry.store_slice(&mut entries[start..start + SIMD_LANES]);
+        for (start, some) in vectors_of::<S, V>(mask) {
+            let (meets, entry) = self.test_vector::<S, V>(simd, bounds, start, limit);
+            entry.store_slice(&mut entries[start..start + V::LEN]);
             passed |= (meets & some) << start;
         }
         passed
     }
 
     /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits, and the distances at which
-    /// they enter it.
+    /// they enter it, none less than their epsilons.
     #[inline(always)]
-    fn test_vector<S: Simd>(
+    fn test_vector<S: Simd, V: LaneVector<S>>(
         &self,
         simd: S,
         bounds: &Bounds,
         start: usize,
         limit: &Lanes,
-    ) -> (LaneMask, f32x8<S>) {
-        let (entry, exit) = self.slabs(simd, bounds, start);
-        let limit = f32x8::from_slice(simd, &limit[start..start + SIMD_LANES]);
-        let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + SIMD_LANES]);
-        let meets = entry.simd_le(exit) & exit.simd_ge(epsilon) & entry.simd_le(limit);
-        (meets.to_bitmask(), entry)
+    ) -> (LaneMask, V) {
+        let (entry, exit) = self.slabs::<S, V>(simd, bounds, start);
+        // One comparison serves all three conditions: no hit lies between an epsilon and a lesser limit.
+        let end = exit.min(load::<S, V>(simd, limit, start));
+        let entry = entry.max(load::<S, V>(simd, &self.rays.epsilon, start));
+        (entry.simd_le(end).to_bitmask(), entry)
     }
 
     #[inline(always)]
-    fn slabs<S: Simd>(&self, simd: S, bounds: &Bounds, start: usize) -> (f32x8<S>, f32x8<S>) {
-        let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
-        let mut far = f32x8::splat(simd, f32::INFINITY);
-        for axis in 0..3 {
-            let origin =
-                f32x8::from_slice(simd, &self.rays.origin[axis][start..start + SIMD_LANES]);
-            let inverse = f32x8::from_slice(simd, &self.inverse[axis][start..start + SIMD_LANES]);
-            let first = (f32x8::splat(simd, bounds.min[axis]) - origin) * inverse;
-            let second = (f32x8::splat(simd, bounds.max[axis]) - origin) * inverse;
-            near = near.max(first.min(second));
-            far = far.min(first.max(second));
-        }
+    fn slabs<S: Simd, V: LaneVector<S>>(&self, simd: S, bounds: &Bounds, start: usize) -> (V, V) {
+        let [x, y, z] = self.interval.ordered_planes(bounds);
+        let x = self.meets::<S, V>(simd, 0, x, start);
+        let y = self.meets::<S, V>(simd, 1, y, start);
+        let z = self.meets::<S, V>(simd, 2, z, start);
+        let [x, y, z] = match self.interval.is_ordered {
+            true => [x, y, z],
+            false => [ordered(x), ordered(y), ordered(z)],
+        };
+        let (near, far) = (x.0.max(y.0).max(z.0), x.1.min(y.1).min(z.1));
         (near * (1.0 - SLACK), far * (1.0 + SLACK))
     }
+
+    /// Returns the distances at which rays meet two planes.
+    #[inline(always)]
+    fn meets<S: Simd, V: LaneVector<S>>(
+        &self,
+        simd: S,
+        axis: usize,
+        [first, second]: [f32; 2],
+        start: usize,
+    ) -> (V, V) {
+        let origin = load::<S, V>(simd, &self.rays.origin[axis], start);
+        let inverse = load::<S, V>(simd, &self.inverse[axis], start);
+        let first = (V::splat(simd, first) - origin) * inverse;
+        (first, (V::splat(simd, second) - origin) * inverse)
+    }
+}
+
+/// Returns the lesser distances, then the greater.
+#[inline(always)]
+fn ordered<S: Simd, V: LaneVector<S>>((one, other): (V, V)) -> (V, V) {
+    (one.min(other), one.max(other))
 }
 
 /// Returns the greatest value of some lanes, at least one.
@@ -195,21 +247,23 @@ pub fn greatest<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> f32 {
 /// Returns the least and the greatest value of some lanes, at least one.
 #[inline(always)]
 fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
-    let mut least = f32x8::splat(simd, f32::INFINITY);
-    let mut greatest = f32x8::splat(simd, f32::NEG_INFINITY);
-    for (start, bits) in vectors_of(mask) {
-        let values = f32x8::from_slice(simd, &lanes[start..start + SIMD_LANES]);
-        let on = mask32x8::from_bitmask(simd, bits);
-        least = least.min(on.select(values, f32x8::splat(simd, f32::INFINITY)));
-        greatest = greatest.max(on.select(values, f32x8::splat(simd, f32::NEG_INFINITY)));
+    match is_wide::<S>() {
+        true => extremes_in::<S, f32x16<S>>(simd, lanes, mask),
+        false => extremes_in::<S, f32x8<S>>(simd, lanes, mask),
     }
-    let (least, greatest) = (least.to_array(), greatest.to_array());
-    let (mut low, mut high) = (least[0], greatest[0]);
-    for lane in 1..SIMD_LANES {
-        low = if least[lane] < low { least[lane] } else { low };
-        high = if greatest[lane] > high { greatest[lane] } else { high };
+}
+
+#[inline(always)]
+fn extremes_in<S: Simd, V: LaneVector<S>>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
+    let (infinity, negative) = (V::splat(simd, f32::INFINITY), V::splat(simd, f32::NEG_INFINITY));
+    let (mut least, mut greatest) = (infinity, negative);
+    for (start, bits) in vectors_of::<S, V>(mask) {
+        let values = load::<S, V>(simd, lanes, start);
+        let on = V::Mask::from_bitmask(simd, bits);
+        least = least.min(on.select(values, infinity));
+        greatest = greatest.max(on.select(values, negative));
     }
-    (low, high)
+    (least.reduce_min(), greatest.reduce_max())
 }
 
 impl Interval {
@@ -221,12 +275,22 @@ impl Interval {
         epsilon: 0.0,
         mixed: [true; 3],
         is_loose: true,
+        is_ordered: false,
     };
 
     /// True if the interval constrains too little for its tests to be useful.
     #[inline(always)]
     pub fn is_loose(&self) -> bool {
         self.is_loose
+    }
+
+    /// Returns the planes of a box along each axis, in the order in which rays meet them if the axis is not mixed.
+    #[inline(always)]
+    fn ordered_planes(&self, bounds: &Bounds) -> [[f32; 2]; 3] {
+        [0, 1, 2].map(|axis| match self.min_inverse[axis].is_sign_negative() {
+            true => [bounds.max[axis], bounds.min[axis]],
+            false => [bounds.min[axis], bounds.max[axis]],
+        })
     }
 
     /// Tests the first `count` boxes. Returns a mask of those that any of the rays may meet before `limit`, and the

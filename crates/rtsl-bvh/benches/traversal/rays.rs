@@ -77,7 +77,7 @@ pub fn from_surfaces(scene: &Scene, camera: &[Packet]) -> (Vec<Packet>, Vec<Pack
         for lane in lanes_of(lanes) {
             let (origin, direction) = (rays.origin_of(lane), rays.direction_of(lane));
             let point = [0, 1, 2].map(|axis| origin[axis] + hits.distance[lane] * direction[axis]);
-            let normal = scene.shapes.normal(hits.id[lane].outer(), point, direction);
+            let normal = scene.normal(hits.id[lane], point, direction);
             let random = on_sphere(&mut numbers);
             around.set(lane, point, [0, 1, 2].map(|axis| normal[axis] + random[axis]));
             let to_lamp = [0, 1, 2].map(|axis| LAMP[axis] - point[axis]);

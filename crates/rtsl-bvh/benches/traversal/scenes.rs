@@ -1,11 +1,12 @@
-//! The scenes: those that `make_scene` of the benchmarks of the whole renderer makes.
+//! The scenes: those that `make_scene` of the benchmarks of the whole renderer makes, and one of instances.
 
-use rtsl_bvh::{Bounds, Geometry, Group, Item};
+use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
+use rtsl_math::Transform;
 
 use super::shapes::{Shape, Shapes};
 
 /// The names of the scenes.
-pub const NAMES: [&str; 4] = ["metals", "1k", "10k", "terrain"];
+pub const NAMES: [&str; 5] = ["metals", "1k", "10k", "instances", "terrain"];
 
 /// A scene.
 pub struct Scene {
@@ -15,6 +16,8 @@ pub struct Scene {
     pub shapes: Shapes,
     /// The hierarchy over them.
     pub geometry: Geometry,
+    /// The places of the instances.
+    pub places: Vec<[f32; 3]>,
     /// The camera's place and target, and its field of view in degrees.
     pub camera: ([f32; 3], [f32; 3], f32),
 }
@@ -25,20 +28,65 @@ const HALF_SIDE: f32 = 10.0;
 /// Makes a scene.
 pub fn scene(name: &'static str) -> Scene {
     let (shapes, camera) = match name {
+        "instances" => return instances(),
         "metals" => (metals(), ([0.0, 2.2, 8.0], [0.0, 0.9, 0.0], 45.0)),
         "1k" => (spheres(1000, 0.8), ([0.0, 0.0, 32.0], [0.0; 3], 40.0)),
         "10k" => (spheres(10_000, 0.4), ([0.0, 0.0, 32.0], [0.0; 3], 40.0)),
         _ => (terrain(708), ([0.0, 9.0, 17.0], [0.0; 3], 45.0)),
     };
-    // One class for spheres, one for triangles.
-    let item = |shape: &Shape| Item { bounds: bounds(shape), class: shape.class() };
     let group = Group::new(shapes.iter().map(item));
     let first_instance = shapes.len() as u32;
     Scene {
         name,
         shapes: Shapes::new(&group.tree, &shapes),
         geometry: Geometry { groups: vec![group], instances: Vec::new(), first_instance },
+        places: Vec::new(),
         camera,
+    }
+}
+
+/// Returns the item of a shape. Spheres are one class, triangles another.
+fn item(shape: &Shape) -> Item {
+    Item { bounds: bounds(shape), class: shape.class() }
+}
+
+/// Makes a scene of a thousand instances of a hundred spheres.
+fn instances() -> Scene {
+    let mut numbers = Numbers(5);
+    let shapes: Vec<Shape> = spheres(100, 2.0).iter().map(|sphere| sphere.scaled(0.1)).collect();
+    let group = Group::new(shapes.iter().map(item));
+    let places: Vec<[f32; 3]> =
+        (0..1000).map(|_| [0; 3].map(|_| numbers.around_zero() * HALF_SIDE)).collect();
+    let placed = |place: &[f32; 3]| {
+        let transform = Transform::translate(place.map(f64::from));
+        group.bounds().and_then(|bounds| bounds.transformed(transform))
+    };
+    let world = places.iter().map(|place| Item { bounds: placed(place), class: INSTANCE });
+    let inverse = |place: &[f32; 3]| Transform::translate(place.map(|it| -f64::from(it))).affine();
+    let instance = |place: &[f32; 3]| Instance { group: 1, inverse: inverse(place), motion: None };
+    Scene {
+        name: "instances",
+        shapes: Shapes::new(&group.tree, &shapes),
+        geometry: Geometry {
+            groups: vec![Group::new(world), group.clone()],
+            instances: places.iter().map(instance).collect(),
+            first_instance: 0,
+        },
+        places,
+        camera: ([0.0, 0.0, 32.0], [0.0; 3], 40.0),
+    }
+}
+
+impl Scene {
+    /// Returns the normal at a hit, on the side that the ray came from.
+    pub fn normal(&self, id: HitId, point: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+        match self.places.get(id.outer() as usize) {
+            Some(place) => {
+                let moved = [0, 1, 2].map(|axis| point[axis] - place[axis]);
+                self.shapes.normal(id.inner(), moved, direction)
+            }
+            None => self.shapes.normal(id.outer(), point, direction),
+        }
     }
 }
 

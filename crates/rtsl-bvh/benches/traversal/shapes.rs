@@ -23,6 +23,18 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Returns the sphere at a fraction of its distance from the origin, with that fraction of its radius.
+    pub fn scaled(&self, by: f32) -> Shape {
+        match *self {
+            Shape::Sphere { center, radius } => {
+                Shape::Sphere { center: center.map(|it| it * by), radius: radius * by }
+            }
+            Shape::Triangle(corners) => {
+                Shape::Triangle(corners.map(|corner| corner.map(|it| it * by)))
+            }
+        }
+    }
+
     /// Returns the class of the shape's item.
     pub fn class(&self) -> u32 {
         u32::from(matches!(self, Shape::Triangle(_)))
@@ -324,7 +336,9 @@ impl Objects for Tests<'_> {
 
     #[inline(always)]
     fn prefetch(&self, head: &LeafHead) {
-        let block = &self.shapes.blocks[head.class as usize][head.index_in_class as usize];
+        // Instances have no class.
+        let Some(blocks) = self.shapes.blocks.get(head.class as usize) else { return };
+        let block = &blocks[head.index_in_class as usize];
         (0..9).step_by(2).for_each(|row| rtsl_memory::prefetch(&block.0[row]));
     }
 

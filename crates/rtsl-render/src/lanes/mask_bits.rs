@@ -1,18 +1,20 @@
 //! Conversion between masks as bits and the masks of kernels, words of 0 and -1.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, mask32x8, u32x8};
+use fearless_simd::{Simd, mask32x16, u32x16};
 use rtsl::LaneMask as MaskBlock;
 use rtsl_bvh::{LANES, LaneMask};
-use rtsl_math::SIMD_LANES;
+
+/// The number of lanes that are converted at once.
+const STEP: usize = 16;
 
 /// Returns the lanes of `lanes` that are in a mask of a packet.
 #[inline(always)]
 pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
     let words = mask.words();
     let mut bits = 0;
-    for start in (0..LANES).step_by(SIMD_LANES).filter(|start| lanes >> start & 0xFF != 0) {
-        let step = u32x8::from_slice(simd, &words[start..start + SIMD_LANES]);
+    for start in (0..LANES).step_by(STEP).filter(|start| lanes >> start & 0xFFFF != 0) {
+        let step = u32x16::from_slice(simd, &words[start..start + STEP]);
         bits |= (!step.simd_eq(0)).to_bitmask() << start;
     }
     bits & lanes
@@ -21,9 +23,9 @@ pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
 /// Sets all lanes of a mask of a packet.
 #[inline(always)]
 pub fn set_bits<S: Simd>(simd: S, mask: &mut MaskBlock, lanes: LaneMask) {
-    for (index, words) in mask.words_mut().chunks_exact_mut(SIMD_LANES).enumerate() {
-        let on = mask32x8::from_bitmask(simd, lanes >> (index * SIMD_LANES) & 0xFF);
-        let (all, none) = (u32x8::splat(simd, u32::MAX), u32x8::splat(simd, 0));
+    for (index, words) in mask.words_mut().chunks_exact_mut(STEP).enumerate() {
+        let on = mask32x16::from_bitmask(simd, lanes >> (index * STEP) & 0xFFFF);
+        let (all, none) = (u32x16::splat(simd, u32::MAX), u32x16::splat(simd, 0));
         on.select(all, none).store_slice(words);
     }
 }

@@ -28,7 +28,7 @@ const ROUNDING: f32 = f32::EPSILON / 2.0;
 /// Returns the sizes (magnitudes) of coordinates.
 #[inline(always)]
 pub fn sizes<S: Simd>(v: &Vectors<S>) -> Vectors<S> {
-    v.map(|component| component.abs())
+    [v[0].abs(), v[1].abs(), v[2].abs()]
 }
 
 /// Returns the sums.

@@ -164,8 +164,10 @@ impl Surfaces<'_> {
         let v = variables();
         let EightRays { origin, direction, .. } = rays;
         let distance = lanes.distances(eight);
-        let normals = [v.geometric_normal, v.shading_normal];
-        let normals = normals.map(|variable| eight.load_vectors(lanes.state(), variable));
+        let normals = [
+            eight.load_vectors(lanes.state(), v.geometric_normal),
+            eight.load_vectors(lanes.state(), v.shading_normal),
+        ];
         let [geometric, shading] = self.transforms.normals(eight, lanes, normals);
         let up = eight.splat_vector([0.0, 0.0, 1.0]);
         let geometric_normal = eight.normalized_or(&geometric, &up);

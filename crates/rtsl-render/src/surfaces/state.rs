@@ -116,7 +116,7 @@ pub fn normalize_normals<S: Simd>(eights: impl Iterator<Item = Eight<S>>, state:
 #[inline(always)]
 pub fn set_tangents<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, normal: &Vectors<S>) {
     let v = variables();
-    let [x, y, z] = normal.map(|component| component.abs());
+    let [x, y, z] = [normal[0].abs(), normal[1].abs(), normal[2].abs()];
     let axis = |axis: usize| {
         let mut unit = [0.0; 3];
         unit[axis] = 1.0;

@@ -280,13 +280,20 @@ impl<'a> SurfaceTransforms<'a> {
         lanes: &impl HitLanes,
         mut normals: [Vectors<S>; N],
     ) -> [Vectors<S>; N] {
+        // Loops instead of `map`, whose closure may stay a call outside of the caller's instruction set.
         if let Some(maps) = self.group_to_object(eight, lanes) {
-            normals = normals.map(|normal| maps.transposed_vectors(&normal));
+            for normal in &mut normals {
+                *normal = maps.transposed_vectors(normal);
+            }
         }
         let side = self.sides(eight, lanes);
-        normals = normals.map(|normal| scaled(&normal, side));
+        for normal in &mut normals {
+            *normal = scaled(normal, side);
+        }
         if let Some(maps) = self.world_to_group(eight, lanes) {
-            normals = normals.map(|normal| maps.transposed_vectors(&normal));
+            for normal in &mut normals {
+                *normal = maps.transposed_vectors(normal);
+            }
         }
         normals
     }
