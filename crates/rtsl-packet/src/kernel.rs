@@ -219,7 +219,8 @@ impl Region {
             | OpKind::LightCount
             | OpKind::LightSample { .. }
             | OpKind::Ambient
-            | OpKind::Rand(_) => true,
+            | OpKind::Rand(_)
+            | OpKind::Query { .. } => true,
             kind => kind.regions().any(Region::asks_host),
         })
     }

@@ -46,7 +46,7 @@ impl Kernel {
                 _ => {}
             }
         }
-        if asks_host(&self.prologue) || asks_host(&self.body) {
+        if self.asks_host() {
             return Err(RecordError::AsksHost);
         }
         Ok(())
@@ -70,19 +70,6 @@ fn add_used_variables(region: &Region, used: &mut BTreeSet<VariableId>) {
         }
         op.kind.regions().for_each(|region| add_used_variables(region, used));
     }
-}
-
-fn asks_host(region: &Region) -> bool {
-    region.ops.iter().any(|op| match &op.kind {
-        OpKind::Trace { .. }
-        | OpKind::Occluded { .. }
-        | OpKind::LightCount
-        | OpKind::LightSample { .. }
-        | OpKind::Ambient
-        | OpKind::Rand(_)
-        | OpKind::Query { .. } => true,
-        kind => kind.regions().any(asks_host),
-    })
 }
 
 #[cfg(test)]

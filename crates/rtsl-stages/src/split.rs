@@ -190,7 +190,7 @@ fn drafts(
             .zip(1..)
             .map(|(id, index)| stage(Some(&plan.points[id]), &plan.lives[id], slots, name(index))),
     );
-    drafts.iter_mut().for_each(|draft| simplify::run(&mut draft.function));
+    drafts.iter_mut().for_each(|draft| decide_branches(&mut draft.function));
     Ok((stages, drafts))
 }
 
@@ -223,7 +223,6 @@ impl Stage {
 fn finished(mut draft: Draft, stages: &[Stage]) -> Function {
     let placeholders = undefined::mark(&mut draft, stages);
     let Draft { mut function, .. } = draft;
-    decide_branches(&mut function);
     // A run promotes as many locals as its limit lets it, and the next one others, once those are removed.
     for _ in 0..=draft.ports.len() / 256 {
         mem2reg::run(&mut function);
