@@ -39,6 +39,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "rtsl-llvm",
             "rtsl-cpp",
             "rtsl-jit",
+            "rtsl-math",
             "rtsl-memory",
         ],
     ),
