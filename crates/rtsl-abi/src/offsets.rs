@@ -56,9 +56,9 @@
 //! | query | `(user, base, active, query: u32, operands: *[u32; 16], results: *[u32; 16])` |
 //!
 //! Only kernels of integrators call `query`, which the hosts of other kernels lack; its number is the index in the list
-//! of all queries. `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16), weight (16; for `trace` only); `LightQueryLanes` is
-//! point (3 x 16), normal (3 x 16), cosine (16); `LightLanes` is direction (3 x 16), distance (16), colour (COLORS x
-//! 16), density (16).
+//! of all queries. `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16), weight (16; for `trace` only);
+//! `LightQueryLanes` is point (3 x 16), normal (3 x 16), cosine (16); `LightLanes` is direction (3 x 16), distance
+//! (16), colour (COLORS x 16), density (16).
 
 #![allow(missing_docs, reason = "the table above documents the offsets")]
 

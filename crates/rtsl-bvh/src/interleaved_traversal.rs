@@ -1,10 +1,10 @@
 //! Interleaved traversal: several single rays take turns in one tree.
 //!
 //! A single ray waits for memory to deliver a node, then for the comparisons that select the next child. Interleaved
-//! rays fill each other's waits. The next node or leaf of a ray is known one round before its turn and is prefetched; the
-//! computations that depend on the path of the ray are free of branches, because no processor could predict them. The
-//! exception is the search for the next visit: comparisons of eight entries at once take 1.1 to 1.2 times as long (Zen
-//! 5), because vectors of entries that were stored in parts are slow to load.
+//! rays fill each other's waits. The next node or leaf of a ray is known one round before its turn and is prefetched;
+//! the computations that depend on the path of the ray are free of branches, because no processor could predict them.
+//! The exception is the search for the next visit: comparisons of eight entries at once take 1.1 to 1.2 times as long
+//! (Zen 5), because vectors of entries that were stored in parts are slow to load.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask64x4, mask64x8, u32x8, u64x4, u64x8};

@@ -1,8 +1,9 @@
 //! Complementary results: where two bools that an `if` yields are always opposite, one becomes the negation of the
 //! other.
 //!
-//! Flags such as "has returned" and "goes on" are set on every way through nested branches. [`simplify`](crate::simplify)
-//! knows each by itself; as negations of each other, a branch on one decides those on the other.
+//! Flags such as "has returned" and "goes on" are set on every way through nested branches.
+//! [`simplify`](crate::simplify) knows each by itself; as negations of each other, a branch on one decides those on the
+//! other.
 
 use std::collections::HashMap;
 

@@ -22,9 +22,8 @@ use crate::{errors, nesting};
 
 /// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
 ///
-/// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages meet
-/// the host, and those of the paths' times, depths, keys, samples
-/// and counts of light samples.
+/// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages
+/// meet the host, and those of the paths' times, depths, keys, samples and counts of light samples.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,

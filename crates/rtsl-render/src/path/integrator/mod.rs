@@ -9,8 +9,8 @@
 //! Numbers depend on the pixel, the sample and the queries of the path before, never on other paths. `sample1D` and
 //! `sample2D` are functions of the dimension. Every query for a light, a sky, a shadow ray or `shade`, and every other
 //! one whose method takes random numbers, has a separate sequence for its methods: the sequence's index counts such
-//! queries since the last search, among the sequences of that search; light samples are counted apart. So the numbers of one surface are stratified over
-//! the samples of a pixel, whatever the surfaces before it have asked.
+//! queries since the last search, among the sequences of that search; light samples are counted apart. So the numbers
+//! of one surface are stratified over the samples of a pixel, whatever the surfaces before it have asked.
 
 mod evaluation;
 mod host;

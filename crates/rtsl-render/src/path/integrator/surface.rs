@@ -166,7 +166,7 @@ impl SceneHost<'_> {
         let components = components.flat_map(|(first, count)| first..first + count);
         let of_textures: [usize; PROPERTIES_OF_TEXTURES] = [v.dsdu, v.dsdv, v.dtdu, v.dtdv];
         let rows = vectors.into_iter().flatten().map(|row| &row[..MAX_LANES]);
-        let rows = rows.chain(components.map(|component| &batch.state.floats(component)[..]));
+        let rows = rows.chain(components.map(|component| batch.state.floats(component)));
         let rows = rows.chain([&batch.offset[..]]);
         let rows = rows.chain(of_textures.map(|component| batch.state.floats(component)));
         for (result, row) in results.iter_mut().zip(rows) {

@@ -203,8 +203,11 @@ fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
     state.floats_mut(variables().ray_depth)[lane] = depth as f32;
 }
 
-/// Returns the components of state with a path's ray, with their values.
-pub fn ray_components() -> [(usize, fn(&Path) -> f32); 11] {
+/// A component of state, and its value for a path's ray.
+pub type RayComponent = (usize, fn(&Path) -> f32);
+
+/// Returns the components of state with a path's ray.
+pub fn ray_components() -> [RayComponent; 11] {
     let v = variables();
     [
         (v.ray_origin, |path| path.origin[0]),
