@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use rtsl_abi::Layout;
-use rtsl_ir::{Function, Index, OpKind, Query, VariableKind};
+use rtsl_ir::{Function, OpKind, Variable, VariableKind};
 use rtsl_source::Diagnostic;
 use rtsl_spec::lookup_state;
 use rtsl_stages::Port;
@@ -14,6 +14,7 @@ use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::unread_slots;
+use crate::nesting;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -29,8 +30,6 @@ pub struct StageKernel {
     pub outputs: Vec<usize>,
     /// The components of state that it stores for paths that end.
     pub state: Vec<usize>,
-    /// The queries that it asks of the host.
-    pub queries: BTreeSet<Query>,
     /// The components of state that it reads.
     pub reads_state: Vec<usize>,
 }
@@ -45,62 +44,75 @@ struct Linked {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what none of them reads.
+    ///
+    /// # Errors
+    /// If linking passes a limit, or code generation fails.
     pub fn stage_kernels(
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
-    ) -> Vec<Result<StageKernel, Diagnostic>> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let linked: Vec<OnceLock<Result<Linked, Diagnostic>>> =
-            requests.iter().map(|_| OnceLock::new()).collect();
-        on_threads(threads, requests.len(), |index| {
-            let made =
-                crate::nesting::with_deep_stack(|| program.link(&requests[index], self.compiler()));
-            let made = made.map(|(function, layout, variant)| Linked { function, layout, variant });
-            let _ = linked[index].set(made);
-        });
-        let mut linked = linked;
-        let made = linked.iter_mut().zip(requests).filter_map(|(linked, request)| {
-            Some((request.stage, &mut linked.get_mut()?.as_mut().ok()?.function))
-        });
-        crate::nesting::with_deep_stack(|| unread_slots::remove(&mut made.collect::<Vec<_>>()));
-        let usable: Vec<usize> = (0..requests.len())
-            .filter(|index| matches!(linked[*index].get(), Some(Ok(_))))
-            .collect();
-        let kernels: Vec<OnceLock<Result<Kernel, Diagnostic>>> =
-            requests.iter().map(|_| OnceLock::new()).collect();
-        let source = |index: usize| -> Option<KernelSource<'_>> {
-            let Linked { function, layout, variant } = linked[index].get()?.as_ref().ok()?;
-            Some(KernelSource::new(function, variant, layout, self.width()))
-        };
-        let size = |index: &usize| source(*index).map_or(0, |it| it.function.values.len());
-        let sizes: Vec<usize> = usable.iter().map(size).collect();
-        let modules = into_modules(&sizes, threads);
-        on_threads(threads, modules.len(), |module| {
-            let members: Vec<usize> = modules[module].iter().map(|it| usable[*it]).collect();
-            let sources: Vec<KernelSource<'_>> =
-                members.iter().filter_map(|index| source(*index)).collect();
-            if let Ok(made) = self.compiler().kernels(&sources) {
-                for (index, kernel) in members.iter().zip(made) {
-                    let _ = kernels[*index].set(Ok(kernel));
-                }
-                return;
-            }
-            // One by one, so that each has an error of its own.
-            for (index, source) in members.iter().zip(sources) {
-                let made = self.compiler().kernels(&[source]);
-                let _ = kernels[*index].set(made.map(|mut made| made.remove(0)));
-            }
-        });
-        let finished = linked.into_iter().zip(kernels);
-        finished
-            .map(|(linked, kernel)| {
-                let linked = linked.into_inner().expect("every request was linked")?;
-                let kernel = kernel.into_inner().expect("every linked stage was compiled")?;
-                Ok(StageKernel::new(kernel, &linked))
-            })
-            .collect()
+    ) -> Result<Vec<StageKernel>, Diagnostic> {
+        let mut linked = self.link_stages(program, requests)?;
+        let stages = requests.iter().map(|request| request.stage);
+        let functions = linked.iter_mut().map(|linked| &mut linked.function);
+        let mut functions: Vec<_> = stages.zip(functions).collect();
+        nesting::with_deep_stack(|| unread_slots::remove(&mut functions));
+        let kernels = self.compile_stages(&linked)?;
+        let made = kernels.into_iter().zip(&linked);
+        Ok(made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect())
     }
+
+    fn link_stages(
+        &self,
+        program: &StagedProgram,
+        requests: &[StageRequest],
+    ) -> Result<Vec<Linked>, Diagnostic> {
+        let linked = each_on_threads(requests.len(), |index| {
+            nesting::with_deep_stack(|| program.link(&requests[index], self.compiler()))
+        });
+        let linked = linked.into_iter().map(|linked| {
+            let (function, layout, variant) = linked?;
+            Ok(Linked { function, layout, variant })
+        });
+        linked.collect()
+    }
+
+    fn compile_stages(&self, linked: &[Linked]) -> Result<Vec<Kernel>, Diagnostic> {
+        let source = |index: usize| {
+            let Linked { function, layout, variant } = &linked[index];
+            KernelSource::new(function, variant, layout, self.width())
+        };
+        let sizes: Vec<usize> = linked.iter().map(|it| it.function.values.len()).collect();
+        let modules = into_modules(&sizes, processors());
+        let made = each_on_threads(modules.len(), |module| {
+            let sources: Vec<_> = modules[module].iter().map(|index| source(*index)).collect();
+            self.compiler().kernels(&sources).or_else(|_| {
+                // One by one, so that an error names the right one, and one may be narrower than the others.
+                let alone = |source: &KernelSource<'_>| self.compiler().kernels(&[*source]);
+                let kernels = sources.iter().map(alone).collect::<Result<Vec<_>, _>>()?;
+                Ok(kernels.into_iter().flatten().collect())
+            })
+        });
+        let mut kernels: Vec<(usize, Kernel)> = Vec::with_capacity(linked.len());
+        for (module, made) in modules.into_iter().zip(made) {
+            kernels.extend(module.into_iter().zip(made?));
+        }
+        kernels.sort_unstable_by_key(|(index, _)| *index);
+        Ok(kernels.into_iter().map(|(_, kernel)| kernel).collect())
+    }
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Does the pieces of work `0..count` on all processors, and returns their results in order.
+fn each_on_threads<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let results: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
+    on_threads(processors(), count, |index| {
+        let _ = results[index].set(work(index));
+    });
+    results.into_iter().map(|it| it.into_inner().expect("all work is done")).collect()
 }
 
 impl StageKernel {
@@ -111,30 +123,22 @@ impl StageKernel {
             ports: Vec::new(),
             outputs: Vec::new(),
             state: Vec::new(),
-            queries: BTreeSet::new(),
             reads_state: Vec::new(),
         };
         let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
-        function.body.for_each_op(&mut |op| match &op.kind {
-            OpKind::Load(variable, index) => {
-                let variable = function.variable(*variable);
-                let is_own =
-                    Port::of(variable).is_some() || PATH_COLUMNS.contains(&variable.name.as_str());
-                if variable.kind == VariableKind::Scratch && is_own {
-                    debug_assert_eq!(*index, Index::Constant(0), "ports have one scalar");
+        function.body.for_each_op(&mut |op| {
+            let OpKind::Load(variable, _) = &op.kind else { return };
+            let variable = function.variable(*variable);
+            match variable.kind {
+                VariableKind::Scratch if is_of_stages(variable) => {
                     reads.insert(layout.scratch[&variable.name] as usize);
                 }
-                if variable.kind == VariableKind::State
-                    && let Some(state) = lookup_state(&variable.name)
-                {
-                    let first = state.first_component as usize;
-                    read_state.extend(first..first + variable.len as usize);
+                VariableKind::State => {
+                    let first = lookup_state(&variable.name).map_or(0, |it| it.first_component);
+                    read_state.extend((first..first + variable.len).map(|it| it as usize));
                 }
+                _ => {}
             }
-            OpKind::Query(query, _) => {
-                made.queries.insert(*query);
-            }
-            _ => {}
         });
         made.reads = reads.into_iter().collect();
         made.reads_state = read_state.into_iter().collect();
@@ -144,8 +148,7 @@ impl StageKernel {
             match variable.kind {
                 VariableKind::Scratch => {
                     let array = layout.scratch[&variable.name] as usize + component;
-                    let is_port = Port::of(variable).is_some()
-                        || PATH_COLUMNS.contains(&variable.name.as_str());
+                    let is_port = is_of_stages(variable);
                     if is_port { &mut made.ports } else { &mut made.outputs }.push(array);
                 }
                 VariableKind::State => {
@@ -157,4 +160,9 @@ impl StageKernel {
         }
         made
     }
+}
+
+/// True for scratch that stages have beside that of the integrator.
+fn is_of_stages(variable: &Variable) -> bool {
+    Port::of(variable).is_some() || PATH_COLUMNS.contains(&variable.name.as_str())
 }

@@ -83,11 +83,6 @@ impl StagedProgram {
         &self.stages.stages
     }
 
-    /// The number of slots of a path's frame.
-    pub fn slot_count(&self) -> usize {
-        self.stages.slots.len()
-    }
-
     /// The number of scratch arrays of all stages.
     pub fn scratch_arrays(&self) -> usize {
         self.layout.scratch_arrays as usize

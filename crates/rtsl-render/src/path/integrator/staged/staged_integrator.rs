@@ -253,7 +253,6 @@ fn kernels(
             mode: group.mode(),
         }));
     }
-    let made = engine.stage_kernels(program, &requests);
-    let mut made = made.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter();
+    let mut made = engine.stage_kernels(program, &requests)?.into_iter();
     Ok(counts.into_iter().map(|count| made.by_ref().take(count).collect()).collect())
 }
