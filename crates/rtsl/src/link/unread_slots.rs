@@ -159,3 +159,48 @@ fn for_each_op_mut(region: &mut Region, visit: &mut impl FnMut(&mut Op)) {
         op.kind.regions_mut().for_each(|region| for_each_op_mut(region, visit));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn function(text: &str) -> Function {
+        text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))
+    }
+
+    /// Returns the names of the variables that a function stores.
+    fn stored(function: &Function) -> Vec<&str> {
+        let outputs = function.outputs.iter();
+        outputs.map(|output| function.variable(output.variable).name.as_str()).collect()
+    }
+
+    /// The second stage reads slot 0, and leaves slot 2 to the third; what it computes of slot 3 is for slot 3 alone,
+    /// and no stage reads slot 1.
+    #[test]
+    fn slots_are_kept_for_the_stages_that_read_them() {
+        let mut stages = [
+            "function f.0 scratch frame.0: f32[1] scratch frame.1: f32[1] scratch frame.2: f32[1]
+            scratch frame.3: f32[1] scratch next: i32[1] state rt_HitDistance: f32[1] {
+                %x: f32 = load state:rt_HitDistance@0 %n: i32 = constant 1
+                return scratch:frame.0@0 = %x, scratch:frame.1@0 = %x, scratch:frame.2@0 = %x,
+                    scratch:frame.3@0 = %x, scratch:next@0 = %n
+            }",
+            "function f.1 scratch frame.0: f32[1] scratch frame.3: f32[1] scratch request.0: f32[1]
+            scratch next: i32[1] {
+                %x: f32 = load scratch:frame.0@0 %y: f32 = load scratch:frame.3@0
+                %z: f32 = add %y, %y %zero: f32 = constant 0.0 %again: bool = less %x, %zero
+                %one: i32 = constant 1 %two: i32 = constant 2 %n: i32 = select %again, %one, %two
+                return scratch:frame.3@0 = %z, scratch:request.0@0 = %x, scratch:next@0 = %n
+            }",
+            "function f.2 scratch frame.2: f32[1] scratch next: i32[1] state rt_HitDistance: f32[1] {
+                %x: f32 = load scratch:frame.2@0 %n: i32 = constant -1
+                return state:rt_HitDistance@0 = %x, scratch:next@0 = %n
+            }",
+        ]
+        .map(function);
+        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>());
+        assert_eq!(stored(&stages[0]), ["frame.0", "frame.2", "next"]);
+        assert_eq!(stored(&stages[1]), ["request.0", "next"]);
+        assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next"]);
+    }
+}
