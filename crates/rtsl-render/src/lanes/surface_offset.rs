@@ -14,16 +14,9 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
+use rtsl_math::{LIGHT_MARGIN, SURFACE_ERROR};
 
 use super::eight::{Eight, Vectors, dots, scaled};
-
-/// The error of a point on a surface, in roundings of its coordinates' sizes: the sum for a ray's transformation and
-/// the test of a triangle, or of a carefully written sphere, for the ray that found the point and the one that leaves
-/// it.
-const ROUNDINGS: f32 = 16.0;
-
-/// The relative error of one rounding.
-const ROUNDING: f32 = f32::EPSILON / 2.0;
 
 /// Returns the sizes (magnitudes) of coordinates.
 #[inline(always)]
@@ -55,7 +48,7 @@ pub fn surface_offsets<S: Simd>(
     normal: &Vectors<S>,
     sizes_of_points: &Vectors<S>,
 ) -> f32x8<S> {
-    let offset = dots(&sizes(normal), sizes_of_points) * eight.splat(ROUNDINGS * ROUNDING);
+    let offset = dots(&sizes(normal), sizes_of_points) * eight.splat(SURFACE_ERROR);
     offset.simd_lt(f32::INFINITY).select(offset, eight.splat(0.0))
 }
 
@@ -78,6 +71,5 @@ pub fn distance_to_light<S: Simd>(
     distance: f32x8<S>,
     offset: f32x8<S>,
 ) -> f32x8<S> {
-    const PART: f32 = 1e-4;
-    distance * eight.splat(1.0 - PART) - offset
+    distance * eight.splat(1.0 - LIGHT_MARGIN) - offset
 }

@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::host::NoHost;
 use rtsl::{Kernel, LaneBlock, Method};
+use rtsl_math::MIN_FOOTPRINT_COSINE;
 
 use super::kernels::Batching;
 use super::path_tracer::PathTracer;
@@ -157,7 +158,7 @@ fn set_footprints<S: Simd>(simd: S, batch: &mut ShadingBatch) {
         let direction = eight.vectors(&batch.direction);
         let cosine = dots(&direction, &eight.vectors(&batch.geometric_normal)).abs();
         let length = dots(&direction, &direction).sqrt();
-        let slant = (cosine / length).max(eight.splat(MIN_COSINE)).sqrt();
+        let slant = (cosine / length).max(eight.splat(MIN_FOOTPRINT_COSINE)).sqrt();
         let width = eight.floats(&batch.width) / slant;
         for (width_of, tangent) in [(v.du, v.dpdu), (v.dv, v.dpdv)] {
             let tangents = eight.load_vectors(&batch.state, tangent);
@@ -168,9 +169,6 @@ fn set_footprints<S: Simd>(simd: S, batch: &mut ShadingBatch) {
         }
     }
 }
-
-/// The least cosine for which footprints are computed; smaller ones are clamped.
-const MIN_COSINE: f32 = 0.01;
 
 /// Sets the indices of shapes, materials and emitters, if they vary between lanes.
 fn set_instance_indices(scene: &BatchScene, group: &SurfaceGroup, batch: &mut ShadingBatch) {

@@ -9,6 +9,7 @@ use rtsl_ir::{
     Value, Variable, VariableId, VariableKind,
 };
 use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, Sampler};
+use rtsl_math::{LIGHT_MARGIN, STRETCH_ROUNDING};
 use rtsl_spec::{Role, lookup_state};
 
 use super::arithmetic::{Arithmetic, Map, Vector};
@@ -23,12 +24,6 @@ pub(crate) const LIGHT_COLUMN: &str = "path.lights";
 
 /// The greatest number of lights that are linked.
 pub(crate) const MAX_LIGHTS: usize = 4;
-
-/// The least change of squared lengths that is not rounding in a rotation.
-const ROUNDING: f32 = 1e-4;
-
-/// By how much shadow rays end before lights without a shape, relative to the distance.
-const PART: f32 = 1e-4;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
@@ -226,7 +221,9 @@ impl Linker {
         let time = code.column(TIME_COLUMN, Scalar::F32)?;
         set(&mut state, "rt_TimeSeed", &[time]);
         if !is_density {
-            let Some(emission) = &light.emission else { return Ok(up.to_vec()) };
+            let Some(emission) = &light.emission else {
+                return Ok(vec![code.float(0.0)?; 3]);
+            };
             let set = self.light_method(caller, light, emission, state, to)?;
             return self.results(&set, "rt_EmissionColor", to);
         }
@@ -350,16 +347,8 @@ impl Linker {
         state: Vec<(StateComponent, Value)>,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
-        let function = &*method.function;
-        let mut site = Site::new(caller.tree, function, light.prefix.clone(), &mut self.out);
-        site.overrides = state;
-        site.in_loop = caller.in_loop;
-        if site.in_loop {
-            self.zero_slots(&mut site, to)?;
-        }
         let scratch = self.scratch.replace(Vec::new());
-        let copied = self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to));
-        let set = copied.map(|()| self.note_outputs(&mut site));
+        let set = self.copy_method(caller, &light.prefix, method, state, to);
         self.scratch = scratch;
         set
     }
@@ -496,7 +485,7 @@ impl Arithmetic<'_> {
             distance = self.multiply(distance, length)?;
             direction = self.normalized_or(world, direction)?;
         }
-        let reach = self.float(1.0 - PART)?;
+        let reach = self.float(1.0 - LIGHT_MARGIN)?;
         let end = self.multiply(distance, reach)?;
         let end = self.binary(BinaryOp::Subtract, end, offset)?;
         let (zero, one, part) = (self.float(0.0)?, self.float(1.0)?, self.float(part)?);
@@ -513,7 +502,7 @@ impl Arithmetic<'_> {
     /// The factor that converts the colour of a delta light's sample to the world.
     fn delta_scale(&mut self, stretch: Value, distance: Value, density: Value) -> Linking<Value> {
         let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
-        let (rounding, infinity) = (self.float(ROUNDING)?, self.float(f32::INFINITY)?);
+        let (rounding, infinity) = (self.float(STRETCH_ROUNDING)?, self.float(f32::INFINITY)?);
         let difference = self.binary(BinaryOp::Subtract, stretch, one)?;
         let difference = self.unary(UnaryOp::Abs, difference)?;
         let is_scaled = self.compare(CompareOp::Greater, difference, rounding)?;

@@ -19,6 +19,7 @@ use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
 use super::class_tree::{ClassTree, element_path};
 use super::lights::CopiedNumbers;
+use super::linked_method::LinkedMethod;
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -506,6 +507,27 @@ impl Linker {
     fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
         let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
         defaults.map(|default| self.constant(to, default)).collect()
+    }
+
+    /// Copies the body of a method that reads this state, and returns the state that it sets. The names of its members
+    /// begin with `prefix`.
+    pub fn copy_method(
+        &mut self,
+        caller: &Site<'_>,
+        prefix: &str,
+        method: &LinkedMethod,
+        state: Vec<(StateComponent, Value)>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let function = &*method.function;
+        let mut site = Site::new(caller.tree, function, prefix.to_owned(), &mut self.out);
+        site.overrides = state;
+        site.in_loop = caller.in_loop;
+        if site.in_loop {
+            self.zero_slots(&mut site, to)?;
+        }
+        self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        Ok(self.note_outputs(&mut site))
     }
 
     /// Returns the state that a copied body sets; its scratch is noted if scratch is not in memory.

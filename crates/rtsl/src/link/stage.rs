@@ -7,8 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Query, SURFACE_SCALARS, Scalar,
-    StateComponent, Value, Variable, VariableKind,
+    Constant, Function, Op, OpKind, Query, SURFACE_SCALARS, Scalar, StateComponent, Value,
 };
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
@@ -19,7 +18,7 @@ use super::arithmetic::Arithmetic;
 use super::class_tree::ClassTree;
 use super::lights::LightLinks;
 use super::linked_method::LinkedMethod;
-use super::linker::{Linked, Linker, Linking, Site, default_of};
+use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
 use super::numbers;
 use super::surface::ShapeLinks;
 
@@ -178,36 +177,26 @@ impl Linker {
     ) -> Linking<Vec<Value>> {
         let SurfaceMethod { prefix, method } = callee;
         let overrides = self.inputs((caller, links), query, &method.reads, operands, to)?;
-        let function = &*method.function;
-        let mut site = Site::new(caller.tree, function, (*prefix).to_owned(), &mut self.out);
-        site.overrides = overrides;
-        site.in_loop = caller.in_loop;
-        if site.in_loop {
-            self.zero_slots(&mut site, to)?;
-        }
         // The scratch of a call is zero when it begins, and no one reads it afterwards.
         let scratch = self.scratch.replace(Vec::new());
-        let copied = self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to));
+        let set = self.copy_method(caller, prefix, method, overrides, to);
         self.scratch = scratch;
-        copied?;
+        let set = set?;
         let mut results = Vec::new();
         for (variable, component) in outputs(query) {
-            let output = function.outputs.iter().position(|output| {
-                let place = function.variable(output.variable);
-                place.kind == VariableKind::State
-                    && place.name == variable.name
-                    && output.component == component
-            });
             let wanted = StateComponent { variable: variable.index, component };
-            results.push(match output {
-                Some(index) => site.value(function.body.yields[index]),
+            results.push(match find_override(&set, wanted) {
+                Some(value) => value,
                 None => self.constant(to, default_of(Role::Material, wanted))?,
             });
         }
         if query == Query::SampleBsdf
             && let Some(density) = results.pop()
         {
-            results.push(self.at_least_zero(density, to)?);
+            // NaN is no density either.
+            let code = &mut Arithmetic { linker: self, to };
+            let zero = code.float(0.0)?;
+            results.push(code.larger(density, zero)?);
         }
         Ok(results)
     }
@@ -233,20 +222,13 @@ impl Linker {
                     Input::InverseDirection => {
                         let first = first_of(query.operands(), "direction");
                         let direction = operands[first + component as usize];
-                        let one = self.constant(to, Constant::F32(1.0))?;
-                        let kind = OpKind::Binary(BinaryOp::Divide, one, direction);
-                        self.emit(to, kind, &[Scalar::F32], true)?.get(0)
+                        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+                        let one = code.float(1.0)?;
+                        code.divide(one, direction)?
                     }
                     Input::Column(name) => {
-                        let column = Variable {
-                            kind: VariableKind::Scratch,
-                            name: name.to_owned(),
-                            scalar: Scalar::F32,
-                            len: 1,
-                        };
-                        let column = self.intern_variable(column);
-                        let kind = OpKind::Load(column, Index::Constant(0));
-                        self.emit(to, kind, &[Scalar::F32], false)?.get(0)
+                        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+                        code.column(name, Scalar::F32)?
                     }
                 };
                 inputs.push((StateComponent { variable: variable.index, component }, value));
@@ -278,15 +260,6 @@ impl Linker {
         };
         self.known_properties.push((surface.to_vec(), properties.clone()));
         Ok(properties)
-    }
-
-    /// Returns the greater of a value and 0; 0 for NaN.
-    fn at_least_zero(&mut self, value: Value, to: &mut Vec<Op>) -> Linking<Value> {
-        let zero = self.constant(to, Constant::F32(0.0))?;
-        let kind = OpKind::Compare(CompareOp::Greater, value, zero);
-        let is_positive = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
-        let kind = OpKind::Select(is_positive, value, zero);
-        Ok(self.emit(to, kind, &[Scalar::F32], false)?.get(0))
     }
 }
 

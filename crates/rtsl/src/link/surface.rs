@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::{BinaryOp, CompareOp, Op, Query, StateComponent, UnaryOp, Value};
+use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR};
 use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{Method, Role, lookup_state};
 
@@ -24,13 +25,6 @@ pub(crate) const SIZES: &str = "surface.sizes";
 /// The member with the extents of the shape's box, in the world's directions, then -1 if its orientation is reversed,
 /// else 1.
 pub(crate) const EXTENTS: &str = "surface.extents";
-
-/// The error of a point on a surface, in roundings of its coordinates' sizes.
-const ROUNDINGS: f32 = 16.0;
-/// The relative error of one rounding.
-const ROUNDING: f32 = f32::EPSILON / 2.0;
-/// The least cosine for which footprints are computed; smaller ones are clamped.
-const MIN_COSINE: f32 = 0.01;
 
 /// The methods of shapes that describe surfaces.
 #[derive(Clone, Debug)]
@@ -240,16 +234,7 @@ impl SurfaceCode<'_> {
         method: &LinkedMethod,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let function = &*method.function;
-        let prefix = SHAPE.to_owned();
-        let mut site = Site::new(caller.tree, function, prefix, &mut linker.out);
-        site.overrides.clone_from(&self.state);
-        site.in_loop = caller.in_loop;
-        if site.in_loop {
-            linker.zero_slots(&mut site, to)?;
-        }
-        linker.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
-        let set = linker.note_outputs(&mut site);
+        let set = linker.copy_method(caller, SHAPE, method, self.state.clone(), to)?;
         self.state.extend(set);
         Ok(())
     }
@@ -313,7 +298,7 @@ impl SurfaceCode<'_> {
         }
         let normal = code.sizes(normal)?;
         let error = code.products(normal, sizes)?;
-        let roundings = code.float(ROUNDINGS * ROUNDING)?;
+        let roundings = code.float(SURFACE_ERROR)?;
         let error = code.multiply(error, roundings)?;
         let error = code.finite_or_zero(error)?;
         let sets = self.shape.methods.get(&Method::ComputeNormal);
@@ -413,7 +398,7 @@ fn footprints(
     let cosine = code.unary(UnaryOp::Abs, cosine)?;
     let square = code.products(hit.direction, hit.direction)?;
     let length = code.root(square)?;
-    let (slant, least) = (code.divide(cosine, length)?, code.float(MIN_COSINE)?);
+    let (slant, least) = (code.divide(cosine, length)?, code.float(MIN_FOOTPRINT_COSINE)?);
     let slant = code.larger(slant, least)?;
     let slant = code.root(slant)?;
     let width = code.divide(width, slant)?;
