@@ -65,6 +65,8 @@ pub(super) struct Linker {
     pub copied_numbers: Option<CopiedNumbers>,
     /// The local that counts a path's light samples.
     pub light_counter: Option<VariableId>,
+    /// The local with the contribution of a stage.
+    pub contribution: Option<VariableId>,
 }
 
 /// A function body that is being copied.
@@ -148,6 +150,7 @@ impl Linker {
             known_properties: Vec::new(),
             copied_numbers: None,
             light_counter: None,
+            contribution: None,
         }
     }
 

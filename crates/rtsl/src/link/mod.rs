@@ -3,6 +3,7 @@
 
 mod arithmetic;
 pub(crate) mod class_tree;
+pub(crate) mod contribution;
 pub(crate) mod hit;
 pub(crate) mod lights;
 pub(crate) mod linked_method;
