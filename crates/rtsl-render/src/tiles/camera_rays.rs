@@ -2,11 +2,10 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::Method;
 use rtsl::host::{Host, LaneFloats, LaneSet};
-use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet_by};
+use rtsl::{LaneBlock, Method};
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket, moved_packet_by};
 use rtsl_math::sampling::Sampler;
-use rtsl_math::{dot, normalize_or};
 
 use super::camera_inputs::CameraInputs;
 use super::lane_context::LaneContext;
@@ -15,8 +14,8 @@ use super::tile_samples::TileSamples;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::Tracer;
-use crate::compiled::variables::{variables, vector};
-use crate::lanes::eight::{LaneVectors, eights_alone};
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone};
 use crate::lanes::lane_streams::LaneStreams;
 use crate::lanes::sequences::{Samples, Sequences};
 
@@ -216,27 +215,23 @@ fn set_footprints<Context: CameraContext>(
     let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) else {
         return;
     };
-    let v = variables();
     let [width, height] = scene.settings.whole_size();
-    let ray = |blocks: &CallBlocks, lane: usize| {
-        let direction = vector(&blocks.state, v.ray_direction, lane);
-        (vector(&blocks.state, v.ray_origin, lane), normalize_or(direction, [0.0, 0.0, 1.0]))
-    };
-    let rays: [_; LANES] = std::array::from_fn(|lane| ray(blocks, lane));
+    let mut rays = [[[0.0; LANES]; 3]; 2];
+    dispatch!(Level::new(), simd => store_rays(simd, &blocks.state, &mut rays));
     let mut footprints = [[1.0; LANES]; 2];
     for (axis, step) in [1.0 / width as f32, 1.0 / height as f32].into_iter().enumerate() {
         let place = |step: f32, blocks: &mut CallBlocks| {
-            let coordinates = blocks.state.floats_mut(v.screen_coord + axis);
+            let coordinates = blocks.state.floats_mut(variables().screen_coord + axis);
             coordinates.iter_mut().for_each(|coordinate| *coordinate += step);
         };
         place(step, blocks);
         // The random numbers that this call draws must not advance the rays' sequences.
         blocks.call(&call, lanes, None, &mut camera.context.clone());
-        for lane in lanes_of(lanes) {
-            let (one, other) = (&rays[lane], ray(blocks, lane));
-            footprints[0][lane] *= distance(one.0, other.0);
-            footprints[1][lane] *= distance(one.1, other.1);
-        }
+        let mut others = [[[0.0; LANES]; 3]; 2];
+        dispatch!(Level::new(), simd => {
+            store_rays(simd, &blocks.state, &mut others);
+            multiply_distances(simd, &rays, &others, &mut footprints);
+        });
         place(-step, blocks);
     }
     // The side of a square of the same area.
@@ -245,7 +240,30 @@ fn set_footprints<Context: CameraContext>(
         footprints.map(|areas| std::array::from_fn(|lane| areas[lane].sqrt() * part(lane)));
 }
 
-fn distance(one: [f32; 3], other: [f32; 3]) -> f32 {
-    let way: [f32; 3] = std::array::from_fn(|axis| one[axis] - other[axis]);
-    dot(way, way).sqrt()
+/// Stores the origins of rays, and their directions at unit length.
+#[inline(always)]
+fn store_rays<S: Simd>(simd: S, state: &LaneBlock, [origins, directions]: &mut [LaneVectors; 2]) {
+    let v = variables();
+    for eight in eights_alone(simd, LaneMask::MAX) {
+        let up = [0.0, 0.0, 1.0].map(|component| eight.splat(component));
+        let direction = eight.load_vectors(state, v.ray_direction);
+        eight.blend_vectors(&eight.normalized_or(&direction, &up), directions);
+        eight.blend_vectors(&eight.load_vectors(state, v.ray_origin), origins);
+    }
+}
+
+/// Multiplies footprints by the distances between rays and others.
+#[inline(always)]
+fn multiply_distances<S: Simd>(
+    simd: S,
+    rays: &[LaneVectors; 2],
+    others: &[LaneVectors; 2],
+    footprints: &mut [Lanes; 2],
+) {
+    for eight in eights_alone(simd, LaneMask::MAX) {
+        for ((one, other), footprint) in rays.iter().zip(others).zip(&mut *footprints) {
+            let way = difference(&eight.vectors(one), &eight.vectors(other));
+            eight.blend(eight.floats(footprint) * dots(&way, &way).sqrt(), footprint);
+        }
+    }
 }

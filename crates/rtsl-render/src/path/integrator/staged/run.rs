@@ -57,7 +57,8 @@ impl StagedPaths<'_> {
         if self.staged.asks_host() || self.tracer.scene.has_alpha() {
             self.wave.begin_rays(self.frames, &self.staged.columns);
         }
-        self.call((0, 0), active);
+        // The first stage reads the state of rays, which is not copied.
+        self.call_in_place((0, 0), active);
         self.add_contributions();
         let [mut by_stage, mut before] = std::mem::take(&mut self.frames.by_stage);
         let mut by_group = std::mem::take(&mut self.frames.by_group);
@@ -236,21 +237,10 @@ impl StagedPaths<'_> {
     /// Runs a stage for paths with surfaces of one group: in place where these are many of all paths, else on a copy of
     /// their data.
     fn call(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
-        let all = self.wave.count;
-        let (kernel, _) = self.staged.kernel(stage, group);
-        if is_dense(slots, all) {
-            let is_masked = slots.len() < all;
-            if is_masked {
-                self.frames.select(slots);
-            }
-            self.set_surfaces((stage, group), slots, true);
-            let place = Place::All { count: all, is_masked };
-            self.call_kernel((stage, group), place);
-            if kernel.contributes {
-                self.take_contributions(place, slots);
-            }
-            return;
+        if is_dense(slots, self.wave.count) {
+            return self.call_in_place((stage, group), slots);
         }
+        let (kernel, _) = self.staged.kernel(stage, group);
         let next = self.staged.columns.next;
         for slots in slots.chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
@@ -260,6 +250,21 @@ impl StagedPaths<'_> {
                 self.take_contributions(Place::Copied(slots), slots);
             }
             self.frames.scatter(kernel, slots, next);
+        }
+    }
+
+    /// Runs a stage on the arrays of all paths.
+    fn call_in_place(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
+        let all = self.wave.count;
+        let is_masked = slots.len() < all;
+        if is_masked {
+            self.frames.select(slots);
+        }
+        self.set_surfaces((stage, group), slots, true);
+        let place = Place::All { count: all, is_masked };
+        self.call_kernel((stage, group), place);
+        if self.staged.kernel(stage, group).0.contributes {
+            self.take_contributions(place, slots);
         }
     }
 
