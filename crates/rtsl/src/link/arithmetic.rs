@@ -104,6 +104,12 @@ impl Arithmetic<'_> {
         Ok([load(0)?, load(1)?, load(2)?])
     }
 
+    /// Loads a member of one scalar.
+    pub fn load_member(&mut self, name: &str, scalar: Scalar) -> Linking<Value> {
+        let kind = VariableKind::Member;
+        self.load(Variable { kind, name: name.to_owned(), scalar, len: 1 }, 0)
+    }
+
     /// Loads a map that is a member.
     pub fn map(&mut self, name: &str) -> Linking<Map> {
         let mut column = |index: u32| self.member(name, 12, 3 * index);
@@ -123,6 +129,10 @@ impl Arithmetic<'_> {
 
     pub fn sum(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
         self.each(|it, axis| it.add(a[axis], b[axis]))
+    }
+
+    pub fn difference(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
+        self.each(|it, axis| it.binary(BinaryOp::Subtract, a[axis], b[axis]))
     }
 
     pub fn scaled(&mut self, v: Vector, factor: Value) -> Linking<Vector> {
@@ -230,6 +240,14 @@ impl Arithmetic<'_> {
     pub fn larger(&mut self, a: Value, b: Value) -> Linking<Value> {
         let is_larger = self.compare(CompareOp::Greater, a, b)?;
         self.select(is_larger, a, b)
+    }
+
+    /// True for positive numbers less than infinity.
+    pub fn is_usable(&mut self, a: Value) -> Linking<Value> {
+        let (zero, infinity) = (self.float(0.0)?, self.float(f32::INFINITY)?);
+        let is_positive = self.compare(CompareOp::Greater, a, zero)?;
+        let is_finite = self.less(a, infinity)?;
+        self.and(is_positive, is_finite)
     }
 
     /// A number if it is less than infinity, else 0.
