@@ -159,11 +159,12 @@ const LIGHTS: [(&str, &str); 5] = [
         "LightSource \"distant\" \"rgb L\" [0.5 0.5 0.4]
          LightSource \"point\" \"rgb I\" [3 2 1] \"point3 from\" [2 4 -3]
          LightSource \"spot\" \"rgb I\" [9 9 9] \"point3 from\" [-2 3 -3] \"point3 to\" [0 0 0]
-         AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
          Shape \"sphere\" \"float radius\" 0.1
          AttributeBegin Translate 1 1 0 Shape \"disk\" \"float radius\" 0.5 AttributeEnd
          AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 0.4 AttributeEnd
-         AttributeBegin Translate -2 1 0 Shape \"sphere\" \"float radius\" 0.2 \"float alpha\" 0 AttributeEnd",
+         AttributeBegin Translate -2 1 0 Shape \"sphere\" \"float radius\" 0.2 \"float alpha\" 0 AttributeEnd
+         AttributeEnd",
     ),
     (
         "a ball with a texture",
@@ -200,7 +201,7 @@ const DENSITIES: &str = "class Densities : rt_Integrator;
         rt_SampleColor += color(s.lightPDF(s.origin), s.lightPDF(vec3(0.0, 0.5, 0.25)), s.lightPDF(s.point));
         for (int i = -1; i < 5; ++i) {
             rt_LightSample light = s.sampleLight(float(i) / 3.0 + 0.1 * sample1D(0));
-            rt_SampleColor += light.light * 0.1 + color(light.density, light.distance, 0.0);
+            rt_SampleColor += light.light * 0.1 + color(light.density, min(light.distance, 10.0), 0.0);
         }
         rt_SampleColor += s.sampleLight(sqrt(-1.0 - abs(s.origin.x))).light;
     }";

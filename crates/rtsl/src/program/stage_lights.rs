@@ -7,7 +7,7 @@ use rtsl_math::sampling::Sampler;
 use rtsl_spec::Method;
 
 use super::program::Program;
-use super::surface_class::{ShapeClass, ShapeObject, add_part};
+use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
 use crate::link::light_selection::{LightSelection, NODES};
@@ -105,10 +105,7 @@ impl LinkedLights {
     pub fn add_to(&self, layout: &mut Layout) {
         for (light, program) in self.links.lights.iter().zip(&self.programs) {
             add_part(layout, &light.prefix, program.layout());
-            for name in [light.inverse(), light.forward()] {
-                layout.members.insert(name, layout.block_words);
-                layout.block_words += 12;
-            }
+            add_members(layout, [light.inverse(), light.forward()].map(|name| (name, 12)));
         }
         let areas = self.links.areas.iter().flatten().zip(&self.areas);
         for (light, (shapes, emitter)) in areas {
@@ -117,10 +114,9 @@ impl LinkedLights {
         }
         let selection = self.links.selection.as_ref();
         let nodes = selection.map_or(0, |selection| selection.scalars().len() as u32);
-        for (name, scalars) in [(EPSILON, 1), (NODES, nodes)] {
-            layout.members.insert(name.to_owned(), layout.block_words);
-            layout.block_words += scalars;
-        }
+        // No two members begin at the same word.
+        let shared = [(EPSILON, 1), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
+        add_members(layout, shared.map(|(name, scalars)| (name.to_owned(), scalars)));
     }
 }
 

@@ -74,10 +74,7 @@ impl ShapeClass {
     /// Adds the members of the shapes to the layout of an integrator.
     pub(crate) fn add_to(&self, layout: &mut Layout) {
         add_part(layout, &self.links.prefix, self.program.layout());
-        for (name, scalars) in self.links.members() {
-            layout.members.insert(name, layout.block_words);
-            layout.block_words += scalars;
-        }
+        add_members(layout, self.links.members());
     }
 
     /// Returns the data of a shape, in the order of the layout.
@@ -245,6 +242,16 @@ pub(crate) fn add_part(layout: &mut Layout, prefix: &str, part: &Layout) {
     layout.members.extend(part.members.iter().map(moved));
     layout.buffers.extend(part.buffers.iter().map(moved));
     layout.block_words += part.block_words;
+}
+
+/// Adds members to a layout, whose data is a block of its own.
+pub(crate) fn add_members(layout: &mut Layout, members: impl IntoIterator<Item = (String, u32)>) {
+    for (name, scalars) in members {
+        layout.members.insert(name, layout.block_words);
+        layout.block_words += scalars;
+    }
+    // As blocks do.
+    layout.block_words = layout.block_words.next_multiple_of(2);
 }
 
 /// Returns the answers to queries about a surface that the scene does not have.
