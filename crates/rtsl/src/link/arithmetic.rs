@@ -85,6 +85,9 @@ impl Arithmetic<'_> {
     /// Loads a scalar of a variable.
     pub fn load(&mut self, variable: Variable, index: u32) -> Linking<Value> {
         let scalar = variable.scalar;
+        if let Some(chosen) = self.linker.load_chosen(&variable, Index::Constant(index), self.to)? {
+            return Ok(chosen);
+        }
         let variable = self.linker.intern_variable(variable);
         let kind = OpKind::Load(variable, Index::Constant(index));
         Ok(self.linker.emit(self.to, kind, &[scalar], false)?.get(0))

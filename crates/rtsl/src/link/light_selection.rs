@@ -3,7 +3,7 @@
 //!
 //! Renderers compute the same for lights that they do not link, with the same bits.
 
-use rtsl_ir::{BinaryOp, CompareOp, Op, OpKind, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, CompareOp, Op, OpKind, Region, Scalar, Value};
 use rtsl_math::MIN_NODE_PROBABILITY;
 
 use super::arithmetic::{Arithmetic, Vector};
@@ -60,6 +60,15 @@ impl LightSelection {
         (count < u32::BITS).then(|| 1 << count | steps as u32)
     }
 
+    /// The indices of all lights that may be selected.
+    pub(crate) fn lights(&self) -> Vec<usize> {
+        let finite = self.nodes.iter().filter_map(|node| match node.content {
+            LightContent::Light(light) => Some(light),
+            LightContent::Children(_) => None,
+        });
+        self.infinite.iter().copied().chain(finite).collect()
+    }
+
     /// The scalars of the hierarchy, node by node.
     pub(crate) fn scalars(&self) -> Vec<f32> {
         let of = |node: &LightNode| {
@@ -96,57 +105,61 @@ impl LightSelection {
     }
 }
 
-/// The selection during which operations are added.
-struct Choosing<'a, 'b> {
-    selection: &'a LightSelection,
-    point: Vector,
-    sample: &'a mut SampleOf<'b>,
+/// A selected light.
+#[derive(Clone, Copy)]
+pub(super) struct Selected {
+    /// Its number.
+    pub number: Value,
+    /// The probability of its selection.
+    pub probability: Value,
 }
 
-/// Adds the operations that sample a light, which has been selected with a probability, and returns their results.
-pub(super) type SampleOf<'a> =
-    dyn FnMut(&mut Linker, usize, Value, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
+/// The selection during which operations are added.
+#[derive(Clone, Copy)]
+struct Choosing<'a> {
+    selection: &'a LightSelection,
+    point: Vector,
+    number_of: &'a dyn Fn(usize) -> u32,
+}
 
 impl Linker {
-    /// Selects a light for a point by a random number in [0,1), and samples it. The selection has lights.
+    /// Selects a light for a point by a random number in [0,1). The selection has lights; `number_of` returns the numbers
+    /// of lights with these indices.
     pub(super) fn choose_light(
         &mut self,
         selection: &LightSelection,
         (point, random): (Vector, Value),
-        sample: &mut SampleOf<'_>,
+        number_of: &dyn Fn(usize) -> u32,
         to: &mut Vec<Op>,
-    ) -> Linking<Vec<Value>> {
+    ) -> Linking<Selected> {
         let mut infinite = selection.infinite.as_slice();
-        let probability =
-            Arithmetic { linker: &mut *self, to: &mut *to }.float(selection.probability)?;
-        let mut sampled = if selection.nodes.is_empty() {
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let probability = code.float(selection.probability)?;
+        let mut selected = if selection.nodes.is_empty() {
             let (last, others) = infinite.split_last().expect("there are lights");
             infinite = others;
-            sample(self, *last, probability, to)?
+            Selected { number: code.word(number_of(*last))?, probability }
         } else {
-            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
             let before = code.float(selection.probability * infinite.len() as f32)?;
             let finite = code.float(selection.finite_probability())?;
             let offset = code.binary(BinaryOp::Subtract, random, before)?;
             let random = code.part_of_unit(offset, finite)?;
-            let mut choosing = Choosing { selection, point, sample: &mut *sample };
+            let choosing = Choosing { selection, point, number_of };
             choosing.choose(self, 0, (random, finite), to)?
         };
-        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let code = &mut Arithmetic { linker: self, to };
         let place = code.divide(random, probability)?;
-        // The last is computed for all paths; short methods become selects anyway.
         for (index, light) in infinite.iter().enumerate().rev() {
-            let mut then = Region::default();
-            then.yields =
-                self.nested(|linker| sample(linker, *light, probability, &mut then.ops))?;
-            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
             let bound = code.float((index + 1) as f32)?;
             // NaN selects the first.
             let is_later = code.compare(CompareOp::GreaterEqual, place, bound)?;
-            let condition = code.unary(UnaryOp::Not, is_later)?;
-            sampled = self.branch(condition, then, sampled, to)?;
+            let number = code.word(number_of(*light))?;
+            selected = Selected {
+                number: code.select(is_later, selected.number, number)?,
+                probability: code.select(is_later, selected.probability, probability)?,
+            };
         }
-        Ok(sampled)
+        Ok(selected)
     }
 
     /// Returns the probability with which a light is selected for a point; `None` if it never is.
@@ -237,23 +250,25 @@ impl Linker {
     }
 }
 
-impl Choosing<'_, '_> {
-    /// Selects a light below a node, which has a probability, by a random number in [0,1), and samples it.
+impl Choosing<'_> {
+    /// Selects a light below a node, which has a probability, by a random number in [0,1).
     fn choose(
-        &mut self,
+        self,
         linker: &mut Linker,
         node: usize,
         (random, probability): (Value, Value),
         to: &mut Vec<Op>,
-    ) -> Linking<Vec<Value>> {
+    ) -> Linking<Selected> {
+        let code = &mut Arithmetic { linker: &mut *linker, to: &mut *to };
         let first = match self.selection.nodes[node].content {
-            LightContent::Light(light) => return (self.sample)(linker, light, probability, to),
+            LightContent::Light(light) => {
+                return Ok(Selected { number: code.word((self.number_of)(light))?, probability });
+            }
             LightContent::Children(first) => first,
         };
-        let code = &mut Arithmetic { linker: &mut *linker, to: &mut *to };
         let [part, other] = code.parts_of_children(self.selection, first, self.point)?;
         let is_second = code.compare(CompareOp::GreaterEqual, random, part)?;
-        let mut half = |linker: &mut Linker, is_second: bool| {
+        let half = |linker: &mut Linker, is_second: bool| {
             linker.nested(|linker| {
                 let mut region = Region::default();
                 let code = &mut Arithmetic { linker: &mut *linker, to: &mut region.ops };
@@ -264,16 +279,15 @@ impl Choosing<'_, '_> {
                 let random = code.part_of_unit(offset, width)?;
                 let probability = code.multiply(probability, width)?;
                 let node = first + usize::from(is_second);
-                region.yields =
-                    self.choose(linker, node, (random, probability), &mut region.ops)?;
+                let selected = self.choose(linker, node, (random, probability), &mut region.ops)?;
+                region.yields = vec![selected.number, selected.probability];
                 Ok(region)
             })
         };
         let (then, otherwise) = (half(linker, true)?, half(linker, false)?);
-        let scalars: Vec<Scalar> =
-            then.yields.iter().map(|value| linker.out.scalar(*value)).collect();
         let kind = OpKind::If { condition: is_second, then, otherwise };
-        Ok(linker.emit(to, kind, &scalars, false)?.iter().collect())
+        let results = linker.emit(to, kind, &[Scalar::U32, Scalar::F32], false)?;
+        Ok(Selected { number: results.get(0), probability: results.get(1) })
     }
 }
 

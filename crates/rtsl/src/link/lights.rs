@@ -14,6 +14,7 @@ use rtsl_spec::{Role, lookup_state};
 
 use super::area_light::AreaLightLink;
 use super::arithmetic::{Arithmetic, Map, Vector};
+use super::chosen_light::{ChosenLight, LightClassLink};
 use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
@@ -39,6 +40,8 @@ pub(crate) struct LightLinks {
     pub skies: Vec<usize>,
     /// The selection of lights for samples; `None` if hosts select them.
     pub selection: Option<LightSelection>,
+    /// The classes of the lights that are selected.
+    pub classes: Vec<LightClassLink>,
 }
 
 impl LightLinks {
@@ -265,28 +268,73 @@ impl Linker {
             return Ok([&[none][..], &[zero; 8]].concat());
         }
         let key = code.light_key()?;
-        let mut sample_of = |linker: &mut Linker, index: usize, part: Value, to: &mut Vec<Op>| {
-            let numbers = linker.new_numbers(key, *sampler, to)?;
-            linker.copied_numbers = Some(numbers);
-            let sampled = match links.lights.get(index) {
-                Some(light) => linker
-                    .shapeless_sample(caller, light, &lit, to)
-                    .map(|sample| (sample, light.is_weighed)),
-                None => {
-                    let light = &areas[index - links.lights.len()];
-                    linker
-                        .area_light_sample(caller, light, &lit, to)
-                        .map(|sample| (sample, light.is_weighed))
-                }
-            };
-            linker.copied_numbers = None;
-            let (sample, is_weighed) = sampled?;
-            Arithmetic { linker, to }.weighed(&sample, part, is_weighed)
+        let numbers: Vec<usize> = links.classes.iter().flat_map(|it| it.lights.clone()).collect();
+        let number_of = |light: usize| {
+            let number = numbers.iter().position(|other| *other == light);
+            number.map_or(0, |number| number as u32)
         };
         let place = (lit.point, operands[10]);
-        let sample = self.choose_light(selection, place, &mut sample_of, to)?;
+        let selected = self.choose_light(selection, place, &number_of, to)?;
+        let mut end = numbers.len() as u32;
+        let mut sample: Option<Sample> = None;
+        // The last class is computed for all paths; short methods become selects anyway.
+        for class in links.classes.iter().rev() {
+            let first = end - class.lights.len() as u32;
+            let mut then = Region::default();
+            then.yields = self.nested(|linker| {
+                let code = &mut Arithmetic { linker, to: &mut then.ops };
+                let chosen = ChosenLight::new(code, class, (selected.number, first))?;
+                linker.chosen_light = Some(Arc::new(chosen));
+                let lights = (links, areas, class.lights[0]);
+                let of = (&lit, key, sampler);
+                let sample =
+                    linker.sample_of(caller, lights, of, selected.probability, &mut then.ops);
+                linker.chosen_light = None;
+                sample
+            })?;
+            sample = Some(match sample {
+                None => {
+                    to.append(&mut then.ops);
+                    then.yields
+                }
+                Some(later) => {
+                    let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+                    let end = code.word(end)?;
+                    let condition = code.less(selected.number, end)?;
+                    self.branch(condition, then, later, to)?
+                }
+            });
+            end = first;
+        }
         let code = &mut Arithmetic { linker: self, to };
-        code.found_or_zeros(sample)
+        code.found_or_zeros(sample.expect("there are lights"))
+    }
+
+    /// Returns direction, distance, colour and density of a sample of one light, which has been selected with a
+    /// probability.
+    fn sample_of(
+        &mut self,
+        caller: &Site<'_>,
+        (links, areas, index): (&LightLinks, &[AreaLightLink], usize),
+        (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        probability: Value,
+        to: &mut Vec<Op>,
+    ) -> Linking<Sample> {
+        self.copied_numbers = Some(self.new_numbers(key, *sampler, to)?);
+        let sampled = match links.lights.get(index) {
+            Some(light) => {
+                let sample = self.shapeless_sample(caller, light, lit, to);
+                sample.map(|sample| (sample, light.is_weighed))
+            }
+            None => {
+                let light = &areas[index - links.lights.len()];
+                let sample = self.area_light_sample(caller, light, lit, to);
+                sample.map(|sample| (sample, light.is_weighed))
+            }
+        };
+        self.copied_numbers = None;
+        let (sample, is_weighed) = sampled?;
+        Arithmetic { linker: self, to }.weighed(&sample, probability, is_weighed)
     }
 
     /// Returns a sample of a light without a shape.

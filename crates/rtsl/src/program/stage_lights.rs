@@ -6,10 +6,13 @@ use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_math::sampling::Sampler;
 use rtsl_spec::Method;
 
+use super::light_part::{LightPart, light_classes};
 use super::program::Program;
+use super::staged_program::joined;
 use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
+use crate::link::chosen_light::light_prefix;
 use crate::link::light_selection::{LightSelection, NODES};
 use crate::link::lights::{LightLink, LightLinks, MAX_LIGHTS};
 
@@ -66,10 +69,9 @@ pub struct StageLight<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct LinkedLights {
     pub links: Arc<LightLinks>,
-    programs: Vec<Arc<Program>>,
-    /// The shapes and the programs of the emitters of lights that are shapes.
-    areas: Vec<(ShapeClass, Arc<Program>)>,
-    /// The data of each light, then its maps; then what all share.
+    /// The members of the lights.
+    layouts: Vec<Layout>,
+    /// The data of each light, then what all share.
     pub blocks: Vec<InstanceBlock>,
 }
 
@@ -84,34 +86,31 @@ impl LinkedLights {
         if !links.iter().all(|light| light.is_complete(sampler)) {
             return None;
         }
-        let linked = LinkedAreaLights::new(lights, sampler);
-        let of_areas = lights.areas.iter().flatten().zip(linked.iter().flat_map(|it| &it.areas));
-        let of_areas = of_areas.flat_map(|(light, (shapes, _))| light.blocks(shapes));
-        let blocks = lights.lights.iter().flat_map(StageLight::blocks).chain(of_areas);
-        let blocks = blocks.chain([lights.shared_block()]).collect();
-        let programs = lights.lights.iter().map(|light| light.program.clone()).collect();
-        let (of_areas, areas) = linked.map(|it| (it.links, it.areas)).unzip();
+        let areas = lights.linked_areas(sampler);
+        let shapeless = lights.lights.iter().zip(&links).map(|(light, link)| light.part(link));
+        let of_areas = lights.areas.iter().flatten().zip(areas.iter().flatten());
+        let parts =
+            shapeless.chain(of_areas.map(|(light, (shapes, link))| light.part(shapes, link)));
+        let parts: Vec<LightPart> = parts.collect();
+        let is_sampled = areas.is_some();
+        let selected = lights.selection.as_ref().filter(|_| is_sampled);
+        let classes = selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights()));
+        let (layouts, mut blocks): (Vec<_>, Vec<_>) =
+            parts.into_iter().map(|part| (part.layout, part.block)).unzip();
+        blocks.push(lights.shared_block());
         let links = LightLinks {
             lights: links,
-            areas: of_areas,
+            areas: areas.map(|areas| areas.into_iter().map(|(_, link)| link).collect()),
             skies: lights.skies.clone(),
             selection: lights.selection.clone(),
+            classes,
         };
-        let areas = areas.unwrap_or_default();
-        Some(LinkedLights { links: Arc::new(links), programs, areas, blocks })
+        Some(LinkedLights { links: Arc::new(links), layouts, blocks })
     }
 
     /// Adds the members of the lights to the layout of an integrator.
     pub fn add_to(&self, layout: &mut Layout) {
-        for (light, program) in self.links.lights.iter().zip(&self.programs) {
-            add_part(layout, &light.prefix, program.layout());
-            add_members(layout, [light.inverse(), light.forward()].map(|name| (name, 12)));
-        }
-        let areas = self.links.areas.iter().flatten().zip(&self.areas);
-        for (light, (shapes, emitter)) in areas {
-            shapes.add_to(layout);
-            add_part(layout, &light.emitter, emitter.layout());
-        }
+        self.layouts.iter().for_each(|of_light| add_part(layout, "", of_light));
         let selection = self.links.selection.as_ref();
         let nodes = selection.map_or(0, |selection| selection.scalars().len() as u32);
         // No two members begin at the same word.
@@ -120,31 +119,14 @@ impl LinkedLights {
     }
 }
 
-/// The lights of a scene that are shapes, linked.
-struct LinkedAreaLights {
-    links: Vec<AreaLightLink>,
-    /// The shapes and the programs of the emitters.
-    areas: Vec<(ShapeClass, Arc<Program>)>,
-}
-
-impl LinkedAreaLights {
-    /// Returns the lights if their methods need nothing of a host.
-    fn new(lights: &StageLights<'_>, sampler: &Sampler) -> Option<LinkedAreaLights> {
-        let areas = lights.areas.as_ref()?;
-        let mut linked = LinkedAreaLights { links: Vec::new(), areas: Vec::new() };
-        for (index, light) in (lights.lights.len()..).zip(areas) {
-            let (shapes, link) = light.link(index)?;
-            if !link.is_complete(sampler) {
-                return None;
-            }
-            linked.links.push(link);
-            linked.areas.push((shapes, light.emitter_program.clone()));
-        }
-        Some(linked)
-    }
-}
-
 impl StageLights<'_> {
+    /// Returns the area lights if their methods need nothing of a host.
+    fn linked_areas(&self, sampler: &Sampler) -> Option<Vec<(ShapeClass, AreaLightLink)>> {
+        let areas = (self.lights.len()..).zip(self.areas.as_ref()?);
+        let linked = areas.map(|(index, light)| light.link(index));
+        linked.map(|linked| linked.filter(|(_, link)| link.is_complete(sampler))).collect()
+    }
+
     /// Returns the data that lights share, in the order of the layout.
     fn shared_block(&self) -> InstanceBlock {
         let nodes = self.selection.as_ref().map_or_else(Vec::new, LightSelection::scalars);
@@ -156,22 +138,35 @@ impl StageLights<'_> {
 impl StageAreaLight<'_> {
     /// Returns the shape's class, and the methods.
     fn link(&self, index: usize) -> Option<(ShapeClass, AreaLightLink)> {
-        let prefix = format!("light.{index}.shape.");
-        let shapes = ShapeClass::with_prefix(&self.program, prefix, (self.is_placed, true))?;
+        let prefix = light_prefix(index);
+        let of_shape = format!("{prefix}shape.");
+        let shapes = ShapeClass::with_prefix(&self.program, of_shape, (self.is_placed, true))?;
         let link = AreaLightLink {
             shape: shapes.links().clone(),
             generate: self.program.method(Method::GenerateSample).ok()?,
-            emitter: format!("light.{index}.emitter."),
+            emitter: format!("{prefix}emitter."),
             emission: self.emitter_program.method(Method::Emission).ok()?,
             is_weighed: self.is_weighed,
+            prefix,
         };
         Some((shapes, link))
     }
 
-    /// Returns the data in the order of the layout.
-    fn blocks(&self, shapes: &ShapeClass) -> Vec<InstanceBlock> {
+    fn part(&self, shapes: &ShapeClass, link: &AreaLightLink) -> LightPart {
+        let mut layout = Layout::default();
+        shapes.add_to(&mut layout);
+        add_part(&mut layout, &link.emitter, self.emitter_program.layout());
         let [shape, place] = shapes.blocks(&self.shape);
-        vec![shape, place, self.emitter_program.block(self.emitter)]
+        let emitter = self.emitter_program.block(self.emitter);
+        let programs = [&self.program, &self.emitter_program].map(Arc::as_ptr);
+        LightPart {
+            prefix: link.prefix.clone(),
+            programs: programs.to_vec(),
+            is_placed: self.is_placed,
+            is_weighed: self.is_weighed,
+            layout,
+            block: joined(&[shape, place, emitter]),
+        }
     }
 }
 
@@ -183,7 +178,7 @@ impl StageLight<'_> {
         // The directions of rays that leave the scene are weighed against samples of the same light.
         let density = method(Method::EvaluatePdf).filter(|_| self.is_weighed);
         LightLink {
-            prefix: format!("light.{index}."),
+            prefix: light_prefix(index),
             illumination,
             emission,
             density,
@@ -192,10 +187,20 @@ impl StageLight<'_> {
         }
     }
 
-    /// Returns the data in the order of the layout.
-    fn blocks(&self) -> [InstanceBlock; 2] {
+    fn part(&self, link: &LightLink) -> LightPart {
+        let mut layout = Layout::default();
+        add_part(&mut layout, &link.prefix, self.program.layout());
+        add_members(&mut layout, [link.inverse(), link.forward()].map(|name| (name, 12)));
         let maps = [self.inverse, self.forward].concat();
         let words: Vec<u32> = maps.into_iter().map(f32::to_bits).collect();
-        [self.program.block(self.light), InstanceBlock::new(&words, Vec::new())]
+        let maps = InstanceBlock::new(&words, Vec::new());
+        LightPart {
+            prefix: link.prefix.clone(),
+            programs: vec![Arc::as_ptr(&self.program)],
+            is_placed: self.is_placed,
+            is_weighed: self.is_weighed,
+            layout,
+            block: joined(&[self.program.block(self.light), maps]),
+        }
     }
 }
