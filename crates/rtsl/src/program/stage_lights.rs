@@ -204,3 +204,138 @@ impl StageLight<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rtsl_abi::CallMode;
+    use rtsl_ir::class::Class;
+    use rtsl_ir::{OpKind, Query};
+    use rtsl_math::sampling::SamplerKind;
+
+    use super::*;
+    use crate::codegen::kernel_compiler::KernelCompiler;
+    use crate::link::light_selection::{LightContent, LightNode};
+    use crate::program::staged_program::{StageRequest, StagedProgram};
+    use crate::program::surface_class::{SurfaceClass, SurfaceObject};
+    use crate::{Backend, Compiler, CompilerOptions, Engine, EngineOptions, Value, library};
+
+    const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+
+    /// A class of the library.
+    fn class(name: &str) -> Arc<Class> {
+        let compiler = Compiler::new(CompilerOptions::default());
+        let unit = library::unit_of_class(&compiler, name).unwrap();
+        unit.class(name).unwrap().clone()
+    }
+
+    fn options() -> EngineOptions {
+        EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() }
+    }
+
+    fn object(shape: &Instance, light: u32) -> ShapeObject<'_> {
+        ShapeObject {
+            shape,
+            inverse: IDENTITY,
+            forward: IDENTITY,
+            sizes: IDENTITY,
+            extents: [1.0; 3],
+            reverse_orientation: false,
+            volume_scale: 1.0,
+            light,
+        }
+    }
+
+    /// A selection of two lights, neither at infinity.
+    fn selection() -> LightSelection {
+        let node = |content: LightContent| LightNode {
+            center: [0.0; 3],
+            radius2: 1.0,
+            strength: 1.0,
+            content,
+        };
+        let contents = [LightContent::Children(1), LightContent::Light(0), LightContent::Light(1)];
+        LightSelection {
+            infinite: Vec::new(),
+            nodes: contents.map(node).to_vec(),
+            probability: 1.0,
+        }
+    }
+
+    /// Returns the queries that stages with the surfaces of two balls, which are the lights, leave to the host.
+    fn left_queries(sampler: Sampler) -> Vec<Query> {
+        let engine = Engine::new(options()).unwrap().0;
+        let integrator = Instance::new(&class("Path"), []).unwrap();
+        let ball = class("Sphere");
+        let balls = [1.0, 2.0]
+            .map(|radius| Instance::new(&ball, [("radius", Value::Float(radius))]).unwrap());
+        let emitter = Instance::new(&class("Emissive"), []).unwrap();
+        let ways = [0, 1].map(|way| LightSelection::way(way, 1).unwrap());
+        let areas = (0..2).map(|light| StageAreaLight {
+            program: engine.program(&balls[light]),
+            shape: object(&balls[light], ways[light]),
+            is_placed: false,
+            emitter_program: engine.program(&emitter),
+            emitter: &emitter,
+            is_weighed: true,
+        });
+        let lights = StageLights {
+            areas: Some(areas.collect()),
+            selection: Some(selection()),
+            ..StageLights::default()
+        };
+        let program = engine.program(&integrator);
+        let staged = StagedProgram::new(&program, sampler, &lights).unwrap();
+        let balls_program = engine.program(&balls[0]);
+        let class = SurfaceClass {
+            material: engine.program(&emitter),
+            is_own_material: false,
+            emitter: Some(engine.program(&emitter)),
+            is_sampled: true,
+            shape: ShapeClass::new(&balls_program, false, true),
+        };
+        let surfaces = [0, 1].map(|light| SurfaceObject {
+            material: &emitter,
+            emitter: Some(&emitter),
+            shape: Some(object(&balls[light], ways[light])),
+        });
+        let objects = Arc::new(staged.objects(&integrator, Some(&class), surfaces));
+        let class = Arc::new(class);
+        let compiler = KernelCompiler::new(options()).unwrap().0;
+        let mut left = Vec::new();
+        for stage in 0..staged.stages().len() {
+            let surface = Some(class.clone());
+            let objects = objects.clone();
+            let request = StageRequest { stage, surface, objects, mode: CallMode::Stream };
+            let (function, ..) = staged.link(&request, &compiler).unwrap();
+            function.body.for_each_op(&mut |op| {
+                if let OpKind::Query(query, _) = &op.kind {
+                    left.push(*query);
+                }
+            });
+        }
+        left
+    }
+
+    /// The queries about lights among these.
+    fn of_lights(left: &[Query]) -> Vec<Query> {
+        let of_lights = [Query::SampleLight, Query::LightPdf, Query::LightEmission];
+        left.iter().copied().filter(|query| of_lights.contains(query)).collect()
+    }
+
+    fn sampler(columns: u32) -> Sampler {
+        Sampler { kind: SamplerKind::Stratified { jitter: true }, columns, rows: 1, seed: 0 }
+    }
+
+    #[test]
+    fn area_lights_are_sampled_without_the_host() {
+        let left = left_queries(sampler(4));
+        assert_eq!(of_lights(&left), []);
+    }
+
+    #[test]
+    fn lights_are_sampled_by_the_host_if_numbers_have_no_operations() {
+        let left = left_queries(sampler(3));
+        assert!(of_lights(&left).iter().all(|query| *query == Query::SampleLight), "{left:?}");
+        assert!(left.contains(&Query::SampleLight));
+    }
+}
