@@ -27,7 +27,7 @@ use super::surface::needs_only;
 pub(crate) const LIGHT_COLUMN: &str = "path.lights";
 
 /// The greatest number of lights that are linked.
-pub const MAX_LIGHTS: usize = 8;
+pub const MAX_LIGHTS: usize = 16;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
