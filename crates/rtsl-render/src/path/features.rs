@@ -47,10 +47,9 @@ impl FeatureSums {
         object: [-1.0; LANES],
     };
 
-    /// Adds the features of one sample of each pixel.
-    pub fn add(&mut self, features: &[PathFeatures], is_first: bool) {
-        for (lane, features) in features.iter().enumerate().take(LANES) {
-            let PathFeatures { albedo, normal, distance, object } = features;
+    /// Adds the features of successive samples of the pixel of a lane.
+    pub fn add(&mut self, lane: usize, features: &[PathFeatures], are_first: bool) {
+        for PathFeatures { albedo, normal, distance, .. } in features {
             for channel in 0..3 {
                 let albedo = f64::from(albedo[channel]);
                 self.albedo[lane][channel] += if albedo.is_finite() { albedo } else { 0.0 };
@@ -60,9 +59,9 @@ impl FeatureSums {
                 self.distance[lane] += f64::from(*distance);
                 self.hits[lane] += 1;
             }
-            if is_first {
-                self.object[lane] = *object;
-            }
+        }
+        if let (true, Some(first)) = (are_first, features.first()) {
+            self.object[lane] = first.object;
         }
     }
 }

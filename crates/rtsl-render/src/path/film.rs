@@ -9,8 +9,9 @@ use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 use rtsl_scene::Imaging;
 
-use super::features::{FeatureSums, PathFeatures};
-use super::wavefront::{SAMPLES_IN_WAVEFRONT, Wavefront};
+use super::features::FeatureSums;
+use super::samples::Samples;
+use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a separate lock.
@@ -42,15 +43,7 @@ pub struct TileRecord {
     /// True if it needs no more samples.
     pub is_done: bool,
     /// Samples that arrived before earlier ones, by the index of the first.
-    early: BTreeMap<u32, Samples>,
-}
-
-/// Consecutive samples of all pixels of a tile.
-#[derive(Clone, Debug)]
-struct Samples {
-    colors: Vec<[f32; 3]>,
-    features: Vec<PathFeatures>,
-    time: Duration,
+    early: BTreeMap<u32, (Samples, Duration)>,
 }
 
 /// The number of samples after which a tile's noise is first estimated. Fewer samples might all miss a rarely hit
@@ -71,25 +64,33 @@ impl TileRecord {
         }
     }
 
-    fn take(&mut self, samples: &Samples) {
-        for (index, colors) in samples.colors.chunks_exact(LANES).enumerate() {
-            for ((sum, square), color) in self.sums.iter_mut().zip(&mut self.squares).zip(colors) {
+    /// Adds samples that took this time.
+    fn take(&mut self, samples: &Samples, time: Duration, imaging: &Imaging) {
+        let count = samples.radiance.len() / LANES;
+        for (lane, radiance) in samples.radiance.chunks_exact(count.max(1)).enumerate() {
+            for radiance in radiance {
+                let color = imaging.develop(*radiance);
                 if color.iter().all(|channel| channel.is_finite()) {
-                    let color = color.map(f64::from);
-                    (0..3).for_each(|channel| sum[channel] += color[channel]);
-                    let luminance = luminance(color);
-                    *square += luminance * luminance;
+                    self.add(lane, color.map(f64::from));
                 } else {
                     self.dropped += 1;
                 }
             }
-            if let Some(features) = &mut self.features {
-                let of_sample = samples.features.get(index * LANES..).unwrap_or_default();
-                features.add(of_sample, self.taken == 0);
-            }
-            self.taken += 1;
         }
-        self.time += samples.time;
+        if let Some(features) = &mut self.features {
+            for (lane, samples) in samples.features.chunks_exact(count.max(1)).enumerate() {
+                features.add(lane, samples, self.taken == 0);
+            }
+        }
+        self.taken += count as u32;
+        self.time += time;
+    }
+
+    /// Adds a colour to the sums of a pixel.
+    fn add(&mut self, lane: usize, color: [f64; 3]) {
+        (0..3).for_each(|channel| self.sums[lane][channel] += color[channel]);
+        let luminance = luminance(color);
+        self.squares[lane] += luminance * luminance;
     }
 
     /// Returns the mean of a pixel.
@@ -169,20 +170,24 @@ impl BatchFilm {
         (!record.is_done).then_some(record.taken)
     }
 
-    /// Adds the samples from `first` on of a tile's pixels, sample by sample, which took this time. They are summed in
-    /// ascending order, independent of their arrival; a tile that needs no more samples ignores them.
-    pub fn add(&self, tile: usize, first: u32, wavefront: &Wavefront, time: Duration) {
-        let mut record = self.record(tile);
-        let colors =
-            wavefront.paths.iter().map(|path| self.imaging.develop(path.radiance)).collect();
-        let features = wavefront.features.clone();
-        record.early.insert(first, Samples { colors, features, time });
-        loop {
-            let next = record.taken;
-            let Some(samples) = record.early.remove(&next).filter(|_| !record.is_done) else {
-                break;
-            };
-            record.take(&samples);
+    /// Adds the samples from `first` on of a tile's pixels, which took this time. They are summed in ascending order,
+    /// independent of their arrival; a tile that needs no more samples ignores them.
+    pub fn add(&self, tile: usize, first: u32, samples: &Samples, time: Duration) {
+        let record = &mut *self.record(tile);
+        if first != record.taken {
+            record.early.insert(first, (samples.clone(), time));
+            return;
+        }
+        self.take(record, tile, samples, time);
+        while let Some((samples, time)) = record.early.remove(&record.taken) {
+            self.take(record, tile, &samples, time);
+        }
+    }
+
+    /// Adds the next samples of a tile, unless it needs no more.
+    fn take(&self, record: &mut TileRecord, tile: usize, samples: &Samples, time: Duration) {
+        if !record.is_done {
+            record.take(samples, time, &self.imaging);
             // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
             if let Some(target) = self.noise_target
                 && record.taken >= MIN_SAMPLES
@@ -267,23 +272,20 @@ fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3
 
 #[cfg(test)]
 mod tests {
-    use super::super::wavefront::Path;
     use super::*;
 
     /// Two samples of each pixel, of these radiances.
-    fn wavefront(radiance: [f32; 2]) -> Wavefront {
-        let paths = radiance.into_iter().flat_map(|radiance| {
-            std::iter::repeat_n(Path { radiance: [radiance; 3], ..Path::NOWHERE }, LANES)
-        });
-        Wavefront { paths: paths.collect(), ..Wavefront::default() }
+    fn samples(radiance: [f32; 2]) -> Samples {
+        let of_pixel = radiance.map(|radiance| [radiance; 3]);
+        Samples { radiance: [of_pixel; LANES].as_flattened().to_vec(), features: Vec::new() }
     }
 
     #[test]
     fn samples_are_summed_in_their_order() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 2, &wavefront([1.0, 1.0]), Duration::ZERO);
+        film.add(0, 2, &samples([1.0, 1.0]), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
-        film.add(0, 0, &wavefront([0.5, 0.5]), Duration::ZERO);
+        film.add(0, 0, &samples([0.5, 0.5]), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
         assert_eq!(film.aov(Aov::Samples, &[]).unwrap().pixels[3][0], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
@@ -301,7 +303,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_dropped() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 0, &wavefront([f32::NAN, 1.0]), Duration::ZERO);
+        film.add(0, 0, &samples([f32::NAN, 1.0]), Duration::ZERO);
         assert_eq!((film.dropped(), film.image().unwrap().pixels[0]), (64, [0.5; 3]));
     }
 
@@ -310,14 +312,14 @@ mod tests {
         let film = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         let mut first = 0;
         while film.taken(0).is_some() {
-            film.add(0, first, &wavefront([0.9, 1.1]), Duration::ZERO);
+            film.add(0, first, &samples([0.9, 1.1]), Duration::ZERO);
             first += 2;
         }
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
-        film.add(0, first, &wavefront([9.0, 9.0]), Duration::ZERO);
+        film.add(0, first, &samples([9.0, 9.0]), Duration::ZERO);
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
         let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
-        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wavefront([0.0, 2.0]), Duration::ZERO));
+        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &samples([0.0, 2.0]), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
     }
 
@@ -326,9 +328,9 @@ mod tests {
     fn noise_is_estimated_between_wavefronts_only() {
         let film = BatchFilm::new((8, 8), false, Some(0.17)).unwrap();
         // The standard error falls below the target at 36 samples, where no wavefront ends.
-        (0..23).for_each(|pass| film.add(0, 2 * pass, &wavefront([0.0, 2.0]), Duration::ZERO));
+        (0..23).for_each(|pass| film.add(0, 2 * pass, &samples([0.0, 2.0]), Duration::ZERO));
         assert_eq!(film.taken(0), Some(46));
-        film.add(0, 46, &wavefront([0.0, 2.0]), Duration::ZERO);
+        film.add(0, 46, &samples([0.0, 2.0]), Duration::ZERO);
         assert_eq!((film.taken(0), film.record(0).taken), (None, 48));
     }
 }

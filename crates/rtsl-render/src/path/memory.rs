@@ -4,14 +4,15 @@ use std::cell::RefCell;
 
 use super::integrator::IntegratorMemory;
 use super::lights::LightMemory;
+use super::samples::Samples;
 use super::scene::BatchScene;
 use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
-use super::shadow_rays::ShadowRay;
+use super::shadow_rays::ShadowRays;
 use super::wavefront::Wavefront;
 use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
-use crate::tiles::CameraMemory;
+use crate::tiles::{CameraMemory, SampleStreams};
 use crate::whitted::Workspace;
 
 /// The memory of one thread.
@@ -25,15 +26,19 @@ pub struct BatchMemory {
     /// Shadow rays as paths, used if alpha textures may let them pass surfaces.
     pub shadows: Wavefront,
     /// Shadow rays that are not traced yet.
-    pub shadow_rays: Vec<ShadowRay>,
+    pub shadow_rays: ShadowRays,
+    /// The indices of those that nothing blocks, once they are traced.
+    pub reached: Vec<u32>,
     /// The memory of searches.
     pub searcher: Searcher,
     /// The memory of camera rays.
-    pub camera: CameraMemory,
+    pub camera: CameraMemory<SampleStreams>,
     /// The memory of materials that have only `shade`, if there are any.
     pub shade: Option<Box<ShadeMemory>>,
     /// The memory of the integrator, if the scene has one written in RTSL.
     pub integrator: Option<Box<IntegratorMemory>>,
+    /// The results of the last samples.
+    pub samples: Samples,
     /// The number of rays traced so far.
     pub rays: RayCounts,
 }
@@ -55,11 +60,13 @@ impl BatchMemory {
             shadows: Wavefront::default(),
             batch: ShadingBatch::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
-            shadow_rays: Vec::new(),
+            shadow_rays: ShadowRays::default(),
+            reached: Vec::new(),
             searcher: Searcher::new(scene),
             camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
             integrator: None,
             shade: scene.calls_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
+            samples: Samples::default(),
             rays: RayCounts::default(),
         }
     }

@@ -39,6 +39,7 @@ mod path_tracer;
 mod random_numbers;
 mod render;
 mod rows;
+mod samples;
 mod scatter;
 mod scene;
 mod scene_builder;

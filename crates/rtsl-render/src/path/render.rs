@@ -22,7 +22,7 @@ use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::execution::{Execution, Rendered};
 use crate::progress::TilesDone;
 use crate::statistics::RayCounts;
-use crate::tiles::{RenderThreads, TILE};
+use crate::tiles::{RenderThreads, TILE, TileSamples};
 
 /// The AOVs that this renderer supports.
 const AOVS: [Aov; 8] = [
@@ -162,10 +162,11 @@ impl<'a> Job<'a> {
         let begun = Instant::now();
         let Job { scene, errors, with_features, .. } = self;
         let tracer = PathTracer { scene, errors, with_features: *with_features };
-        tracer.trace_samples(memory, self.film.tiles()[tile], (first, end));
+        let samples = TileSamples { tile: self.film.tiles()[tile], first, count: end - first };
+        tracer.trace_samples(memory, &samples);
         // Samples that were aborted are not added.
         if !self.errors.any() {
-            self.film.add(tile, first, &memory.wavefront, begun.elapsed());
+            self.film.add(tile, first, &memory.samples, begun.elapsed());
             if let Some(writer) = &self.writer {
                 writer.write_if_due(&self.film);
             }

@@ -15,7 +15,7 @@ use super::path_tracer::PathTracer;
 use super::random_numbers::{derive_keys, lone_random_number};
 use super::rows::{BATCH_LANES, BatchLanes, are_finite, get, set};
 use super::shading_batch::{LightRows, ShadingBatch};
-use super::shadow_rays::ShadowRay;
+use super::shadow_rays::ShadowRays;
 use super::surface_group::SurfaceGroup;
 use super::wavefront::{Path, PathHit, Wavefront};
 use crate::compiled::variables::{variables, vector};
@@ -64,7 +64,7 @@ impl PathTracer<'_> {
                 && !self.scene.lights.is_empty()
             {
                 self.gather_light(group, evaluate, batch, light, &mut wavefront.paths);
-                shadow_rays.extend(shadow_rays_of(batch));
+                add_shadow_rays(batch, shadow_rays);
             }
             self.choose_directions(group, scattering, batch, &mut wavefront.paths);
             if depth == 0 && self.with_features {
@@ -211,18 +211,18 @@ impl PathTracer<'_> {
     }
 }
 
-/// Returns the rays towards light samples that contribute.
-fn shadow_rays_of(batch: &ShadingBatch) -> impl Iterator<Item = ShadowRay> {
-    batch.light.lanes.among(batch.count).map(|lane| ShadowRay {
-        origin: get(&batch.light.origin, lane),
-        direction: get(&batch.light.direction, lane),
-        distance: batch.light.distance[lane],
-        time: batch.time[lane],
-        color: get(&batch.light.color, lane),
-        path: batch.hits[lane].path,
-        key: batch.keys[lane],
-        sample: batch.samples[lane],
-    })
+/// Adds the rays towards light samples that contribute.
+fn add_shadow_rays(batch: &ShadingBatch, to: &mut ShadowRays) {
+    let light = &batch.light;
+    let lanes: Vec<u32> = light.lanes.among(batch.count).map(|lane| lane as u32).collect();
+    let [ox, oy, oz] = light.origin.each_ref().map(|row| &row[..]);
+    let [dx, dy, dz] = light.direction.each_ref().map(|row| &row[..]);
+    let [red, green, blue] = light.color.each_ref().map(|row| &row[..]);
+    to.add(&lanes, [ox, oy, oz, dx, dy, dz, &light.distance, red, green, blue]);
+    let each = || lanes.iter().map(|lane| *lane as usize);
+    to.times.extend(each().map(|lane| batch.time[lane]));
+    to.paths.extend(each().map(|lane| batch.hits[lane].path));
+    to.sequences.extend(each().map(|lane| [batch.keys[lane], batch.samples[lane]]));
 }
 
 /// The spread of rays after scattering: at least a fraction of the cone that a direction of this density per solid

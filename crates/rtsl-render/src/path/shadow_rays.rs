@@ -28,13 +28,6 @@ pub struct ShadowRay {
 }
 
 impl ShadowRay {
-    /// Adds the contribution to its path.
-    #[inline(always)]
-    pub fn add_to(&self, paths: &mut [Path]) {
-        let radiance = &mut paths[self.path as usize].radiance;
-        (0..3).for_each(|channel| radiance[channel] += self.color[channel]);
-    }
-
     /// Returns the ray as a path.
     pub fn path_of(&self, epsilon: f32) -> Path {
         Path {
@@ -51,64 +44,140 @@ impl ShadowRay {
     }
 }
 
-/// Traces shadow rays, and calls `reached` with each that nothing blocks, in order.
+/// Shadow rays that wait for being traced, component by component.
+#[derive(Clone, Debug, Default)]
+pub struct ShadowRays {
+    /// Origin, direction and length.
+    pub ends: [Vec<f32>; 7],
+    /// The contributions.
+    pub colors: [Vec<f32>; 3],
+    /// The times within the shutter.
+    pub times: Vec<f32>,
+    /// The indices of the paths.
+    pub paths: Vec<u32>,
+    /// The keys and the sample indices of the paths; arbitrary without alpha textures, which need them.
+    pub sequences: Vec<[u32; 2]>,
+}
+
+impl ShadowRays {
+    /// Adds a ray.
+    pub fn push(&mut self, ray: &ShadowRay) {
+        let ShadowRay { origin, direction, distance, time, color, path, key, sample } = *ray;
+        let ends = origin.into_iter().chain(direction).chain([distance]);
+        self.ends.iter_mut().zip(ends).for_each(|(column, value)| column.push(value));
+        self.colors.iter_mut().zip(color).for_each(|(column, value)| column.push(value));
+        self.times.push(time);
+        self.paths.push(path);
+        self.sequences.push([key, sample]);
+    }
+
+    /// Adds rays with these lanes of columns: origins, directions, lengths and contributions. Their times, paths and
+    /// sequences are added beside.
+    pub fn add(&mut self, lanes: &[u32], columns: [&[f32]; 10]) {
+        for (to, from) in self.ends.iter_mut().chain(&mut self.colors).zip(columns) {
+            to.extend(lanes.iter().map(|lane| from[*lane as usize]));
+        }
+    }
+
+    /// Returns the number of rays.
+    pub fn len(&self) -> usize {
+        self.paths.len()
+    }
+
+    /// Removes all rays.
+    pub fn clear(&mut self) {
+        self.ends.iter_mut().chain(&mut self.colors).for_each(Vec::clear);
+        self.times.clear();
+        self.paths.clear();
+        self.sequences.clear();
+    }
+
+    /// Returns a ray.
+    pub fn ray(&self, index: usize) -> ShadowRay {
+        let [key, sample] = self.sequences[index];
+        ShadowRay {
+            origin: self.origin(index),
+            direction: self.direction(index),
+            distance: self.ends[6][index],
+            time: self.times[index],
+            color: self.color(index),
+            path: self.paths[index],
+            key,
+            sample,
+        }
+    }
+
+    /// Returns the contribution of a ray.
+    pub fn color(&self, index: usize) -> [f32; 3] {
+        [0, 1, 2].map(|channel: usize| self.colors[channel][index])
+    }
+
+    fn origin(&self, index: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.ends[axis][index])
+    }
+
+    fn direction(&self, index: usize) -> [f32; 3] {
+        [3, 4, 5].map(|axis: usize| self.ends[axis][index])
+    }
+
+    /// Copies the rays from `start` on to a packet; returns their lanes.
+    fn load(&self, start: usize, epsilon: f32, packet: &mut RayPacket) -> LaneMask {
+        let count = (self.len() - start).min(LANES);
+        let RayPacket { origin, direction, epsilon: epsilons, limit, time } = packet;
+        let ends = origin.iter_mut().chain(direction).chain([limit]);
+        for (lanes, column) in ends.zip(&self.ends) {
+            lanes[..count].copy_from_slice(&column[start..start + count]);
+        }
+        time[..count].copy_from_slice(&self.times[start..start + count]);
+        epsilons.fill(epsilon);
+        LaneMask::MAX >> (LANES - count)
+    }
+}
+
+/// Traces shadow rays, and returns in `reached` the indices of those that nothing blocks, in order.
 pub fn trace_shadow_rays(
     tracer: &Tracer<'_>,
-    shadow_rays: &[ShadowRay],
+    rays: &ShadowRays,
     searcher: &mut Searcher,
-    reached: &mut dyn FnMut(&ShadowRay),
+    reached: &mut Vec<u32>,
 ) {
-    if tracer.scene.geometry.suits_stream(shadow_rays.len()) {
-        trace_with_streams(tracer, shadow_rays, searcher, reached);
+    if tracer.scene.geometry.suits_stream(rays.len()) {
+        trace_with_streams(tracer, rays, searcher, reached);
     } else {
-        trace_with_packets(tracer, shadow_rays, searcher, reached);
+        trace_with_packets(tracer, rays, searcher, reached);
     }
 }
 
 fn trace_with_streams(
     tracer: &Tracer<'_>,
-    shadow_rays: &[ShadowRay],
+    rays: &ShadowRays,
     searcher: &mut Searcher,
-    reached: &mut dyn FnMut(&ShadowRay),
+    reached: &mut Vec<u32>,
 ) {
     let Searcher { memory, stream, .. } = searcher;
-    for shadow_rays in shadow_rays.chunks(RAYS_OF_STREAM) {
+    for start in (0..rays.len()).step_by(RAYS_OF_STREAM) {
+        let end = rays.len().min(start + RAYS_OF_STREAM);
         stream.clear();
-        for ray in shadow_rays {
-            let limits = (tracer.scene.epsilon, ray.distance);
-            stream.push(ray.origin, ray.direction, limits, ray.time);
+        for index in start..end {
+            let limits = (tracer.scene.epsilon, rays.ends[6][index]);
+            stream.push(rays.origin(index), rays.direction(index), limits, rays.times[index]);
         }
         tracer.search_stream(memory, stream, Search::Any);
-        for (place, ray) in shadow_rays.iter().enumerate() {
-            if stream.hit(place).is_none() {
-                reached(ray);
-            }
-        }
+        let free = (start..end).filter(|index| stream.hit(index - start).is_none());
+        reached.extend(free.map(|index| index as u32));
     }
 }
 
 fn trace_with_packets(
     tracer: &Tracer<'_>,
-    shadow_rays: &[ShadowRay],
+    rays: &ShadowRays,
     searcher: &mut Searcher,
-    reached: &mut dyn FnMut(&ShadowRay),
+    reached: &mut Vec<u32>,
 ) {
     let Searcher { memory, packet, .. } = searcher;
-    for shadow_rays in shadow_rays.chunks(LANES) {
-        fill(packet, shadow_rays, tracer.scene.epsilon);
-        let lanes = LaneMask::MAX >> (LANES - shadow_rays.len());
+    for start in (0..rays.len()).step_by(LANES) {
+        let lanes = rays.load(start, tracer.scene.epsilon, packet);
         let occluded = tracer.any_hit(memory, packet, lanes);
-        for lane in lanes_of(lanes & !occluded) {
-            reached(&shadow_rays[lane]);
-        }
-    }
-}
-
-fn fill(packet: &mut RayPacket, shadow_rays: &[ShadowRay], epsilon: f32) {
-    for (lane, ray) in shadow_rays.iter().enumerate().take(LANES) {
-        packet.set(lane, ray.origin, ray.direction);
-        packet.epsilon[lane] = epsilon;
-        packet.limit[lane] = ray.distance;
-        packet.time[lane] = ray.time;
+        reached.extend(lanes_of(lanes & !occluded).map(|lane| (start + lane) as u32));
     }
 }

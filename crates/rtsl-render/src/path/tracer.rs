@@ -7,21 +7,31 @@ use super::features::PathFeatures;
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use super::rows::are_finite;
-use super::shadow_rays::{ShadowRay, trace_shadow_rays};
+use super::shadow_rays::trace_shadow_rays;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
-use crate::tiles::{CameraRays, Tile, camera_rays};
+use crate::lanes::eight::LaneVectors;
+use crate::tiles::{CameraRays, TileSamples, camera_packet};
 
 impl PathTracer<'_> {
-    /// Traces a path for each of the samples `first..end` of a tile's pixels, sample by sample, and leaves the radiance
-    /// in the wavefront's paths. Paths of pixels outside the image have none.
-    pub fn trace_samples(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
-        self.begin(memory, tile, (first, end));
+    /// Traces a path for each sample, and leaves the results in the memory.
+    pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &TileSamples) {
+        memory.samples.reset(samples.packets() * LANES, self.with_features);
+        if let Some(integrator) = &self.scene.integrator
+            && let Some(staged) = integrator.staged()
+        {
+            return self.run_stages_for_samples((integrator, staged), memory, samples);
+        }
+        self.begin(memory, samples);
         let BatchMemory { wavefront, integrator: own, rays, .. } = memory;
         match self.scene.integrator.as_ref().zip(own.as_mut()) {
             Some((integrator, own)) => *rays += self.integrate(integrator, wavefront, own, 0),
             None => self.trace_wavefront(memory, 0),
         }
+        let BatchMemory { wavefront, samples, .. } = memory;
+        let paths = samples.radiance.iter_mut().zip(&wavefront.paths);
+        paths.for_each(|(radiance, path)| *radiance = path.radiance);
+        std::mem::swap(&mut samples.features, &mut wavefront.features);
     }
 
     /// Traces the paths of a wavefront, whose rays have this depth.
@@ -45,16 +55,16 @@ impl PathTracer<'_> {
     }
 
     /// Begins a wavefront with camera rays.
-    fn begin(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
+    fn begin(&self, memory: &mut BatchMemory, samples: &TileSamples) {
         let scene = &self.scene.compiled;
         let BatchMemory { wavefront, camera: camera_memory, rays: counts, .. } = memory;
         wavefront.paths.clear();
         wavefront.active.clear();
         wavefront.features.clear();
-        let lanes = tile.lanes(scene.settings.width, scene.settings.height);
         let tracer = Tracer { scene, errors: self.errors };
-        for sample in first..end {
-            let camera = camera_rays(&tracer, camera_memory, tile, sample);
+        for packet in 0..samples.packets() {
+            let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
+            let camera = camera_packet(&tracer, camera_memory, samples, packet);
             let CameraRays { rays, context, weights, footprints } = &*camera;
             let begun = wavefront.paths.len() as u32;
             wavefront.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
@@ -63,26 +73,25 @@ impl PathTracer<'_> {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
-                ..Path::from_ray(rays, lane, context.streams.keys()[lane], sample)
+                ..Path::from_ray(rays, lane, context.keys()[lane], context.samples()[lane])
             }));
+            for path in &mut wavefront.paths[begun as usize..] {
+                if !are_finite(&path.throughput) {
+                    (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
+                }
+            }
+            self.report_lost_by_camera(&camera.weights, lanes);
             camera_memory.keep(camera);
-            self.give_up_by_camera(&mut wavefront.paths[begun as usize..], lanes);
         }
         if self.with_features {
             wavefront.features.resize(wavefront.paths.len(), PathFeatures::NONE);
         }
     }
 
-    /// Drops the paths of a sample whose camera weights are not finite.
-    fn give_up_by_camera(&self, paths: &mut [Path], lanes: LaneMask) {
-        let mut lost = 0;
-        for lane in lanes_of(lanes) {
-            let path = &mut paths[lane];
-            if !are_finite(&path.throughput) {
-                (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
-                lost += 1;
-            }
-        }
+    /// Reports the number of camera rays whose weights are not finite.
+    pub fn report_lost_by_camera(&self, weights: &LaneVectors, lanes: LaneMask) {
+        let is_lost = |lane: &usize| !weights.iter().all(|channel| channel[*lane].is_finite());
+        let lost = lanes_of(lanes).filter(is_lost).count() as u64;
         let scene = &self.scene.compiled;
         let camera = &scene.shader(&scene.camera).program.class().name;
         self.report_lost(camera, Method::GenerateRay, lost);
@@ -90,42 +99,43 @@ impl PathTracer<'_> {
 
     /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
     fn add_shadow_rays(&self, memory: &mut BatchMemory) {
-        let mut paths = std::mem::take(&mut memory.wavefront.paths);
-        self.trace_shadow_rays(memory, &mut |ray| ray.add_to(&mut paths));
-        memory.wavefront.paths = paths;
+        self.trace_shadow_rays(memory);
+        let BatchMemory { wavefront, shadow_rays, reached, .. } = memory;
+        for index in reached {
+            let index = *index as usize;
+            let path = &mut wavefront.paths[shadow_rays.paths[index] as usize];
+            let color = shadow_rays.color(index);
+            (0..3).for_each(|channel| path.radiance[channel] += color[channel]);
+        }
+        shadow_rays.clear();
     }
 
-    /// Traces the waiting shadow rays, and calls `reached` with each that nothing blocks, in order.
-    pub fn trace_shadow_rays(&self, memory: &mut BatchMemory, reached: &mut dyn FnMut(&ShadowRay)) {
+    /// Traces the waiting shadow rays, and notes those that nothing blocks. The rays stay until someone clears them.
+    pub fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
         memory.rays.shadow += memory.shadow_rays.len() as u64;
+        memory.reached.clear();
         if self.scene.has_alpha() {
-            self.trace_shadows_through_alpha(memory, reached);
+            self.trace_shadows_through_alpha(memory);
         } else {
             let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
-            let BatchMemory { shadow_rays, searcher, .. } = memory;
+            let BatchMemory { shadow_rays, reached, searcher, .. } = memory;
             trace_shadow_rays(&tracer, shadow_rays, searcher, reached);
         }
-        memory.shadow_rays.clear();
     }
 
     /// The same if alpha textures may let rays pass surfaces: the rays form another wavefront.
-    fn trace_shadows_through_alpha(
-        &self,
-        memory: &mut BatchMemory,
-        reached: &mut dyn FnMut(&ShadowRay),
-    ) {
-        let BatchMemory { shadows, shadow_rays, batch, searcher, .. } = memory;
+    fn trace_shadows_through_alpha(&self, memory: &mut BatchMemory) {
+        let BatchMemory { shadows, shadow_rays, reached, batch, searcher, .. } = memory;
         let epsilon = self.scene.compiled.epsilon;
+        let count = shadow_rays.len();
         shadows.paths.clear();
-        shadows.paths.extend(shadow_rays.iter().map(|ray| ray.path_of(epsilon)));
+        shadows.paths.extend((0..count).map(|index| shadow_rays.ray(index).path_of(epsilon)));
         shadows.active.clear();
-        shadows.active.extend(0..shadow_rays.len() as u32);
+        shadows.active.extend(0..count as u32);
         searcher.are_together = false;
         self.find_hits(shadows, searcher, batch);
+        reached.extend_from_slice(&shadows.left);
         // Passing surfaces changes the order, on which sums depend.
-        shadows.left.sort_unstable();
-        for index in &shadows.left {
-            reached(&shadow_rays[*index as usize]);
-        }
+        reached.sort_unstable();
     }
 }

@@ -2,27 +2,30 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, Method};
+use rtsl::Method;
+use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet_by};
-use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
+use rtsl_math::sampling::Sampler;
 use rtsl_math::{dot, normalize_or};
-use rtsl_scene::Settings;
 
+use super::camera_inputs::CameraInputs;
 use super::lane_context::LaneContext;
 use super::tile::Tile;
+use super::tile_samples::TileSamples;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{LaneVectors, eights_alone};
 use crate::lanes::lane_streams::LaneStreams;
+use crate::lanes::sequences::{Samples, Sequences};
 
 /// Camera rays with their contexts and weights.
-pub struct CameraRays {
+pub struct CameraRays<Context = LaneContext> {
     /// The rays.
     pub rays: RayPacket,
-    /// Random numbers and times.
-    pub context: LaneContext,
+    /// Random numbers and, for a renderer of packets, what else belongs to rays.
+    pub context: Context,
     /// The weights of radiance.
     pub weights: LaneVectors,
     /// The widths of the rays at their origins, and the increase of width per unit of length: the distances to the rays
@@ -30,12 +33,69 @@ pub struct CameraRays {
     pub footprints: [Lanes; 2],
 }
 
-impl CameraRays {
+/// The context of camera rays, which answers requests of the camera.
+pub trait CameraContext: Host + Clone {
+    /// Creates the context of no rays yet.
+    fn new(sampler: Sampler) -> Self;
+
+    /// Reuses it for the rays of these inputs.
+    fn begin(&mut self, inputs: &CameraInputs);
+}
+
+/// A packet's rays are of one sample.
+impl CameraContext for LaneContext {
+    fn new(sampler: Sampler) -> Self {
+        LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES])
+    }
+
+    fn begin(&mut self, inputs: &CameraInputs) {
+        let streams = LaneStreams::new(inputs.stream_keys, inputs.samples[0]);
+        LaneContext::begin(self, streams, inputs.time);
+    }
+}
+
+/// The random numbers of rays of any samples.
+#[derive(Clone)]
+pub struct SampleStreams {
+    sampler: Sampler,
+    sequences: Sequences<LANES>,
+    samples: [u32; LANES],
+}
+
+impl SampleStreams {
+    /// Returns the keys of the rays' sequences.
+    pub fn keys(&self) -> &[u32; LANES] {
+        self.sequences.keys()
+    }
+
+    /// Returns the sample indices of the rays.
+    pub fn samples(&self) -> &[u32; LANES] {
+        &self.samples
+    }
+}
+
+impl Host for SampleStreams {
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        self.sequences.next(&self.sampler, Samples::Each(&self.samples), lanes, values);
+    }
+}
+
+impl CameraContext for SampleStreams {
+    fn new(sampler: Sampler) -> Self {
+        SampleStreams { sampler, sequences: Sequences::new([0; LANES]), samples: [0; LANES] }
+    }
+
+    fn begin(&mut self, inputs: &CameraInputs) {
+        (self.sequences, self.samples) = (Sequences::new(inputs.stream_keys), inputs.samples);
+    }
+}
+
+impl<Context: CameraContext> CameraRays<Context> {
     /// No rays yet.
     fn new(sampler: Sampler) -> Self {
         CameraRays {
             rays: RayPacket::default(),
-            context: LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]),
+            context: Context::new(sampler),
             weights: [[1.0; LANES]; 3],
             footprints: [[0.0; LANES]; 2],
         }
@@ -43,15 +103,15 @@ impl CameraRays {
 }
 
 /// The memory of one thread for camera rays.
-pub struct CameraMemory {
+pub struct CameraMemory<Context = LaneContext> {
     blocks: CallBlocks,
     /// True if the widths of rays are needed.
     with_footprints: bool,
     /// Unused memory for rays.
-    free: Option<Box<CameraRays>>,
+    free: Option<Box<CameraRays<Context>>>,
 }
 
-impl CameraMemory {
+impl<Context> CameraMemory<Context> {
     /// Allocates the memory for the camera of a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         let blocks = CallBlocks::new(scene.scratch_arrays);
@@ -65,7 +125,7 @@ impl CameraMemory {
     }
 
     /// Returns rays for reuse.
-    pub fn keep(&mut self, rays: Box<CameraRays>) {
+    pub fn keep(&mut self, rays: Box<CameraRays<Context>>) {
         self.free = Some(rays);
     }
 }
@@ -77,41 +137,49 @@ pub fn camera_rays(
     tile: Tile,
     sample: u32,
 ) -> Box<CameraRays> {
-    let kept = memory.free.take();
-    let mut camera =
-        kept.unwrap_or_else(|| Box::new(CameraRays::new(tracer.scene.settings.sampler)));
-    dispatch!(Level::new(), simd => fill(simd, tracer, &mut memory.blocks, tile, sample, &mut camera));
-    if memory.with_footprints {
-        let part = tracer.scene.settings.sampler.part_of_pixel(sample);
-        set_footprints(tracer, &mut memory.blocks, tile, part, &mut camera);
+    camera_packet(tracer, memory, &TileSamples { tile, first: sample, count: 1 }, 0)
+}
+
+/// Generates a packet of the rays of some samples of a tile. [`CameraMemory::keep`] takes them back.
+pub fn camera_packet<Context: CameraContext>(
+    tracer: &Tracer<'_>,
+    memory: &mut CameraMemory<Context>,
+    samples: &TileSamples,
+    packet: usize,
+) -> Box<CameraRays<Context>> {
+    let settings = &tracer.scene.settings;
+    let CameraMemory { blocks, with_footprints, free } = memory;
+    let mut camera = free.take().unwrap_or_else(|| Box::new(CameraRays::new(settings.sampler)));
+    let lanes = samples.lanes(packet, (settings.width, settings.height));
+    let call = tracer.scene.call(&tracer.scene.camera, Method::GenerateRay, tracer.errors);
+    let lens = variables().lens_coord;
+    let with_lens = call.as_ref().is_some_and(|call| call.touches(lens) || call.touches(lens + 1));
+    let inputs = CameraInputs::new(settings, samples, packet, with_lens);
+    camera.context.begin(&inputs);
+    inputs.set(tracer.scene, &mut blocks.state);
+    if let Some(call) = call {
+        blocks.call(&call, lanes, None, &mut camera.context);
+    }
+    dispatch!(Level::new(), simd => take_rays(simd, tracer.scene, blocks, &inputs, &mut camera));
+    if let Some(motion) = &tracer.scene.camera_motion {
+        camera.rays = moved_packet_by(&camera.rays, lanes, |time| motion.map_at(time));
+    }
+    if *with_footprints {
+        set_footprints(tracer, blocks, &inputs, lanes, &mut camera);
     }
     camera
 }
 
+/// Takes rays from the results of the camera, and transforms them to the world if the camera does not move.
 #[inline(always)]
-fn fill<S: Simd>(
+fn take_rays<S: Simd, Context>(
     simd: S,
-    tracer: &Tracer<'_>,
-    blocks: &mut CallBlocks,
-    tile: Tile,
-    sample: u32,
-    camera: &mut CameraRays,
+    scene: &CompiledScene,
+    blocks: &CallBlocks,
+    inputs: &CameraInputs,
+    camera: &mut CameraRays<Context>,
 ) {
-    let scene = tracer.scene;
-    let settings = &scene.settings;
-    let lanes = tile.lanes(settings.width, settings.height);
-    let inputs = match settings.sampler.spread() {
-        INDEPENDENT => CameraInputs::new::<INDEPENDENT>(settings, tile, sample),
-        POWER_OF_TWO => CameraInputs::new::<POWER_OF_TWO>(settings, tile, sample),
-        SOBOL => CameraInputs::new::<SOBOL>(settings, tile, sample),
-        _ => CameraInputs::new::<ANY_COUNT>(settings, tile, sample),
-    };
-    let CameraRays { rays, context, weights, .. } = camera;
-    context.begin(LaneStreams::new(inputs.stream_keys, sample), inputs.time);
-    inputs.set(scene, &mut blocks.state);
-    if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) {
-        blocks.call(&call, lanes, None, context);
-    }
+    let CameraRays { rays, weights, .. } = camera;
     let (v, state) = (variables(), &blocks.state);
     let map = scene.camera_motion.is_none().then_some(&scene.camera_to_world);
     for eight in eights_alone(simd, LaneMask::MAX) {
@@ -133,26 +201,22 @@ fn fill<S: Simd>(
         eight.blend(epsilon.simd_gt(zero).select(epsilon, zero), &mut rays.epsilon);
     }
     rays.time = inputs.time;
-    if let Some(motion) = &scene.camera_motion {
-        *rays = moved_packet_by(rays, lanes, |time| motion.map_at(time));
-    }
 }
 
-/// Measures the distances of rays to those of the pixels beside and above, and multiplies them by `part`. The camera's
-/// blocks still contain the inputs of the rays.
-fn set_footprints(
+/// Measures the distances of rays to those of the pixels beside and above, and multiplies them by the part of a pixel
+/// that a sample stands for. The camera's blocks still contain the inputs of the rays.
+fn set_footprints<Context: CameraContext>(
     tracer: &Tracer<'_>,
     blocks: &mut CallBlocks,
-    tile: Tile,
-    part: f32,
-    camera: &mut CameraRays,
+    inputs: &CameraInputs,
+    lanes: LaneMask,
+    camera: &mut CameraRays<Context>,
 ) {
     let scene = tracer.scene;
     let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) else {
         return;
     };
     let v = variables();
-    let lanes = tile.lanes(scene.settings.width, scene.settings.height);
     let [width, height] = scene.settings.whole_size();
     let ray = |blocks: &CallBlocks, lane: usize| {
         let direction = vector(&blocks.state, v.ray_direction, lane);
@@ -176,99 +240,12 @@ fn set_footprints(
         place(-step, blocks);
     }
     // The side of a square of the same area.
-    camera.footprints = footprints.map(|areas| areas.map(|area| area.sqrt() * part));
+    let part = |lane: usize| scene.settings.sampler.part_of_pixel(inputs.samples[lane]);
+    camera.footprints =
+        footprints.map(|areas| std::array::from_fn(|lane| areas[lane].sqrt() * part(lane)));
 }
 
 fn distance(one: [f32; 3], other: [f32; 3]) -> f32 {
     let way: [f32; 3] = std::array::from_fn(|axis| one[axis] - other[axis]);
     dot(way, way).sqrt()
-}
-
-/// The inputs of the camera, lane by lane.
-struct CameraInputs {
-    screen: [Lanes; 2],
-    lens: [Lanes; 2],
-    time: Lanes,
-    stream_keys: [u32; LANES],
-    /// The sample weights of the pixel filter.
-    filter_weights: Lanes,
-    /// The size of a pixel.
-    pixel_size: [f32; 2],
-}
-
-impl CameraInputs {
-    #[expect(clippy::needless_range_loop, reason = "loops over lanes of several arrays at once")]
-    #[inline(always)]
-    fn new<const SPREAD: u8>(settings: &Settings, tile: Tile, sample: u32) -> Self {
-        let sampler = &settings.sampler;
-        let [width, height] = settings.whole_size().map(|side| side as u32);
-        let origin = settings.origin();
-        let mut inputs = CameraInputs {
-            screen: [[0.0; LANES]; 2],
-            lens: [[0.0; LANES]; 2],
-            time: [0.0; LANES],
-            stream_keys: [0; LANES],
-            filter_weights: [1.0; LANES],
-            pixel_size: [1.0 / width as f32, 1.0 / height as f32],
-        };
-        let [du, dv] = inputs.pixel_size;
-        // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
-        // ignored.
-        let mut pixels = [[0_u32; LANES]; 2];
-        for lane in 0..LANES {
-            let (x, y) = tile.pixel(lane);
-            (pixels[0][lane], pixels[1][lane]) = ((x + origin[0]) as u32, (y + origin[1]) as u32);
-        }
-        let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
-        for lane in 0..LANES {
-            [inputs.screen[0][lane], inputs.screen[1][lane]] =
-                sampler.pixel_position::<SPREAD>(index(lane), sample);
-        }
-        let [columns, rows] = &mut inputs.screen;
-        settings.filter.sample_each([columns, rows], &mut inputs.filter_weights);
-        for lane in 0..LANES {
-            let [x, y] = [inputs.screen[0][lane], inputs.screen[1][lane]];
-            // Rows count from the top, screen coordinates from the bottom.
-            let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
-            inputs.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
-            inputs.screen[1][lane] = (row as i32 as f32 + (1.0 - y)) * dv;
-        }
-        for lane in 0..LANES {
-            [inputs.lens[0][lane], inputs.lens[1][lane]] =
-                sampler.lens_position::<SPREAD>(index(lane), sample);
-        }
-        for lane in 0..LANES {
-            inputs.time[lane] = sampler.time::<SPREAD>(index(lane), sample);
-        }
-        for lane in 0..LANES {
-            inputs.stream_keys[lane] = sampler.stream_key(index(lane));
-        }
-        inputs
-    }
-
-    fn set(&self, scene: &CompiledScene, state: &mut LaneBlock) {
-        let v = variables();
-        for axis in 0..2 {
-            state.floats_mut(v.screen_coord + axis).copy_from_slice(&self.screen[axis]);
-            state.floats_mut(v.lens_coord + axis).copy_from_slice(&self.lens[axis]);
-        }
-        state.floats_mut(v.time_seed).copy_from_slice(&self.time);
-        let [du, dv] = self.pixel_size;
-        let far = f32::INFINITY;
-        for (component, value) in
-            [(v.du, du), (v.dv, dv), (v.epsilon, scene.camera_epsilon()), (v.hit_distance, far)]
-        {
-            state.floats_mut(component).fill(value);
-        }
-        for (first, values) in [
-            (v.ray_origin, [0.0; 3]),
-            (v.ray_direction, [0.0, 0.0, 1.0]),
-            (v.inverse_ray_direction, [far, far, 1.0]),
-            (v.sample_color, [1.0; 3]),
-        ] {
-            for (axis, value) in values.into_iter().enumerate() {
-                state.floats_mut(first + axis).fill(value);
-            }
-        }
-    }
 }

@@ -1,11 +1,14 @@
 //! Tiles of an image, the camera rays of their pixels, and the threads that render them.
 
+mod camera_inputs;
 mod camera_rays;
 mod lane_context;
 mod render_threads;
 mod tile;
+mod tile_samples;
 
-pub use camera_rays::{CameraMemory, CameraRays, camera_rays};
+pub use camera_rays::{CameraMemory, CameraRays, SampleStreams, camera_packet, camera_rays};
 pub use lane_context::LaneContext;
 pub use render_threads::RenderThreads;
 pub use tile::{TILE, Tile, tiles_of};
+pub use tile_samples::TileSamples;

@@ -223,7 +223,7 @@ fn stages_sample_lights_as_hosts_do() {
                 let files = [("scene.pbrt", text.as_str()), ("own.rtsl", &classes)];
                 let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
                 let scene = Path::new("scene.pbrt").into();
-                let request = RenderRequest { scene, size: Some((13, 9)), engine, ..samples(4) };
+                let request = RenderRequest { scene, size: Some((16, 12)), engine, ..samples(4) };
                 let result = render_scene_from(&request, &MemoryFiles(files.into()));
                 bits(&result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))))
             };

@@ -13,6 +13,8 @@ use super::engine::{Engine, into_modules, on_threads};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
+use crate::link::contribution::is_contribution;
+use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram};
@@ -26,6 +28,10 @@ pub struct StageKernel {
     pub reads: Vec<usize>,
     /// The scratch arrays of ports that it stores.
     pub ports: Vec<usize>,
+    /// True if it stores a contribution.
+    pub contributes: bool,
+    /// True if it makes requests of a host that depend on the path's random sequences.
+    pub asks_host: bool,
     /// The scratch arrays of the integrator that it stores for paths that end.
     pub outputs: Vec<usize>,
     /// The components of state that it stores for paths that end.
@@ -121,12 +127,15 @@ impl StageKernel {
             kernel: Arc::new(kernel),
             reads: Vec::new(),
             ports: Vec::new(),
+            contributes: false,
+            asks_host: false,
             outputs: Vec::new(),
             state: Vec::new(),
             reads_state: Vec::new(),
         };
         let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
         function.body.for_each_op(&mut |op| {
+            made.asks_host |= asks_host(&op.kind);
             let OpKind::Load(variable, _) = &op.kind else { return };
             let variable = function.variable(*variable);
             match variable.kind {
@@ -146,6 +155,7 @@ impl StageKernel {
             let variable = function.variable(output.variable);
             let component = output.component as usize;
             match variable.kind {
+                VariableKind::Scratch if is_contribution(variable) => made.contributes = true,
                 VariableKind::Scratch => {
                     let array = layout.scratch[&variable.name] as usize + component;
                     let is_port = is_of_stages(variable);

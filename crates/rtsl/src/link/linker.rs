@@ -68,6 +68,8 @@ pub(super) struct Linker {
     pub light_counter: Option<VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
     pub chosen_light: Option<Arc<ChosenLight>>,
+    /// The local with the contribution of a stage.
+    pub contribution: Option<VariableId>,
 }
 
 /// A function body that is being copied.
@@ -152,6 +154,7 @@ impl Linker {
             copied_numbers: None,
             light_counter: None,
             chosen_light: None,
+            contribution: None,
         }
     }
 

@@ -5,6 +5,7 @@ pub(crate) mod area_light;
 mod arithmetic;
 pub(crate) mod chosen_light;
 pub(crate) mod class_tree;
+pub(crate) mod contribution;
 pub(crate) mod hit;
 pub(crate) mod light_selection;
 pub(crate) mod lights;

@@ -40,6 +40,8 @@ pub(crate) struct SurfaceLinks {
     pub sampler: Option<Sampler>,
     /// The lights, if operations compute their samples.
     pub lights: Option<Arc<LightLinks>>,
+    /// True if the stage stores its contribution, of which there is at most one.
+    pub stores_contribution: bool,
 }
 
 /// An answer to a query.
@@ -92,6 +94,7 @@ pub(crate) fn link_stage(
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
     linker.pass_on_light_counter()?;
+    linker.store_contribution()?;
     Ok(linker.finish())
 }
 
@@ -162,6 +165,10 @@ impl Linker {
                 let Some(sampler) = sampler else { return Ok(None) };
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
+            }
+            Query::Contribute if links.stores_contribution => {
+                self.keep_contribution(operands, to)?;
+                Ok(Some(Vec::new()))
             }
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
             Query::LightPdf => {
@@ -282,7 +289,7 @@ impl Linker {
 }
 
 /// True for operations that only a host with the path's state can answer.
-pub(super) fn asks_host(kind: &OpKind) -> bool {
+pub(crate) fn asks_host(kind: &OpKind) -> bool {
     matches!(
         kind,
         OpKind::Trace { .. }

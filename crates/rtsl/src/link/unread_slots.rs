@@ -1,4 +1,5 @@
-//! Removal of slots that no linked stage needs.
+//! Removal of what no linked stage and no host needs: slots, requests of paths that have ended, and contributions that
+//! are black.
 //!
 //! The methods that are linked with stages do not read everything that an integrator keeps for them: the width of rays
 //! matters to textures only. A slot is needed if a stage computes anything else from it than slots that are not
@@ -10,12 +11,14 @@ use rtsl_ir::{Constant, Function, Op, OpKind, Output, Query, Region, Scalar, Val
 use rtsl_opt::{dce, dead_outputs};
 use rtsl_stages::{Port, SlotId};
 
+use super::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_contribution};
 use super::stage::first_of;
 
-/// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene. Each function comes with
-/// the index of its stage.
+/// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene, and other outputs that no
+/// one needs. Each function comes with the index of its stage.
 pub(crate) fn remove(functions: &mut [(usize, &mut Function)]) {
     functions.iter_mut().for_each(|(_, function)| forget_unread_widths(function));
+    functions.iter_mut().for_each(|(_, function)| forget_needless_outputs(function));
     let stages = functions.iter().map(|(stage, _)| stage + 1).max().unwrap_or(0);
     let next: Vec<Next> = functions.iter().map(|(_, function)| Next::of(function)).collect();
     // By stage, the slots whose values are needed when it begins.
@@ -75,16 +78,21 @@ impl Next {
 /// The greatest number of nested choices of a constant.
 const MAX_WAYS: u32 = 64;
 
-/// Returns the constants that a value may be; `None` if it may be others.
-fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i32>> {
-    let limit = limit.checked_sub(1)?;
+/// Returns the operation that defines a value, and the value's index among its results.
+fn defined(function: &Function, value: Value) -> Option<(&Op, usize)> {
     let mut found = None;
     function.body.for_each_op(&mut |op| {
         if let Some(index) = op.results.iter().position(|result| result == value) {
             found = Some((op, index));
         }
     });
-    let (op, index) = found?;
+    found
+}
+
+/// Returns the constants that a value may be; `None` if it may be others.
+fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i32>> {
+    let limit = limit.checked_sub(1)?;
+    let (op, index) = defined(function, value)?;
     let both = |one: Value, other: Value| {
         let mut all = constants(function, one, limit)?;
         all.extend(constants(function, other, limit)?);
@@ -96,6 +104,32 @@ fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i
         OpKind::If { then, otherwise, .. } => both(then.yields[index], otherwise.yields[index]),
         _ => None,
     }
+}
+
+/// Removes the requests of a stage after which all paths have ended, and a contribution that is always black.
+fn forget_needless_outputs(function: &mut Function) {
+    let ends = matches!(Next::of(function), Next::Of(stages) if stages.is_empty());
+    let outputs = || function.outputs.iter().zip(&function.body.yields);
+    let zeros = [Constant::F32(0.0)];
+    let is_black = |value: Value| {
+        let known = defined(function, value).map(|(op, _)| &op.kind);
+        matches!(known, Some(OpKind::Constant(constant)) if zeros.contains(constant))
+    };
+    let channels: Vec<String> = (7..CONTRIBUTION_SCALARS).map(contribution_column).collect();
+    let is_channel = |output: &Output| channels.contains(&function.variable(output.variable).name);
+    let is_unlit =
+        outputs().filter(|(output, _)| is_channel(output)).all(|(_, value)| is_black(*value));
+    let is_needed = |output: &Output| {
+        let variable = function.variable(output.variable);
+        match Port::of(variable) {
+            Some(Port::Request(_) | Port::Surface(_)) => !ends,
+            Some(_) => true,
+            None => !(is_unlit && is_contribution(variable)),
+        }
+    };
+    let read: Vec<bool> = outputs().map(|(output, _)| is_needed(output)).collect();
+    dead_outputs::run(function, &read);
+    dce::run(function);
 }
 
 /// Removes outputs to other slots than these.

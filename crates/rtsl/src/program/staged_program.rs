@@ -15,9 +15,10 @@ use super::surface_class::{SurfaceClass, SurfaceObject, no_surface};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
+use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
 use crate::link::lights::LIGHT_COLUMN;
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
-use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
+use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, asks_host, link_stage};
 use crate::{errors, nesting};
 
 /// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
@@ -116,6 +117,12 @@ impl StagedProgram {
         self.layout.scratch[LIGHT_COLUMN] as usize
     }
 
+    /// The scratch arrays with the contribution of a stage that has at most one, black if it has none: the origin, the
+    /// direction and the length of a ray, and the colour that arrives if nothing is on it.
+    pub fn contribution_arrays(&self) -> [usize; CONTRIBUTION_SCALARS] {
+        std::array::from_fn(|index| self.layout.scratch[&contribution_column(index)] as usize)
+    }
+
     /// The scratch array with the index of each path's sample.
     pub fn sample_array(&self) -> usize {
         self.layout.scratch[SAMPLE_COLUMN] as usize
@@ -160,7 +167,37 @@ impl StagedProgram {
         compiler: &KernelCompiler,
     ) -> Result<(Function, Layout, Variant), Diagnostic> {
         let StageRequest { stage, surface, objects, mode } = request;
-        let stage = &self.stages.stages[*stage];
+        let linked = self.link_surface(*stage, surface.as_deref())?;
+        let layout = self.layout_for(surface.as_deref());
+        let known = known_choices(&linked, &layout, objects);
+        let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
+        let function = compiler.optimise_stage(linked, &variant, &layout);
+        let layout = variant.layout(&layout);
+        Ok((function, layout, variant))
+    }
+
+    /// Returns a stage with the methods of a surface.
+    fn link_surface(
+        &self,
+        stage: usize,
+        surface: Option<&SurfaceClass>,
+    ) -> Result<Function, Diagnostic> {
+        let function = &self.stages.stages[stage].function;
+        if is_single(function) {
+            let links = self.links(stage, surface);
+            let links = SurfaceLinks { stores_contribution: true, ..links };
+            let linked = link_stage(self.program.tree(), function, links)?.function;
+            // The sequences of requests follow each other in the order in which the integrator makes them.
+            if !asks_host_for_any(&linked) {
+                return Ok(linked);
+            }
+        }
+        Ok(link_stage(self.program.tree(), function, self.links(stage, surface))?.function)
+    }
+
+    /// Returns the answers to the queries of a stage.
+    fn links(&self, stage: usize, surface: Option<&SurfaceClass>) -> SurfaceLinks {
+        let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.
         let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
         let links = match surface {
@@ -168,14 +205,7 @@ impl StagedProgram {
             None => no_surface(found),
         };
         let lights = self.lights.as_ref().map(|lights| lights.links.clone());
-        let links = SurfaceLinks { sampler: Some(self.sampler), lights, ..links };
-        let linked = link_stage(self.program.tree(), &stage.function, links)?;
-        let layout = self.layout_for(surface.as_deref());
-        let known = known_choices(&linked.function, &layout, objects);
-        let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
-        let function = compiler.optimise_stage(linked.function, &variant, &layout);
-        let layout = variant.layout(&layout);
-        Ok((function, layout, variant))
+        SurfaceLinks { sampler: Some(self.sampler), lights, ..links }
     }
 
     /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
@@ -184,6 +214,13 @@ impl StagedProgram {
         class.into_iter().for_each(|class| class.add_to(&mut layout));
         layout
     }
+}
+
+/// True if a function makes requests that only a host with the path's state can answer.
+fn asks_host_for_any(function: &Function) -> bool {
+    let mut asks = false;
+    function.body.for_each_op(&mut |op| asks |= asks_host(&op.kind));
+    asks
 }
 
 /// The names of the scratch arrays with properties of paths.
@@ -199,7 +236,8 @@ fn columns(stages: &Stages) -> Vec<String> {
     let surface = (0..3).map(Port::Surface);
     let ports = slots.chain(answers).chain(requests).chain(surface).chain([Port::Next]);
     let own = PATH_COLUMNS.map(str::to_owned);
-    ports.map(Port::name).chain(own).collect()
+    let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
+    ports.map(Port::name).chain(own).chain(contribution).collect()
 }
 
 /// Returns the blocks of parts as one, in their order.

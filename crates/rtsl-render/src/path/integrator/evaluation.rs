@@ -9,7 +9,6 @@ use rtsl_scene::Scene;
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::scene::BatchScene;
-use super::super::wavefront::Path;
 use super::host::{RayOfCall, SceneHost};
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
@@ -50,7 +49,7 @@ impl Evaluation {
         let ray = |lane: usize| {
             let key = hash(lane as u32, 0);
             let time = state.floats(v.time_seed)[lane];
-            RayOfCall::new(&Path { key, time, ..Path::NOWHERE })
+            RayOfCall::new(key, 0, time)
         };
         let mut rays: Vec<RayOfCall> = (0..count).map(ray).collect();
         let errors = RuntimeErrors::default();

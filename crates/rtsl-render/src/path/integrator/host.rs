@@ -37,11 +37,11 @@ pub struct RayOfCall {
 }
 
 impl RayOfCall {
-    /// Creates the state of a path's ray.
-    pub fn new(path: &Path) -> RayOfCall {
+    /// Creates the state of the ray of a path with this key, sample and time.
+    pub fn new(key: u32, sample: u32, time: f32) -> RayOfCall {
         RayOfCall {
-            numbers: PathNumbers::new(path.key, path.sample),
-            time: path.time,
+            numbers: PathNumbers::new(key, sample),
+            time,
             lit: [0.0; 3],
             first_hit: None,
             searches: 0,
@@ -51,11 +51,6 @@ impl RayOfCall {
     /// Returns the number of surfaces that the path has met before the last one found.
     pub fn surfaces_before(&self) -> u32 {
         self.searches.saturating_sub(1)
-    }
-
-    /// The number of searches.
-    pub fn searches(&self) -> u32 {
-        self.searches
     }
 
     /// Counts a search.
@@ -112,9 +107,13 @@ impl RayOfCall {
 
     /// Notes what the first search has found: the distance and the object of a hit.
     pub fn note_first_hit(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
-        let length = dot(direction, direction).sqrt();
-        self.first_hit = hit.map(|(distance, object)| (distance * length, object as f32));
+        self.first_hit = hit.map(|hit| first_hit(direction, hit));
     }
+}
+
+/// Returns distance and object of a surface that a ray with this direction hits at a parameter.
+pub fn first_hit(direction: [f32; 3], (parameter, object): (f32, u32)) -> (f32, f32) {
+    (parameter * dot(direction, direction).sqrt(), object as f32)
 }
 
 /// The host of a call of an integrator.
@@ -242,7 +241,7 @@ impl SceneHost<'_> {
             }
             let ray = self.ray_of(lanes, lane);
             let RayOfCall { numbers, time, .. } = &mut self.rays[ray];
-            self.queries.shadow_rays.push(ShadowRay {
+            self.queries.shadow_rays.push(&ShadowRay {
                 origin: vector(operands, 0, lane),
                 direction: vector(operands, 3, lane),
                 distance: number(operands, 6, lane),
@@ -295,19 +294,23 @@ impl SceneHost<'_> {
         };
         let memory = &mut *self.queries;
         // Contributions wait for their turn.
-        let waiting = std::mem::replace(&mut memory.shadow_rays, vec![shadow_ray]);
-        let mut is_visible = false;
-        self.tracer.trace_shadow_rays(memory, &mut |_| is_visible = true);
+        let waiting = std::mem::take(&mut memory.shadow_rays);
+        memory.shadow_rays.push(&shadow_ray);
+        self.tracer.trace_shadow_rays(memory);
         memory.shadow_rays = waiting;
-        is_visible
+        !memory.reached.is_empty()
     }
 
     /// Adds the contributions that nothing blocks.
     pub fn add_contributions(&mut self) {
-        let rays = &mut *self.rays;
-        self.tracer.trace_shadow_rays(self.queries, &mut |ray: &ShadowRay| {
-            rays[ray.path as usize].add_contribution(ray.color);
-        });
+        self.tracer.trace_shadow_rays(self.queries);
+        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            let index = *index as usize;
+            let ray = &mut self.rays[shadow_rays.paths[index] as usize];
+            ray.add_contribution(shadow_rays.color(index));
+        }
+        shadow_rays.clear();
     }
 
     /// Returns the radiance along the ray of a path that a method has traced; black beyond the greatest depth.

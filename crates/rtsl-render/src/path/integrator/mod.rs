@@ -98,6 +98,11 @@ impl Integrator {
         self.staged.as_ref().is_none_or(StagedIntegrator::reads_widths)
     }
 
+    /// Returns the stages, if there is machine code.
+    pub fn staged(&self) -> Option<&StagedIntegrator> {
+        self.staged.as_ref()
+    }
+
     /// Returns the name of the class.
     pub fn name(&self) -> &str {
         &self.program.class().name

@@ -12,7 +12,7 @@ const NUMBERS_OF_RAND: u32 = 0x203;
 const NUMBERS_OF_CALLS: u32 = 0x204;
 
 /// The sequences of the queries between two searches.
-const CALLS_OF_SEARCH: u32 = 1 << 10;
+pub const CALLS_OF_SEARCH: u32 = 1 << 10;
 
 /// The random numbers of a path.
 #[derive(Clone, Copy, Debug)]
@@ -59,11 +59,6 @@ impl PathNumbers {
     /// Returns the key of the next search's own sequence.
     pub fn key_of_search(&self) -> u32 {
         hash(hash(self.key, NUMBERS_OF_CALLS), self.searches.wrapping_add(CALLS_OF_SEARCH))
-    }
-
-    /// Returns the count of light samples: those since the last search, from a multiple for each search on.
-    pub fn lights(&self) -> u32 {
-        self.lights
     }
 
     /// Returns the key of the next light sample's sequence.

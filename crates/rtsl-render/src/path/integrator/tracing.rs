@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use rtsl::{CallArguments, Instances, LaneBlock, Method, new_state};
+use rtsl_bvh::{LANES, lanes_of};
 
 use super::super::features::PathFeatures;
 use super::super::memory::BatchMemory;
@@ -10,12 +11,14 @@ use super::super::path_tracer::PathTracer;
 use super::super::rows::are_finite;
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
-use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
-use super::staged::{Blocks, Frames, StagedIntegrator, StagedPaths};
+use super::staged::{Frames, StagedIntegrator, StagedPaths, Wave, ray_components};
+use super::{FeatureArrays, Integrator};
 use crate::compiled::calls::Callee;
+use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
+use crate::tiles::{TileSamples, camera_packet};
 
 /// The number of rays of a call.
 const RAYS_OF_CALL: usize = 64;
@@ -25,8 +28,8 @@ pub const MAX_DEPTH: u32 = 64;
 
 /// The memory of one thread for an integrator, for one level of recursion.
 pub struct IntegratorMemory {
-    /// The frames of paths, if the integrator runs as stages.
-    frames: Option<Frames>,
+    /// The memory of stages, if the integrator runs as stages.
+    stages: Option<StageMemory>,
     /// The inputs and outputs of a call.
     state: LaneBlock,
     scratch: LaneBlock,
@@ -38,12 +41,21 @@ pub struct IntegratorMemory {
     free: RefCell<Vec<IntegratorMemory>>,
 }
 
+/// The memory of stages.
+struct StageMemory {
+    frames: Frames,
+    wave: Wave,
+}
+
 impl IntegratorMemory {
     /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene, integrator: &Integrator) -> Self {
-        let frames = integrator.staged.as_ref().map(|staged| Frames::new(&staged.program));
+        let stages = integrator.staged.as_ref().map(|staged| StageMemory {
+            frames: Frames::new(&staged.program),
+            wave: Wave::default(),
+        });
         IntegratorMemory {
-            frames,
+            stages,
             state: new_state(RAYS_OF_CALL),
             scratch: integrator.program.new_scratch(RAYS_OF_CALL),
             rays: Vec::new(),
@@ -63,7 +75,7 @@ impl PathTracer<'_> {
         depth: u32,
     ) -> RayCounts {
         if let Some(staged) = &integrator.staged {
-            return self.run_stages(integrator, staged, wavefront, memory, depth);
+            return self.run_stages((integrator, staged), wavefront, memory, depth);
         }
         let Wavefront { paths, active, features, .. } = wavefront;
         let mut counts = RayCounts::default();
@@ -88,39 +100,94 @@ impl PathTracer<'_> {
     /// Runs the stages of an integrator for a wavefront's active paths.
     fn run_stages(
         &self,
-        integrator: &Integrator,
-        staged: &StagedIntegrator,
+        (integrator, staged): (&Integrator, &StagedIntegrator),
         wavefront: &mut Wavefront,
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
-        let Wavefront { paths, active, features, .. } = wavefront;
-        let IntegratorMemory { frames: Some(frames), rays, queries, free, .. } = memory else {
-            return RayCounts::default();
-        };
-        frames.make_room(&staged.program, active.len());
+        let Wavefront { paths, active, .. } = wavefront;
+        let IntegratorMemory { stages, queries, free, .. } = memory;
+        let Some(StageMemory { frames, wave }) = stages else { return RayCounts::default() };
+        let chosen: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
+        frames.make_room(&staged.program, chosen.len());
+        wave.begin(frames, &staged.columns, chosen.len(), depth);
+        wave.load_paths(frames, &staged.columns, &chosen);
+        let (tracer, are_together) = (*self, depth == 0);
         let mut run = StagedPaths {
-            tracer: *self,
+            tracer,
             integrator,
             staged,
             frames,
-            rays,
+            wave,
             queries,
             free,
             depth,
-            are_together: depth == 0,
+            are_together,
         };
-        run.run(paths, active);
-        let Blocks { state, scratch } = &frames.paths;
-        for (slot, index) in active.iter().enumerate() {
-            let path = &mut paths[*index as usize];
-            self.add_radiance(integrator, path, state, (&rays[slot], slot));
-            if let Some(features) = features.get_mut(*index as usize) {
-                *features = features_of(integrator, scratch, (&rays[slot], slot));
+        let all: Vec<u32> = (0..chosen.len() as u32).collect();
+        run.run(&all);
+        let mut radiance = vec![[0.0; 3]; chosen.len()];
+        wave.radiance(&frames.paths.state, &all, &mut radiance);
+        for (index, radiance) in active.drain(..).zip(radiance) {
+            let path = &mut paths[index as usize];
+            path.radiance = radiance;
+            self.blame_integrator(integrator, path);
+        }
+        std::mem::take(&mut queries.rays)
+    }
+
+    /// Runs the stages of an integrator for the camera rays of samples.
+    pub fn run_stages_for_samples(
+        &self,
+        (integrator, staged): (&Integrator, &StagedIntegrator),
+        memory: &mut BatchMemory,
+        samples: &TileSamples,
+    ) {
+        let BatchMemory { integrator: own, camera, samples: results, rays: counts, .. } = memory;
+        let Some(own) = own else { return };
+        let IntegratorMemory { stages, queries, free, .. } = &mut **own;
+        let Some(StageMemory { frames, wave }) = stages else { return };
+        frames.make_room(&staged.program, samples.packets() * LANES);
+        wave.begin(frames, &staged.columns, samples.packets() * LANES, 0);
+        let scene = &self.scene.compiled;
+        let tracer = Tracer { scene, errors: self.errors };
+        let mut active = Vec::with_capacity(samples.packets() * LANES);
+        for packet in 0..samples.packets() {
+            let (start, size) = (packet * LANES, (scene.settings.width, scene.settings.height));
+            let lanes = samples.lanes(packet, size);
+            let rays = camera_packet(&tracer, camera, samples, packet);
+            wave.load_camera_rays(frames, &staged.columns, &rays, start);
+            self.report_lost_by_camera(&rays.weights, lanes);
+            camera.keep(rays);
+            active.extend(lanes_of(lanes).map(|lane| (start + lane) as u32));
+        }
+        counts.camera += active.len() as u64;
+        let (tracer, depth, are_together) = (*self, 0, true);
+        let mut run = StagedPaths {
+            tracer,
+            integrator,
+            staged,
+            frames,
+            wave,
+            queries,
+            free,
+            depth,
+            are_together,
+        };
+        run.run(&active);
+        *counts += std::mem::take(&mut queries.rays);
+        wave.radiance(&frames.paths.state, &active, &mut results.radiance);
+        let lost = wave.lost(&active, &results.radiance);
+        self.report_lost(integrator.name(), Method::Radiance, lost);
+        if self.with_features {
+            let FeatureArrays { albedo, normal } = integrator.features;
+            for path in active {
+                let path = path as usize;
+                let outputs =
+                    [albedo, normal].map(|first| output(&frames.paths.scratch, first, path));
+                results.features[path] = wave.features(path, outputs);
             }
         }
-        active.clear();
-        std::mem::take(&mut queries.rays)
     }
 
     /// Calls `radiance` for the rays of some paths.
@@ -136,7 +203,7 @@ impl PathTracer<'_> {
         for (lane, index) in active.iter().enumerate() {
             let path = &paths[*index as usize];
             set_ray(state, lane, path, depth);
-            rays.push(RayOfCall::new(path));
+            rays.push(RayOfCall::new(path.key, path.sample, path.time));
         }
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
@@ -171,11 +238,21 @@ impl PathTracer<'_> {
         for channel in 0..3 {
             path.radiance[channel] += path.throughput[channel] * (color[channel] + lit[channel]);
         }
+        self.blame_integrator(integrator, path);
+    }
+
+    /// Reports the integrator if the radiance of a path is not finite and no one was reported yet.
+    fn blame_integrator(&self, integrator: &Integrator, path: &mut Path) {
         if !are_finite(&path.radiance) && !path.is_blamed {
             path.is_blamed = true;
             self.report_lost(integrator.name(), Method::Radiance, 1);
         }
     }
+}
+
+/// Returns a lane of the output whose first array this is; zeros without one.
+fn output(scratch: &LaneBlock, first: Option<usize>, lane: usize) -> [f32; 3] {
+    first.map_or([0.0; 3], |first| vector(scratch, first, lane))
 }
 
 /// Returns the features of a lane's first surface.
@@ -184,12 +261,10 @@ fn features_of(
     scratch: &LaneBlock,
     (ray, lane): (&RayOfCall, usize),
 ) -> PathFeatures {
-    let output =
-        |first: Option<usize>| first.map_or([0.0; 3], |first| vector(scratch, first, lane));
     let (distance, object) = ray.first_hit.unwrap_or((f32::INFINITY, -1.0));
     PathFeatures {
-        albedo: output(integrator.features.albedo),
-        normal: output(integrator.features.normal),
+        albedo: output(scratch, integrator.features.albedo, lane),
+        normal: output(scratch, integrator.features.normal, lane),
         distance,
         object,
     }
@@ -201,25 +276,4 @@ fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
         state.floats_mut(component)[lane] = value(path);
     }
     state.floats_mut(variables().ray_depth)[lane] = depth as f32;
-}
-
-/// A component of state, and its value for a path's ray.
-pub type RayComponent = (usize, fn(&Path) -> f32);
-
-/// Returns the components of state with a path's ray.
-pub fn ray_components() -> [RayComponent; 11] {
-    let v = variables();
-    [
-        (v.ray_origin, |path| path.origin[0]),
-        (v.ray_origin + 1, |path| path.origin[1]),
-        (v.ray_origin + 2, |path| path.origin[2]),
-        (v.ray_direction, |path| path.direction[0]),
-        (v.ray_direction + 1, |path| path.direction[1]),
-        (v.ray_direction + 2, |path| path.direction[2]),
-        (v.epsilon, |path| path.epsilon),
-        (v.hit_distance, |path| path.limit),
-        (v.time_seed, |path| path.time),
-        (v.ray_width, |path| path.width),
-        (v.ray_spread, |path| path.spread),
-    ]
 }

@@ -22,6 +22,8 @@ pub struct Columns {
     pub sample: usize,
     /// The count of light samples.
     pub lights: usize,
+    /// The contribution of a stage: a ray's origin, direction and length, and the colour.
+    pub contribution: [usize; 10],
 }
 
 impl Columns {
@@ -37,6 +39,7 @@ impl Columns {
             key: program.key_array(),
             sample: program.sample_array(),
             lights: program.light_array(),
+            contribution: program.contribution_arrays(),
         }
     }
 

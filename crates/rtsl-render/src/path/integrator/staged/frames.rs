@@ -1,5 +1,6 @@
 //! The frames of a wavefront's paths.
 
+use super::path_lists::PathLists;
 use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, StagedProgram, new_state};
 
 /// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
@@ -15,6 +16,12 @@ pub struct Frames {
     pub surfaces: LaneIndices,
     /// The paths that take part in a call for all of them.
     pub mask: LaneMask,
+    /// The lanes of a call that contribute.
+    pub contributing: Vec<u32>,
+    /// The paths by their next stages, now and before.
+    pub by_stage: [PathLists; 2],
+    /// The paths of a stage by the groups of their surfaces.
+    pub by_group: PathLists,
     lanes: usize,
 }
 
@@ -41,6 +48,9 @@ impl Frames {
             call: Blocks::new(program, CALL_PATHS),
             surfaces: LaneIndices::new(CALL_PATHS),
             mask: LaneMask::new(0),
+            contributing: Vec::new(),
+            by_stage: Default::default(),
+            by_group: PathLists::default(),
             lanes: 0,
         }
     }

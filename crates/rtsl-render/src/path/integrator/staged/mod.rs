@@ -7,11 +7,14 @@
 
 mod columns;
 mod frames;
+mod path_lists;
 mod run;
 mod search;
 mod stage_lights;
 mod staged_integrator;
+mod wave;
 
-pub use frames::{Blocks, Frames};
+pub use frames::Frames;
 pub use run::StagedPaths;
 pub use staged_integrator::{StageParts, StagedIntegrator};
+pub use wave::{Wave, ray_components};

@@ -11,12 +11,12 @@ use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::{NO_INSTANCE, Path};
 use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
-use super::super::tracing::{IntegratorMemory, ray_components};
-use super::columns::Columns;
+use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, CALL_PATHS, Frames};
+use super::path_lists::PathLists;
 use super::staged_integrator::StagedIntegrator;
+use super::wave::Wave;
 use crate::compiled::calls::Callee;
-use crate::compiled::variables::variables;
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -24,7 +24,7 @@ pub struct StagedPaths<'a> {
     pub integrator: &'a Integrator,
     pub staged: &'a StagedIntegrator,
     pub frames: &'a mut Frames,
-    pub rays: &'a mut Vec<RayOfCall>,
+    pub wave: &'a mut Wave,
     /// The memory of queries and searches.
     pub queries: &'a mut BatchMemory,
     /// The memory of further levels of recursion.
@@ -44,111 +44,81 @@ enum Place<'a> {
     Copied(&'a [u32]),
 }
 
-/// A kernel works in place on the arrays of all paths if one of so many takes part: copying costs more than lanes that
-/// are off.
+/// A kernel works in place on the arrays of all paths if, of the vectors in which any path takes part, one lane of so
+/// many takes part: copying costs more than lanes that are off. Kernels skip other vectors.
 const MIN_OCCUPANCY: usize = 2;
 
+/// The number of lanes of the vectors whose occupancy counts.
+const VECTOR_LANES: u32 = 16;
+
 impl StagedPaths<'_> {
-    /// Runs the paths to their ends. Their colours are then in the state of the frames, and their contributions in the
-    /// rays.
-    pub fn run(&mut self, paths: &[Path], active: &[u32]) {
-        self.begin(paths, active);
-        let mut alive: Vec<u32> = (0..active.len() as u32).collect();
-        self.call((0, 0), &alive);
-        let mut by_stage = vec![Vec::new(); self.staged.program.stages().len()];
-        let mut by_group = vec![Vec::new(); self.staged.group_count()];
-        while !self.tracer.errors.any() {
+    /// Runs loaded paths, of which these are active, to their ends.
+    pub fn run(&mut self, active: &[u32]) {
+        if self.staged.asks_host() || self.tracer.scene.has_alpha() {
+            self.wave.begin_rays(self.frames, &self.staged.columns);
+        }
+        self.call((0, 0), active);
+        self.add_contributions();
+        let [mut by_stage, mut before] = std::mem::take(&mut self.frames.by_stage);
+        let mut by_group = std::mem::take(&mut self.frames.by_group);
+        let stages = self.staged.program.stages().len();
+        self.sort_by_stage(active, &mut by_stage);
+        while !by_stage.below(stages).is_empty() && !self.tracer.errors.any() {
+            by_stage.lists(stages).for_each(|(stage, paths)| self.answer(stage, paths));
+            for (stage, paths) in by_stage.lists(stages) {
+                self.sort_by_group(stage, paths, &mut by_group);
+                let groups = by_group.lists(self.staged.group_count());
+                groups.for_each(|(group, paths)| self.call((stage, group), paths));
+            }
             self.add_contributions();
-            self.sort_by_stage(&mut alive, &mut by_stage);
-            if alive.is_empty() {
-                return;
-            }
-            for (stage, slots) in by_stage.iter().enumerate().filter(|(_, it)| !it.is_empty()) {
-                self.answer(stage, slots);
-            }
-            for (stage, slots) in by_stage.iter().enumerate().filter(|(_, it)| !it.is_empty()) {
-                self.sort_by_group(stage, slots, &mut by_group);
-                let groups = by_group.iter().enumerate().filter(|(_, it)| !it.is_empty());
-                groups.for_each(|(group, slots)| self.call((stage, group), slots));
-            }
+            std::mem::swap(&mut by_stage, &mut before);
+            self.sort_by_stage(before.below(stages), &mut by_stage);
         }
+        (self.frames.by_stage, self.frames.by_group) = ([by_stage, before], by_group);
     }
 
-    /// Loads the paths with these indices.
-    fn begin(&mut self, paths: &[Path], active: &[u32]) {
-        let StagedPaths { frames, rays, staged, .. } = self;
-        let active = active.iter().map(|index| &paths[*index as usize]);
-        rays.clear();
-        rays.extend(active.clone().map(RayOfCall::new));
-        let Columns { time, key, sample, lights, .. } = staged.columns;
-        let scratch = &mut frames.paths.scratch;
-        let mut set = |array: usize, word: fn(&Path) -> u32| {
-            let words = scratch.words_mut(array).iter_mut();
-            words.zip(active.clone()).for_each(|(to, path)| *to = word(path));
-        };
-        set(time, |path| path.time.to_bits());
-        set(key, |path| path.key);
-        set(sample, |path| path.sample);
-        set(lights, |_| 0);
-        let state = &mut frames.paths.state;
-        for (component, value) in ray_components() {
-            let floats = state.floats_mut(component).iter_mut();
-            floats.zip(active.clone()).for_each(|(to, path)| *to = value(path));
-        }
-        state.floats_mut(variables().ray_depth)[..rays.len()].fill(self.depth as f32);
-    }
-
-    /// Removes paths that have ended, and sorts the others by the stage that they wait for.
-    fn sort_by_stage(&self, alive: &mut Vec<u32>, by_stage: &mut [Vec<u32>]) {
-        by_stage.iter_mut().for_each(Vec::clear);
+    /// Sorts paths by the stages that they wait for, those that have ended last.
+    fn sort_by_stage(&self, paths: &[u32], by_stage: &mut PathLists) {
+        let stages = self.staged.program.stages().len();
         let next = self.frames.paths.scratch.words(self.staged.columns.next);
-        alive.retain(|slot| {
-            let next = next[*slot as usize].cast_signed();
-            if next != END {
-                by_stage[next as usize].push(*slot);
-            }
-            next != END
-        });
+        let stage = |path: u32| next[path as usize].min(stages as u32);
+        const { assert!(END < 0) };
+        by_stage.sort(paths, stages + 1, stage);
     }
 
     /// Sorts the paths of a stage by the groups of their surfaces.
-    fn sort_by_group(&self, stage: usize, slots: &[u32], by_group: &mut [Vec<u32>]) {
-        by_group.iter_mut().for_each(Vec::clear);
+    fn sort_by_group(&self, stage: usize, paths: &[u32], by_group: &mut PathLists) {
         let StagedIntegrator { program, columns, .. } = self.staged;
         let surface = program.stages()[stage].surface;
         let [objects, instances, elements] = columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
         let objects = scratch.words(objects);
+        let groups = self.staged.group_count();
         match surface {
-            StageSurface::None => by_group[0].extend_from_slice(slots),
-            StageSurface::Answer => {
-                for slot in slots {
-                    let object = objects[*slot as usize];
-                    let is_hit = object != NO_OBJECT;
-                    let group = if is_hit { self.staged.surface_of(object).group } else { 0 };
-                    by_group[group as usize].push(*slot);
-                }
-            }
+            StageSurface::None => by_group.sort(paths, groups, |_| 0),
+            StageSurface::Answer => by_group.sort(paths, groups, |path| {
+                let object = objects[path as usize];
+                if object == NO_OBJECT { 0 } else { self.staged.surface_of(object).group }
+            }),
             StageSurface::Request => {
                 let (instances, elements) = (scratch.words(instances), scratch.words(elements));
-                for slot in slots {
-                    let at = *slot as usize;
-                    let group = self.group_of(objects[at], instances[at], elements[at]);
-                    by_group[group].push(*slot);
-                }
+                by_group.sort(paths, groups, |path| {
+                    let at = path as usize;
+                    self.group_of(objects[at], instances[at], elements[at])
+                });
             }
         }
     }
 
     /// Returns the group of a surface; 0 if the scene has no such surface.
-    fn group_of(&self, object: u32, instance: u32, element: u32) -> usize {
+    fn group_of(&self, object: u32, instance: u32, element: u32) -> u32 {
         let scene = self.tracer.scene;
         let Some(entry) = scene.objects.get(object as usize) else { return 0 };
         let instances = scene.compiled.geometry.instances.len();
         let is_placed = instance == NO_INSTANCE || (instance as usize) < instances;
         let has_element = scene.compiled.class(entry.class).index_of(object, element).is_some();
         let group = self.staged.surface_of(object).group;
-        if is_placed && has_element { group as usize } else { 0 }
+        if is_placed && has_element { group } else { 0 }
     }
 
     /// Answers what paths wait for, before they run a stage.
@@ -173,8 +143,8 @@ impl StagedPaths<'_> {
     fn find_occluded(&mut self, slots: &[u32]) {
         for slot in slots {
             let (origin, direction, [distance, _]) = self.requested(*slot);
-            let RayOfCall { numbers, time, .. } = &mut self.rays[*slot as usize];
-            self.queries.shadow_rays.push(ShadowRay {
+            let RayOfCall { numbers, time, .. } = &mut self.wave.rays[*slot as usize];
+            self.queries.shadow_rays.push(&ShadowRay {
                 origin,
                 direction,
                 distance,
@@ -187,8 +157,12 @@ impl StagedPaths<'_> {
         }
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
-        let reached = &mut |ray: &ShadowRay| answers[ray.path as usize] = 0;
-        self.tracer.trace_shadow_rays(self.queries, reached);
+        self.tracer.trace_shadow_rays(self.queries);
+        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            answers[shadow_rays.paths[*index as usize] as usize] = 0;
+        }
+        shadow_rays.clear();
     }
 
     /// Computes the radiance along the requested rays.
@@ -197,7 +171,11 @@ impl StagedPaths<'_> {
         for slot in slots {
             let (origin, direction, [limit, _]) = self.requested(*slot);
             let epsilon = self.tracer.scene.compiled.epsilon;
-            paths.push(self.rays[*slot as usize].begin_trace((origin, direction), limit, epsilon));
+            paths.push(self.wave.rays[*slot as usize].begin_trace(
+                (origin, direction),
+                limit,
+                epsilon,
+            ));
         }
         let StagedPaths { tracer, integrator, free, .. } = self;
         let further = Further { tracer, integrator, free };
@@ -210,31 +188,77 @@ impl StagedPaths<'_> {
         }
     }
 
+    /// Adds the contributions that nothing blocks.
     fn add_contributions(&mut self) {
-        let rays = &mut *self.rays;
-        self.tracer.trace_shadow_rays(self.queries, &mut |ray: &ShadowRay| {
-            rays[ray.path as usize].add_contribution(ray.color);
-        });
+        self.tracer.trace_shadow_rays(self.queries);
+        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            let index = *index as usize;
+            self.wave.add(shadow_rays.paths[index], shadow_rays.color(index));
+        }
+        shadow_rays.clear();
+    }
+
+    /// Notes the contributions of a call for these paths.
+    fn take_contributions(&mut self, place: Place<'_>, slots: &[u32]) {
+        let StagedPaths { frames, wave, queries, staged, .. } = self;
+        let Frames { paths, call, contributing, .. } = &mut **frames;
+        let scratch = match place {
+            Place::All { .. } => &paths.scratch,
+            Place::Copied(_) => &call.scratch,
+        };
+        let columns = staged.columns.contribution.map(|array| scratch.floats(array));
+        let is_lit =
+            |lane: usize| [7, 8, 9].map(|channel: usize| columns[channel][lane]) != [0.0; 3];
+        let BatchMemory { shadow_rays, .. } = &mut **queries;
+        let first = shadow_rays.paths.len();
+        match place {
+            Place::All { .. } => {
+                collect(slots.iter().copied(), is_lit, contributing);
+                shadow_rays.paths.extend_from_slice(contributing);
+            }
+            Place::Copied(slots) => {
+                collect(0..slots.len() as u32, is_lit, contributing);
+                shadow_rays.paths.extend(contributing.iter().map(|lane| slots[*lane as usize]));
+            }
+        }
+        shadow_rays.add(contributing, columns);
+        let times = paths.scratch.floats(staged.columns.time);
+        let added = &shadow_rays.paths[first..];
+        shadow_rays.times.extend(added.iter().map(|path| times[*path as usize]));
+        for path in added {
+            let ray = wave.rays.get_mut(*path as usize);
+            let sequence = ray.map(|ray| [ray.numbers.begin_call(), ray.numbers.sample]);
+            shadow_rays.sequences.push(sequence.unwrap_or_default());
+        }
     }
 
     /// Runs a stage for paths with surfaces of one group: in place where these are many of all paths, else on a copy of
     /// their data.
     fn call(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
-        let all = self.rays.len();
-        if slots.len() * MIN_OCCUPANCY >= all {
+        let all = self.wave.count;
+        let (kernel, _) = self.staged.kernel(stage, group);
+        if is_dense(slots, all) {
             let is_masked = slots.len() < all;
             if is_masked {
                 self.frames.select(slots);
             }
             self.set_surfaces((stage, group), slots, true);
-            return self.call_kernel((stage, group), Place::All { count: all, is_masked });
+            let place = Place::All { count: all, is_masked };
+            self.call_kernel((stage, group), place);
+            if kernel.contributes {
+                self.take_contributions(place, slots);
+            }
+            return;
         }
         let next = self.staged.columns.next;
-        let (kernel, _) = self.staged.kernel(stage, group);
         for slots in slots.chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
             self.set_surfaces((stage, group), slots, false);
             self.call_kernel((stage, group), Place::Copied(slots));
+            if kernel.contributes {
+                self.take_contributions(Place::Copied(slots), slots);
+            }
             self.frames.scatter(kernel, slots, next);
         }
     }
@@ -261,7 +285,8 @@ impl StagedPaths<'_> {
 
     fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
         let (kernel, objects) = self.staged.kernel(stage, group);
-        let StagedPaths { tracer, integrator, frames, rays, queries, free, depth, .. } = self;
+        let StagedPaths { tracer, integrator, frames, wave, queries, free, depth, .. } = self;
+        let rays = &mut *wave.rays;
         let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
         let (Blocks { state, scratch }, count, mask, slots) = match place {
             Place::All { count, is_masked } => (paths, count, is_masked.then_some(&*mask), None),
@@ -280,4 +305,34 @@ impl StagedPaths<'_> {
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);
     }
+}
+
+/// Collects the lanes for which a condition holds, without branches.
+fn collect(
+    lanes: impl ExactSizeIterator<Item = u32>,
+    holds: impl Fn(usize) -> bool,
+    collected: &mut Vec<u32>,
+) {
+    collected.clear();
+    collected.resize(lanes.len() + 1, 0);
+    let mut count = 0;
+    for lane in lanes {
+        collected[count] = lane;
+        count += usize::from(holds(lane as usize));
+    }
+    collected.truncate(count);
+}
+
+/// True if a kernel for these of `all` paths works in place.
+fn is_dense(slots: &[u32], all: usize) -> bool {
+    if slots.len() * MIN_OCCUPANCY >= all {
+        return true;
+    }
+    let mut vectors = 0;
+    let mut last = u32::MAX;
+    for slot in slots {
+        vectors += usize::from(slot / VECTOR_LANES != last);
+        last = slot / VECTOR_LANES;
+    }
+    slots.len() * MIN_OCCUPANCY >= vectors * VECTOR_LANES as usize
 }

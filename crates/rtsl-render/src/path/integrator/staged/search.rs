@@ -1,13 +1,15 @@
 //! Searches for the nearest hits of the rays that paths request.
 
-use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, Search};
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::searcher::Searcher;
 use super::super::super::wavefront::NO_INSTANCE;
-use super::super::host::NO_OBJECT;
+use super::super::host::{NO_OBJECT, first_hit};
+use super::super::numbers::CALLS_OF_SEARCH;
 use super::columns::Columns;
 use super::run::StagedPaths;
+use super::wave::Wave;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::Tracer;
 
@@ -40,24 +42,22 @@ impl StagedPaths<'_> {
         let requests = requests.map(|array| scratch.floats(array));
         let times = scratch.floats(*time);
         let Searcher { memory, packet, .. } = &mut self.queries.searcher;
-        for (lane, slot) in slots.iter().enumerate() {
-            let slot = *slot as usize;
-            let [ox, oy, oz, dx, dy, dz, epsilon, limit] = requests.map(|column| column[slot]);
-            packet.set(lane, [ox, oy, oz], [dx, dy, dz]);
-            packet.epsilon[lane] = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
-            packet.limit[lane] = limit;
-            packet.time[lane] = times[slot];
+        let RayPacket { origin, direction, epsilon, limit, time } = &mut **packet;
+        let lanes = origin.iter_mut().chain(direction).chain([&mut *epsilon, limit, time]);
+        for (lanes, column) in lanes.zip(requests.into_iter().chain([times])) {
+            lanes.iter_mut().zip(slots).for_each(|(to, slot)| *to = column[*slot as usize]);
+        }
+        for epsilon in &mut epsilon[..slots.len()] {
+            *epsilon = if *epsilon > 0.0 { *epsilon } else { epsilon_of_scene };
         }
         let lanes = LaneMask::MAX >> (LANES - slots.len());
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         let found = tracer.nearest(memory, packet, lanes);
         let hits = found.lanes(lanes);
-        let answers: Vec<Answer> = (0..slots.len())
-            .map(|lane| match hits >> lane & 1 {
-                0 => NOTHING,
-                _ => self.answer_of((found.distance[lane], found.id[lane])),
-            })
-            .collect();
+        let mut answers = [NOTHING; LANES];
+        for lane in lanes_of(hits) {
+            answers[lane] = self.answer_of((found.distance[lane], found.id[lane]));
+        }
         self.store_answers(slots, &answers);
     }
 
@@ -91,7 +91,7 @@ impl StagedPaths<'_> {
         paths.clear();
         for slot in slots {
             let (origin, direction, limits) = self.requested(*slot);
-            let ray = &self.rays[*slot as usize];
+            let ray = &self.wave.rays[*slot as usize];
             paths.push(ray.search_path((origin, direction), limits, epsilon_of_scene));
         }
         let BatchMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
@@ -120,20 +120,20 @@ impl StagedPaths<'_> {
 
     fn store_answers(&mut self, slots: &[u32], answers: &[Answer]) {
         let scratch = &mut self.frames.paths.scratch;
-        for (index, array) in self.staged.columns.answers.iter().enumerate() {
+        for (index, array) in self.staged.read_answers() {
             let column = scratch.words_mut(*array);
             for (slot, answer) in slots.iter().zip(answers) {
-                column[*slot as usize] = answer[index];
+                column[*slot as usize] = answer[*index];
             }
         }
         if !self.tracer.with_features {
             return;
         }
         for (slot, [found, object, .., bits]) in slots.iter().zip(answers) {
-            if self.rays[*slot as usize].searches() == 0 {
+            if self.wave.searches[*slot as usize] == 0 && *found != 0 {
                 let (_, direction, _) = self.requested(*slot);
-                let hit = (*found != 0).then(|| (f32::from_bits(*bits), *object));
-                self.rays[*slot as usize].note_first_hit(direction, hit);
+                let hit = first_hit(direction, (f32::from_bits(*bits), *object));
+                self.wave.first_hits[*slot as usize] = Some(hit);
             }
         }
     }
@@ -142,19 +142,23 @@ impl StagedPaths<'_> {
     fn count_searches(&mut self, slots: &[u32]) {
         let Columns { depth, lights, .. } = self.staged.columns;
         let scratch = &mut self.frames.paths.scratch;
-        for slot in slots {
-            let ray = &mut self.rays[*slot as usize];
-            self.queries.rays.traced += u64::from(ray.searches() > 0);
-            ray.count_search();
-        }
+        let Wave { searches, rays, .. } = &mut *self.wave;
         let counts = scratch.words_mut(lights);
+        let mut further = 0;
         for slot in slots {
-            counts[*slot as usize] = self.rays[*slot as usize].numbers.lights();
+            let searches = &mut searches[*slot as usize];
+            further += u64::from(*searches > 0);
+            *searches = searches.saturating_add(1);
+            counts[*slot as usize] = searches.wrapping_mul(CALLS_OF_SEARCH);
+        }
+        self.queries.rays.traced += further;
+        if !rays.is_empty() {
+            slots.iter().for_each(|slot| rays[*slot as usize].count_search());
         }
         if self.staged.reads_depths() {
             let depths = scratch.floats_mut(depth);
             for slot in slots {
-                let before = self.rays[*slot as usize].surfaces_before();
+                let before = searches[*slot as usize].saturating_sub(1);
                 depths[*slot as usize] = (self.depth + before) as f32;
             }
         }

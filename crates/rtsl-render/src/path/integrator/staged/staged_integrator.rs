@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, Program, ShapeClass, StageKernel,
+    CallMode, Diagnostic, Engine, Instance, Objects, Program, ResumedBy, ShapeClass, StageKernel,
     StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -33,6 +33,8 @@ pub struct StagedIntegrator {
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
+    asks_host: bool,
+    read_answers: Vec<(usize, usize)>,
 }
 
 /// The surface of an object.
@@ -100,12 +102,35 @@ impl StagedIntegrator {
         let kernels = kernels(engine, &program, &groups)?;
         let columns = Columns::new(&program);
         let reads_depths = kernels.iter().flatten().any(|it| it.reads.contains(&columns.depth));
-        Ok(StagedIntegrator { program, columns, groups, kernels, surfaces, reads_depths })
+        let requests = program.stages().iter().map(|stage| stage.resumed_by);
+        let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
+            || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
+        let read_answers = read_answers(&program, &columns, &kernels);
+        Ok(StagedIntegrator {
+            program,
+            columns,
+            groups,
+            kernels,
+            surfaces,
+            reads_depths,
+            asks_host,
+            read_answers,
+        })
+    }
+
+    /// The answers to searches that anyone reads, with their arrays.
+    pub fn read_answers(&self) -> &[(usize, usize)] {
+        &self.read_answers
     }
 
     /// True if a kernel reads the number of surfaces that a path has met.
     pub fn reads_depths(&self) -> bool {
         self.reads_depths
+    }
+
+    /// True if a host has to know the random sequences of paths.
+    pub fn asks_host(&self) -> bool {
+        self.asks_host
     }
 
     /// True if the first stage reads the widths of rays.
@@ -219,6 +244,21 @@ fn surfaces_of<'a>(
         assign(*object, index);
     }
     distinct
+}
+
+/// Returns the answers to searches that kernels or the sorting of paths read, with their arrays.
+fn read_answers(
+    program: &StagedProgram,
+    columns: &Columns,
+    kernels: &[Vec<StageKernel>],
+) -> Vec<(usize, usize)> {
+    let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface)[0]);
+    let sorted: BTreeSet<usize> = surfaces.collect();
+    let is_read = |array: &usize| {
+        sorted.contains(array) || kernels.iter().flatten().any(|it| it.reads.contains(array))
+    };
+    let answers = columns.answers.iter().copied().enumerate();
+    answers.filter(|(_, array)| is_read(array)).collect()
 }
 
 /// Compiles a kernel for each stage and group.

@@ -1,0 +1,181 @@
+//! What a wavefront's paths have beside their frames.
+
+use rtsl::{END, LaneBlock};
+use rtsl_bvh::LANES;
+
+use super::super::super::features::PathFeatures;
+use super::super::super::rows::are_finite;
+use super::super::super::wavefront::Path;
+use super::super::host::RayOfCall;
+use super::columns::Columns;
+use super::frames::Frames;
+use crate::compiled::variables::variables;
+use crate::tiles::{CameraRays, SampleStreams};
+
+/// What a wavefront's paths have beside their frames, by path.
+#[derive(Default)]
+pub struct Wave {
+    /// The number of paths.
+    pub count: usize,
+    /// The weights of their radiance.
+    weights: [Vec<f32>; 3],
+    /// The sums of the contributions that nothing blocked.
+    lit: [Vec<f32>; 3],
+    /// The numbers of searches.
+    pub searches: Vec<u32>,
+    /// The distances and the objects of the first surfaces; `None` without a hit.
+    pub first_hits: Vec<Option<(f32, f32)>>,
+    /// What hosts know of the paths; empty if no one asks hosts.
+    pub rays: Vec<RayOfCall>,
+}
+
+/// A component of state, and its value for a path's ray.
+type RayComponent = (usize, fn(&Path) -> f32);
+
+/// Returns the components of state with a path's ray.
+pub fn ray_components() -> [RayComponent; 11] {
+    let v = variables();
+    [
+        (v.ray_origin, |path| path.origin[0]),
+        (v.ray_origin + 1, |path| path.origin[1]),
+        (v.ray_origin + 2, |path| path.origin[2]),
+        (v.ray_direction, |path| path.direction[0]),
+        (v.ray_direction + 1, |path| path.direction[1]),
+        (v.ray_direction + 2, |path| path.direction[2]),
+        (v.epsilon, |path| path.epsilon),
+        (v.hit_distance, |path| path.limit),
+        (v.time_seed, |path| path.time),
+        (v.ray_width, |path| path.width),
+        (v.ray_spread, |path| path.spread),
+    ]
+}
+
+impl Wave {
+    /// Begins a number of paths of this depth, which have no rays yet.
+    pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
+        let Wave { weights, lit, searches, first_hits, rays, .. } = self;
+        self.count = count;
+        for (column, value) in
+            weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
+        {
+            column.clear();
+            column.resize(count, value);
+        }
+        searches.clear();
+        searches.resize(count, 0);
+        first_hits.clear();
+        first_hits.resize(count, None);
+        rays.clear();
+        frames.paths.scratch.words_mut(columns.lights)[..count].fill(0);
+        frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
+        frames.paths.state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
+    }
+
+    /// Loads the rays of paths.
+    pub fn load_paths(&mut self, frames: &mut Frames, columns: &Columns, paths: &[Path]) {
+        let state = &mut frames.paths.state;
+        for (component, value) in ray_components() {
+            let floats = state.floats_mut(component).iter_mut();
+            floats.zip(paths).for_each(|(to, path)| *to = value(path));
+        }
+        let Columns { time, key, sample, .. } = *columns;
+        let scratch = &mut frames.paths.scratch;
+        let mut set = |array: usize, word: fn(&Path) -> u32| {
+            let words = scratch.words_mut(array).iter_mut();
+            words.zip(paths).for_each(|(to, path)| *to = word(path));
+        };
+        set(time, |path| path.time.to_bits());
+        set(key, |path| path.key);
+        set(sample, |path| path.sample);
+        for (channel, weights) in self.weights.iter_mut().enumerate() {
+            weights.iter_mut().zip(paths).for_each(|(to, path)| *to = path.throughput[channel]);
+        }
+    }
+
+    /// Loads a packet of camera rays, from the path `start` on.
+    pub fn load_camera_rays(
+        &mut self,
+        frames: &mut Frames,
+        columns: &Columns,
+        camera: &CameraRays<SampleStreams>,
+        start: usize,
+    ) {
+        let CameraRays { rays, context, weights, footprints } = camera;
+        let (v, all) = (variables(), start..start + LANES);
+        let state = &mut frames.paths.state;
+        let mut set = |component: usize, lanes: &[f32; LANES]| {
+            state.floats_mut(component)[all.clone()].copy_from_slice(lanes);
+        };
+        for axis in 0..3 {
+            set(v.ray_origin + axis, &rays.origin[axis]);
+            set(v.ray_direction + axis, &rays.direction[axis]);
+        }
+        set(v.epsilon, &rays.epsilon);
+        set(v.hit_distance, &rays.limit);
+        set(v.time_seed, &rays.time);
+        set(v.ray_width, &footprints[0]);
+        set(v.ray_spread, &footprints[1]);
+        let scratch = &mut frames.paths.scratch;
+        scratch.floats_mut(columns.time)[all.clone()].copy_from_slice(&rays.time);
+        scratch.words_mut(columns.key)[all.clone()].copy_from_slice(context.keys());
+        scratch.words_mut(columns.sample)[all.clone()].copy_from_slice(context.samples());
+        for (column, weights) in self.weights.iter_mut().zip(weights) {
+            column[all.clone()].copy_from_slice(weights);
+        }
+    }
+
+    /// Begins what hosts know of the paths.
+    pub fn begin_rays(&mut self, frames: &Frames, columns: &Columns) {
+        let scratch = &frames.paths.scratch;
+        let (keys, samples) = (scratch.words(columns.key), scratch.words(columns.sample));
+        let times = scratch.floats(columns.time);
+        let ray = |path: usize| RayOfCall::new(keys[path], samples[path], times[path]);
+        self.rays.extend((0..self.count).map(ray));
+    }
+
+    /// Adds a contribution to a path.
+    #[inline(always)]
+    pub fn add(&mut self, path: u32, color: [f32; 3]) {
+        for (lit, color) in self.lit.iter_mut().zip(color) {
+            lit[path as usize] += color;
+        }
+    }
+
+    /// Returns in `radiance` that of paths that have ended, by path.
+    pub fn radiance(&self, state: &LaneBlock, paths: &[u32], radiance: &mut [[f32; 3]]) {
+        for channel in 0..3 {
+            let color = state.floats(variables().sample_color + channel);
+            let (weights, lit) = (&self.weights[channel], &self.lit[channel]);
+            // A sum with 0 has no negative zeros.
+            let of_path = |path: usize| 0.0 + weights[path] * (color[path] + lit[path]);
+            if paths.len() == self.count {
+                let all = radiance.iter_mut().enumerate().take(self.count);
+                all.for_each(|(path, radiance)| radiance[channel] = of_path(path));
+            } else {
+                let paths = paths.iter().map(|path| *path as usize);
+                paths.for_each(|path| radiance[path][channel] = of_path(path));
+            }
+        }
+    }
+
+    /// Returns the number of paths whose radiance is not finite though their weights are.
+    pub fn lost(&self, paths: &[u32], radiance: &[[f32; 3]]) -> u64 {
+        // A sum of zeros, unless a number is infinite or NaN.
+        let sum: f32 = radiance.as_flattened().iter().map(|number| number * 0.0).sum();
+        if sum == 0.0 {
+            return 0;
+        }
+        let is_lost = |path: &&u32| {
+            let path = **path as usize;
+            let weight = [0, 1, 2].map(|channel: usize| self.weights[channel][path]);
+            !are_finite(&radiance[path]) && are_finite(&weight)
+        };
+        paths.iter().filter(is_lost).count() as u64
+    }
+
+    /// Notes the first surface of a path, with the albedo and the normal that the integrator gives.
+    pub fn features(&self, path: usize, [albedo, normal]: [[f32; 3]; 2]) -> PathFeatures {
+        let (distance, object) = self.first_hits[path].unwrap_or((f32::INFINITY, -1.0));
+        PathFeatures { albedo, normal, distance, object }
+    }
+}
