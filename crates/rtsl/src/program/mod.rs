@@ -4,9 +4,9 @@ pub(crate) mod elements;
 pub(crate) mod kernel_cache;
 pub(crate) mod kernel_description;
 pub(crate) mod kernel_request;
-#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod light_part;
 pub(crate) mod loop_owners;
+#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod program;
 pub(crate) mod stage_lights;
 pub(crate) mod staged_program;
