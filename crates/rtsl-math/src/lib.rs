@@ -12,7 +12,10 @@ mod trigonometry;
 pub use exponential::{exponential, logarithm_of_two, power, power_of_two};
 pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
-pub use tolerances::{LIGHT_MARGIN, MIN_FOOTPRINT_COSINE, STRETCH_ROUNDING, SURFACE_ERROR};
+pub use tolerances::{
+    LIGHT_MARGIN, MAX_SHAPE_MARGIN, MIN_FOOTPRINT_COSINE, MIN_NODE_PROBABILITY, STRETCH_ROUNDING,
+    SURFACE_ERROR,
+};
 pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
 pub use trigonometry::sine_and_cosine_of_degrees;
 

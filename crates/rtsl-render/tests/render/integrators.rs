@@ -130,6 +130,113 @@ fn every_integrator_of_the_library_has_one_result() {
     }
 }
 
+/// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round or textured, beside others.
+const LIGHTS: [(&str, &str); 5] = [
+    (
+        "one quad",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           Shape \"bilinearmesh\" \"point3 P\" [-1 3 -1  0.5 3 -1  -1 3 0.5  0.5 3 0.5] AttributeEnd",
+    ),
+    (
+        "a scaled ball, and a quad that shines on both sides",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           Translate -1 2.5 0 Rotate 30 1 1 0 Scale 0.4 0.2 0.6 Shape \"sphere\" AttributeEnd
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [2 4 6] \"bool twosided\" true
+           Translate 2 1 0 Rotate 70 0 0 1 Scale 0.5 1 2
+           Shape \"bilinearmesh\" \"point3 P\" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] AttributeEnd",
+    ),
+    (
+        "two shapes of one class, a point and a sky",
+        "LightSource \"infinite\" \"rgb L\" [0.2 0.3 0.4]
+         LightSource \"point\" \"rgb I\" [10 9 8] \"point3 from\" [2 4 -3]
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           Translate -1 2.5 0 Scale 0.2 0.2 0.2 Shape \"sphere\" AttributeEnd
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 8 3]
+           Translate 1.5 0.5 -1 Scale 0.3 0.2 0.3 ReverseOrientation Shape \"sphere\" AttributeEnd",
+    ),
+    (
+        "seven lights, of which one is at infinity and one is never hit",
+        "LightSource \"distant\" \"rgb L\" [0.5 0.5 0.4]
+         LightSource \"point\" \"rgb I\" [3 2 1] \"point3 from\" [2 4 -3]
+         LightSource \"spot\" \"rgb I\" [9 9 9] \"point3 from\" [-2 3 -3] \"point3 to\" [0 0 0]
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+         Shape \"sphere\" \"float radius\" 0.1
+         AttributeBegin Translate 1 1 0 Shape \"disk\" \"float radius\" 0.5 AttributeEnd
+         AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 0.4 AttributeEnd
+         AttributeBegin Translate -2 1 0 Shape \"sphere\" \"float radius\" 0.2 \"float alpha\" 0 AttributeEnd
+         AttributeEnd",
+    ),
+    (
+        "a ball with a texture",
+        "AttributeBegin AreaLightSource \"Glow\" Translate -1 2.5 0 Rotate 30 1 1 0 Scale 0.4 0.6 0.6
+           Shape \"Sphere\" AttributeEnd
+         AttributeBegin AreaLightSource \"Glow\" Translate 2 2 0
+           Shape \"bilinearmesh\" \"point3 P\" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] AttributeEnd",
+    ),
+];
+
+/// An emitter whose radiance varies over the shape, and draws a number.
+const GLOW: &str = "class Glow : rt_Material;
+    void emission() {
+        float stripe = fract(4.0 * rt_TextureUV.x + 3.0 * rt_TextureUV.y);
+        rt_EmissionColor = color(4.0 * stripe, 3.0, rand())
+            * (0.5 + 0.5 * abs(normalize(rt_dPdu).x) + rt_du + 0.1 * abs(rt_ShadingNormal.y));
+    }";
+
+/// What lights beside the surfaces that they light: a floor, a ball in a space of its own, a mesh and glass.
+const LIT: &str = "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
+      AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
+      AttributeBegin Translate -1 0 0 Rotate 30 1 1 0 Scale 0.8 1 0.6 Shape \"sphere\" AttributeEnd
+      Material \"Ward\"
+      Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 -1 1  1 -1 0  0.5 1 0.5  -1 -1 0]
+      Material \"Dielectric\" AttributeBegin Translate 1 0 0 Shape \"Sphere\" \"float radius\" 0.6 AttributeEnd
+    AttributeEnd";
+
+/// Asks for densities of points that are not the origins of rays, and for samples with numbers out of range.
+const DENSITIES: &str = "class Densities : rt_Integrator;
+    void radiance() {
+        rt_Surface s = nearestHit();
+        if (!s.found) return;
+        rt_SampleColor = s.lightEmission() * 0.1;
+        rt_SampleColor += color(s.lightPDF(s.origin), s.lightPDF(vec3(0.0, 0.5, 0.25)), s.lightPDF(s.point));
+        for (int i = -1; i < 5; ++i) {
+            rt_LightSample light = s.sampleLight(float(i) / 3.0 + 0.1 * sample1D(0));
+            rt_SampleColor += light.light * 0.1 + color(light.density, min(light.distance, 10.0), 0.0);
+        }
+        rt_SampleColor += s.sampleLight(sqrt(-1.0 - abs(s.origin.x))).light;
+    }";
+
+#[test]
+fn stages_sample_lights_as_hosts_do() {
+    let samplers = ["independent", "stratified", "sobol", "halton"];
+    let integrators = [("Path", [4, 16]), ("Densities", [1, 8])];
+    let mut samplers = samplers.into_iter().cycle();
+    for (name, lights) in LIGHTS {
+        for (integrator, widths) in integrators {
+            let sampler = samplers.next().unwrap_or_default();
+            let head = format!("Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
+            let text = format!("{CAMERA}{head}\nWorldBegin\n{lights}\n{LIT}");
+            let classes = format!("{GLOW}\n{DENSITIES}");
+            let make = |backend: Backend, width: u32| {
+                let width = Some(width);
+                let engine = EngineOptions { backend, width, ..EngineOptions::default() };
+                let files = [("scene.pbrt", text.as_str()), ("own.rtsl", &classes)];
+                let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
+                let scene = Path::new("scene.pbrt").into();
+                let request = RenderRequest { scene, size: Some((16, 12)), engine, ..samples(4) };
+                let result = render_scene_from(&request, &MemoryFiles(files.into()));
+                bits(&result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))))
+            };
+            let reference = make(Backend::Interpreter, 1);
+            assert!(reference.iter().any(|word| *word != 0), "{name}, {integrator}: black");
+            for width in widths {
+                let made = make(Backend::Auto, width);
+                assert!(made == reference, "{name}, {integrator}, {sampler}, {width}");
+            }
+        }
+    }
+}
+
 /// An integrator of a scene's own, with parameters, an output that the film keeps, and a probe behind the surface.
 const THICKNESS: &str = "class Thickness : rt_Integrator;
     public float scale = 1.0;

@@ -85,6 +85,9 @@ impl Arithmetic<'_> {
     /// Loads a scalar of a variable.
     pub fn load(&mut self, variable: Variable, index: u32) -> Linking<Value> {
         let scalar = variable.scalar;
+        if let Some(chosen) = self.linker.load_chosen(&variable, Index::Constant(index), self.to)? {
+            return Ok(chosen);
+        }
         let variable = self.linker.intern_variable(variable);
         let kind = OpKind::Load(variable, Index::Constant(index));
         Ok(self.linker.emit(self.to, kind, &[scalar], false)?.get(0))
@@ -102,6 +105,12 @@ impl Arithmetic<'_> {
         let variable = Variable { kind, name: name.to_owned(), scalar: Scalar::F32, len };
         let mut load = |index: u32| self.load(variable.clone(), first + index);
         Ok([load(0)?, load(1)?, load(2)?])
+    }
+
+    /// Loads a member of one scalar.
+    pub fn load_member(&mut self, name: &str, scalar: Scalar) -> Linking<Value> {
+        let kind = VariableKind::Member;
+        self.load(Variable { kind, name: name.to_owned(), scalar, len: 1 }, 0)
     }
 
     /// Loads a map that is a member.
@@ -123,6 +132,10 @@ impl Arithmetic<'_> {
 
     pub fn sum(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
         self.each(|it, axis| it.add(a[axis], b[axis]))
+    }
+
+    pub fn difference(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
+        self.each(|it, axis| it.binary(BinaryOp::Subtract, a[axis], b[axis]))
     }
 
     pub fn scaled(&mut self, v: Vector, factor: Value) -> Linking<Vector> {
@@ -230,6 +243,14 @@ impl Arithmetic<'_> {
     pub fn larger(&mut self, a: Value, b: Value) -> Linking<Value> {
         let is_larger = self.compare(CompareOp::Greater, a, b)?;
         self.select(is_larger, a, b)
+    }
+
+    /// True for positive numbers less than infinity.
+    pub fn is_usable(&mut self, a: Value) -> Linking<Value> {
+        let (zero, infinity) = (self.float(0.0)?, self.float(f32::INFINITY)?);
+        let is_positive = self.compare(CompareOp::Greater, a, zero)?;
+        let is_finite = self.less(a, infinity)?;
+        self.and(is_positive, is_finite)
     }
 
     /// A number if it is less than infinity, else 0.

@@ -1,4 +1,4 @@
-//! Lights without a shape as operations: samples of them, and their radiance for rays that leave the scene.
+//! Lights as operations: samples of them, and the radiance of those without a shape for rays that leave the scene.
 //!
 //! Renderers compute the same for lights that they do not link, with the same bits.
 
@@ -12,56 +12,43 @@ use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, Sampler};
 use rtsl_math::{LIGHT_MARGIN, STRETCH_ROUNDING};
 use rtsl_spec::{Role, lookup_state};
 
+use super::area_light::AreaLightLink;
 use super::arithmetic::{Arithmetic, Map, Vector};
+use super::chosen_light::{ChosenLight, LightClassLink};
+use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
 use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use super::stage::{TIME_COLUMN, asks_host};
+use super::surface::needs_only;
 
 /// The scratch array that counts each path's light samples: those since its last search, from a multiple for each
 /// search on.
 pub(crate) const LIGHT_COLUMN: &str = "path.lights";
 
 /// The greatest number of lights that are linked.
-pub(crate) const MAX_LIGHTS: usize = 4;
+pub const MAX_LIGHTS: usize = 16;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightLinks {
+    /// The lights without a shape.
     pub lights: Vec<LightLink>,
+    /// The lights that are shapes, whose indices follow; `None` if hosts sample lights.
+    pub areas: Option<Vec<AreaLightLink>>,
     /// The lights that rays find when they leave the scene, by their indices among `lights`.
     pub skies: Vec<usize>,
-    /// The selection of lights for samples; `None` if hosts sample them.
+    /// The selection of lights for samples; `None` if hosts select them.
     pub selection: Option<LightSelection>,
+    /// The classes of the lights that are selected.
+    pub classes: Vec<LightClassLink>,
 }
 
-/// The selection of lights, with probabilities that do not depend on the point.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LightSelection {
-    /// The indices of lights at infinity.
-    pub infinite: Vec<usize>,
-    /// The index of the only other light.
-    pub finite: Option<usize>,
-    /// The probability of each light at infinity.
-    pub probability: f32,
-}
-
-impl LightSelection {
-    /// The lights with their probabilities, in the order in which random numbers select them.
-    fn parts(&self) -> Vec<(usize, f32)> {
-        let infinite = self.infinite.iter().map(|light| (*light, self.probability));
-        let left = 1.0 - self.probability * self.infinite.len() as f32;
-        let count = self.infinite.len() + usize::from(self.finite.is_some());
-        let finite = self.finite.map(|light| (light, left));
-        let parts = infinite.chain(finite);
-        // The only light is always selected.
-        parts.map(|(light, part)| (light, if count == 1 { 1.0 } else { part })).collect()
-    }
-
-    /// The probability of a light; 0 if it is not selected.
-    fn part(&self, light: usize) -> f32 {
-        let parts = self.parts();
-        parts.iter().find(|(other, _)| *other == light).map_or(0.0, |(_, part)| *part)
+impl LightLinks {
+    /// True if lights that are shapes may be at infinity.
+    pub fn has_infinite_shapes(&self) -> bool {
+        let mut infinite = self.selection.iter().flat_map(|selection| &selection.infinite);
+        infinite.any(|light| *light >= self.lights.len())
     }
 }
 
@@ -104,25 +91,40 @@ impl LightLink {
 
     /// True if the methods need nothing but what queries give and, for samples, random numbers of this sampler.
     pub fn is_complete(&self, sampler: &Sampler) -> bool {
-        let is_plain = |method: &Arc<LinkedMethod>, may_draw: bool| {
-            let mut is_plain = !method.reads_scratch;
-            method.function.body.for_each_op(&mut |op| {
-                is_plain &= !asks_host(&op.kind) || may_draw && op.kind == OpKind::Rand;
-            });
-            is_plain && method.reads.iter().all(|it| INPUTS.contains(&it.name))
-        };
-        let mut fixed = self.emission.iter().chain(&self.density);
-        fixed.all(|method| is_plain(method, false))
-            && self.illumination.iter().all(|method| is_plain(method, has_operations(sampler)))
+        let is_fixed = |it: &Arc<LinkedMethod>| !it.reads_scratch && needs_only(it, &INPUTS);
+        let has_inputs =
+            |it: &Arc<LinkedMethod>| it.reads.iter().all(|it| INPUTS.contains(&it.name));
+        self.emission.iter().chain(&self.density).all(is_fixed)
+            && self.illumination.iter().all(|it| may_draw_only(it, sampler) && has_inputs(it))
     }
+}
+
+/// True if a method asks nothing of a host but random numbers of a sampler whose numbers are operations.
+pub(super) fn may_draw_only(method: &LinkedMethod, sampler: &Sampler) -> bool {
+    let mut is_plain = !method.reads_scratch;
+    method.function.body.for_each_op(&mut |op| {
+        is_plain &= !asks_host(&op.kind) || op.kind == OpKind::Rand && has_operations(sampler);
+    });
+    is_plain
 }
 
 /// The point that a light is sampled for.
 #[derive(Clone, Copy)]
-struct LitPoint {
-    point: Vector,
-    normals: [Vector; 2],
-    offset: Value,
+pub(super) struct LitPoint {
+    pub point: Vector,
+    pub normals: [Vector; 2],
+    /// The offset of the origins of rays that leave it.
+    pub offset: Value,
+}
+
+/// A sample of a light in the world, which is not weighed.
+pub(super) struct SampledColor {
+    pub direction: Vector,
+    /// The length of the shadow ray.
+    pub end: Value,
+    pub color: Vector,
+    /// The density, without the probability of the light; 0 or less for deltas.
+    pub density: Value,
 }
 
 /// A sample of a light, as the results of its query, without the first.
@@ -152,10 +154,10 @@ impl Linker {
                 let count = rtsl_ir::Constant::I32(links.skies.len() as i32);
                 Ok(Some(vec![self.constant(to, count)?]))
             }
-            Query::SampleLight => match &links.selection {
-                Some(selection) => {
-                    let links = (links, selection, sampler);
-                    Ok(Some(self.light_sample(caller, links, operands, to)?))
+            Query::SampleLight => match links.selection.as_ref().zip(links.areas.as_ref()) {
+                Some((selection, areas)) => {
+                    let links = (links, areas.as_slice(), selection);
+                    Ok(Some(self.light_sample(caller, (links, sampler), operands, to)?))
                 }
                 None => Ok(None),
             },
@@ -164,11 +166,9 @@ impl Linker {
                 let zero = Arithmetic { linker: &mut *self, to: &mut *to }.float(0.0)?;
                 let mut results = vec![zero; query.result_scalars().count()];
                 for (index, sky) in (0..).zip(&links.skies) {
-                    let part = links.selection.as_ref().map_or(0.0, |it| it.part(*sky));
-                    let light = (&links.lights[*sky], part);
                     let mut then = Region::default();
                     then.yields = self.nested(|linker| {
-                        linker.sky(caller, light, query, &operands[1..], &mut then.ops)
+                        linker.sky(caller, (links, *sky), query, &operands[1..], &mut then.ops)
                     })?;
                     let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
                     let index = code.linker.constant(code.to, rtsl_ir::Constant::I32(index))?;
@@ -182,7 +182,7 @@ impl Linker {
     }
 
     /// Adds an `if` whose other side yields these values.
-    fn branch(
+    pub(super) fn branch(
         &mut self,
         condition: Value,
         then: Region,
@@ -199,11 +199,12 @@ impl Linker {
     fn sky(
         &mut self,
         caller: &Site<'_>,
-        (light, part): (&LightLink, f32),
+        (links, index): (&LightLinks, usize),
         query: Query,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
+        let light = &links.lights[index];
         let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
         let is_density = query == Query::SkyPdf;
         let world_direction = if is_density { vector(9) } else { vector(3) };
@@ -224,10 +225,14 @@ impl Linker {
             let Some(emission) = &light.emission else {
                 return Ok(vec![code.float(0.0)?; 3]);
             };
-            let set = self.light_method(caller, light, emission, state, to)?;
-            return self.results(&set, "rt_EmissionColor", to);
+            let set = self.light_method(caller, &light.prefix, emission, state, to)?;
+            return self.results((&set, Role::Light), "rt_EmissionColor", to);
         }
-        let Some(density) = light.density.as_ref().filter(|_| part > 0.0) else {
+        let selection = links.selection.as_ref();
+        let (Some(density), Some(selection)) = (&light.density, selection) else {
+            return Ok(vec![code.float(0.0)?]);
+        };
+        let Some(part) = code.linker.probability_of(selection, index, vector(0), code.to)? else {
             return Ok(vec![code.float(0.0)?]);
         };
         let forward = code.map(&light.forward())?;
@@ -236,10 +241,9 @@ impl Linker {
             let normal = code.normalized_or(normal, up)?;
             set(&mut state, name, &normal);
         }
-        let set = self.light_method(caller, light, density, state, to)?;
-        let density = self.results(&set, "rt_PDF", to)?[0];
+        let set = self.light_method(caller, &light.prefix, density, state, to)?;
+        let density = self.results((&set, Role::Light), "rt_PDF", to)?[0];
         let code = &mut Arithmetic { linker: self, to };
-        let part = code.float(part)?;
         Ok(vec![code.multiply(density, part)?])
     }
 
@@ -247,7 +251,10 @@ impl Linker {
     fn light_sample(
         &mut self,
         caller: &Site<'_>,
-        (links, selection, sampler): (&LightLinks, &LightSelection, &Sampler),
+        ((links, areas, selection), sampler): (
+            (&LightLinks, &[AreaLightLink], &LightSelection),
+            &Sampler,
+        ),
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
@@ -255,35 +262,52 @@ impl Linker {
         let lit =
             LitPoint { point: vector(0), normals: [vector(3), vector(6)], offset: operands[9] };
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let zero = code.float(0.0)?;
-        let parts = selection.parts();
-        if parts.is_empty() {
+        if selection.infinite.is_empty() && selection.nodes.is_empty() {
+            let zero = code.float(0.0)?;
             let none = code.linker.constant(code.to, rtsl_ir::Constant::Bool(false))?;
             return Ok([&[none][..], &[zero; 8]].concat());
         }
         let key = code.light_key()?;
-        let (last, earlier) = parts.split_last().expect("there are some");
-        let mut sample = {
-            let light = (&links.lights[last.0], last.1);
-            self.sample_of(caller, light, (&lit, key, sampler), to)?
+        let numbers: Vec<usize> = links.classes.iter().flat_map(|it| it.lights.clone()).collect();
+        let number_of = |light: usize| {
+            let number = numbers.iter().position(|other| *other == light);
+            number.map_or(0, |number| number as u32)
         };
-        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let probability = code.float(selection.probability)?;
-        let place = code.divide(operands[10], probability)?;
-        // The last is computed for all paths; short methods become selects anyway.
-        for (index, (light, part)) in earlier.iter().enumerate().rev() {
-            let light = (&links.lights[*light], *part);
+        let place = (lit.point, operands[10]);
+        let selected = self.choose_light(selection, place, &number_of, to)?;
+        let mut end = numbers.len() as u32;
+        let mut sample: Option<Sample> = None;
+        // The last class is computed for all paths; short methods become selects anyway.
+        for class in links.classes.iter().rev() {
+            let first = end - class.lights.len() as u32;
             let mut then = Region::default();
             then.yields = self.nested(|linker| {
-                linker.sample_of(caller, light, (&lit, key, sampler), &mut then.ops)
+                let code = &mut Arithmetic { linker, to: &mut then.ops };
+                let chosen = ChosenLight::new(code, class, (selected.number, first))?;
+                linker.chosen_light = Some(Arc::new(chosen));
+                let lights = (links, areas, class.lights[0]);
+                let of = (&lit, key, sampler);
+                let sample =
+                    linker.sample_of(caller, lights, of, selected.probability, &mut then.ops);
+                linker.chosen_light = None;
+                sample
             })?;
-            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-            let bound = code.float((index + 1) as f32)?;
-            let condition = code.less(place, bound)?;
-            sample = self.branch(condition, then, sample, to)?;
+            sample = Some(match sample {
+                None => {
+                    to.append(&mut then.ops);
+                    then.yields
+                }
+                Some(later) => {
+                    let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+                    let end = code.word(end)?;
+                    let condition = code.less(selected.number, end)?;
+                    self.branch(condition, then, later, to)?
+                }
+            });
+            end = first;
         }
         let code = &mut Arithmetic { linker: self, to };
-        code.found_or_zeros(sample)
+        code.found_or_zeros(sample.expect("there are lights"))
     }
 
     /// Returns direction, distance, colour and density of a sample of one light, which has been selected with a
@@ -291,13 +315,46 @@ impl Linker {
     fn sample_of(
         &mut self,
         caller: &Site<'_>,
-        (light, part): (&LightLink, f32),
+        (links, areas, index): (&LightLinks, &[AreaLightLink], usize),
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        probability: Value,
         to: &mut Vec<Op>,
     ) -> Linking<Sample> {
+        self.copied_numbers = Some(self.new_numbers(key, *sampler, to)?);
+        let sampled = match links.lights.get(index) {
+            Some(light) => {
+                let sample = self.shapeless_sample(caller, light, lit, to);
+                sample.map(|sample| (sample, light.is_weighed))
+            }
+            None => {
+                let light = &areas[index - links.lights.len()];
+                let sample = self.area_light_sample(caller, light, lit, to);
+                sample.map(|sample| (sample, light.is_weighed))
+            }
+        };
+        self.copied_numbers = None;
+        let (sample, is_weighed) = sampled?;
+        Arithmetic { linker: self, to }.weighed(&sample, probability, is_weighed)
+    }
+
+    /// Returns a sample of a light without a shape.
+    fn shapeless_sample(
+        &mut self,
+        caller: &Site<'_>,
+        light: &LightLink,
+        lit: &LitPoint,
+        to: &mut Vec<Op>,
+    ) -> Linking<SampledColor> {
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let Some(illumination) = &light.illumination else {
-            return Ok(vec![code.float(0.0)?; 8]);
+            let zero = code.float(0.0)?;
+            let nothing = [zero; 3];
+            return Ok(SampledColor {
+                direction: nothing,
+                end: zero,
+                color: nothing,
+                density: zero,
+            });
         };
         let mut state = Vec::new();
         let (mut point, mut normals) = (lit.point, lit.normals);
@@ -322,41 +379,36 @@ impl Linker {
         ] {
             set(&mut state, name, values);
         }
-        let numbers = code.linker.new_numbers(key, *sampler, code.to)?;
-        self.copied_numbers = Some(numbers);
-        let called = self.light_method(caller, light, illumination, state, to);
-        self.copied_numbers = None;
-        let set = called?;
-        let direction = self.results(&set, "rt_LightDirection", to)?;
-        let distance = self.results(&set, "rt_LightDistance", to)?[0];
-        let color = self.results(&set, "rt_LightColor", to)?;
-        let density = self.results(&set, "rt_PDF", to)?[0];
+        let set = self.light_method(caller, &light.prefix, illumination, state, to)?;
+        let mut result = |name: &str| self.results((&set, Role::Light), name, to);
+        let (direction, color) = (result("rt_LightDirection")?, result("rt_LightColor")?);
+        let (distance, density) = (result("rt_LightDistance")?[0], result("rt_PDF")?[0]);
         let code = &mut Arithmetic { linker: self, to };
         let vector = |values: &[Value]| [values[0], values[1], values[2]];
         let sample =
             LocalSample { direction: vector(&direction), distance, color: vector(&color), density };
-        code.weighed(sample, forward.as_ref(), (lit.offset, part, light.is_weighed))
+        code.in_world(sample, forward.as_ref(), lit.offset)
     }
 
-    /// Copies a method of a light, and returns the state that it sets.
-    fn light_method(
+    /// Copies a method of a light's part with this path to members, and returns the state that it sets.
+    pub(super) fn light_method(
         &mut self,
         caller: &Site<'_>,
-        light: &LightLink,
+        prefix: &str,
         method: &LinkedMethod,
         state: Vec<(StateComponent, Value)>,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let scratch = self.scratch.replace(Vec::new());
-        let set = self.copy_method(caller, &light.prefix, method, state, to);
+        let set = self.copy_method(caller, prefix, method, state, to);
         self.scratch = scratch;
         set
     }
 
-    /// Returns the values of a state variable that a light's method has set.
-    fn results(
+    /// Returns the values of a state variable that a method of a light's part with this role has set.
+    pub(super) fn results(
         &mut self,
-        set: &[(StateComponent, Value)],
+        (set, role): (&[(StateComponent, Value)], Role),
         name: &str,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
@@ -367,7 +419,7 @@ impl Linker {
                 let wanted = StateComponent { variable: variable.index, component };
                 match find_override(set, wanted) {
                     Some(value) => Ok(value),
-                    None => self.constant(to, default_of(Role::Light, wanted)),
+                    None => self.constant(to, default_of(role, wanted)),
                 }
             })
             .collect()
@@ -468,18 +520,18 @@ impl Arithmetic<'_> {
         self.hash_with(key, NUMBERS_OF_LIGHTS)
     }
 
-    /// Transforms a sample to the world, and divides its colour by its density, the probability of the light included.
-    fn weighed(
+    /// Transforms a sample to the world.
+    fn in_world(
         &mut self,
         sample: LocalSample,
         forward: Option<&Map>,
-        (offset, part, is_weighed): (Value, f32, bool),
-    ) -> Linking<Sample> {
-        let LocalSample { mut direction, mut distance, mut color, density: own } = sample;
+        offset: Value,
+    ) -> Linking<SampledColor> {
+        let LocalSample { mut direction, mut distance, mut color, density } = sample;
         if let Some(forward) = forward {
             let world = self.transformed_vector(forward, direction)?;
             let stretch = self.products(world, world)?;
-            let scale = self.delta_scale(stretch, distance, own)?;
+            let scale = self.delta_scale(stretch, distance, density)?;
             color = self.scaled(color, scale)?;
             let length = self.root(stretch)?;
             distance = self.multiply(distance, length)?;
@@ -488,15 +540,22 @@ impl Arithmetic<'_> {
         let reach = self.float(1.0 - LIGHT_MARGIN)?;
         let end = self.multiply(distance, reach)?;
         let end = self.binary(BinaryOp::Subtract, end, offset)?;
-        let (zero, one, part) = (self.float(0.0)?, self.float(1.0)?, self.float(part)?);
-        let density = self.multiply(own, part)?;
+        Ok(SampledColor { direction, end, color, density })
+    }
+
+    /// Divides the colour of a sample by its density, the probability of the light included. Returns direction, length
+    /// of the shadow ray, colour and density.
+    fn weighed(&mut self, sample: &SampledColor, part: Value, is_weighed: bool) -> Linking<Sample> {
+        let SampledColor { direction, end, color, density: own } = sample;
+        let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
+        let density = self.multiply(*own, part)?;
         // With a NaN density the sample is NaN, not a delta.
-        let is_delta = self.compare(CompareOp::LessEqual, own, zero)?;
+        let is_delta = self.compare(CompareOp::LessEqual, *own, zero)?;
         let divisor = self.select(is_delta, part, density)?;
         let scale = self.divide(one, divisor)?;
-        let color = self.scaled(color, scale)?;
+        let color = self.scaled(*color, scale)?;
         let density = if is_weighed { density } else { zero };
-        Ok([&direction[..], &[end], &color, &[density]].concat())
+        Ok([&direction[..], &[*end], &color, &[density]].concat())
     }
 
     /// The factor that converts the colour of a delta light's sample to the world.
@@ -534,7 +593,8 @@ impl Arithmetic<'_> {
     }
 }
 
-fn set(state: &mut Vec<(StateComponent, Value)>, name: &str, values: &[Value]) {
+/// Adds the values of a state variable.
+pub(super) fn set(state: &mut Vec<(StateComponent, Value)>, name: &str, values: &[Value]) {
     let Some(variable) = lookup_state(name) else { return };
     state.extend((0..).zip(values).map(|(component, value)| {
         (StateComponent { variable: variable.index, component }, *value)

@@ -17,6 +17,7 @@ use rtsl_opt::unchanged::VariableScalar;
 use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
+use super::chosen_light::ChosenLight;
 use super::class_tree::{ClassTree, element_path};
 use super::lights::CopiedNumbers;
 use super::linked_method::LinkedMethod;
@@ -65,6 +66,8 @@ pub(super) struct Linker {
     pub copied_numbers: Option<CopiedNumbers>,
     /// The local that counts a path's light samples.
     pub light_counter: Option<VariableId>,
+    /// The light whose methods are being copied, if each path has chosen one.
+    pub chosen_light: Option<Arc<ChosenLight>>,
     /// The local with the contribution of a stage.
     pub contribution: Option<VariableId>,
 }
@@ -150,6 +153,7 @@ impl Linker {
             known_properties: Vec::new(),
             copied_numbers: None,
             light_counter: None,
+            chosen_light: None,
             contribution: None,
         }
     }
@@ -238,6 +242,14 @@ impl Linker {
                     && self.scratch.is_some() =>
             {
                 let result = self.load_scratch(site, *variable, *index, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::Load(variable, index)
+                if site.function.variable(*variable).kind == VariableKind::Member
+                    && self.chosen_light.is_some() =>
+            {
+                let result = self.load_member(site, *variable, *index, to)?;
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
@@ -361,6 +373,22 @@ impl Linker {
         };
         let index = index_of_site(site, index);
         self.load_component(index, len, Scalar::F32, load, to)
+    }
+
+    /// Loads a scalar of a member, that of the chosen light.
+    fn load_member(
+        &mut self,
+        site: &mut Site<'_>,
+        variable: VariableId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let (new, index) = (self.variable(site, variable), index_of_site(site, index));
+        let member = self.out.variable(new).clone();
+        if let Some(chosen) = self.load_chosen(&member, index, to)? {
+            return Ok(chosen);
+        }
+        Ok(self.emit(to, OpKind::Load(new, index), &[member.scalar], false)?.get(0))
     }
 
     /// Returns a scalar of scratch that is not in memory.

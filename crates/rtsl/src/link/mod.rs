@@ -1,10 +1,13 @@
 //! Linking: a method and the methods that it calls through references become one function, once the classes of the
 //! instances are known.
 
+pub(crate) mod area_light;
 mod arithmetic;
+pub(crate) mod chosen_light;
 pub(crate) mod class_tree;
 pub(crate) mod contribution;
 pub(crate) mod hit;
+pub(crate) mod light_selection;
 pub(crate) mod lights;
 pub(crate) mod linked_method;
 pub(crate) mod linker;

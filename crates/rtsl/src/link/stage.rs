@@ -63,7 +63,7 @@ pub(crate) struct SurfaceMethod {
 
 /// The source of a state variable that a method reads.
 #[derive(Clone, Copy)]
-enum Input {
+pub(super) enum Input {
     /// Operands of the query from this one on.
     Operand(usize),
     /// Properties of the surface from this one on.
@@ -72,6 +72,13 @@ enum Input {
     InverseDirection,
     /// A scratch array.
     Column(&'static str),
+}
+
+impl Input {
+    /// True if it depends on the ray and its hit only.
+    pub fn is_of_surface(self) -> bool {
+        !matches!(self, Input::Column(name) if name != TIME_COLUMN)
+    }
 }
 
 /// Links a stage.
@@ -164,6 +171,17 @@ impl Linker {
                 Ok(Some(Vec::new()))
             }
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
+            Query::LightPdf => {
+                let selection = links.lights.iter().find_map(|lights| {
+                    let selection = lights.selection.as_ref()?;
+                    Some((selection, lights.has_infinite_shapes()))
+                });
+                let Some((shape, selection)) = links.shape.as_ref().zip(selection) else {
+                    return Ok(None);
+                };
+                let (selection, has_infinite) = selection;
+                self.light_density(site, (shape, selection, has_infinite), operands, to)
+            }
             _ => match (&links.lights, &links.sampler) {
                 (Some(lights), Some(sampler)) => {
                     self.ask_lights(site, (lights, sampler), query, operands, to)
@@ -285,7 +303,7 @@ pub(crate) fn asks_host(kind: &OpKind) -> bool {
 }
 
 /// Returns the source of a state variable that a method reads when it answers a query.
-fn input(query: Query, variable: &StateVariable) -> Option<Input> {
+pub(super) fn input(query: Query, variable: &StateVariable) -> Option<Input> {
     let operand = |name| Some(Input::Operand(first_of(query.operands(), name)));
     let property = |name| Some(Input::Property(first_of(Query::SurfaceProperties.results(), name)));
     match variable.name {

@@ -1,43 +1,51 @@
 //! The properties of a surface as operations: the methods of its shape, and the maps between the shape's space and the
-//! world.
+//! world; and the density with which light samples find it.
 //!
 //! Renderers compute the same for surfaces whose classes they do not link, with the same bits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::{BinaryOp, CompareOp, Op, Query, StateComponent, UnaryOp, Value};
+use rtsl_ir::{
+    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, StateComponent, UnaryOp, Value,
+};
 use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR};
 use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{Method, Role, lookup_state};
 
 use super::arithmetic::{Arithmetic, Map, Vector};
+use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
 use super::stage::{TIME_COLUMN, asks_host, first_of};
 
-/// The path to the members of shapes in linked stages.
-pub(crate) const SHAPE: &str = "shape.";
-/// The member with the map from the space of a shape to the world.
-pub(crate) const FORWARD: &str = "surface.forward";
-/// The member with the map of magnitudes, from the world to the space of the shape and back.
-pub(crate) const SIZES: &str = "surface.sizes";
-/// The member with the extents of the shape's box, in the world's directions, then -1 if its orientation is reversed,
-/// else 1.
-pub(crate) const EXTENTS: &str = "surface.extents";
+/// The map from the space of a shape to the world.
+const FORWARD: &str = "rt_Forward";
+/// The map of magnitudes, from the world to the space of the shape and back.
+const SIZES: &str = "rt_Sizes";
+/// The extents of the shape's box, in the world's directions, then -1 if its orientation is reversed, else 1.
+const EXTENTS: &str = "rt_Extents";
+/// The factor by which volumes are scaled from the space of the shape to the world.
+const VOLUME: &str = "rt_Volume";
+/// The [way](LightSelection::way) to the shape in the light hierarchy.
+const LIGHT: &str = "rt_Light";
 
 /// The methods of shapes that describe surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct ShapeLinks {
+    /// The path to their members in linked stages: `shape.`.
+    pub prefix: String,
     /// The methods that describe surfaces, and `intersect` if they read its scratch.
     pub methods: BTreeMap<Method, Arc<LinkedMethod>>,
     /// True if shapes have a space of their own.
     pub is_placed: bool,
-    /// True if `samplePDF` may be called for the surfaces.
+    /// True if light samples may choose the surfaces, and shapes have densities.
     pub is_sampled: bool,
+    /// `samplePDF`, if it needs nothing but the ray and the hit.
+    pub density: Option<Arc<LinkedMethod>>,
 }
 
-/// The state that methods of shapes may read.
+/// The state that methods of shapes may read, of which the last two are texture coordinates.
 const INPUTS: [&str; 11] = [
     "rt_RayOrigin",
     "rt_RayDirection",
@@ -52,14 +60,100 @@ const INPUTS: [&str; 11] = [
     "rt_TextureUVW",
 ];
 
+/// True if a method asks nothing of a host, and reads no state but this.
+pub(super) fn needs_only(method: &LinkedMethod, inputs: &[&str]) -> bool {
+    let mut is_plain = true;
+    method.function.body.for_each_op(&mut |op| is_plain &= !asks_host(&op.kind));
+    is_plain && method.reads.iter().all(|it| inputs.contains(&it.name))
+}
+
 impl ShapeLinks {
     /// True if the methods need nothing but the ray and the hit.
     pub fn is_complete(&self) -> bool {
-        self.methods.values().all(|method| {
-            let mut is_plain = true;
-            method.function.body.for_each_op(&mut |op| is_plain &= !asks_host(&op.kind));
-            is_plain && method.reads.iter().all(|it| INPUTS.contains(&it.name))
-        })
+        self.methods.values().all(|method| needs_only(method, &INPUTS))
+    }
+
+    /// Returns `samplePDF` if it can be linked: it is called before texture coordinates are known.
+    pub fn linked_density(method: Arc<LinkedMethod>) -> Option<Arc<LinkedMethod>> {
+        let inputs = &INPUTS[..INPUTS.len() - 2];
+        (needs_only(&method, inputs) && !method.reads_scratch).then_some(method)
+    }
+
+    /// Returns the members besides those of the shapes, with their scalars, in the order of
+    /// [`ShapeObject`](crate::ShapeObject)'s data.
+    pub fn members(&self) -> Vec<(String, u32)> {
+        let maps = [PLACEMENT, FORWARD, SIZES].map(|name| (name, 12));
+        let maps = maps.into_iter().filter(|_| self.is_placed);
+        let of_samples = [(VOLUME, 1), (LIGHT, 1)].into_iter().filter(|_| self.is_sampled);
+        let members = maps.chain([(EXTENTS, 4)]).chain(of_samples);
+        members.map(|(name, scalars)| (self.member(name), scalars)).collect()
+    }
+
+    fn member(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
+    }
+
+    /// Loads the maps between the shape's space and the world, if they differ.
+    pub(super) fn maps(&self, code: &mut Arithmetic<'_>) -> Linking<Option<Maps>> {
+        if !self.is_placed {
+            return Ok(None);
+        }
+        let mut map = |name: &str| code.map(&self.member(name));
+        Ok(Some(Maps { inverse: map(PLACEMENT)?, forward: map(FORWARD)?, sizes: map(SIZES)? }))
+    }
+
+    /// The Jacobian of directions under the map to the world, given the squared lengths of a vector in the world and in
+    /// the shape's space: the stretch along them, cubed, over the map's determinant.
+    pub(super) fn direction_scale(
+        &self,
+        code: &mut Arithmetic<'_>,
+        square: Value,
+        local_square: Value,
+    ) -> Linking<Value> {
+        let stretch = code.divide(square, local_square)?;
+        let root = code.root(stretch)?;
+        let scale = code.multiply(stretch, root)?;
+        if !self.is_placed {
+            return Ok(scale);
+        }
+        let volume = code.load_member(&self.member(VOLUME), Scalar::F32)?;
+        code.divide(scale, volume)
+    }
+
+    /// Transforms a normal of the shape's space to the world's, with the orientation of the object. Its length is any.
+    pub(super) fn normal(
+        &self,
+        code: &mut Arithmetic<'_>,
+        maps: Option<&Maps>,
+        normal: Vector,
+    ) -> Linking<Vector> {
+        let side = code.member(&self.member(EXTENTS), 4, 1)?[2];
+        let normal = match maps {
+            Some(maps) => code.transposed_vector(&maps.inverse, normal)?,
+            None => normal,
+        };
+        code.scaled(normal, side)
+    }
+
+    /// The bound of the rounding error of a point along a unit normal, given the magnitudes of the terms from which the
+    /// point is computed; 0 if they overflow.
+    pub(super) fn rounding_error(
+        &self,
+        code: &mut Arithmetic<'_>,
+        maps: Option<&Maps>,
+        (normal, sizes): (Vector, Vector),
+    ) -> Linking<Value> {
+        let extents = code.member(&self.member(EXTENTS), 4, 0)?;
+        let mut sizes = code.sum(sizes, extents)?;
+        if let Some(maps) = maps {
+            let through = code.transformed_point(&maps.sizes, sizes)?;
+            sizes = code.sum(sizes, through)?;
+        }
+        let normal = code.sizes(normal)?;
+        let error = code.products(normal, sizes)?;
+        let roundings = code.float(SURFACE_ERROR)?;
+        let error = code.multiply(error, roundings)?;
+        code.finite_or_zero(error)
     }
 
     fn has(&self, method: Method) -> bool {
@@ -77,10 +171,13 @@ struct SurfaceCode<'a> {
 }
 
 /// Maps of a placed shape.
-struct Maps {
-    inverse: Map,
-    forward: Map,
-    sizes: Map,
+pub(super) struct Maps {
+    /// From the world to its space.
+    pub inverse: Map,
+    /// From its space to the world.
+    pub forward: Map,
+    /// Of magnitudes, from the world to its space and back.
+    pub sizes: Map,
 }
 
 /// A ray with its hit.
@@ -101,15 +198,7 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         let operand = |name| operands[first_of(Query::SurfaceProperties.operands(), name)];
-        let vector = |name| {
-            let first = first_of(Query::SurfaceProperties.operands(), name);
-            [operands[first], operands[first + 1], operands[first + 2]]
-        };
-        let hit = Hit {
-            origin: vector("origin"),
-            direction: vector("direction"),
-            distance: operand("distance"),
-        };
+        let hit = Hit::of(operands);
         let mut surface = SurfaceCode { shape, maps: None, state: Vec::new() };
         surface.begin(
             &mut Arithmetic { linker: &mut *self, to: &mut *to },
@@ -122,6 +211,70 @@ impl Linker {
         called?;
         let code = &mut Arithmetic { linker: self, to };
         surface.finish(code, hit, (operand("width"), operand("spread")))
+    }
+
+    /// Computes the result of [`Query::LightPdf`] for a surface with these operands; `None` if the host does.
+    pub(super) fn light_density(
+        &mut self,
+        caller: &Site<'_>,
+        (shape, selection, has_infinite): (&ShapeLinks, &LightSelection, bool),
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Option<Vec<Value>>> {
+        let Some(method) = &shape.density else { return Ok(None) };
+        let operand = |name| operands[first_of(Query::LightPdf.operands(), name)];
+        let point = [0, 1, 2].map(|axis| operands[SURFACE_SCALARS + axis]);
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let hit = Hit::of(operands).seen_from(code, point)?;
+        let mut surface = SurfaceCode { shape, maps: None, state: Vec::new() };
+        surface.begin(code, hit, operand("epsilon"))?;
+        let scratch = self.scratch.replace(Vec::new());
+        let called = surface
+            .find_normals(self, caller, (hit, operand("limit")), to)
+            .and_then(|()| surface.call(self, caller, method, to));
+        self.scratch = scratch;
+        called?;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let density = surface.density(code, hit)?;
+        let way = code.load_member(&shape.member(LIGHT), Scalar::U32)?;
+        let probability = self.probability_at(selection, (way, has_infinite), point, to)?;
+        let code = &mut Arithmetic { linker: self, to };
+        Ok(Some(vec![code.multiply(density, probability)?]))
+    }
+}
+
+impl Hit {
+    /// Returns the hit that operands of queries about surfaces identify.
+    fn of(operands: &[Value]) -> Hit {
+        let first = |name| first_of(Query::SurfaceProperties.operands(), name);
+        let vector = |name| [0, 1, 2].map(|axis| operands[first(name) + axis]);
+        Hit {
+            origin: vector("origin"),
+            direction: vector("direction"),
+            distance: operands[first("distance")],
+        }
+    }
+
+    /// Returns the hit of the ray from a point that ends at the same place: the same, if its ray begins there.
+    fn seen_from(self, code: &mut Arithmetic<'_>, point: Vector) -> Linking<Hit> {
+        let mut is_same = None;
+        for (one, other) in point.into_iter().zip(self.origin) {
+            let [one, other] = [code.bitcast(Scalar::U32, one)?, code.bitcast(Scalar::U32, other)?];
+            let is_equal = code.compare(CompareOp::Equal, one, other)?;
+            is_same = Some(match is_same {
+                Some(is_same) => code.and(is_same, is_equal)?,
+                None => is_equal,
+            });
+        }
+        let is_same = is_same.expect("vectors have components");
+        let end = code.point_on_ray(self.origin, self.direction, self.distance)?;
+        let way = code.difference(end, point)?;
+        let one = code.float(1.0)?;
+        Ok(Hit {
+            origin: code.select_vector(is_same, self.origin, point)?,
+            direction: code.select_vector(is_same, self.direction, way)?,
+            distance: code.select(is_same, self.distance, one)?,
+        })
     }
 }
 
@@ -147,19 +300,17 @@ impl SurfaceCode<'_> {
     /// Sets the inputs of methods, and the results of those that the class lacks.
     fn begin(&mut self, code: &mut Arithmetic<'_>, hit: Hit, epsilon: Value) -> Linking<()> {
         let mut local = hit;
-        if self.shape.is_placed {
-            let inverse = code.map(&format!("{SHAPE}{PLACEMENT}"))?;
-            local.origin = code.transformed_point(&inverse, hit.origin)?;
-            local.direction = code.transformed_vector(&inverse, hit.direction)?;
-            let (forward, sizes) = (code.map(FORWARD)?, code.map(SIZES)?);
-            self.maps = Some(Maps { inverse, forward, sizes });
+        self.maps = self.shape.maps(code)?;
+        if let Some(Maps { inverse, .. }) = &self.maps {
+            local.origin = code.transformed_point(inverse, hit.origin)?;
+            local.direction = code.transformed_vector(inverse, hit.direction)?;
         }
         let point = code.point_on_ray(local.origin, local.direction, local.distance)?;
         let facing = code.each(|it, axis| it.unary(UnaryOp::Negate, local.direction[axis]))?;
         let one = code.float(1.0)?;
         let inverse = code.each(|it, axis| it.divide(one, local.direction[axis]))?;
         let zero = code.float(0.0)?;
-        let time = code.column(TIME_COLUMN, rtsl_ir::Scalar::F32)?;
+        let time = code.column(TIME_COLUMN, Scalar::F32)?;
         for (name, values) in [
             ("rt_RayOrigin", &local.origin[..]),
             ("rt_RayDirection", &local.direction),
@@ -190,15 +341,20 @@ impl SurfaceCode<'_> {
         (hit, limit): (Hit, Value),
         to: &mut Vec<Op>,
     ) -> Linking<()> {
+        self.find_normals(linker, caller, (hit, limit), to)?;
+        self.call_linked(linker, caller, Method::ComputeTextureCoordinates, to)?;
+        self.call_linked(linker, caller, Method::ComputeDerivatives, to)
+    }
+
+    /// Computes scratch and normals, which are normalised if further methods may read them.
+    fn find_normals(
+        &mut self,
+        linker: &mut Linker,
+        caller: &Site<'_>,
+        (hit, limit): (Hit, Value),
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
         let shape = self.shape;
-        let call =
-            |surface: &mut Self, linker: &mut Linker, method: Method, to: &mut Vec<Op>| match shape
-                .methods
-                .get(&method)
-            {
-                Some(linked) => surface.call(linker, caller, linked, to),
-                None => Ok(()),
-            };
         if shape.has(Method::Intersect) {
             // The search had the limit; the ray is placed by the method.
             let state = self.state.clone();
@@ -207,10 +363,10 @@ impl SurfaceCode<'_> {
                 self.set("rt_RayOrigin", &hit.origin);
                 self.set("rt_RayDirection", &hit.direction);
             }
-            call(self, linker, Method::Intersect, to)?;
+            self.call_linked(linker, caller, Method::Intersect, to)?;
             self.state = state;
         }
-        call(self, linker, Method::ComputeNormal, to)?;
+        self.call_linked(linker, caller, Method::ComputeNormal, to)?;
         let reads_normals = shape.is_sampled
             || shape.has(Method::ComputeTextureCoordinates)
             || shape.has(Method::ComputeDerivatives);
@@ -222,8 +378,21 @@ impl SurfaceCode<'_> {
             self.set("rt_GeometricNormal", &geometric);
             self.set("rt_ShadingNormal", &shading);
         }
-        call(self, linker, Method::ComputeTextureCoordinates, to)?;
-        call(self, linker, Method::ComputeDerivatives, to)
+        Ok(())
+    }
+
+    /// Calls a method if the class has it.
+    fn call_linked(
+        &mut self,
+        linker: &mut Linker,
+        caller: &Site<'_>,
+        method: Method,
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        match self.shape.methods.get(&method) {
+            Some(method) => self.call(linker, caller, method, to),
+            None => Ok(()),
+        }
     }
 
     /// Copies a method's body, and notes the state that it sets.
@@ -234,7 +403,7 @@ impl SurfaceCode<'_> {
         method: &LinkedMethod,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let set = linker.copy_method(caller, SHAPE, method, self.state.clone(), to)?;
+        let set = linker.copy_method(caller, &self.shape.prefix, method, self.state.clone(), to)?;
         self.state.extend(set);
         Ok(())
     }
@@ -264,14 +433,9 @@ impl SurfaceCode<'_> {
 
     /// Transforms normals of the shape's space to the world's, with the orientation of the object.
     fn normals(&self, code: &mut Arithmetic<'_>, normals: [Vector; 2]) -> Linking<[Vector; 2]> {
-        let side = code.member(EXTENTS, 4, 1)?[2];
         let mut in_world = [normals[0]; 2];
         for (to, normal) in in_world.iter_mut().zip(normals) {
-            let normal = match &self.maps {
-                Some(maps) => code.transposed_vector(&maps.inverse, normal)?,
-                None => normal,
-            };
-            *to = code.scaled(normal, side)?;
+            *to = self.shape.normal(code, self.maps.as_ref(), normal)?;
         }
         let up = code.vector([0.0, 0.0, 1.0])?;
         let geometric = code.normalized_or(in_world[0], up)?;
@@ -290,17 +454,7 @@ impl SurfaceCode<'_> {
         let (start, way) = (code.sizes(hit.origin)?, code.scaled(hit.direction, hit.distance)?);
         let way = code.sizes(way)?;
         let sizes = code.sum(start, way)?;
-        let extents = code.member(EXTENTS, 4, 0)?;
-        let mut sizes = code.sum(sizes, extents)?;
-        if let Some(maps) = &self.maps {
-            let through = code.transformed_point(&maps.sizes, sizes)?;
-            sizes = code.sum(sizes, through)?;
-        }
-        let normal = code.sizes(normal)?;
-        let error = code.products(normal, sizes)?;
-        let roundings = code.float(SURFACE_ERROR)?;
-        let error = code.multiply(error, roundings)?;
-        let error = code.finite_or_zero(error)?;
+        let error = self.shape.rounding_error(code, self.maps.as_ref(), (normal, sizes))?;
         let sets = self.shape.methods.get(&Method::ComputeNormal);
         let sets = sets.is_some_and(|it| it.writes.iter().any(|it| it.name == "rt_SurfaceOffset"));
         match self.get("rt_SurfaceOffset", 0).filter(|_| sets) {
@@ -310,6 +464,18 @@ impl SurfaceCode<'_> {
                 code.larger(own, error)
             }
         }
+    }
+
+    /// The density per solid angle of the world that the shape has set; 0 if it is none.
+    fn density(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<Value> {
+        let own = self.get("rt_PDF", 0).map_or_else(|| code.float(0.0), Ok)?;
+        let square = code.products(hit.direction, hit.direction)?;
+        let local = self.vector("rt_RayDirection");
+        let local_square = code.products(local, local)?;
+        let scale = self.shape.direction_scale(code, square, local_square)?;
+        let density = code.multiply(own, scale)?;
+        let (is_usable, zero) = (code.is_usable(density)?, code.float(0.0)?);
+        code.select(is_usable, density, zero)
     }
 
     /// The offset that the shape has set, in the world.

@@ -4,6 +4,7 @@ pub(crate) mod elements;
 pub(crate) mod kernel_cache;
 pub(crate) mod kernel_description;
 pub(crate) mod kernel_request;
+pub(crate) mod light_part;
 pub(crate) mod loop_owners;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod program;

@@ -241,7 +241,7 @@ fn columns(stages: &Stages) -> Vec<String> {
 }
 
 /// Returns the blocks of parts as one, in their order.
-fn joined(parts: &[InstanceBlock]) -> InstanceBlock {
+pub(super) fn joined(parts: &[InstanceBlock]) -> InstanceBlock {
     let mut words = Vec::new();
     let mut buffers = Vec::new();
     for part in parts {

@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_ir::Query;
-use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
 use crate::instance::instance::Instance;
 use crate::link::linked_method::LinkedMethod;
 use crate::link::stage::{Answer, SurfaceLinks, SurfaceMethod};
-use crate::link::surface::{EXTENTS, FORWARD, SHAPE, SIZES, ShapeLinks};
+use crate::link::surface::ShapeLinks;
 
 /// Surfaces with materials of one class, and emitters of one class.
 #[derive(Clone, Debug)]
@@ -40,6 +39,17 @@ impl ShapeClass {
     /// Returns the shapes of a program, which are placed in the world or in it; `None` if their methods need more than
     /// the ray and the hit. `is_sampled` is true if light samples may choose them.
     pub fn new(program: &Arc<Program>, is_placed: bool, is_sampled: bool) -> Option<ShapeClass> {
+        let prefix = SHAPE.to_owned();
+        let class = ShapeClass::with_prefix(program, prefix, (is_placed, is_sampled))?;
+        class.links.is_complete().then_some(class)
+    }
+
+    /// Returns the shapes with a path to their members; `None` if `intersect` is not linked, but read.
+    pub(crate) fn with_prefix(
+        program: &Arc<Program>,
+        prefix: String,
+        (is_placed, is_sampled): (bool, bool),
+    ) -> Option<ShapeClass> {
         let describing =
             [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
         let linked = |method: Method| Some((method, program.method(method).ok()?));
@@ -49,9 +59,27 @@ impl ShapeClass {
             let intersect = program.placed_method(Method::Intersect, is_placed).ok()?;
             methods.insert(Method::Intersect, intersect);
         }
-        let is_sampled = is_sampled && program.has(Method::SamplePdf);
-        let links = ShapeLinks { methods, is_placed, is_sampled };
-        links.is_complete().then(|| ShapeClass { program: program.clone(), links })
+        let density = program.method(Method::SamplePdf).ok().filter(|_| is_sampled);
+        let is_sampled = density.is_some();
+        let density = density.and_then(ShapeLinks::linked_density);
+        let links = ShapeLinks { prefix, methods, is_placed, is_sampled, density };
+        Some(ShapeClass { program: program.clone(), links })
+    }
+
+    /// The methods.
+    pub(crate) fn links(&self) -> &ShapeLinks {
+        &self.links
+    }
+
+    /// Adds the members of the shapes to the layout of an integrator.
+    pub(crate) fn add_to(&self, layout: &mut Layout) {
+        add_part(layout, &self.links.prefix, self.program.layout());
+        add_members(layout, self.links.members());
+    }
+
+    /// Returns the data of a shape, in the order of the layout.
+    pub(crate) fn blocks(&self, object: &ShapeObject<'_>) -> [InstanceBlock; 2] {
+        [self.program.block(object.shape), object.block(&self.links)]
     }
 }
 
@@ -70,6 +98,10 @@ pub struct ShapeObject<'a> {
     pub extents: [f32; 3],
     /// True if its normals are flipped.
     pub reverse_orientation: bool,
+    /// The factor by which volumes are scaled from its space to the world.
+    pub volume_scale: f32,
+    /// The [way](crate::LightSelection::way) to it in the light hierarchy, if light samples choose it.
+    pub light: u32,
 }
 
 /// The instances of the parts of one surface.
@@ -83,7 +115,9 @@ pub struct SurfaceObject<'a> {
     pub shape: Option<ShapeObject<'a>>,
 }
 
-/// The path to the members of materials in linked stages.
+/// The path to the members of shapes in linked stages.
+const SHAPE: &str = "shape.";
+/// The path to the members of materials.
 const MATERIAL: &str = "material.";
 /// The path to the members of emitters.
 const EMITTER: &str = "emitter.";
@@ -95,15 +129,7 @@ impl SurfaceClass {
         if let Some(emitter) = &self.emitter {
             add_part(layout, EMITTER, emitter.layout());
         }
-        let Some(ShapeClass { program, links }) = &self.shape else { return };
-        add_part(layout, SHAPE, program.layout());
-        let placement = format!("{SHAPE}{PLACEMENT}");
-        let maps = [&placement, FORWARD, SIZES].map(|name| (name, 12));
-        let maps = maps.into_iter().filter(|_| links.is_placed);
-        for (name, len) in maps.chain([(EXTENTS, 4)]) {
-            layout.members.insert(name.to_owned(), layout.block_words);
-            layout.block_words += len;
-        }
+        self.shape.iter().for_each(|shape| shape.add_to(layout));
     }
 
     /// Returns the data of a surface's parts, in the order of the layout.
@@ -114,10 +140,8 @@ impl SurfaceClass {
         let mut blocks = vec![self.material.block(surface.material)];
         let emitter = self.emitter.as_ref().zip(surface.emitter);
         blocks.extend(emitter.map(|(program, instance)| program.block(instance)));
-        if let Some((class, object)) = self.shape.as_ref().zip(surface.shape) {
-            blocks.push(class.program.block(object.shape));
-            blocks.push(object.block(class.links.is_placed));
-        }
+        let shape = self.shape.as_ref().zip(surface.shape);
+        blocks.extend(shape.into_iter().flat_map(|(class, object)| class.blocks(&object)));
         blocks
     }
 
@@ -199,14 +223,15 @@ impl SurfaceClass {
 }
 
 impl ShapeObject<'_> {
-    /// Returns the data of the shape's place, in the order of the layout.
-    fn block(&self, is_placed: bool) -> InstanceBlock {
+    /// Returns the data of the shape's place, in the order of [`ShapeLinks::members`].
+    fn block(&self, links: &ShapeLinks) -> InstanceBlock {
         let maps = [self.inverse, self.forward, self.sizes].concat();
         let side = if self.reverse_orientation { -1.0 } else { 1.0 };
-        let maps = if is_placed { &maps[..] } else { &[] };
-        let words: Vec<u32> =
-            maps.iter().chain(&self.extents).chain([&side]).map(|it| it.to_bits()).collect();
-        InstanceBlock::new(&words, Vec::new())
+        let maps = if links.is_placed { &maps[..] } else { &[] };
+        let floats = maps.iter().chain(&self.extents).chain([&side]).map(|it| it.to_bits());
+        let of_samples = [self.volume_scale.to_bits(), self.light];
+        let words = floats.chain(of_samples.into_iter().filter(|_| links.is_sampled));
+        InstanceBlock::new(&words.collect::<Vec<u32>>(), Vec::new())
     }
 }
 
@@ -217,6 +242,16 @@ pub(crate) fn add_part(layout: &mut Layout, prefix: &str, part: &Layout) {
     layout.members.extend(part.members.iter().map(moved));
     layout.buffers.extend(part.buffers.iter().map(moved));
     layout.block_words += part.block_words;
+}
+
+/// Adds members to a layout, whose data is a block of its own.
+pub(crate) fn add_members(layout: &mut Layout, members: impl IntoIterator<Item = (String, u32)>) {
+    for (name, scalars) in members {
+        layout.members.insert(name, layout.block_words);
+        layout.block_words += scalars;
+    }
+    // As blocks do.
+    layout.block_words = layout.block_words.next_multiple_of(2);
 }
 
 /// Returns the answers to queries about a surface that the scene does not have.

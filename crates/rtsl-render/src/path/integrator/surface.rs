@@ -138,7 +138,8 @@ impl SceneHost<'_> {
             };
             let seen_from =
                 (query == Query::LightPdf).then(|| vector(operands, SURFACE_SCALARS, *lane));
-            if let Some(point) = seen_from.filter(|point| *point != origin) {
+            let bits = |point: [f32; 3]| point.map(f32::to_bits);
+            if let Some(point) = seen_from.filter(|point| bits(*point) != bits(origin)) {
                 let axes = [0, 1, 2];
                 path.origin = point;
                 path.direction =

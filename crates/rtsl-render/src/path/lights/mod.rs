@@ -9,7 +9,10 @@ mod selection;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Kernel, LightSelection, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
+use rtsl::{
+    Kernel, LightSelection, LinkedMethod, Method, Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES,
+    Program, lookup_state,
+};
 use rtsl_scene::Scene;
 
 use super::group_plan::Classes;
@@ -145,18 +148,19 @@ impl Lights {
         self.selection.probability(entry, point)
     }
 
-    /// Returns the selection of lights, by their indices in the scene, if there are no area lights, and it does not
-    /// depend on the point.
-    pub fn simple_selection(&self) -> Option<LightSelection> {
-        if !self.shapes.is_empty() {
-            return None;
-        }
-        let light_of = |entry: u32| self.entries[entry as usize].hit.object as usize;
-        self.selection.without_hierarchy().map(|(infinite, finite, probability)| LightSelection {
-            infinite: infinite.iter().map(|entry| light_of(*entry)).collect(),
-            finite: finite.map(light_of),
-            probability,
-        })
+    /// Returns the selection of lights for stages, which have these indices of the entries.
+    pub fn selection(&self, indices: &[usize]) -> LightSelection {
+        self.selection.for_stages(|entry| indices[entry as usize])
+    }
+
+    /// Returns the way to an object of the world in the light hierarchy as stages take it, if the object is a light.
+    pub fn way_to(&self, object: u32) -> Option<u32> {
+        self.selection.way_to(*self.first_of_object.get(&(object, NO_INSTANCE))?)
+    }
+
+    /// Returns the area lights of an entry; `None` for lights without a shape.
+    pub fn shapes_of(&self, entry: &LightEntry) -> Option<&ShapeLightClass> {
+        self.shapes.get((entry.class as usize).checked_sub(self.classes.len())?)
     }
 
     /// Returns the class and method that compute the colour of a sample of this light.
@@ -344,7 +348,30 @@ impl Lights {
     }
 }
 
+impl LightEntry {
+    /// Returns the hit of a ray that hits the light; for a light without a shape, the object is the index of the light
+    /// in the scene.
+    pub fn hit(&self) -> &PathHit {
+        &self.hit
+    }
+}
+
 impl ShapeLightClass {
+    /// The traversal class.
+    pub fn class(&self) -> u32 {
+        self.class
+    }
+
+    /// True if the shapes are cut out by textures.
+    pub fn has_alpha(&self) -> bool {
+        self.alpha.is_some()
+    }
+
+    /// True if no ray hits the shapes.
+    pub fn is_invisible(&self) -> bool {
+        self.is_invisible
+    }
+
     /// Compiles the kernels of a class, for the instances by which shapes, emitters and alpha textures are selected.
     fn new(
         maker: &mut KernelMaker<'_>,
@@ -383,25 +410,13 @@ impl ShapeLightClass {
     }
 }
 
-/// The state that emitters and alpha textures may read of a sampled point without methods of its shape.
-const PROVIDED_BY_SAMPLES: [&str; 8] = [
-    "rt_RayOrigin",
-    "rt_RayDirection",
-    "rt_HitPoint",
-    "rt_HitDistance",
-    "rt_GeometricNormal",
-    "rt_ShadingNormal",
-    "rt_Epsilon",
-    "rt_TimeSeed",
-];
-
 /// Meshes of more faces are not sampled if their emission varies over them, as it does on a model with a few bright
 /// windows in a texture: most faces are black, and each would be a light.
 const MAX_TEXTURED_FACES: u32 = 1 << 16;
 
 /// True if samples provide all state that a method reads.
 fn is_provided(method: &LinkedMethod) -> bool {
-    method.reads.iter().all(|read| PROVIDED_BY_SAMPLES.contains(&read.name))
+    method.reads.iter().all(|read| PROVIDED_BY_LIGHT_SAMPLES.contains(&read.name))
 }
 
 /// True if shapes of a program, with so many elements, are sampled as lights with the `emission` of another program's

@@ -3,6 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state};
+use rtsl_math::MAX_SHAPE_MARGIN;
 use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
 
 use super::super::kernels::Batching;
@@ -20,10 +21,6 @@ use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
 use crate::surfaces::{HitLanes, ObjectHit, SurfaceTransforms};
-
-/// The greatest distance, relative to its distance, before a sample of a shape at which shadow rays end: rounding at
-/// silhouettes.
-const TOLERANCE: f32 = 1e-3;
 
 /// The memory of one thread for light samples: the lanes whose points are lit by lights of one class.
 pub struct LightMemory {
@@ -495,7 +492,7 @@ impl SampledShapes<'_> {
             // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
             // grazing angles this is a longer distance along the ray.
             let margin = height / dots(&normal, &direction).abs();
-            let most = distance * TOLERANCE;
+            let most = distance * MAX_SHAPE_MARGIN;
             let margin = margin.simd_lt(most).select(margin, most);
             eight.blend(distance - margin, &mut memory.distance);
             let state = &mut memory.state;

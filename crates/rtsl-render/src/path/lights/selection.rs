@@ -6,7 +6,9 @@
 //! only affect the selection probabilities: every light has a positive probability at every point, and each sample is
 //! divided by it, so the result is unbiased.
 
+use rtsl::{LightContent, LightNode, LightSelection};
 use rtsl_bvh::Bounds;
+use rtsl_math::MIN_NODE_PROBABILITY;
 
 /// The estimates from the samples of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,15 +110,30 @@ impl Selection {
         (self.places.len() == 1).then_some(0)
     }
 
-    /// Returns the lights at infinity, the other one, and the probability of each at infinity; `None` if there are
-    /// several others.
-    pub fn without_hierarchy(&self) -> Option<(&[u32], Option<u32>, f32)> {
-        let other = match self.nodes.as_slice() {
-            [] => None,
-            [Node { content: Content::Light(light), .. }] => Some(*light),
-            _ => return None,
-        };
-        Some((&self.infinite, other, self.infinite_probability))
+    /// Returns the selection for stages, which have other indices of lights.
+    pub fn for_stages(&self, index_of: impl Fn(u32) -> usize) -> LightSelection {
+        let nodes = self.nodes.iter().map(|node| LightNode {
+            center: node.center,
+            radius2: node.radius2,
+            strength: node.strength,
+            content: match node.content {
+                Content::Light(light) => LightContent::Light(index_of(light)),
+                Content::Children(first) => LightContent::Children(first as usize),
+            },
+        });
+        LightSelection {
+            infinite: self.infinite.iter().map(|light| index_of(*light)).collect(),
+            nodes: nodes.collect(),
+            probability: self.infinite_probability,
+        }
+    }
+
+    /// Returns the way from the root of the hierarchy to a light as stages take it; `None` if the way is too long.
+    pub fn way_to(&self, light: u32) -> Option<u32> {
+        match self.places[light as usize] {
+            Place::Infinite => Some(LightSelection::INFINITE),
+            Place::Finite(way, steps) => LightSelection::way(way, steps),
+        }
     }
 
     /// Selects a light for a point by a random number in [0,1). Returns it with its probability, which is positive.
@@ -173,9 +190,6 @@ impl Selection {
 /// The greatest number below 1.
 const BELOW_ONE: f32 = 1.0_f32.next_down();
 
-/// The least probability of either of two nodes: 1 minus a rounded probability must not be 0.
-const MIN_PART: f32 = 1e-6;
-
 impl Node {
     fn over(leaves: &[Leaf]) -> Self {
         let bounds = leaves.iter().fold(Bounds::EMPTY, |all, leaf| all.union(&leaf.bounds));
@@ -203,7 +217,11 @@ impl Node {
         let (one, other) = (self.importance(point), other.importance(point));
         let part = one / (one + other);
         // Infinite importances do not determine a ratio.
-        if part.is_nan() { 0.5 } else { part.clamp(MIN_PART, 1.0 - MIN_PART) }
+        if part.is_nan() {
+            0.5
+        } else {
+            part.clamp(MIN_NODE_PROBABILITY, 1.0 - MIN_NODE_PROBABILITY)
+        }
     }
 }
 

@@ -3,21 +3,55 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Engine, Method, StageLight, StageLights};
+use rtsl::{
+    Engine, MAX_STAGE_LIGHTS, Method, ShapeObject, StageAreaLight, StageLight, StageLights,
+};
 use rtsl_math::Affine;
 use rtsl_scene::Scene;
 
-use super::super::super::lights::Lights;
+use super::super::super::lights::LightEntry;
+use super::super::super::wavefront::NO_INSTANCE;
+use super::staged_integrator::StageParts;
 use crate::compiled::CompiledScene;
 
-/// Returns the lights of a scene. Without area lights, and if at most one light has a place, their selection for
-/// samples does not depend on the point.
+/// Returns the lights of a scene.
 pub fn stage_lights<'a>(
     engine: &Engine,
     scene: &'a Scene,
-    compiled: &CompiledScene,
-    lights: &Lights,
+    parts: &StageParts<'_>,
 ) -> StageLights<'a> {
+    let StageParts { classes, lights, .. } = parts;
+    let compiled = classes.compiled;
+    let shapeless = shapeless_lights(engine, scene, compiled);
+    let is_few = lights.entries.len() <= MAX_STAGE_LIGHTS;
+    let entries = if is_few { lights.entries.as_slice() } else { &[] };
+    // Indices of lights in the scene, then those of area lights in the order of their entries.
+    let mut areas = Vec::new();
+    let indices = entries.iter().map(|entry| match lights.shapes_of(entry) {
+        None => entry.hit().object as usize,
+        Some(_) => {
+            areas.push(area_light(engine, scene, parts, entry));
+            shapeless.len() + areas.len() - 1
+        }
+    });
+    let indices: Vec<usize> = indices.collect();
+    let selection = is_few.then(|| lights.selection(&indices));
+    let areas = areas.into_iter().collect::<Option<Vec<_>>>().filter(|_| is_few);
+    StageLights {
+        lights: shapeless,
+        areas,
+        skies: lights.skies.iter().map(|sky| sky.light as usize).collect(),
+        selection,
+        epsilon: compiled.epsilon,
+    }
+}
+
+/// Returns the lights without a shape.
+fn shapeless_lights<'a>(
+    engine: &Engine,
+    scene: &'a Scene,
+    compiled: &CompiledScene,
+) -> Vec<StageLight<'a>> {
     let programs: Vec<_> = scene.lights.iter().map(|light| engine.program(&light.light)).collect();
     // Lights of one class are transformed together.
     let mut placed: BTreeMap<usize, bool> = BTreeMap::new();
@@ -35,15 +69,51 @@ pub fn stage_lights<'a>(
             .into_iter()
             .all(|method| program.has(method)),
     });
-    StageLights {
-        lights: all.collect(),
-        skies: lights.skies.iter().map(|sky| sky.light as usize).collect(),
-        selection: lights.simple_selection(),
+    all.collect()
+}
+
+/// Returns an area light; `None` if it is an element, placed by an instance, or cut out by a texture.
+fn area_light<'a>(
+    engine: &Engine,
+    scene: &'a Scene,
+    parts: &StageParts<'_>,
+    entry: &LightEntry,
+) -> Option<StageAreaLight<'a>> {
+    let shapes = parts.lights.shapes_of(entry)?;
+    let class = parts.classes.compiled.class(shapes.class());
+    let is_simple =
+        !class.has_elements() && !shapes.has_alpha() && entry.hit().instance == NO_INSTANCE;
+    let object = entry.hit().object;
+    let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
+    let emitter = &scene.materials[emitter as usize];
+    Some(StageAreaLight {
+        program: class.program().clone(),
+        shape: shape_object(scene, parts, object),
+        is_placed: class.is_placed(),
+        emitter_program: engine.program(emitter),
+        emitter,
+        is_weighed: !shapes.is_invisible(),
+    })
+}
+
+/// Returns the shape of an object in the world.
+pub fn shape_object<'a>(scene: &'a Scene, parts: &StageParts<'_>, object: u32) -> ShapeObject<'a> {
+    let compiled = parts.classes.compiled;
+    let placed = &compiled.objects[object as usize];
+    ShapeObject {
+        shape: &scene.objects[object as usize].primitive,
+        inverse: columns(&placed.inverse),
+        forward: columns(&placed.forward),
+        sizes: columns(&placed.sizes),
+        extents: compiled.extents.lengths(object, 0),
+        reverse_orientation: placed.reverse_orientation,
+        volume_scale: placed.volume_scale,
+        light: parts.lights.way_to(object).unwrap_or_default(),
     }
 }
 
 /// Returns a map by its columns.
-pub fn columns(map: &Affine) -> [f32; 12] {
+fn columns(map: &Affine) -> [f32; 12] {
     let columns = map.columns;
     std::array::from_fn(|index| columns[index / 3][index % 3])
 }

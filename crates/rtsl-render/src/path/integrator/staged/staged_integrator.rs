@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, Program, ResumedBy, ShapeClass, ShapeObject,
-    StageKernel, StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
+    CallMode, Diagnostic, Engine, Instance, Objects, Program, ResumedBy, ShapeClass, StageKernel,
+    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -16,7 +16,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::{GroupKey, SurfaceGroup};
 use super::columns::Columns;
-use super::stage_lights::{columns, stage_lights};
+use super::stage_lights::{shape_object, stage_lights};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
 
@@ -84,7 +84,7 @@ impl StagedIntegrator {
     ) -> Result<StagedIntegrator, Diagnostic> {
         let StageParts { classes, .. } = parts;
         let compiled = classes.compiled;
-        let lights = stage_lights(engine, scene, compiled, parts.lights);
+        let lights = stage_lights(engine, scene, parts);
         let program = StagedProgram::new(program, compiled.settings.sampler, &lights)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
@@ -93,7 +93,7 @@ impl StagedIntegrator {
         for (key, members) in by_class(parts) {
             let class = Arc::new(key.class(classes));
             let group = groups.len() as u32;
-            let made = surfaces_of(scene, (classes, &class), &members, |object, index| {
+            let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
                 surfaces[object as usize] = Surface { group, index };
             });
             let objects = program.objects(integrator, Some(&class), made);
@@ -216,20 +216,20 @@ impl SurfaceKey {
 /// surface.
 fn surfaces_of<'a>(
     scene: &'a Scene,
-    (classes, class): (&Classes<'_>, &SurfaceClass),
+    (parts, class): (&StageParts<'_>, &SurfaceClass),
     objects: &[u32],
     mut assign: impl FnMut(u32, u32),
 ) -> Vec<SurfaceObject<'a>> {
     let mut indices: BTreeMap<(usize, usize), u32> = BTreeMap::new();
     let mut distinct = Vec::new();
     for object in objects {
-        let parts = &scene.objects[*object as usize];
-        let material: &Instance = match is_own_material(parts) {
-            true => &parts.primitive,
-            false => &scene.materials[parts.material as usize],
+        let placed = &scene.objects[*object as usize];
+        let material: &Instance = match is_own_material(placed) {
+            true => &placed.primitive,
+            false => &scene.materials[placed.material as usize],
         };
-        let emitter = parts.emitter.map(|emitter| &*scene.materials[emitter as usize]);
-        let shape = class.shape.is_some().then(|| shape_object(scene, classes, *object));
+        let emitter = placed.emitter.map(|emitter| &*scene.materials[emitter as usize]);
+        let shape = class.shape.is_some().then(|| shape_object(scene, parts, *object));
         let address = |instance: &Instance| std::ptr::from_ref(instance).addr();
         let next = distinct.len() as u32;
         let key = (address(material), emitter.map_or(0, address));
@@ -244,20 +244,6 @@ fn surfaces_of<'a>(
         assign(*object, index);
     }
     distinct
-}
-
-/// Returns the shape of an object in the world.
-fn shape_object<'a>(scene: &'a Scene, classes: &Classes<'_>, object: u32) -> ShapeObject<'a> {
-    let compiled = classes.compiled;
-    let placed = &compiled.objects[object as usize];
-    ShapeObject {
-        shape: &scene.objects[object as usize].primitive,
-        inverse: columns(&placed.inverse),
-        forward: columns(&placed.forward),
-        sizes: columns(&placed.sizes),
-        extents: compiled.extents.lengths(object, 0),
-        reverse_orientation: placed.reverse_orientation,
-    }
 }
 
 /// Returns the answers to searches that kernels or the sorting of paths read, with their arrays.

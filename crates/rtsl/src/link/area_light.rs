@@ -1,0 +1,297 @@
+//! Samples of lights that are shapes as operations.
+//!
+//! Renderers compute the same for lights that they do not link, with the same bits.
+
+use std::sync::Arc;
+
+use rtsl_ir::{CompareOp, Constant, Op, Query, Scalar, StateComponent, Value};
+use rtsl_math::MAX_SHAPE_MARGIN;
+use rtsl_math::sampling::Sampler;
+use rtsl_spec::{Role, StateVariable};
+
+use super::arithmetic::{Arithmetic, Vector};
+use super::lights::{LitPoint, SampledColor, may_draw_only, set};
+use super::linked_method::LinkedMethod;
+use super::linker::{Linker, Linking, Site};
+use super::stage::{Input, TIME_COLUMN, input};
+use super::surface::{Maps, ShapeLinks};
+
+/// The member with the least distance of hits.
+pub(crate) const EPSILON: &str = "light.rt_Epsilon";
+
+/// The state that emitters and alpha textures may read of a sampled point without methods of its shape.
+pub const PROVIDED_BY_LIGHT_SAMPLES: [&str; 8] = [
+    "rt_RayOrigin",
+    "rt_RayDirection",
+    "rt_HitPoint",
+    "rt_HitDistance",
+    "rt_GeometricNormal",
+    "rt_ShadingNormal",
+    "rt_Epsilon",
+    "rt_TimeSeed",
+];
+
+/// The state that `generateSample` may read.
+const INPUTS: [&str; 3] = ["rt_RayOrigin", "rt_Epsilon", "rt_TimeSeed"];
+/// The state that it must set.
+const OUTPUTS: [&str; 3] = ["rt_HitPoint", "rt_GeometricNormal", "rt_PDF"];
+
+/// A shape with an emitter.
+#[derive(Clone, Debug)]
+pub(crate) struct AreaLightLink {
+    /// The path to its members: `light.0.`.
+    pub prefix: String,
+    /// The shape, with its path to members: `light.0.shape.`.
+    pub shape: ShapeLinks,
+    /// `generateSample`.
+    pub generate: Arc<LinkedMethod>,
+    /// The path to the emitter's members.
+    pub emitter: String,
+    /// `emission`.
+    pub emission: Arc<LinkedMethod>,
+    /// True if rays can hit the shape, so that samples have densities.
+    pub is_weighed: bool,
+}
+
+impl AreaLightLink {
+    /// True if the methods need nothing but the lit point and random numbers of this sampler.
+    pub fn is_complete(&self, sampler: &Sampler) -> bool {
+        let AreaLightLink { shape, generate, emission, .. } = self;
+        let sets = |name: &str| generate.writes.iter().any(|it| it.name == name);
+        let is_readable =
+            |it: &StateVariable| input(Query::LightEmission, it).is_some_and(Input::is_of_surface);
+        may_draw_only(generate, sampler)
+            && may_draw_only(emission, sampler)
+            && generate.reads.iter().all(|it| INPUTS.contains(&it.name))
+            && OUTPUTS.into_iter().all(sets)
+            && emission.reads.iter().all(|it| is_readable(it))
+            && (!self.needs_surface() || shape.is_complete())
+    }
+
+    /// True if the emitter reads what methods of the shape compute.
+    fn needs_surface(&self) -> bool {
+        !self.emission.reads.iter().all(|it| PROVIDED_BY_LIGHT_SAMPLES.contains(&it.name))
+    }
+}
+
+/// A sampled point of a shape, in the world.
+struct SampledPoint {
+    point: Vector,
+    normal: Vector,
+    /// From the lit point.
+    direction: Vector,
+    distance: Value,
+    /// The length of the shadow ray.
+    reach: Value,
+    density: Value,
+}
+
+impl Linker {
+    /// Returns a sample of a light as seen from a point.
+    pub(super) fn area_light_sample(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        lit: &LitPoint,
+        to: &mut Vec<Op>,
+    ) -> Linking<SampledColor> {
+        let sampled = self.sampled_point(caller, light, lit, to)?;
+        let color = self.sampled_emission(caller, light, (lit, &sampled), to)?;
+        let code = &mut Arithmetic { linker: self, to };
+        let zero = code.float(0.0)?;
+        let is_usable = code.compare(CompareOp::Greater, sampled.density, zero)?;
+        let color = code.each(|it, channel| it.select(is_usable, color[channel], zero))?;
+        let SampledPoint { direction, reach, density, .. } = sampled;
+        Ok(SampledColor { direction, end: reach, color, density })
+    }
+
+    /// Samples a point of the shape.
+    fn sampled_point(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        lit: &LitPoint,
+        to: &mut Vec<Op>,
+    ) -> Linking<SampledPoint> {
+        let shape = &light.shape;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let maps = shape.maps(code)?;
+        let origin = match &maps {
+            Some(maps) => code.transformed_point(&maps.inverse, lit.point)?,
+            None => lit.point,
+        };
+        let mut state = code.moment()?;
+        set(&mut state, "rt_RayOrigin", &origin);
+        let set = self.light_method(caller, &shape.prefix, &light.generate, state, to)?;
+        let mut result = |name: &str| self.results((&set, Role::Primitive), name, to);
+        let (local, normal) = (result("rt_HitPoint")?, result("rt_GeometricNormal")?);
+        let density = result("rt_PDF")?[0];
+        let vector = |values: &[Value]| [values[0], values[1], values[2]];
+        let local = (vector(&local), vector(&normal), density);
+        let code = &mut Arithmetic { linker: self, to };
+        code.seen_point((shape, maps.as_ref()), (lit, origin), local)
+    }
+
+    /// Returns the emission of a sampled point towards the lit point.
+    fn sampled_emission(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        (lit, sampled): (&LitPoint, &SampledPoint),
+        to: &mut Vec<Op>,
+    ) -> Linking<Vector> {
+        let SampledPoint { point, normal, direction, distance, .. } = sampled;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let mut state = code.moment()?;
+        if light.needs_surface() {
+            let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
+            let properties = self.surface_properties(caller, &light.shape, &operands, to)?;
+            let known = (operands.as_slice(), properties.as_slice());
+            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+            state.extend(code.inputs_of_emission(&light.emission.reads, known)?);
+        } else {
+            for (name, values) in [
+                ("rt_RayOrigin", &lit.point[..]),
+                ("rt_RayDirection", direction),
+                ("rt_HitDistance", &[*distance]),
+                ("rt_HitPoint", point),
+                ("rt_GeometricNormal", normal),
+                ("rt_ShadingNormal", normal),
+            ] {
+                set(&mut state, name, values);
+            }
+        }
+        let set = self.light_method(caller, &light.emitter, &light.emission, state, to)?;
+        let color = self.results((&set, Role::Material), "rt_EmissionColor", to)?;
+        Ok([color[0], color[1], color[2]])
+    }
+}
+
+impl Arithmetic<'_> {
+    /// The state of all methods.
+    fn moment(&mut self) -> Linking<Vec<(StateComponent, Value)>> {
+        let mut state = Vec::new();
+        let epsilon = self.load_member(EPSILON, Scalar::F32)?;
+        let time = self.column(TIME_COLUMN, Scalar::F32)?;
+        set(&mut state, "rt_Epsilon", &[epsilon]);
+        set(&mut state, "rt_TimeSeed", &[time]);
+        Ok(state)
+    }
+
+    /// Transforms a point with its normal and density to the world, as seen from a lit point that is given in the
+    /// shape's space, too.
+    fn seen_point(
+        &mut self,
+        (shape, maps): (&ShapeLinks, Option<&Maps>),
+        (lit, local_origin): (&LitPoint, Vector),
+        (local, normal, own): (Vector, Vector, Value),
+    ) -> Linking<SampledPoint> {
+        let point = match maps {
+            Some(maps) => self.transformed_point(&maps.forward, local)?,
+            None => local,
+        };
+        let normal = shape.normal(self, maps, normal)?;
+        let up = self.vector([0.0, 0.0, 1.0])?;
+        let normal = self.normalized_or(normal, up)?;
+        let way = self.difference(point, lit.point)?;
+        let square = self.products(way, way)?;
+        let distance = self.root(square)?;
+        let nowhere = self.vector([0.0; 3])?;
+        let direction = self.normalized_or(way, nowhere)?;
+        let density = match maps {
+            Some(_) => {
+                let local_way = self.difference(local, local_origin)?;
+                let local_square = self.products(local_way, local_way)?;
+                let scale = shape.direction_scale(self, square, local_square)?;
+                self.multiply(own, scale)?
+            }
+            // Directions are not scaled, where the distance is usable.
+            None => own,
+        };
+        let (has_density, has_distance) = (self.is_usable(density)?, self.is_usable(distance)?);
+        let (is_usable, zero) = (self.and(has_density, has_distance)?, self.float(0.0)?);
+        let density = self.select(is_usable, density, zero)?;
+        let (start, sizes) = (self.sizes(lit.point)?, self.sizes(way)?);
+        let sizes = self.sum(start, sizes)?;
+        let error = shape.rounding_error(self, maps, (normal, sizes))?;
+        let height = self.add(error, lit.offset)?;
+        let reach = self.before_surface((normal, height), direction, distance)?;
+        Ok(SampledPoint { point, normal, direction, distance, reach, density })
+    }
+
+    /// The length of a ray that ends before a surface by the error bound of both ends, measured along the normal; at
+    /// grazing angles this is a longer distance along the ray.
+    fn before_surface(
+        &mut self,
+        (normal, height): (Vector, Value),
+        direction: Vector,
+        distance: Value,
+    ) -> Linking<Value> {
+        let cosine = self.products(normal, direction)?;
+        let cosine = self.unary(rtsl_ir::UnaryOp::Abs, cosine)?;
+        let margin = self.divide(height, cosine)?;
+        let most = self.float(MAX_SHAPE_MARGIN)?;
+        let most = self.multiply(distance, most)?;
+        let is_less = self.less(margin, most)?;
+        let margin = self.select(is_less, margin, most)?;
+        self.binary(rtsl_ir::BinaryOp::Subtract, distance, margin)
+    }
+
+    /// The operands of queries about the surface that a ray without a footprint hits.
+    fn operands_of_ray(
+        &mut self,
+        origin: Vector,
+        direction: Vector,
+        distance: Value,
+    ) -> Linking<Vec<Value>> {
+        let (zero, limit) = (self.float(0.0)?, self.float(f32::INFINITY)?);
+        let none = self.linker.constant(self.to, Constant::I32(0))?;
+        let epsilon = self.load_member(EPSILON, Scalar::F32)?;
+        let mut operands = Vec::new();
+        for (name, scalar, count) in Query::SurfaceProperties.operands() {
+            match name {
+                "origin" => operands.extend(origin),
+                "direction" => operands.extend(direction),
+                "distance" => operands.push(distance),
+                "epsilon" => operands.push(epsilon),
+                "limit" => operands.push(limit),
+                _ => {
+                    let none = if scalar == Scalar::F32 { zero } else { none };
+                    operands.extend(std::iter::repeat_n(none, count as usize));
+                }
+            }
+        }
+        Ok(operands)
+    }
+
+    /// The state that `emission` reads of a surface, given operands of queries and the properties.
+    fn inputs_of_emission(
+        &mut self,
+        reads: &[&'static StateVariable],
+        (operands, properties): (&[Value], &[Value]),
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let mut state = Vec::new();
+        for variable in reads {
+            for component in 0..variable.ty.components() {
+                let at = component as usize;
+                let value = match input(Query::LightEmission, variable) {
+                    // The ray has no footprint.
+                    _ if ["rt_du", "rt_dv"].contains(&variable.name) => self.float(0.0)?,
+                    Some(Input::Operand(first)) => operands[first + at],
+                    Some(Input::Property(first)) => properties[first + at],
+                    Some(Input::InverseDirection) => {
+                        let first = super::stage::first_of(
+                            Query::SurfaceProperties.operands(),
+                            "direction",
+                        );
+                        let one = self.float(1.0)?;
+                        self.divide(one, operands[first + at])?
+                    }
+                    Some(Input::Column(_)) | None => continue,
+                };
+                state.push((StateComponent { variable: variable.index, component }, value));
+            }
+        }
+        Ok(state)
+    }
+}
