@@ -27,7 +27,7 @@ fn render(head: &str, classes: &str, how: RenderRequest<'_>) -> Result<RenderRes
     let files = [("scene.pbrt", text.as_str()), ("own.rtsl", classes)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request =
-        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((16, 12)), ..how };
+        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((13, 9)), ..how };
     render_scene_from(&request, &MemoryFiles(files.into()))
 }
 
@@ -39,7 +39,7 @@ fn rendered(head: &str, classes: &str, how: RenderRequest<'_>) -> RenderResult {
 fn rendered_text(text: &str, how: RenderRequest<'_>) -> RenderResult {
     let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
     let request =
-        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((16, 12)), ..how };
+        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((13, 9)), ..how };
     let result = render_scene_from(&request, &files);
     result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
