@@ -42,6 +42,13 @@ impl BatchLanes {
     }
 }
 
+/// True if all numbers are finite. In vectors, unlike a search for one that is not.
+pub fn all_finite(numbers: &[f32]) -> bool {
+    const CHUNK: usize = 64;
+    let is_odd = |number: &f32| u32::from(!number.is_finite());
+    numbers.chunks(CHUNK).all(|chunk| chunk.iter().map(is_odd).sum::<u32>() == 0)
+}
+
 /// Sets a lane's vector.
 #[inline(always)]
 pub fn set(rows: &mut Rows, lane: usize, [x, y, z]: [f32; 3]) {

@@ -6,7 +6,7 @@ use rtsl_bvh::{LANES, LaneMask, lanes_of};
 use super::features::PathFeatures;
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
-use super::rows::are_finite;
+use super::rows::all_finite;
 use super::shadow_rays::trace_shadow_rays;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
@@ -75,12 +75,10 @@ impl PathTracer<'_> {
                 spread: footprints[1][lane],
                 ..Path::from_ray(rays, lane, context.keys()[lane], context.samples()[lane])
             }));
-            for path in &mut wavefront.paths[begun as usize..] {
-                if !are_finite(&path.throughput) {
-                    (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
-                }
+            for lane in lanes_of(self.lost_by_camera(&camera.weights, lanes)) {
+                let path = &mut wavefront.paths[begun as usize + lane];
+                (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
             }
-            self.report_lost_by_camera(&camera.weights, lanes);
             camera_memory.keep(camera);
         }
         if self.with_features {
@@ -88,13 +86,17 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Reports the number of camera rays whose weights are not finite.
-    pub fn report_lost_by_camera(&self, weights: &LaneVectors, lanes: LaneMask) {
+    /// Returns the camera rays whose weights are not finite, and reports their number.
+    pub fn lost_by_camera(&self, weights: &LaneVectors, lanes: LaneMask) -> LaneMask {
+        if all_finite(weights.as_flattened()) {
+            return 0;
+        }
         let is_lost = |lane: &usize| !weights.iter().all(|channel| channel[*lane].is_finite());
-        let lost = lanes_of(lanes).filter(is_lost).count() as u64;
+        let lost = lanes_of(lanes).filter(is_lost).fold(0, |lost, lane| lost | 1 << lane);
         let scene = &self.scene.compiled;
         let camera = &scene.shader(&scene.camera).program.class().name;
-        self.report_lost(camera, Method::GenerateRay, lost);
+        self.report_lost(camera, Method::GenerateRay, u64::from(LaneMask::count_ones(lost)));
+        lost
     }
 
     /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.

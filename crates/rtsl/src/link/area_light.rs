@@ -264,33 +264,25 @@ impl Arithmetic<'_> {
         Ok(operands)
     }
 
-    /// The state that `emission` reads of a surface, given operands of queries and the properties.
+    /// The state that `emission` reads of a surface, given operands of queries and the properties. The time is known, and
+    /// paths of light samples have no depth.
     fn inputs_of_emission(
         &mut self,
         reads: &[&'static StateVariable],
-        (operands, properties): (&[Value], &[Value]),
+        known: (&[Value], &[Value]),
     ) -> Linking<Vec<(StateComponent, Value)>> {
-        let mut state = Vec::new();
-        for variable in reads {
-            for component in 0..variable.ty.components() {
-                let at = component as usize;
-                let value = match input(Query::LightEmission, variable) {
-                    // The ray has no footprint.
-                    _ if ["rt_du", "rt_dv"].contains(&variable.name) => self.float(0.0)?,
-                    Some(Input::Operand(first)) => operands[first + at],
-                    Some(Input::Property(first)) => properties[first + at],
-                    Some(Input::InverseDirection) => {
-                        let first = super::stage::first_of(
-                            Query::SurfaceProperties.operands(),
-                            "direction",
-                        );
-                        let one = self.float(1.0)?;
-                        self.divide(one, operands[first + at])?
-                    }
-                    Some(Input::Column(_)) | None => continue,
-                };
-                state.push((StateComponent { variable: variable.index, component }, value));
-            }
+        let query = Query::LightEmission;
+        let is_footprint = |variable: &StateVariable| ["rt_du", "rt_dv"].contains(&variable.name);
+        let is_column = |variable| matches!(input(query, variable), Some(Input::Column(_)));
+        let (footprint, others): (Vec<_>, Vec<_>) = reads
+            .iter()
+            .copied()
+            .filter(|variable| !is_column(variable))
+            .partition(|variable| is_footprint(variable));
+        let mut state = self.inputs(query, &others, known)?;
+        for variable in footprint {
+            let zero = self.float(0.0)?;
+            state.push((StateComponent { variable: variable.index, component: 0 }, zero));
         }
         Ok(state)
     }

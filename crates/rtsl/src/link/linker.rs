@@ -229,27 +229,8 @@ impl Linker {
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
-            OpKind::Load(variable, index)
-                if site.function.variable(*variable).kind == VariableKind::State
-                    && !site.overrides.is_empty() =>
-            {
-                let result = self.load_state(site, *variable, *index, to)?;
-                site.define(op.results.get(0), result);
-                return Ok(());
-            }
-            OpKind::Load(variable, index)
-                if site.function.variable(*variable).kind == VariableKind::Scratch
-                    && self.scratch.is_some() =>
-            {
-                let result = self.load_scratch(site, *variable, *index, to)?;
-                site.define(op.results.get(0), result);
-                return Ok(());
-            }
-            OpKind::Load(variable, index)
-                if site.function.variable(*variable).kind == VariableKind::Member
-                    && self.chosen_light.is_some() =>
-            {
-                let result = self.load_member(site, *variable, *index, to)?;
+            OpKind::Load(variable, index) if self.replaces_loads(site, *variable) => {
+                let result = self.replaced_load(site, *variable, *index, to)?;
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
@@ -346,6 +327,31 @@ impl Linker {
 
     pub fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
         Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
+    }
+
+    /// True if the loads of a variable of a method are not copied as they are.
+    fn replaces_loads(&self, site: &Site<'_>, variable: VariableId) -> bool {
+        match site.function.variable(variable).kind {
+            VariableKind::State => !site.overrides.is_empty(),
+            VariableKind::Scratch => self.scratch.is_some(),
+            VariableKind::Member => self.chosen_light.is_some(),
+            _ => false,
+        }
+    }
+
+    /// Returns what such a load gives.
+    fn replaced_load(
+        &mut self,
+        site: &mut Site<'_>,
+        variable: VariableId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        match site.function.variable(variable).kind {
+            VariableKind::State => self.load_state(site, variable, index, to),
+            VariableKind::Scratch => self.load_scratch(site, variable, index, to),
+            _ => self.load_member(site, variable, index, to),
+        }
     }
 
     /// Loads a state component as a callee sees it.

@@ -235,31 +235,13 @@ impl Linker {
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
-        let mut inputs = Vec::new();
-        for variable in reads {
-            let Some(input) = input(query, variable) else { continue };
-            for component in 0..variable.ty.components() {
-                let value = match input {
-                    Input::Operand(first) => operands[first + component as usize],
-                    Input::Property(first) => {
-                        self.properties(caller, links, operands, to)?[first + component as usize]
-                    }
-                    Input::InverseDirection => {
-                        let first = first_of(query.operands(), "direction");
-                        let direction = operands[first + component as usize];
-                        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-                        let one = code.float(1.0)?;
-                        code.divide(one, direction)?
-                    }
-                    Input::Column(name) => {
-                        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-                        code.column(name, Scalar::F32)?
-                    }
-                };
-                inputs.push((StateComponent { variable: variable.index, component }, value));
-            }
-        }
-        Ok(inputs)
+        let is_property =
+            |variable: &&&StateVariable| matches!(input(query, variable), Some(Input::Property(_)));
+        let properties = match reads.iter().find(is_property) {
+            Some(_) => self.properties(caller, links, operands, to)?,
+            None => Vec::new(),
+        };
+        Arithmetic { linker: self, to }.inputs(query, reads, (operands, &properties))
     }
 
     /// Returns the properties of the surface that operands name.
@@ -285,6 +267,37 @@ impl Linker {
         };
         self.known_properties.push((surface.to_vec(), properties.clone()));
         Ok(properties)
+    }
+}
+
+impl Arithmetic<'_> {
+    /// Returns the values of the state that a method reads which answers a query, given the query's operands and the
+    /// properties of the surface.
+    pub(super) fn inputs(
+        &mut self,
+        query: Query,
+        reads: &[&'static StateVariable],
+        (operands, properties): (&[Value], &[Value]),
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let mut inputs = Vec::new();
+        for variable in reads {
+            let Some(input) = input(query, variable) else { continue };
+            for component in 0..variable.ty.components() {
+                let at = component as usize;
+                let value = match input {
+                    Input::Operand(first) => operands[first + at],
+                    Input::Property(first) => properties[first + at],
+                    Input::InverseDirection => {
+                        let direction = operands[first_of(query.operands(), "direction") + at];
+                        let one = self.float(1.0)?;
+                        self.divide(one, direction)?
+                    }
+                    Input::Column(name) => self.column(name, Scalar::F32)?,
+                };
+                inputs.push((StateComponent { variable: variable.index, component }, value));
+            }
+        }
+        Ok(inputs)
     }
 }
 

@@ -110,10 +110,9 @@ fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i
 fn forget_needless_outputs(function: &mut Function) {
     let ends = matches!(Next::of(function), Next::Of(stages) if stages.is_empty());
     let outputs = || function.outputs.iter().zip(&function.body.yields);
-    let zeros = [Constant::F32(0.0)];
     let is_black = |value: Value| {
         let known = defined(function, value).map(|(op, _)| &op.kind);
-        matches!(known, Some(OpKind::Constant(constant)) if zeros.contains(constant))
+        matches!(known, Some(OpKind::Constant(Constant::F32(value))) if *value == 0.0)
     };
     let channels: Vec<String> = (7..CONTRIBUTION_SCALARS).map(contribution_column).collect();
     let is_channel = |output: &Output| channels.contains(&function.variable(output.variable).name);
@@ -236,5 +235,30 @@ mod tests {
         assert_eq!(stored(&stages[0]), ["frame.0", "frame.2", "next"]);
         assert_eq!(stored(&stages[1]), ["request.0", "next"]);
         assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next"]);
+    }
+
+    /// Paths have ended after the first stage, so no one reads its request, and no light arrives by its contribution; the
+    /// second stage goes on, and contributes.
+    #[test]
+    fn requests_of_ended_paths_and_black_contributions_are_not_stored() {
+        let stage = |next: &str, red: &str| {
+            function(&format!(
+                "function f scratch request.0: f32[1] scratch next: i32[1] scratch contribution.0: f32[1]
+                scratch contribution.7: f32[1] scratch contribution.8: f32[1] scratch contribution.9: f32[1]
+                state rt_HitDistance: f32[1] {{
+                    %x: f32 = load state:rt_HitDistance@0 %n: i32 = constant {next} %zero: f32 = constant 0.0
+                    return scratch:request.0@0 = %x, scratch:next@0 = %n, scratch:contribution.0@0 = %x,
+                        scratch:contribution.7@0 = {red}, scratch:contribution.8@0 = %zero,
+                        scratch:contribution.9@0 = %zero
+                }}"
+            ))
+        };
+        let mut ended = stage("-1", "%zero");
+        forget_needless_outputs(&mut ended);
+        assert_eq!(stored(&ended), ["next"]);
+        let mut goes_on = stage("1", "%x");
+        let all = stored(&goes_on).len();
+        forget_needless_outputs(&mut goes_on);
+        assert_eq!(stored(&goes_on).len(), all);
     }
 }

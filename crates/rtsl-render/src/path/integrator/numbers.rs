@@ -12,7 +12,12 @@ const NUMBERS_OF_RAND: u32 = 0x203;
 const NUMBERS_OF_CALLS: u32 = 0x204;
 
 /// The sequences of the queries between two searches.
-pub const CALLS_OF_SEARCH: u32 = 1 << 10;
+const CALLS_OF_SEARCH: u32 = 1 << 10;
+
+/// Returns the count of light samples that a path begins with after so many searches.
+pub fn lights_after(searches: u32) -> u32 {
+    searches.wrapping_mul(CALLS_OF_SEARCH)
+}
 
 /// The random numbers of a path.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use rtsl::{CallArguments, Instances, LaneBlock, Method, new_state};
-use rtsl_bvh::{LANES, lanes_of};
+use rtsl_bvh::LANES;
 
 use super::super::features::PathFeatures;
 use super::super::memory::BatchMemory;
@@ -11,14 +11,13 @@ use super::super::path_tracer::PathTracer;
 use super::super::rows::are_finite;
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
+use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
-use super::staged::{Frames, StagedIntegrator, StagedPaths, Wave, ray_components};
-use super::{FeatureArrays, Integrator};
+use super::staged::{Blocks, Frames, StagedIntegrator, StagedPaths, Wave, ray_components};
 use crate::compiled::calls::Callee;
-use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
-use crate::tiles::{TileSamples, camera_packet};
+use crate::tiles::TileSamples;
 
 /// The number of rays of a call.
 const RAYS_OF_CALL: usize = 64;
@@ -89,12 +88,40 @@ impl PathTracer<'_> {
                 let path = &mut paths[*index as usize];
                 self.add_radiance(integrator, path, state, (&rays[lane], lane));
                 if let Some(features) = features.get_mut(*index as usize) {
-                    *features = features_of(integrator, scratch, (&rays[lane], lane));
+                    *features = features_of(integrator, scratch, (rays[lane].first_hit, lane));
                 }
             }
         }
         active.clear();
         counts
+    }
+
+    /// Begins a number of paths of this depth on the stages of an integrator; they have no rays yet.
+    fn begin_stages<'a>(
+        &self,
+        (integrator, staged): (&'a Integrator, &'a StagedIntegrator),
+        memory: &'a mut IntegratorMemory,
+        (count, depth): (usize, u32),
+    ) -> Option<StagedPaths<'a>>
+    where
+        Self: 'a,
+    {
+        let IntegratorMemory { stages, queries, free, .. } = memory;
+        let StageMemory { frames, wave } = stages.as_mut()?;
+        frames.make_room(&staged.program, count);
+        wave.begin(frames, &staged.columns, count, depth);
+        let (tracer, are_together) = (*self, depth == 0);
+        Some(StagedPaths {
+            tracer,
+            integrator,
+            staged,
+            frames,
+            wave,
+            queries,
+            free,
+            depth,
+            are_together,
+        })
     }
 
     /// Runs the stages of an integrator for a wavefront's active paths.
@@ -106,37 +133,23 @@ impl PathTracer<'_> {
         depth: u32,
     ) -> RayCounts {
         let Wavefront { paths, active, .. } = wavefront;
-        let IntegratorMemory { stages, queries, free, .. } = memory;
-        let Some(StageMemory { frames, wave }) = stages else { return RayCounts::default() };
         let chosen: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
-        frames.make_room(&staged.program, chosen.len());
-        wave.begin(frames, &staged.columns, chosen.len(), depth);
-        wave.load_paths(frames, &staged.columns, &chosen);
-        let (tracer, are_together) = (*self, depth == 0);
-        let mut run = StagedPaths {
-            tracer,
-            integrator,
-            staged,
-            frames,
-            wave,
-            queries,
-            free,
-            depth,
-            are_together,
-        };
+        let begun = self.begin_stages((integrator, staged), memory, (chosen.len(), depth));
+        let Some(mut run) = begun else { return RayCounts::default() };
+        run.wave.load_paths(run.frames, &staged.columns, &chosen);
         let all: Vec<u32> = (0..chosen.len() as u32).collect();
         run.run(&all);
         let mut radiance = vec![[0.0; 3]; chosen.len()];
-        wave.radiance(&frames.paths.state, &all, &mut radiance);
+        run.wave.radiance(&run.frames.paths.state, &all, &mut radiance);
         for (index, radiance) in active.drain(..).zip(radiance) {
             let path = &mut paths[index as usize];
             path.radiance = radiance;
             self.blame_integrator(integrator, path);
         }
-        std::mem::take(&mut queries.rays)
+        std::mem::take(&mut run.queries.rays)
     }
 
-    /// Runs the stages of an integrator for the camera rays of samples.
+    /// Runs the stages of an integrator for the camera rays of samples, and leaves the results in the memory.
     pub fn run_stages_for_samples(
         &self,
         (integrator, staged): (&Integrator, &StagedIntegrator),
@@ -145,47 +158,22 @@ impl PathTracer<'_> {
     ) {
         let BatchMemory { integrator: own, camera, samples: results, rays: counts, .. } = memory;
         let Some(own) = own else { return };
-        let IntegratorMemory { stages, queries, free, .. } = &mut **own;
-        let Some(StageMemory { frames, wave }) = stages else { return };
-        frames.make_room(&staged.program, samples.packets() * LANES);
-        wave.begin(frames, &staged.columns, samples.packets() * LANES, 0);
-        let scene = &self.scene.compiled;
-        let tracer = Tracer { scene, errors: self.errors };
-        let mut active = Vec::with_capacity(samples.packets() * LANES);
-        for packet in 0..samples.packets() {
-            let (start, size) = (packet * LANES, (scene.settings.width, scene.settings.height));
-            let lanes = samples.lanes(packet, size);
-            let rays = camera_packet(&tracer, camera, samples, packet);
-            wave.load_camera_rays(frames, &staged.columns, &rays, start);
-            self.report_lost_by_camera(&rays.weights, lanes);
-            camera.keep(rays);
-            active.extend(lanes_of(lanes).map(|lane| (start + lane) as u32));
-        }
+        let count = samples.packets() * LANES;
+        let begun = self.begin_stages((integrator, staged), own, (count, 0));
+        let Some(mut run) = begun else { return };
+        let active = run.load_samples(camera, samples);
         counts.camera += active.len() as u64;
-        let (tracer, depth, are_together) = (*self, 0, true);
-        let mut run = StagedPaths {
-            tracer,
-            integrator,
-            staged,
-            frames,
-            wave,
-            queries,
-            free,
-            depth,
-            are_together,
-        };
         run.run(&active);
-        *counts += std::mem::take(&mut queries.rays);
-        wave.radiance(&frames.paths.state, &active, &mut results.radiance);
-        let lost = wave.lost(&active, &results.radiance);
+        *counts += std::mem::take(&mut run.queries.rays);
+        let Blocks { state, scratch } = &run.frames.paths;
+        run.wave.radiance(state, &active, &mut results.radiance);
+        let lost = run.wave.lost(&active, &results.radiance);
         self.report_lost(integrator.name(), Method::Radiance, lost);
         if self.with_features {
-            let FeatureArrays { albedo, normal } = integrator.features;
             for path in active {
                 let path = path as usize;
-                let outputs =
-                    [albedo, normal].map(|first| output(&frames.paths.scratch, first, path));
-                results.features[path] = wave.features(path, outputs);
+                let first_hit = run.wave.first_hits[path];
+                results.features[path] = features_of(integrator, scratch, (first_hit, path));
             }
         }
     }
@@ -250,21 +238,19 @@ impl PathTracer<'_> {
     }
 }
 
-/// Returns a lane of the output whose first array this is; zeros without one.
-fn output(scratch: &LaneBlock, first: Option<usize>, lane: usize) -> [f32; 3] {
-    first.map_or([0.0; 3], |first| vector(scratch, first, lane))
-}
-
 /// Returns the features of a lane's first surface.
 fn features_of(
     integrator: &Integrator,
     scratch: &LaneBlock,
-    (ray, lane): (&RayOfCall, usize),
+    (first_hit, lane): (Option<(f32, f32)>, usize),
 ) -> PathFeatures {
-    let (distance, object) = ray.first_hit.unwrap_or((f32::INFINITY, -1.0));
+    let output =
+        |first: Option<usize>| first.map_or([0.0; 3], |first| vector(scratch, first, lane));
+    let PathFeatures { distance, object, .. } = PathFeatures::NONE;
+    let (distance, object) = first_hit.unwrap_or((distance, object));
     PathFeatures {
-        albedo: output(scratch, integrator.features.albedo, lane),
-        normal: output(scratch, integrator.features.normal, lane),
+        albedo: output(integrator.features.albedo),
+        normal: output(integrator.features.normal),
         distance,
         object,
     }

@@ -14,7 +14,7 @@ mod stage_lights;
 mod staged_integrator;
 mod wave;
 
-pub use frames::Frames;
+pub use frames::{Blocks, Frames};
 pub use run::StagedPaths;
 pub use staged_integrator::{StageParts, StagedIntegrator};
 pub use wave::{Wave, ray_components};

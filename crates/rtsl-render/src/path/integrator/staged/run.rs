@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use rtsl::{CallArguments, END, Instances, Method, ResumedBy, StageSurface};
+use rtsl_bvh::{LANES, lanes_of};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
@@ -17,6 +18,8 @@ use super::path_lists::PathLists;
 use super::staged_integrator::StagedIntegrator;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
+use crate::compiled::tracer::Tracer;
+use crate::tiles::{CameraMemory, SampleStreams, TileSamples, camera_packet};
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -52,6 +55,27 @@ const MIN_OCCUPANCY: usize = 2;
 const VECTOR_LANES: u32 = 16;
 
 impl StagedPaths<'_> {
+    /// Loads the camera rays of samples; returns the paths of those whose pixels lie inside the image.
+    pub fn load_samples(
+        &mut self,
+        camera: &mut CameraMemory<SampleStreams>,
+        samples: &TileSamples,
+    ) -> Vec<u32> {
+        let scene = &self.tracer.scene.compiled;
+        let tracer = Tracer { scene, errors: self.tracer.errors };
+        let mut active = Vec::with_capacity(self.wave.count);
+        for packet in 0..samples.packets() {
+            let start = packet * LANES;
+            let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
+            let rays = camera_packet(&tracer, camera, samples, packet);
+            self.wave.load_camera_rays(self.frames, &self.staged.columns, &rays, start);
+            self.tracer.lost_by_camera(&rays.weights, lanes);
+            camera.keep(rays);
+            active.extend(lanes_of(lanes).map(|lane| (start + lane) as u32));
+        }
+        active
+    }
+
     /// Runs loaded paths, of which these are active, to their ends.
     pub fn run(&mut self, active: &[u32]) {
         if self.staged.asks_host() || self.tracer.scene.has_alpha() {

@@ -6,7 +6,7 @@ use super::super::super::memory::BatchMemory;
 use super::super::super::searcher::Searcher;
 use super::super::super::wavefront::NO_INSTANCE;
 use super::super::host::{NO_OBJECT, first_hit};
-use super::super::numbers::CALLS_OF_SEARCH;
+use super::super::numbers::lights_after;
 use super::columns::Columns;
 use super::run::StagedPaths;
 use super::wave::Wave;
@@ -149,7 +149,7 @@ impl StagedPaths<'_> {
             let searches = &mut searches[*slot as usize];
             further += u64::from(*searches > 0);
             *searches = searches.saturating_add(1);
-            counts[*slot as usize] = searches.wrapping_mul(CALLS_OF_SEARCH);
+            counts[*slot as usize] = lights_after(*searches);
         }
         self.queries.rays.traced += further;
         if !rays.is_empty() {

@@ -3,8 +3,7 @@
 use rtsl::{END, LaneBlock};
 use rtsl_bvh::LANES;
 
-use super::super::super::features::PathFeatures;
-use super::super::super::rows::are_finite;
+use super::super::super::rows::{all_finite, are_finite};
 use super::super::super::wavefront::Path;
 use super::super::host::RayOfCall;
 use super::columns::Columns;
@@ -160,9 +159,7 @@ impl Wave {
 
     /// Returns the number of paths whose radiance is not finite though their weights are.
     pub fn lost(&self, paths: &[u32], radiance: &[[f32; 3]]) -> u64 {
-        // A sum of zeros, unless a number is infinite or NaN.
-        let sum: f32 = radiance.as_flattened().iter().map(|number| number * 0.0).sum();
-        if sum == 0.0 {
+        if all_finite(radiance.as_flattened()) {
             return 0;
         }
         let is_lost = |path: &&u32| {
@@ -171,11 +168,5 @@ impl Wave {
             !are_finite(&radiance[path]) && are_finite(&weight)
         };
         paths.iter().filter(is_lost).count() as u64
-    }
-
-    /// Notes the first surface of a path, with the albedo and the normal that the integrator gives.
-    pub fn features(&self, path: usize, [albedo, normal]: [[f32; 3]; 2]) -> PathFeatures {
-        let (distance, object) = self.first_hits[path].unwrap_or((f32::INFINITY, -1.0));
-        PathFeatures { albedo, normal, distance, object }
     }
 }
