@@ -183,7 +183,7 @@ const GLOW: &str = "class Glow : rt_Material;
             * (0.5 + 0.5 * abs(normalize(rt_dPdu).x) + rt_du + 0.1 * abs(rt_ShadingNormal.y));
     }";
 
-/// What lights beside the surfaces that they light: a floor, a ball in a space of its own, a mesh and glass.
+/// The surfaces beside lights: a floor, a ball in a space of its own, a mesh and glass.
 const LIT: &str = "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
       AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
       AttributeBegin Translate -1 0 0 Rotate 30 1 1 0 Scale 0.8 1 0.6 Shape \"sphere\" AttributeEnd

@@ -1,4 +1,4 @@
-//! What a wavefront's paths have beside their frames.
+//! The data of a wavefront's paths beside their frames.
 
 use rtsl::{END, LaneBlock};
 use rtsl_bvh::LANES;
@@ -11,7 +11,7 @@ use super::frames::Frames;
 use crate::compiled::variables::variables;
 use crate::tiles::{CameraRays, SampleStreams};
 
-/// What a wavefront's paths have beside their frames, by path.
+/// The data of a wavefront's paths beside their frames, by path.
 #[derive(Default)]
 pub struct Wave {
     /// The number of paths.
@@ -24,7 +24,7 @@ pub struct Wave {
     pub searches: Vec<u32>,
     /// The distances and the objects of the first surfaces; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
-    /// What hosts know of the paths; empty if no one asks hosts.
+    /// The state of requests, which hosts answer; empty if no kernel asks a host.
     pub rays: Vec<RayOfCall>,
 }
 
