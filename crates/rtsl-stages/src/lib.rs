@@ -88,7 +88,9 @@
 //! read in every stage; state and scratch of the function only in the first, so what is read of them later passes
 //! through the frame. A local with dynamic indices passes through it as a whole if it may be read later.
 
+mod choices;
 mod code;
+mod common_queries;
 pub mod drive;
 mod emit;
 mod flow;

@@ -7,10 +7,10 @@
 //! defined inside are defined anew.
 //!
 //! A live value is computed again instead of kept if its definition is cheap and its operands are live, or themselves
-//! computed again, at no more than [`MAX_COST`] operations in total. Constants, lengths of buffers and loads from
-//! members, parameters and buffers at constant indices cost nothing, since every stage can read them. Divisions, square
-//! roots and everything with an effect are kept. The surface that a point names needs no slots: the stage gets it from
-//! the request.
+//! computed again, at no more than [`MAX_COST`] operations in total. Constants, lengths of buffers, numbers of lights
+//! and loads from members, parameters and buffers at constant indices cost nothing, since every stage can read them.
+//! Divisions, square roots and everything with an effect are kept. The surface that a point names needs no slots: the
+//! stage gets it from the request.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -118,6 +118,7 @@ impl<'a> Liveness<'a> {
             | OpKind::LightCount
             | OpKind::Ambient
             | OpKind::IsSet(_, ReferencePath::Single) => Some(0),
+            OpKind::Query(query, _) if query.is_uniform() => Some(0),
             OpKind::Load(variable, index) => match self.function.variable(*variable).kind {
                 // Every operation with operands costs something, which bounds the length of chains.
                 VariableKind::Member | VariableKind::Parameter | VariableKind::Buffer => {

@@ -11,7 +11,9 @@ use crate::live::{Kept, Live, Liveness};
 use crate::points::{self, Level, Point, PointId};
 use crate::slots::Slots;
 use crate::verify::{self, VerifyError};
-use crate::{Port, ResumedBy, SlotId, Stage, Stages, Surface, late_loads, stored, undefined};
+use crate::{
+    Port, ResumedBy, SlotId, Stage, Stages, Surface, common_queries, late_loads, stored, undefined,
+};
 
 /// The greatest number of points where a function may suspend.
 pub const MAX_POINTS: usize = 1024;
@@ -64,6 +66,10 @@ pub fn split(function: &Function) -> Result<Stages, SplitError> {
     let _span = tracing::debug_span!("split", function = function.name).entered();
     check_variables(function)?;
     let mut function = function.clone();
+    if common_queries::run(&mut function) {
+        let passes: [rtsl_opt::Pass; 3] = [simplify::run, gvn::run, dce::run];
+        passes.iter().for_each(|pass| pass(&mut function));
+    }
     late_loads::run(&mut function);
     function.renumber();
     let mut plan = Plan::new(&function)?;
