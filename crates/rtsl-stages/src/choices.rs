@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::{OpKind, Region, Value};
 
-/// What a value is if a condition is true, and if it is false.
+/// The values that a result has if a condition is true, and if it is false.
 type Pair = [Value; 2];
 
 /// Merges the values of a region, and those of the regions in it.

@@ -227,7 +227,7 @@ mod tests {
         .assert_eq(&merged(text));
     }
 
-    /// What a branch keeps is an operand of the query, or takes the place of a value that the other has anyway.
+    /// Kept values are operands of the query, or take the place of one that the other branch has anyway.
     #[test]
     fn kept_values_share_results() {
         let text = "function f scratch out: f32[2] {

@@ -218,7 +218,10 @@ fn add_shadow_rays(batch: &ShadingBatch, to: &mut ShadowRays) {
     let [ox, oy, oz] = light.origin.each_ref().map(|row| &row[..]);
     let [dx, dy, dz] = light.direction.each_ref().map(|row| &row[..]);
     let [red, green, blue] = light.color.each_ref().map(|row| &row[..]);
-    to.add(&lanes, [ox, oy, oz, dx, dy, dz, &light.distance, red, green, blue]);
+    let columns = [ox, oy, oz, dx, dy, dz, &light.distance, red, green, blue];
+    for (to, from) in to.columns_mut().zip(columns) {
+        to.extend(lanes.iter().map(|lane| from[*lane as usize]));
+    }
     let each = || lanes.iter().map(|lane| *lane as usize);
     to.times.extend(each().map(|lane| batch.time[lane]));
     to.paths.extend(each().map(|lane| batch.hits[lane].path));

@@ -71,12 +71,9 @@ impl ShadowRays {
         self.sequences.push([key, sample]);
     }
 
-    /// Adds rays with these lanes of columns: origins, directions, lengths and contributions. Their times, paths and
-    /// sequences are added beside.
-    pub fn add(&mut self, lanes: &[u32], columns: [&[f32]; 10]) {
-        for (to, from) in self.ends.iter_mut().chain(&mut self.colors).zip(columns) {
-            to.extend(lanes.iter().map(|lane| from[*lane as usize]));
-        }
+    /// Returns the columns of origins, directions, lengths and contributions.
+    pub fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
+        self.ends.iter_mut().chain(&mut self.colors)
     }
 
     /// Returns the number of rays.

@@ -13,7 +13,7 @@ use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
 use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
-use super::staged::{Blocks, Frames, StagedIntegrator, StagedPaths, Wave, ray_components};
+use super::staged::{Blocks, Frames, PathSet, StagedIntegrator, StagedPaths, Wave, ray_components};
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
@@ -137,10 +137,10 @@ impl PathTracer<'_> {
         let begun = self.begin_stages((integrator, staged), memory, (chosen.len(), depth));
         let Some(mut run) = begun else { return RayCounts::default() };
         run.wave.load_paths(run.frames, &staged.columns, &chosen);
-        let all: Vec<u32> = (0..chosen.len() as u32).collect();
+        let all = PathSet::all(chosen.len());
         run.run(&all);
         let mut radiance = vec![[0.0; 3]; chosen.len()];
-        run.wave.radiance(&run.frames.paths.state, &all, &mut radiance);
+        run.wave.radiance(&run.frames.paths.state, all.paths(), &mut radiance);
         for (index, radiance) in active.drain(..).zip(radiance) {
             let path = &mut paths[index as usize];
             path.radiance = radiance;
@@ -162,16 +162,16 @@ impl PathTracer<'_> {
         let begun = self.begin_stages((integrator, staged), own, (count, 0));
         let Some(mut run) = begun else { return };
         let active = run.load_samples(camera, samples);
-        counts.camera += active.len() as u64;
+        counts.camera += active.paths().len() as u64;
         run.run(&active);
         *counts += std::mem::take(&mut run.queries.rays);
         let Blocks { state, scratch } = &run.frames.paths;
-        run.wave.radiance(state, &active, &mut results.radiance);
-        let lost = run.wave.lost(&active, &results.radiance);
+        run.wave.radiance(state, active.paths(), &mut results.radiance);
+        let lost = run.wave.lost(active.paths(), &results.radiance);
         self.report_lost(integrator.name(), Method::Radiance, lost);
         if self.with_features {
-            for path in active {
-                let path = path as usize;
+            for path in active.paths() {
+                let path = *path as usize;
                 let first_hit = run.wave.first_hits[path];
                 results.features[path] = features_of(integrator, scratch, (first_hit, path));
             }

@@ -1,6 +1,7 @@
 //! The frames of a wavefront's paths.
 
-use super::path_lists::PathLists;
+use super::path_set::PathSet;
+use super::path_sets::PathSets;
 use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, StagedProgram, new_state};
 
 /// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
@@ -16,12 +17,18 @@ pub struct Frames {
     pub surfaces: LaneIndices,
     /// The paths that take part in a call for all of them.
     pub mask: LaneMask,
-    /// The lanes of a call that contribute.
-    pub contributing: Vec<u32>,
-    /// The paths by their next stages, now and before.
-    pub by_stage: [PathLists; 2],
-    /// The paths of a stage by the groups of their surfaces.
-    pub by_group: PathLists,
+    /// The lanes of a call.
+    pub called: PathSet,
+    /// Those that contribute.
+    pub contributing: PathSet,
+    /// The paths by their next stages.
+    pub by_stage: PathSets,
+    /// The groups of the paths' surfaces.
+    pub groups: Vec<u32>,
+    /// The paths of a stage by these groups.
+    pub by_group: PathSets,
+    /// The operands of requests and the times of paths that wait for an answer.
+    pub requests: [Vec<f32>; 9],
     lanes: usize,
 }
 
@@ -48,9 +55,12 @@ impl Frames {
             call: Blocks::new(program, CALL_PATHS),
             surfaces: LaneIndices::new(CALL_PATHS),
             mask: LaneMask::new(0),
-            contributing: Vec::new(),
-            by_stage: Default::default(),
-            by_group: PathLists::default(),
+            called: PathSet::default(),
+            contributing: PathSet::default(),
+            by_stage: PathSets::default(),
+            groups: Vec::new(),
+            by_group: PathSets::default(),
+            requests: Default::default(),
             lanes: 0,
         }
     }
@@ -61,15 +71,9 @@ impl Frames {
             self.paths = Blocks::new(program, lanes);
             self.surfaces = LaneIndices::new(lanes.max(CALL_PATHS));
             self.mask = LaneMask::new(lanes);
+            self.groups.resize(lanes, 0);
             self.lanes = lanes;
         }
-    }
-
-    /// Selects the paths that take part in a call for all of them.
-    pub fn select(&mut self, slots: &[u32]) {
-        let words = self.mask.words_mut();
-        words.fill(0);
-        slots.iter().for_each(|slot| words[*slot as usize] = u32::MAX);
     }
 
     /// Copies what a kernel reads of these paths to the arrays of the call.

@@ -7,7 +7,8 @@
 
 mod columns;
 mod frames;
-mod path_lists;
+mod path_set;
+mod path_sets;
 mod run;
 mod search;
 mod stage_lights;
@@ -15,6 +16,7 @@ mod staged_integrator;
 mod wave;
 
 pub use frames::{Blocks, Frames};
+pub use path_set::PathSet;
 pub use run::StagedPaths;
 pub use staged_integrator::{StageParts, StagedIntegrator};
 pub use wave::{Wave, ray_components};

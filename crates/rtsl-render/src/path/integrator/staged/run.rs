@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use rtsl::{CallArguments, END, Instances, Method, ResumedBy, StageSurface};
-use rtsl_bvh::{LANES, lanes_of};
+use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
@@ -14,7 +14,8 @@ use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
 use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, CALL_PATHS, Frames};
-use super::path_lists::PathLists;
+use super::path_set::PathSet;
+use super::path_sets::PathSets;
 use super::staged_integrator::StagedIntegrator;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
@@ -41,18 +42,11 @@ pub struct StagedPaths<'a> {
 /// The arrays on which a kernel works.
 #[derive(Clone, Copy)]
 enum Place<'a> {
-    /// Those of all paths, of which some may be masked.
-    All { count: usize, is_masked: bool },
+    /// Those of all paths, of which these take part.
+    All { paths: &'a PathSet, count: usize, is_masked: bool },
     /// A copy for these paths.
     Copied(&'a [u32]),
 }
-
-/// A kernel works in place on the arrays of all paths if, of the vectors in which any path takes part, one lane of so
-/// many takes part: copying costs more than lanes that are off. Kernels skip other vectors.
-const MIN_OCCUPANCY: usize = 2;
-
-/// The number of lanes of the vectors whose occupancy counts.
-const VECTOR_LANES: u32 = 16;
 
 impl StagedPaths<'_> {
     /// Loads the camera rays of samples; returns the paths of those whose pixels lie inside the image.
@@ -60,10 +54,10 @@ impl StagedPaths<'_> {
         &mut self,
         camera: &mut CameraMemory<SampleStreams>,
         samples: &TileSamples,
-    ) -> Vec<u32> {
+    ) -> PathSet {
         let scene = &self.tracer.scene.compiled;
         let tracer = Tracer { scene, errors: self.tracer.errors };
-        let mut active = Vec::with_capacity(self.wave.count);
+        let mut active = Vec::with_capacity(samples.packets());
         for packet in 0..samples.packets() {
             let start = packet * LANES;
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
@@ -71,67 +65,72 @@ impl StagedPaths<'_> {
             self.wave.load_camera_rays(self.frames, &self.staged.columns, &rays, start);
             self.tracer.lost_by_camera(&rays.weights, lanes);
             camera.keep(rays);
-            active.extend(lanes_of(lanes).map(|lane| (start + lane) as u32));
+            active.push(lanes);
         }
-        active
+        PathSet::of_packets(&active)
     }
 
     /// Runs loaded paths, of which these are active, to their ends.
-    pub fn run(&mut self, active: &[u32]) {
+    pub fn run(&mut self, active: &PathSet) {
         if self.staged.asks_host() || self.tracer.scene.has_alpha() {
             self.wave.begin_rays(self.frames, &self.staged.columns);
         }
         // The first stage reads the state of rays, which is not copied.
         self.call_in_place((0, 0), active);
         self.add_contributions();
-        let [mut by_stage, mut before] = std::mem::take(&mut self.frames.by_stage);
+        let mut by_stage = std::mem::take(&mut self.frames.by_stage);
         let mut by_group = std::mem::take(&mut self.frames.by_group);
-        let stages = self.staged.program.stages().len();
-        self.sort_by_stage(active, &mut by_stage);
-        while !by_stage.below(stages).is_empty() && !self.tracer.errors.any() {
-            by_stage.lists(stages).for_each(|(stage, paths)| self.answer(stage, paths));
-            for (stage, paths) in by_stage.lists(stages) {
-                self.sort_by_group(stage, paths, &mut by_group);
-                let groups = by_group.lists(self.staged.group_count());
-                groups.for_each(|(group, paths)| self.call((stage, group), paths));
+        while self.sort_by_stage(active, &mut by_stage) && !self.tracer.errors.any() {
+            by_stage.sets().for_each(|(stage, paths)| self.answer(stage, paths));
+            for (stage, paths) in by_stage.sets() {
+                self.call_by_group(stage, paths, &mut by_group);
             }
             self.add_contributions();
-            std::mem::swap(&mut by_stage, &mut before);
-            self.sort_by_stage(before.below(stages), &mut by_stage);
         }
-        (self.frames.by_stage, self.frames.by_group) = ([by_stage, before], by_group);
+        (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
     }
 
-    /// Sorts paths by the stages that they wait for, those that have ended last.
-    fn sort_by_stage(&self, paths: &[u32], by_stage: &mut PathLists) {
+    /// Sorts paths by the stages that they wait for; false if all have ended.
+    fn sort_by_stage(&self, paths: &PathSet, by_stage: &mut PathSets) -> bool {
         let stages = self.staged.program.stages().len();
         let next = self.frames.paths.scratch.words(self.staged.columns.next);
-        let stage = |path: u32| next[path as usize].min(stages as u32);
+        // The mark of paths that have ended is above all stages.
         const { assert!(END < 0) };
-        by_stage.sort(paths, stages + 1, stage);
+        by_stage.sort(paths, next, stages);
+        by_stage.sets().next().is_some()
     }
 
-    /// Sorts the paths of a stage by the groups of their surfaces.
-    fn sort_by_group(&self, stage: usize, paths: &[u32], by_group: &mut PathLists) {
-        let StagedIntegrator { program, columns, .. } = self.staged;
-        let surface = program.stages()[stage].surface;
-        let [objects, instances, elements] = columns.surface(surface);
+    /// Runs a stage for paths, group by group of their surfaces.
+    fn call_by_group(&mut self, stage: usize, paths: &PathSet, by_group: &mut PathSets) {
+        let surface = self.staged.program.stages()[stage].surface;
+        if surface == StageSurface::None {
+            return self.call((stage, 0), paths);
+        }
+        let mut groups = std::mem::take(&mut self.frames.groups);
+        self.find_groups(surface, paths, &mut groups);
+        by_group.sort(paths, &groups, self.staged.group_count());
+        self.frames.groups = groups;
+        by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
+    }
+
+    /// Finds the groups of the surfaces of paths.
+    fn find_groups(&self, surface: StageSurface, paths: &PathSet, groups: &mut [u32]) {
+        let [objects, instances, elements] = self.staged.columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
         let objects = scratch.words(objects);
-        let groups = self.staged.group_count();
-        match surface {
-            StageSurface::None => by_group.sort(paths, groups, |_| 0),
-            StageSurface::Answer => by_group.sort(paths, groups, |path| {
-                let object = objects[path as usize];
-                if object == NO_OBJECT { 0 } else { self.staged.surface_of(object).group }
-            }),
-            StageSurface::Request => {
-                let (instances, elements) = (scratch.words(instances), scratch.words(elements));
-                by_group.sort(paths, groups, |path| {
-                    let at = path as usize;
-                    self.group_of(objects[at], instances[at], elements[at])
-                });
+        if surface == StageSurface::Answer {
+            for path in paths.paths() {
+                let object = objects[*path as usize];
+                let is_found = object != NO_OBJECT;
+                let group = if is_found { self.staged.surface_of(object).group } else { 0 };
+                groups[*path as usize] = group;
             }
+            return;
+        }
+        let (instances, elements) = (scratch.words(instances), scratch.words(elements));
+        for path in paths.paths() {
+            let at = *path as usize;
+            groups[at] = self.group_of(objects[at], instances[at], elements[at]);
         }
     }
 
@@ -147,12 +146,12 @@ impl StagedPaths<'_> {
     }
 
     /// Answers what paths wait for, before they run a stage.
-    fn answer(&mut self, stage: usize, slots: &[u32]) {
+    fn answer(&mut self, stage: usize, paths: &PathSet) {
         match self.staged.program.stages()[stage].resumed_by {
             ResumedBy::Start | ResumedBy::Dispatch => {}
-            ResumedBy::NearestHit => self.search(slots),
-            ResumedBy::Occluded => self.find_occluded(slots),
-            ResumedBy::Trace => self.trace(slots),
+            ResumedBy::NearestHit => self.search(paths),
+            ResumedBy::Occluded => self.find_occluded(paths.paths()),
+            ResumedBy::Trace => self.trace(paths.paths()),
         }
     }
 
@@ -225,70 +224,71 @@ impl StagedPaths<'_> {
     }
 
     /// Notes the contributions of a call for these paths.
-    fn take_contributions(&mut self, place: Place<'_>, slots: &[u32]) {
+    fn take_contributions(&mut self, place: Place<'_>) {
         let StagedPaths { frames, wave, queries, staged, .. } = self;
-        let Frames { paths, call, contributing, .. } = &mut **frames;
+        let Frames { paths, call, called, contributing, .. } = &mut **frames;
         let scratch = match place {
             Place::All { .. } => &paths.scratch,
             Place::Copied(_) => &call.scratch,
         };
         let columns = staged.columns.contribution.map(|array| scratch.floats(array));
-        let is_lit =
-            |lane: usize| [7, 8, 9].map(|channel: usize| columns[channel][lane]) != [0.0; 3];
+        let [.., red, green, blue] = columns;
         let BatchMemory { shadow_rays, .. } = &mut **queries;
         let first = shadow_rays.paths.len();
+        let times = paths.scratch.floats(staged.columns.time);
         match place {
-            Place::All { .. } => {
-                collect(slots.iter().copied(), is_lit, contributing);
-                shadow_rays.paths.extend_from_slice(contributing);
+            Place::All { paths: all, .. } => {
+                contributing.set_nonzero(all, [red, green, blue]);
+                shadow_rays.paths.extend_from_slice(contributing.paths());
+                contributing.append([(times, &mut shadow_rays.times)]);
             }
             Place::Copied(slots) => {
-                collect(0..slots.len() as u32, is_lit, contributing);
-                shadow_rays.paths.extend(contributing.iter().map(|lane| slots[*lane as usize]));
+                called.set_all(slots.len());
+                contributing.set_nonzero(called, [red, green, blue]);
+                contributing.append_words(slots, &mut shadow_rays.paths);
+                let added = &shadow_rays.paths[first..];
+                shadow_rays.times.extend(added.iter().map(|path| times[*path as usize]));
             }
         }
-        shadow_rays.add(contributing, columns);
-        let times = paths.scratch.floats(staged.columns.time);
-        let added = &shadow_rays.paths[first..];
-        shadow_rays.times.extend(added.iter().map(|path| times[*path as usize]));
-        for path in added {
+        contributing.append(columns.into_iter().zip(shadow_rays.columns_mut()));
+        for path in &shadow_rays.paths[first..] {
             let ray = wave.rays.get_mut(*path as usize);
             let sequence = ray.map(|ray| [ray.numbers.begin_call(), ray.numbers.sample]);
             shadow_rays.sequences.push(sequence.unwrap_or_default());
         }
     }
 
-    /// Runs a stage for paths with surfaces of one group: in place where these are many of all paths, else on a copy of
-    /// their data.
-    fn call(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
-        if is_dense(slots, self.wave.count) {
-            return self.call_in_place((stage, group), slots);
+    /// Runs a stage for paths with surfaces of one group: in place where these are half of the lanes of vectors, for
+    /// copying costs more than lanes that are off, else on a copy of their data.
+    fn call(&mut self, (stage, group): (usize, usize), paths: &PathSet) {
+        if paths.is_dense() {
+            return self.call_in_place((stage, group), paths);
         }
         let (kernel, _) = self.staged.kernel(stage, group);
         let next = self.staged.columns.next;
-        for slots in slots.chunks(CALL_PATHS) {
+        for slots in paths.paths().chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
             self.set_surfaces((stage, group), slots, false);
             self.call_kernel((stage, group), Place::Copied(slots));
             if kernel.contributes {
-                self.take_contributions(Place::Copied(slots), slots);
+                self.take_contributions(Place::Copied(slots));
             }
             self.frames.scatter(kernel, slots, next);
         }
     }
 
     /// Runs a stage on the arrays of all paths.
-    fn call_in_place(&mut self, (stage, group): (usize, usize), slots: &[u32]) {
-        let all = self.wave.count;
-        let is_masked = slots.len() < all;
+    fn call_in_place(&mut self, (stage, group): (usize, usize), paths: &PathSet) {
+        let count = self.wave.count;
+        let is_masked = paths.paths().len() < count;
         if is_masked {
-            self.frames.select(slots);
+            paths.store_mask(&mut self.frames.mask);
         }
-        self.set_surfaces((stage, group), slots, true);
-        let place = Place::All { count: all, is_masked };
+        self.set_surfaces((stage, group), paths.paths(), true);
+        let place = Place::All { paths, count, is_masked };
         self.call_kernel((stage, group), place);
         if self.staged.kernel(stage, group).0.contributes {
-            self.take_contributions(place, slots);
+            self.take_contributions(place);
         }
     }
 
@@ -318,7 +318,9 @@ impl StagedPaths<'_> {
         let rays = &mut *wave.rays;
         let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
         let (Blocks { state, scratch }, count, mask, slots) = match place {
-            Place::All { count, is_masked } => (paths, count, is_masked.then_some(&*mask), None),
+            Place::All { count, is_masked, .. } => {
+                (paths, count, is_masked.then_some(&*mask), None)
+            }
             Place::Copied(slots) => (call, slots.len(), None, Some(slots)),
         };
         let mut host =
@@ -334,34 +336,4 @@ impl StagedPaths<'_> {
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);
     }
-}
-
-/// Collects the lanes for which a condition holds, without branches.
-fn collect(
-    lanes: impl ExactSizeIterator<Item = u32>,
-    holds: impl Fn(usize) -> bool,
-    collected: &mut Vec<u32>,
-) {
-    collected.clear();
-    collected.resize(lanes.len() + 1, 0);
-    let mut count = 0;
-    for lane in lanes {
-        collected[count] = lane;
-        count += usize::from(holds(lane as usize));
-    }
-    collected.truncate(count);
-}
-
-/// True if a kernel for these of `all` paths works in place.
-fn is_dense(slots: &[u32], all: usize) -> bool {
-    if slots.len() * MIN_OCCUPANCY >= all {
-        return true;
-    }
-    let mut vectors = 0;
-    let mut last = u32::MAX;
-    for slot in slots {
-        vectors += usize::from(slot / VECTOR_LANES != last);
-        last = slot / VECTOR_LANES;
-    }
-    slots.len() * MIN_OCCUPANCY >= vectors * VECTOR_LANES as usize
 }

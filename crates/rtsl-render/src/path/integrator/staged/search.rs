@@ -8,6 +8,8 @@ use super::super::super::wavefront::NO_INSTANCE;
 use super::super::host::{NO_OBJECT, first_hit};
 use super::super::numbers::lights_after;
 use super::columns::Columns;
+use super::frames::{Blocks, Frames};
+use super::path_set::PathSet;
 use super::run::StagedPaths;
 use super::wave::Wave;
 use crate::compiled::placed_objects::HitObject;
@@ -21,33 +23,44 @@ const NOTHING: Answer = [0, NO_OBJECT, NO_INSTANCE, 0, 0];
 
 impl StagedPaths<'_> {
     /// Finds the nearest hits of the requested rays.
-    pub fn search(&mut self, slots: &[u32]) {
+    pub fn search(&mut self, paths: &PathSet) {
         let are_together = std::mem::take(&mut self.are_together);
         let scene = self.tracer.scene;
+        let slots = paths.paths();
         if scene.has_alpha() {
             self.search_past_alpha(slots, are_together);
-        } else if !are_together && scene.compiled.geometry.suits_stream(slots.len()) {
-            slots.chunks(RAYS_OF_STREAM).for_each(|slots| self.search_stream(slots));
+            return self.count_searches(slots);
+        }
+        self.collect_requests(paths);
+        let starts = 0..slots.len();
+        if !are_together && scene.compiled.geometry.suits_stream(slots.len()) {
+            starts.step_by(RAYS_OF_STREAM).for_each(|start| self.search_stream(start, slots));
         } else {
-            slots.chunks(LANES).for_each(|slots| self.search_packet(slots));
+            starts.step_by(LANES).for_each(|start| self.search_packet(start, slots));
         }
         self.count_searches(slots);
     }
 
-    /// Finds the hits of a packet.
-    fn search_packet(&mut self, slots: &[u32]) {
-        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
-        let scratch = &self.frames.paths.scratch;
+    /// Copies the requested rays to adjacent lanes.
+    fn collect_requests(&mut self, paths: &PathSet) {
         let Columns { requests, time, .. } = &self.staged.columns;
-        let requests = requests.map(|array| scratch.floats(array));
-        let times = scratch.floats(*time);
+        let Frames { paths: Blocks { scratch, .. }, requests: collected, .. } = &mut *self.frames;
+        collected.iter_mut().for_each(Vec::clear);
+        let columns = requests.iter().chain([time]).map(|array| scratch.floats(*array));
+        paths.append(columns.zip(collected));
+    }
+
+    /// Finds the hits of a packet of collected rays, whose first is `start`.
+    fn search_packet(&mut self, start: usize, slots: &[u32]) {
+        let slots = &slots[start..slots.len().min(start + LANES)];
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
         let Searcher { memory, packet, .. } = &mut self.queries.searcher;
         let RayPacket { origin, direction, epsilon, limit, time } = &mut **packet;
         let lanes = origin.iter_mut().chain(direction).chain([&mut *epsilon, limit, time]);
-        for (lanes, column) in lanes.zip(requests.into_iter().chain([times])) {
-            lanes.iter_mut().zip(slots).for_each(|(to, slot)| *to = column[*slot as usize]);
+        for (lanes, column) in lanes.zip(&self.frames.requests) {
+            lanes[..slots.len()].copy_from_slice(&column[start..start + slots.len()]);
         }
-        for epsilon in &mut epsilon[..slots.len()] {
+        for epsilon in epsilon {
             *epsilon = if *epsilon > 0.0 { *epsilon } else { epsilon_of_scene };
         }
         let lanes = LaneMask::MAX >> (LANES - slots.len());
@@ -61,27 +74,24 @@ impl StagedPaths<'_> {
         self.store_answers(slots, &answers);
     }
 
-    /// Finds the hits of a stream.
-    fn search_stream(&mut self, slots: &[u32]) {
+    /// Finds the hits of a stream of collected rays, whose first is `start`.
+    fn search_stream(&mut self, start: usize, slots: &[u32]) {
+        let end = slots.len().min(start + RAYS_OF_STREAM);
         let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
-        let scratch = &self.frames.paths.scratch;
-        let Columns { requests, time, .. } = &self.staged.columns;
-        let requests = requests.map(|array| scratch.floats(array));
-        let times = scratch.floats(*time);
+        let requests = self.frames.requests.each_ref().map(|column| &column[start..end]);
         let Searcher { memory, stream, .. } = &mut self.queries.searcher;
         stream.clear();
-        for slot in slots {
-            let slot = *slot as usize;
-            let [ox, oy, oz, dx, dy, dz, epsilon, limit] = requests.map(|column| column[slot]);
+        for ray in 0..end - start {
+            let [ox, oy, oz, dx, dy, dz, epsilon, limit, time] = requests.map(|column| column[ray]);
             let epsilon = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
-            stream.push([ox, oy, oz], [dx, dy, dz], (epsilon, limit), times[slot]);
+            stream.push([ox, oy, oz], [dx, dy, dz], (epsilon, limit), time);
         }
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         tracer.search_stream(memory, stream, Search::Closest);
         let stream = &self.queries.searcher.stream;
         let answer = |place: usize| stream.hit(place).map_or(NOTHING, |hit| self.answer_of(hit));
-        let answers: Vec<Answer> = (0..slots.len()).map(answer).collect();
-        self.store_answers(slots, &answers);
+        let answers: Vec<Answer> = (0..end - start).map(answer).collect();
+        self.store_answers(&slots[start..end], &answers);
     }
 
     /// Finds the hits behind surfaces that let rays pass.

@@ -1,0 +1,240 @@
+//! Sets of a wavefront's paths.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16, u32x16};
+use rtsl::LaneMask;
+use rtsl_bvh::LaneMask as PacketMask;
+
+/// The number of paths in a vector.
+const VECTOR_PATHS: usize = 16;
+
+/// A set of paths, as masks of vectors and as a list in ascending order. The paths are also the lanes of columns, of
+/// which the set selects numbers.
+#[derive(Clone, Debug, Default)]
+pub struct PathSet {
+    /// A mask for each vector.
+    masks: Vec<u16>,
+    paths: Vec<u32>,
+}
+
+impl PathSet {
+    /// Returns the set of all of so many paths.
+    pub fn all(count: usize) -> PathSet {
+        let mut set = PathSet::default();
+        set.set_all(count);
+        set
+    }
+
+    /// Returns the set with these masks, each of which is for 64 paths.
+    pub fn of_packets(masks: &[PacketMask]) -> PathSet {
+        let mut set = PathSet::default();
+        let vectors = |mask: &PacketMask| [0, 16, 32, 48].map(|shift| (mask >> shift) as u16);
+        set.masks.extend(masks.iter().flat_map(vectors));
+        dispatch!(Level::new(), simd => set.make_list(simd));
+        set
+    }
+
+    /// The paths, in ascending order.
+    pub fn paths(&self) -> &[u32] {
+        &self.paths
+    }
+
+    /// True if half of the lanes of the vectors with any path have a path.
+    pub fn is_dense(&self) -> bool {
+        let vectors = self.masks.iter().filter(|mask| **mask != 0).count();
+        2 * self.paths.len() >= vectors * VECTOR_PATHS
+    }
+
+    /// Makes it the set of all of so many paths.
+    pub fn set_all(&mut self, count: usize) {
+        self.masks.clear();
+        self.masks.resize(count / VECTOR_PATHS, u16::MAX);
+        let rest = count % VECTOR_PATHS;
+        self.masks.extend((rest > 0).then_some(!(u16::MAX << rest)));
+        self.paths.clear();
+        self.paths.extend(0..count as u32);
+    }
+
+    /// Makes it an empty set of so many paths.
+    pub fn clear(&mut self, count: usize) {
+        self.masks.clear();
+        self.masks.resize(count.div_ceil(VECTOR_PATHS), 0);
+        self.paths.clear();
+    }
+
+    /// Adds a path above all others.
+    pub fn push(&mut self, path: u32) {
+        let path_in_vector = path as usize % VECTOR_PATHS;
+        self.masks[path as usize / VECTOR_PATHS] |= 1 << path_in_vector;
+        self.paths.push(path);
+    }
+
+    /// Makes it the set of those of other paths whose word in a column is `key`.
+    pub fn set_equal(&mut self, others: &PathSet, column: &[u32], key: u32) {
+        dispatch!(Level::new(), simd => self.select(simd, others, |start| {
+            let words: u32x16<_> = vector(simd, column, start);
+            words.simd_eq(key).to_bitmask() as u16
+        }));
+    }
+
+    /// Makes it the set of those of other paths with a number in any of three columns that is not 0.
+    pub fn set_nonzero(&mut self, others: &PathSet, columns: [&[f32]; 3]) {
+        let [x, y, z] = columns;
+        dispatch!(Level::new(), simd => self.select(simd, others, |start| {
+            let x: f32x16<_> = vector(simd, x, start);
+            let y: f32x16<_> = vector(simd, y, start);
+            let z: f32x16<_> = vector(simd, z, start);
+            let is_zero = x.simd_eq(0.0) & y.simd_eq(0.0) & z.simd_eq(0.0);
+            !is_zero.to_bitmask() as u16
+        }));
+    }
+
+    /// Appends the numbers of the paths in columns.
+    pub fn append<'a>(&self, columns: impl IntoIterator<Item = (&'a [f32], &'a mut Vec<f32>)>) {
+        dispatch!(Level::new(), simd => for (column, to) in columns {
+            self.append_column::<_, f32x16<_>>(simd, column, to);
+        });
+    }
+
+    /// Appends the words of the paths in a column.
+    pub fn append_words(&self, column: &[u32], to: &mut Vec<u32>) {
+        dispatch!(Level::new(), simd => self.append_column::<_, u32x16<_>>(simd, column, to));
+    }
+
+    /// Makes it the mask of kernels.
+    pub fn store_mask(&self, mask: &mut LaneMask) {
+        let words = mask.words_mut();
+        words.fill(0);
+        self.paths.iter().for_each(|path| words[*path as usize] = u32::MAX);
+    }
+
+    /// Makes it the set of those of other paths that a test selects, vector by vector, given the first path.
+    #[inline(always)]
+    fn select<S: Simd>(&mut self, simd: S, others: &PathSet, test: impl Fn(usize) -> u16) {
+        self.masks.clear();
+        self.masks.extend_from_slice(&others.masks);
+        // A loop, because calls of closures by iterators leave the code for vectors.
+        for (index, mask) in self.masks.iter_mut().enumerate() {
+            if *mask != 0 {
+                *mask &= test(index * VECTOR_PATHS);
+            }
+        }
+        self.make_list(simd);
+    }
+
+    /// Makes the list of the paths from the masks.
+    #[inline(always)]
+    fn make_list<S: Simd>(&mut self, simd: S) {
+        let PathSet { masks, paths } = self;
+        let lanes = u32x16::from_fn(simd, |lane| lane as u32);
+        paths.clear();
+        compress(simd, masks, |start| lanes + start as u32, paths);
+    }
+
+    #[inline(always)]
+    fn append_column<S: Simd, V: SimdBase<S>>(
+        &self,
+        simd: S,
+        column: &[V::Element],
+        to: &mut Vec<V::Element>,
+    ) where
+        V::Element: Default,
+    {
+        compress::<S, V>(simd, &self.masks, |start| vector(simd, column, start), to);
+    }
+}
+
+/// Appends the lanes of vectors that masks select. `vector` returns the vector that begins with a lane.
+#[inline(always)]
+fn compress<S: Simd, V: SimdBase<S>>(
+    simd: S,
+    masks: &[u16],
+    vector: impl Fn(usize) -> V,
+    to: &mut Vec<V::Element>,
+) where
+    V::Element: Default,
+{
+    let count: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
+    let mut end = to.len();
+    // Whole vectors are stored, each over the end of the one before.
+    to.resize(end + count as usize + VECTOR_PATHS, V::Element::default());
+    for (index, mask) in masks.iter().enumerate() {
+        if *mask == 0 {
+            continue;
+        }
+        let selected = V::Mask::from_bitmask(simd, u64::from(*mask));
+        let lanes = vector(index * VECTOR_PATHS).compress(selected);
+        lanes.store_slice(&mut to[end..end + VECTOR_PATHS]);
+        end += mask.count_ones() as usize;
+    }
+    to.truncate(end);
+}
+
+/// Loads the vector of a column that begins with a lane; lanes that the column lacks are 0.
+#[inline(always)]
+fn vector<S: Simd, V: SimdBase<S>>(simd: S, column: &[V::Element], start: usize) -> V
+where
+    V::Element: Default,
+{
+    match column.get(start..start + VECTOR_PATHS) {
+        Some(lanes) => V::from_slice(simd, lanes),
+        None => V::from_fn(simd, |lane| column.get(start + lane).copied().unwrap_or_default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A count that leaves a vector incomplete.
+    const COUNT: usize = 75;
+
+    #[test]
+    fn paths_are_selected_by_their_words() {
+        let column: Vec<u32> = (0..COUNT as u32).map(|path| path % 3).collect();
+        let mut set = PathSet::default();
+        set.set_equal(&PathSet::all(COUNT), &column, 2);
+        let expected: Vec<u32> = (0..COUNT as u32).filter(|path| path % 3 == 2).collect();
+        assert_eq!(set.paths(), expected);
+        let mut ends = PathSet::default();
+        ends.set_equal(&set, &column, 1);
+        assert_eq!(ends.paths(), [0; 0]);
+        let mut words = vec![7];
+        set.append_words(&(0..COUNT as u32).collect::<Vec<_>>(), &mut words);
+        assert_eq!(words[1..], expected);
+    }
+
+    #[test]
+    fn numbers_other_than_zero_are_found_in_any_column() {
+        let mut columns = [const { [0.0; COUNT] }; 3];
+        (columns[0][3], columns[1][40], columns[2][74]) = (1.0, f32::NAN, -1.0);
+        columns[1][5] = -0.0;
+        let mut set = PathSet::default();
+        set.set_nonzero(&PathSet::all(COUNT), columns.each_ref().map(|it| &it[..]));
+        assert_eq!(set.paths(), [3, 40, 74]);
+        let mut numbers = vec![];
+        set.append([(&columns[2][..], &mut numbers)]);
+        assert_eq!(numbers, [0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn sets_are_made_in_several_ways() {
+        let mask = 0x8000_0000_0001_0004;
+        let set = PathSet::of_packets(&[0, mask]);
+        assert_eq!(set.paths(), [66, 80, 127]);
+        let mut pushed = PathSet::default();
+        pushed.clear(128);
+        set.paths().iter().for_each(|path| pushed.push(*path));
+        assert_eq!((&pushed.masks, &pushed.paths), (&set.masks, &set.paths));
+        let mut mask = LaneMask::new(130);
+        set.store_mask(&mut mask);
+        assert!((0..130).all(|path| mask.get(path) == set.paths().contains(&(path as u32))));
+    }
+
+    #[test]
+    fn half_of_the_lanes_in_use_are_dense() {
+        let (dense, sparse) =
+            (PathSet::of_packets(&[0xFF_0000]), PathSet::of_packets(&[0x7F_0000]));
+        assert!(dense.is_dense() && !sparse.is_dense() && PathSet::all(COUNT).is_dense());
+    }
+}
