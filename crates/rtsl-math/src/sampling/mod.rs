@@ -13,8 +13,12 @@ pub const NUMBERS_OF_PAIRS: u32 = 0x202;
 
 /// Selects the sequences of light samples of an integrator, one for each of them.
 pub const NUMBERS_OF_LIGHT_SAMPLES: u32 = 0x205;
+/// Selects the sequences of an integrator's calls of materials that draw numbers, one for each of them.
+pub const NUMBERS_OF_MATERIAL_CALLS: u32 = 0x204;
 /// Selects the sequence of a vertex's random numbers for lights.
 pub const NUMBERS_OF_LIGHTS: u32 = 0x101;
+/// Selects that for shapes and, in integrators, for materials.
+pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 
 pub use filter::{FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};

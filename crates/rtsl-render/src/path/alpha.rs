@@ -2,11 +2,11 @@
 //! them.
 
 use rtsl::Method;
+use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::path_tracer::PathTracer;
 use super::random_numbers::lone_random_number;
 use super::rows::BATCH_LANES;
-use super::scatter::NUMBERS_OF_SHAPES;
 use super::shading_batch::ShadingBatch;
 use super::surface_group::SurfaceGroup;
 use super::wavefront::{PathHit, Wavefront};

@@ -5,6 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::Method;
 use rtsl_math::dot;
+use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::emission::weight;
 use super::features::PathFeatures;
@@ -22,8 +23,7 @@ use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
 use crate::lanes::surface_offset::off_surfaces;
 
-/// Selects the random numbers of a vertex by their use: independent sequences.
-pub const NUMBERS_OF_SHAPES: u32 = 0x102;
+// These select the random numbers of a vertex by their use: independent sequences.
 const NUMBERS_OF_MATERIALS: u32 = 0x103;
 const NUMBERS_OF_ROULETTE: u32 = 0x104;
 const NUMBERS_OF_NEXT_VERTEX: u32 = 0x105;

@@ -23,12 +23,7 @@ const CAMERA: &str = "LookAt 0 1 -6  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fo
 
 /// Renders the scene with these classes beside it.
 fn render(head: &str, classes: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messages> {
-    let text = format!("{CAMERA}{head}\n{WORLD}");
-    let files = [("scene.pbrt", text.as_str()), ("own.rtsl", classes)];
-    let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
-    let request =
-        RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((13, 9)), ..how };
-    render_scene_from(&request, &MemoryFiles(files.into()))
+    render_files(&format!("{CAMERA}{head}\n{WORLD}"), classes, how)
 }
 
 fn rendered(head: &str, classes: &str, how: RenderRequest<'_>) -> RenderResult {
@@ -37,11 +32,25 @@ fn rendered(head: &str, classes: &str, how: RenderRequest<'_>) -> RenderResult {
 
 /// Renders a scene with no class beside it.
 fn rendered_text(text: &str, how: RenderRequest<'_>) -> RenderResult {
-    let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+    rendered_files(text, "", how)
+}
+
+/// Renders a scene with these classes beside it.
+fn rendered_files(text: &str, classes: &str, how: RenderRequest<'_>) -> RenderResult {
+    let result = render_files(text, classes, how);
+    result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn render_files(
+    text: &str,
+    classes: &str,
+    how: RenderRequest<'_>,
+) -> Result<RenderResult, Messages> {
+    let files = [("scene.pbrt", text), ("own.rtsl", classes)];
+    let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request =
         RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((13, 9)), ..how };
-    let result = render_scene_from(&request, &files);
-    result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+    render_scene_from(&request, &MemoryFiles(files.into()))
 }
 
 fn samples(count: u32) -> RenderRequest<'static> {
@@ -220,18 +229,87 @@ fn stages_sample_lights_as_hosts_do() {
             let make = |backend: Backend, width: u32| {
                 let width = Some(width);
                 let engine = EngineOptions { backend, width, ..EngineOptions::default() };
-                let files = [("scene.pbrt", text.as_str()), ("own.rtsl", &classes)];
-                let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
-                let scene = Path::new("scene.pbrt").into();
-                let request = RenderRequest { scene, size: Some((16, 12)), engine, ..samples(4) };
-                let result = render_scene_from(&request, &MemoryFiles(files.into()));
-                bits(&result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))))
+                bits(&rendered_files(&text, &classes, RenderRequest { engine, ..samples(4) }))
             };
             let reference = make(Backend::Interpreter, 1);
             assert!(reference.iter().any(|word| *word != 0), "{name}, {integrator}: black");
             for width in widths {
                 let made = make(Backend::Auto, width);
                 assert!(made == reference, "{name}, {integrator}, {sampler}, {width}");
+            }
+        }
+    }
+}
+
+/// A material whose methods draw numbers, as many as the direction decides.
+const GRAIN: &str = "class Grain : rt_Material;
+    void emission() { rt_EmissionColor = color(0.1 * rand(), 0.2 * rand(), 0.0); }
+    void BSDF() { rt_BSDFValue = color(0.2 + 0.1 * rand()); }
+    void evaluatePDF() { rt_PDF = max(0.0, dot(rt_LightDirection, rt_ShadingNormal)) * 0.318; }
+    void sampleBSDF() {
+        vec3 to = rt_ShadingNormal + vec3(rand(), rand(), rand()) - vec3(0.5);
+        if (to.x > 0.0) to.y += 0.1 * rand();
+        rt_LightDirection = normalize(to);
+        rt_BSDFValue = color(0.3 + 0.3 * rand());
+        rt_PDF = 0.3;
+    }";
+
+/// A shape that is its own material and draws a number. Stages are not linked with it, since it reads what `intersect`
+/// left.
+const SHELL: &str = "class Shell : rt_Primitive, rt_Material;
+    scratch float inner;
+    void intersect() {
+        float t = -rt_RayOrigin.z / rt_RayDirection.z;
+        vec2 at = (rt_RayOrigin + t * rt_RayDirection).xy;
+        inner = dot(at, at);
+        if (inner < 1.0) hit(t);
+    }
+    void computeBounds() { rt_BoundMin = vec3(-1.0, -1.0, 0.0); rt_BoundMax = vec3(1.0, 1.0, 0.0); }
+    void computeNormal() { rt_GeometricNormal = vec3(0.0, 0.0, 1.0); }
+    void emission() { rt_EmissionColor = color(inner * rand()); }";
+
+/// Asks surfaces in loops, and after others.
+const ASKS: &str = "class Asks : rt_Integrator;
+    void radiance() {
+        rt_Surface s = nearestHit();
+        if (!s.found) return;
+        rt_LightSample light = s.sampleLight(sample1D(0));
+        if (light.found) s.contribute(light.direction, light.distance, 0.1 * light.light);
+        for (int i = 0; i < 3; ++i) rt_SampleColor += s.sampleBSDF(vec3(0.5)).weight;
+        rt_Surface other = nearestHit(s.leave(s.shadingNormal), s.shadingNormal);
+        if (other.found) rt_SampleColor += other.BSDF(other.shadingNormal) + other.emission();
+        rt_SampleColor += s.emission() + s.sampleBSDF(vec3(0.25)).weight;
+        if (!s.occluded(vec3(0.0, 1.0, 0.0), 8.0)) rt_SampleColor += s.emission();
+    }";
+
+/// Stages draw the numbers that hosts draw: for materials, and for rays to lights past a veil.
+#[test]
+fn stages_draw_the_numbers_that_hosts_draw() {
+    let samplers = ["independent", "stratified", "sobol", "halton"];
+    let shells = ["", "AttributeBegin Translate 0.5 0.5 -1 Shape \"Shell\" AttributeEnd"];
+    let world = "WorldBegin LightSource \"point\" \"rgb I\" [30 30 30] \"point3 from\" [2 4 -3]
+        LightSource \"infinite\" \"rgb L\" [0.4 0.5 0.7]
+        Material \"Grain\" AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
+        AttributeBegin Translate -1 0 0 Shape \"sphere\" AttributeEnd
+        Material \"diffuse\" AttributeBegin Translate 1 0.5 -1 Shape \"sphere\" \"float radius\" 0.7
+          \"float alpha\" 0.5 AttributeEnd";
+    for (index, sampler) in samplers.into_iter().enumerate() {
+        for integrator in ["Path", "Asks"] {
+            let head = format!("{CAMERA}Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
+            let text = format!("{head}\n{world}\n{}", shells[index % 2]);
+            let classes = [GRAIN, SHELL, ASKS].join("\n");
+            let make = |backend: Backend, width: u32| {
+                let width = Some(width);
+                let engine = EngineOptions { backend, width, ..EngineOptions::default() };
+                bits(&rendered_files(&text, &classes, RenderRequest { engine, ..samples(4) }))
+            };
+            let reference = make(Backend::Interpreter, 1);
+            assert!(reference.iter().any(|word| *word != 0), "{integrator}: black");
+            for width in [4, 16] {
+                assert!(
+                    make(Backend::Auto, width) == reference,
+                    "{integrator}, {sampler}, {width}"
+                );
             }
         }
     }

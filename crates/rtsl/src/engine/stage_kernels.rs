@@ -17,7 +17,7 @@ use crate::link::contribution::is_contribution;
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
-use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram};
+use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
 
 /// A kernel of a stage, with the data that it reads and sets.
 #[derive(Debug)]
@@ -73,8 +73,10 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
     ) -> Result<Vec<Linked>, Diagnostic> {
+        let may_draw = nesting::with_deep_stack(|| may_draw(program, requests));
         let linked = each_on_threads(requests.len(), |index| {
-            nesting::with_deep_stack(|| program.link(&requests[index], self.compiler()))
+            let link = || program.link(&requests[index], may_draw, self.compiler());
+            nesting::with_deep_stack(link)
         });
         let linked = linked.into_iter().map(|linked| {
             let (function, layout, variant) = linked?;

@@ -5,10 +5,9 @@
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Index, Op, OpKind, Output, Query, Region, Scalar, StateComponent, UnaryOp,
-    Value, Variable, VariableId, VariableKind,
+    BinaryOp, CompareOp, Op, OpKind, Query, Region, Scalar, StateComponent, UnaryOp, Value,
 };
-use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, Sampler};
+use rtsl_math::sampling::Sampler;
 use rtsl_math::{LIGHT_MARGIN, STRETCH_ROUNDING};
 use rtsl_spec::{Role, lookup_state};
 
@@ -18,13 +17,10 @@ use super::chosen_light::{ChosenLight, LightClassLink};
 use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
-use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
+use super::numbers::has_operations;
+use super::sequences::Purpose;
 use super::stage::{TIME_COLUMN, asks_host};
 use super::surface::needs_only;
-
-/// The scratch array that counts each path's light samples: those since its last search, from a multiple for each
-/// search on.
-pub(crate) const LIGHT_COLUMN: &str = "path.lights";
 
 /// The greatest number of lights that are linked.
 pub const MAX_LIGHTS: usize = 16;
@@ -129,15 +125,6 @@ pub(super) struct SampledColor {
 
 /// A sample of a light, as the results of its query, without the first.
 type Sample = Vec<Value>;
-
-/// The random numbers that a copied method takes.
-#[derive(Clone, Copy)]
-pub(crate) struct CopiedNumbers {
-    key: Value,
-    sampler: Sampler,
-    /// The local that counts the numbers taken.
-    count: VariableId,
-}
 
 impl Linker {
     /// Computes a query about lights.
@@ -267,7 +254,7 @@ impl Linker {
             let none = code.linker.constant(code.to, rtsl_ir::Constant::Bool(false))?;
             return Ok([&[none][..], &[zero; 8]].concat());
         }
-        let key = code.light_key()?;
+        let key = code.begin_sequence(Purpose::LightSample)?;
         let numbers: Vec<usize> = links.classes.iter().flat_map(|it| it.lights.clone()).collect();
         let number_of = |light: usize| {
             let number = numbers.iter().position(|other| *other == light);
@@ -320,7 +307,7 @@ impl Linker {
         probability: Value,
         to: &mut Vec<Op>,
     ) -> Linking<Sample> {
-        self.copied_numbers = Some(self.new_numbers(key, *sampler, to)?);
+        self.begin_numbers(key, *sampler, to)?;
         let sampled = match links.lights.get(index) {
             Some(light) => {
                 let sample = self.shapeless_sample(caller, light, lit, to);
@@ -424,71 +411,6 @@ impl Linker {
             })
             .collect()
     }
-
-    /// Returns the local that counts a path's light samples.
-    fn light_counter(&mut self) -> VariableId {
-        if let Some(counter) = self.light_counter {
-            return counter;
-        }
-        let name = LIGHT_COLUMN.to_owned();
-        let local = Variable { kind: VariableKind::Local, name, scalar: Scalar::U32, len: 1 };
-        let counter = self.intern_variable(local);
-        self.light_counter = Some(counter);
-        counter
-    }
-
-    /// Loads the counter of light samples when the stage begins, and stores it when it ends.
-    pub(super) fn pass_on_light_counter(&mut self) -> Linking<()> {
-        let Some(counter) = self.light_counter else { return Ok(()) };
-        let mut ops = Vec::new();
-        let code = &mut Arithmetic { linker: &mut *self, to: &mut ops };
-        let before = code.column(LIGHT_COLUMN, Scalar::U32)?;
-        code.store(counter, before)?;
-        let mut body = std::mem::take(&mut self.out.body);
-        ops.append(&mut body.ops);
-        let kind = OpKind::Load(counter, Index::Constant(0));
-        let after = self.emit(&mut ops, kind, &[Scalar::U32], false)?.get(0);
-        let kind = VariableKind::Scratch;
-        let name = LIGHT_COLUMN.to_owned();
-        let column = self.intern_variable(Variable { kind, name, scalar: Scalar::U32, len: 1 });
-        self.out.outputs.push(Output { variable: column, component: 0 });
-        body.yields.push(after);
-        self.out.body = Region { ops, ..body };
-        Ok(())
-    }
-
-    /// Begins the random numbers of a copied method.
-    fn new_numbers(
-        &mut self,
-        key: Value,
-        sampler: Sampler,
-        to: &mut Vec<Op>,
-    ) -> Linking<CopiedNumbers> {
-        let name = format!("numbers.{}", self.out.variables.len());
-        let local = Variable { kind: VariableKind::Local, name, scalar: Scalar::U32, len: 1 };
-        let count = self.intern_variable(local);
-        let code = &mut Arithmetic { linker: self, to };
-        let zero = code.word(0)?;
-        code.store(count, zero)?;
-        Ok(CopiedNumbers { key, sampler, count })
-    }
-
-    /// Returns the next random number of a method that is being copied.
-    pub(super) fn next_number(
-        &mut self,
-        numbers: CopiedNumbers,
-        to: &mut Vec<Op>,
-    ) -> Linking<Value> {
-        let CopiedNumbers { key, sampler, count } = numbers;
-        let code = &mut Arithmetic { linker: self, to };
-        let kind = OpKind::Load(count, Index::Constant(0));
-        let dimension = code.linker.emit(code.to, kind, &[Scalar::U32], false)?.get(0);
-        let one = code.word(1)?;
-        let next = code.add(dimension, one)?;
-        code.store(count, next)?;
-        let sample = code.column(SAMPLE_COLUMN, Scalar::U32)?;
-        code.number_of_stream(&sampler, key, dimension, sample)
-    }
 }
 
 /// A sample in the space of its light.
@@ -500,26 +422,6 @@ struct LocalSample {
 }
 
 impl Arithmetic<'_> {
-    /// Stores a scalar of a local.
-    fn store(&mut self, local: VariableId, value: Value) -> Linking<()> {
-        let kind = OpKind::Store(local, Index::Constant(0), value);
-        self.linker.emit(self.to, kind, &[], false).map(drop)
-    }
-
-    /// Begins a path's sequence of numbers for a light sample, and returns its key.
-    fn light_key(&mut self) -> Linking<Value> {
-        let counter = self.linker.light_counter();
-        let kind = OpKind::Load(counter, Index::Constant(0));
-        let count = self.linker.emit(self.to, kind, &[Scalar::U32], false)?.get(0);
-        let one = self.word(1)?;
-        let count = self.add(count, one)?;
-        self.store(counter, count)?;
-        let key = self.column(KEY_COLUMN, Scalar::U32)?;
-        let key = self.hash_with(key, NUMBERS_OF_LIGHT_SAMPLES)?;
-        let key = self.hash(key, count)?;
-        self.hash_with(key, NUMBERS_OF_LIGHTS)
-    }
-
     /// Transforms a sample to the world.
     fn in_world(
         &mut self,

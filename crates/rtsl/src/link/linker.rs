@@ -19,8 +19,8 @@ use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 
 use super::chosen_light::ChosenLight;
 use super::class_tree::{ClassTree, element_path};
-use super::lights::CopiedNumbers;
 use super::linked_method::LinkedMethod;
+use super::sequences::{CopiedNumbers, Purpose};
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -64,8 +64,8 @@ pub(super) struct Linker {
     pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
     /// The random numbers of the method that is being copied, if operations compute them.
     pub copied_numbers: Option<CopiedNumbers>,
-    /// The local that counts a path's light samples.
-    pub light_counter: Option<VariableId>,
+    /// The locals that count a path's random sequences.
+    pub counters: BTreeMap<Purpose, VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
     pub chosen_light: Option<Arc<ChosenLight>>,
     /// The local with the contribution of a stage.
@@ -152,7 +152,7 @@ impl Linker {
             surface: None,
             known_properties: Vec::new(),
             copied_numbers: None,
-            light_counter: None,
+            counters: BTreeMap::new(),
             chosen_light: None,
             contribution: None,
         }

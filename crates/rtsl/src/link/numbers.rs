@@ -15,7 +15,7 @@ pub(crate) const KEY_COLUMN: &str = "path.key";
 pub(crate) const SAMPLE_COLUMN: &str = "path.sample";
 
 /// True if the sampler's numbers are computed without loops.
-pub(super) fn has_operations(sampler: &Sampler) -> bool {
+pub(crate) fn has_operations(sampler: &Sampler) -> bool {
     sampler.spread() != ANY_COUNT
 }
 

@@ -20,6 +20,7 @@ use super::lights::LightLinks;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
 use super::numbers;
+use super::sequences::Purpose;
 use super::surface::ShapeLinks;
 
 /// The scratch array with the time of each path within the shutter.
@@ -51,6 +52,16 @@ pub(crate) enum Answer {
     Zeros,
     /// The results of a method.
     Method(SurfaceMethod),
+}
+
+impl Answer {
+    /// The method that answers.
+    pub fn method(&self) -> Option<&Arc<LinkedMethod>> {
+        match self {
+            Answer::Method(answer) => Some(&answer.method),
+            Answer::Zeros => None,
+        }
+    }
 }
 
 /// A linked method of a surface's part.
@@ -93,20 +104,23 @@ pub(crate) fn link_stage(
     let mut linker = Linker::new(Function::new(function.name.clone()));
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
-    linker.pass_on_light_counter()?;
+    linker.pass_on_counts()?;
     linker.store_contribution()?;
     Ok(linker.finish())
 }
 
 impl SurfaceMethod {
-    /// Returns the method as the answer to a query; `None` if it needs more than the query and the surface give.
+    /// Returns the method as the answer to a query; `None` if it needs more than random numbers and what the query
+    /// and the surface give.
     pub fn answering(
         query: Query,
         method: &Arc<LinkedMethod>,
         prefix: &'static str,
     ) -> Option<SurfaceMethod> {
         let mut is_plain = true;
-        method.function.body.for_each_op(&mut |op| is_plain &= !asks_host(&op.kind));
+        method.function.body.for_each_op(&mut |op| {
+            is_plain &= !asks_host(&op.kind) || op.kind == OpKind::Rand;
+        });
         let has_inputs = method.reads.iter().all(|variable| input(query, variable).is_some());
         (is_plain && has_inputs).then(|| SurfaceMethod { prefix, method: method.clone() })
     }
@@ -204,7 +218,13 @@ impl Linker {
         let overrides = self.inputs((caller, links), query, &method.reads, operands, to)?;
         // The scratch of a call is zero when it begins, and no one reads it afterwards.
         let scratch = self.scratch.replace(Vec::new());
+        if let Some(sampler) = links.sampler.filter(|_| method.draws_numbers()) {
+            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+            let key = code.begin_sequence(Purpose::MaterialCall)?;
+            self.begin_numbers(key, sampler, to)?;
+        }
         let set = self.copy_method(caller, prefix, method, overrides, to);
+        self.copied_numbers = None;
         self.scratch = scratch;
         let set = set?;
         let mut results = Vec::new();

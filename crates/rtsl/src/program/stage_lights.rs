@@ -306,7 +306,7 @@ mod tests {
             let surface = Some(class.clone());
             let objects = objects.clone();
             let request = StageRequest { stage, surface, objects, mode: CallMode::Stream };
-            let (function, ..) = staged.link(&request, &compiler).unwrap();
+            let (function, ..) = staged.link(&request, true, &compiler).unwrap();
             function.body.for_each_op(&mut |op| {
                 if let OpKind::Query(query, _) = &op.kind {
                     left.push(*query);

@@ -16,9 +16,10 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
-use crate::link::lights::LIGHT_COLUMN;
+use crate::link::numbers::has_operations;
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
-use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, asks_host, link_stage};
+use crate::link::sequences::Purpose;
+use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
 
 /// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
@@ -112,9 +113,9 @@ impl StagedProgram {
         self.layout.scratch[KEY_COLUMN] as usize
     }
 
-    /// The scratch array that counts each path's light samples.
-    pub fn light_array(&self) -> usize {
-        self.layout.scratch[LIGHT_COLUMN] as usize
+    /// The scratch arrays that count each path's light samples, and its calls of materials that draw random numbers.
+    pub fn count_arrays(&self) -> [usize; 2] {
+        Purpose::ALL.map(|purpose| self.layout.scratch[purpose.column()] as usize)
     }
 
     /// The scratch arrays with the contribution of a stage that has at most one, black if it has none: the origin, the
@@ -161,13 +162,15 @@ impl StagedProgram {
     }
 
     /// Returns the linked and optimised function of a request, with the layout of its kernel and its variant.
+    /// Methods of surfaces draw random numbers if they `may_draw`.
     pub(crate) fn link(
         &self,
         request: &StageRequest,
+        may_draw: bool,
         compiler: &KernelCompiler,
     ) -> Result<(Function, Layout, Variant), Diagnostic> {
         let StageRequest { stage, surface, objects, mode } = request;
-        let linked = self.link_surface(*stage, surface.as_deref())?;
+        let linked = self.link_surface(*stage, surface.as_deref(), may_draw)?;
         let layout = self.layout_for(surface.as_deref());
         let known = known_choices(&linked, &layout, objects);
         let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
@@ -181,31 +184,22 @@ impl StagedProgram {
         &self,
         stage: usize,
         surface: Option<&SurfaceClass>,
+        may_draw: bool,
     ) -> Result<Function, Diagnostic> {
-        let function = &self.stages.stages[stage].function;
-        if is_single(function) {
-            let links = self.links(stage, surface);
-            let links = SurfaceLinks { stores_contribution: true, ..links };
-            let linked = link_stage(self.program.tree(), function, links)?.function;
-            // The sequences of requests follow each other in the order in which the integrator makes them.
-            if !asks_host_for_any(&linked) {
-                return Ok(linked);
-            }
-        }
-        Ok(link_stage(self.program.tree(), function, self.links(stage, surface))?.function)
-    }
-
-    /// Returns the answers to the queries of a stage.
-    fn links(&self, stage: usize, surface: Option<&SurfaceClass>) -> SurfaceLinks {
         let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.
         let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
         let links = match surface {
-            Some(class) => class.links(found),
+            Some(class) => class.links(found, may_draw),
             None => no_surface(found),
         };
-        let lights = self.lights.as_ref().map(|lights| lights.links.clone());
-        SurfaceLinks { sampler: Some(self.sampler), lights, ..links }
+        let links = SurfaceLinks {
+            sampler: Some(self.sampler),
+            lights: self.lights.as_ref().map(|lights| lights.links.clone()),
+            stores_contribution: is_single(&stage.function),
+            ..links
+        };
+        Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
     }
 
     /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
@@ -216,16 +210,21 @@ impl StagedProgram {
     }
 }
 
-/// True if a function makes requests that only a host with the path's state can answer.
-fn asks_host_for_any(function: &Function) -> bool {
-    let mut asks = false;
-    function.body.for_each_op(&mut |op| asks |= asks_host(&op.kind));
-    asks
+/// True if operations compute all random numbers that surfaces of these requests draw.
+pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bool {
+    let mut surfaces = requests.iter().filter_map(|request| request.surface.as_ref());
+    has_operations(&program.sampler) && surfaces.all(|surface| surface.may_draw())
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 5] =
-    [TIME_COLUMN, DEPTH_COLUMN, KEY_COLUMN, SAMPLE_COLUMN, LIGHT_COLUMN];
+pub(crate) const PATH_COLUMNS: [&str; 6] = [
+    TIME_COLUMN,
+    DEPTH_COLUMN,
+    KEY_COLUMN,
+    SAMPLE_COLUMN,
+    Purpose::LightSample.column(),
+    Purpose::MaterialCall.column(),
+];
 
 /// Returns the names of the scratch arrays of stages, each of one scalar.
 fn columns(stages: &Stages) -> Vec<String> {

@@ -145,8 +145,24 @@ impl SurfaceClass {
         blocks
     }
 
-    /// Returns the answers to queries about such surfaces that need no host.
-    pub(crate) fn links(&self, found: Option<bool>) -> SurfaceLinks {
+    /// True if all methods that draw random numbers need nothing else of a host.
+    ///
+    /// If only some did, the counts of sequences of the host and of the stages would differ.
+    pub(crate) fn may_draw(&self) -> bool {
+        let methods = [Method::Emission, Method::SampleBsdf, Method::Bsdf, Method::EvaluatePdf];
+        let of_material = methods.into_iter().map(|method| self.material.method(method));
+        let of_emitter = self.emitter.iter().map(|emitter| emitter.method(Method::Emission));
+        let mut drawing = of_material.chain(of_emitter).flatten().filter(|it| it.draws_numbers());
+        let answers = self.links(None, true).answers;
+        drawing.all(|method| {
+            let mut linked = answers.values().filter_map(Answer::method);
+            linked.any(|linked| Arc::ptr_eq(linked, &method))
+        })
+    }
+
+    /// Returns the answers to queries about such surfaces that need no host. Methods that draw random numbers are among
+    /// them if they `may_draw`.
+    pub(crate) fn links(&self, found: Option<bool>, may_draw: bool) -> SurfaceLinks {
         let mut answers = BTreeMap::new();
         self.link_emission(&mut answers);
         self.link_scattering(&mut answers);
@@ -162,6 +178,10 @@ impl SurfaceClass {
         }
         if !self.is_sampled {
             answers.insert(Query::LightPdf, Answer::Zeros);
+        }
+        if !may_draw {
+            let draws = |answer: &Answer| answer.method().is_some_and(|it| it.draws_numbers());
+            answers.retain(|_, answer| !draws(answer));
         }
         let shape = self.shape.as_ref().map(|shape| shape.links.clone());
         SurfaceLinks { answers, found, shape, ..SurfaceLinks::default() }

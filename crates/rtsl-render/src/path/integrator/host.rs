@@ -12,7 +12,7 @@ use super::super::path_tracer::PathTracer;
 use super::super::shadow_rays::ShadowRay;
 use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use super::Integrator;
-use super::numbers::{PathNumbers, pairs, singles};
+use super::numbers::{PathNumbers, Purpose, pairs, singles};
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
@@ -248,7 +248,7 @@ impl SceneHost<'_> {
                 time: *time,
                 color,
                 path: ray as u32,
-                key: numbers.begin_call(),
+                key: numbers.begin(Purpose::ShadowRay),
                 sample: numbers.sample,
             });
         }
@@ -289,7 +289,7 @@ impl SceneHost<'_> {
             time: *time,
             color: [1.0; 3],
             path: 0,
-            key: numbers.begin_call(),
+            key: numbers.begin(Purpose::ShadowRay),
             sample: numbers.sample,
         };
         let memory = &mut *self.queries;

@@ -9,6 +9,7 @@ use super::super::memory::BatchMemory;
 use super::super::rows::{get, set};
 use super::super::wavefront::Path;
 use super::host::{SceneHost, number, store, vector};
+use super::numbers::Purpose;
 use crate::compiled::variables::{variables, vector as vector_of};
 
 impl<'a> SceneHost<'a> {
@@ -26,7 +27,7 @@ impl<'a> SceneHost<'a> {
         for (place, lane) in lanes.iter().enumerate() {
             let ray = self.ray_of(lanes, lane);
             let state = &mut self.rays[ray];
-            let key = state.numbers.begin_light_sample();
+            let key = state.numbers.begin(Purpose::LightSample);
             let batch = &mut *self.queries.batch;
             // Lights are sampled for vectors of points, of which the last are repetitions.
             let end =
@@ -133,7 +134,7 @@ impl<'a> SceneHost<'a> {
         for lane in lanes.iter() {
             let ray = self.ray_of(lanes, lane);
             let state = &mut self.rays[ray];
-            let key = state.numbers.begin_call();
+            let key = state.numbers.begin(Purpose::Sky);
             let (time, sample) = (state.time, state.numbers.sample);
             paths.push(Path { time, key, sample, ..path(lane) });
         }

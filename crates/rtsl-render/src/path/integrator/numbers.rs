@@ -3,20 +3,49 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneWords, MAX_LANES};
 use rtsl_math::sampling::{
-    ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES,
-    POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
+    ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS,
+    NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
 };
 
-/// Selects the numbers of a path by their use: independent sequences.
+/// Selects the numbers of a path that `rand()` draws.
 const NUMBERS_OF_RAND: u32 = 0x203;
-const NUMBERS_OF_CALLS: u32 = 0x204;
+/// Selects the sequences of its searches.
+const NUMBERS_OF_SEARCHES: u32 = 0x209;
 
-/// The sequences of the queries between two searches.
-const CALLS_OF_SEARCH: u32 = 1 << 10;
+/// The purpose of a sequence that a path begins.
+#[derive(Clone, Copy, Debug)]
+pub enum Purpose {
+    /// A light sample.
+    LightSample,
+    /// A call of a method of a material that draws random numbers.
+    MaterialCall,
+    /// A call of `shade`.
+    Shade,
+    /// A question about an environment light.
+    Sky,
+    /// A ray towards a light, or one that asks whether something is on it.
+    ShadowRay,
+}
 
-/// Returns the count of light samples that a path begins with after so many searches.
-pub fn lights_after(searches: u32) -> u32 {
-    searches.wrapping_mul(CALLS_OF_SEARCH)
+impl Purpose {
+    /// Returns what selects the sequences among those of a path.
+    fn selector(self) -> u32 {
+        match self {
+            Purpose::LightSample => NUMBERS_OF_LIGHT_SAMPLES,
+            Purpose::MaterialCall => NUMBERS_OF_MATERIAL_CALLS,
+            Purpose::Shade => 0x206,
+            Purpose::Sky => 0x207,
+            Purpose::ShadowRay => 0x208,
+        }
+    }
+}
+
+/// The sequences of one purpose between two searches.
+const SEQUENCES_OF_SEARCH: u32 = 1 << 10;
+
+/// Returns the count of sequences that a path begins with after so many searches.
+pub fn count_after(searches: u32) -> u32 {
+    searches.wrapping_mul(SEQUENCES_OF_SEARCH)
 }
 
 /// The random numbers of a path.
@@ -25,12 +54,10 @@ pub struct PathNumbers {
     key: u32,
     /// The index of the sample.
     pub sample: u32,
-    /// The number of searches, times [`CALLS_OF_SEARCH`].
+    /// The number of searches.
     searches: u32,
-    /// The number of queries that have had sequences since then, added to it; without light samples.
-    calls: u32,
-    /// The same for light samples.
-    lights: u32,
+    /// By purposes, the counts of sequences.
+    counts: [u32; 5],
     /// The count of numbers drawn by `rand()`.
     drawn: u32,
     /// The number of rays traced by `trace()`.
@@ -40,7 +67,7 @@ pub struct PathNumbers {
 impl PathNumbers {
     /// Creates the numbers of the path with this key.
     pub fn new(key: u32, sample: u32) -> PathNumbers {
-        PathNumbers { key, sample, searches: 0, calls: 0, lights: 0, drawn: 0, children: 0 }
+        PathNumbers { key, sample, searches: 0, counts: [0; 5], drawn: 0, children: 0 }
     }
 
     /// Returns the key from which those of all sequences are derived.
@@ -57,35 +84,26 @@ impl PathNumbers {
 
     /// Begins the sequences of the queries that follow a search.
     pub fn begin_search(&mut self) {
-        self.searches = self.searches.wrapping_add(CALLS_OF_SEARCH);
-        (self.calls, self.lights) = (self.searches, self.searches);
+        self.searches = self.searches.wrapping_add(1);
+        self.counts = [count_after(self.searches); 5];
     }
 
     /// Returns the key of the next search's own sequence.
     pub fn key_of_search(&self) -> u32 {
-        hash(hash(self.key, NUMBERS_OF_CALLS), self.searches.wrapping_add(CALLS_OF_SEARCH))
+        hash(hash(self.key, NUMBERS_OF_SEARCHES), self.searches)
     }
 
-    /// Returns the key of the next light sample's sequence.
-    pub fn begin_light_sample(&mut self) -> u32 {
-        self.lights = self.lights.wrapping_add(1);
-        hash(hash(self.key, NUMBERS_OF_LIGHT_SAMPLES), self.lights)
-    }
-
-    /// Returns the key of the next query's sequence.
-    pub fn begin_call(&mut self) -> u32 {
-        self.calls = self.calls.wrapping_add(1);
-        self.key_of_call()
+    /// Returns the key of the next sequence of a purpose.
+    pub fn begin(&mut self, purpose: Purpose) -> u32 {
+        let count = &mut self.counts[purpose as usize];
+        *count = count.wrapping_add(1);
+        hash(hash(self.key, purpose.selector()), *count)
     }
 
     /// Returns the key of the path of the next ray that `trace()` traces.
     pub fn begin_child(&mut self) -> u32 {
         self.children = self.children.wrapping_add(1);
         child_key(self.key, self.children)
-    }
-
-    fn key_of_call(&self) -> u32 {
-        hash(hash(self.key, NUMBERS_OF_CALLS), self.calls)
     }
 }
 

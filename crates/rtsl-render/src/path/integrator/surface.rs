@@ -3,14 +3,15 @@
 use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
 use rtsl::{Kernel, Method, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS};
 use rtsl_math::SIMD_LANES;
+use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::memory::BatchMemory;
 use super::super::rows::get;
-use super::super::scatter::NUMBERS_OF_SHAPES;
 use super::super::shading_batch::ShadingBatch;
 use super::super::surface_group::SurfaceGroup;
 use super::super::wavefront::{NO_INSTANCE, Path, PathHit};
 use super::host::{Further, SceneHost, number, store, vector};
+use super::numbers::Purpose;
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector as vector_of};
 
@@ -195,7 +196,7 @@ impl SceneHost<'_> {
     fn start_random_numbers(&mut self, asking: &[Asking]) {
         let batch = &mut *self.queries.batch;
         for (key, Asking { ray, .. }) in batch.keys.iter_mut().zip(asking) {
-            *key = self.rays[*ray].numbers.begin_call();
+            *key = self.rays[*ray].numbers.begin(Purpose::MaterialCall);
         }
         batch.start_random_numbers(NUMBERS_OF_SHAPES);
     }
@@ -253,7 +254,7 @@ impl SceneHost<'_> {
         let depth = *depth + state.surfaces_before();
         let path = Path {
             time: state.time,
-            key: state.numbers.begin_call(),
+            key: state.numbers.begin(Purpose::Shade),
             sample: state.numbers.sample,
             ..path_at(&self.queries.batch, place)
         };

@@ -20,8 +20,8 @@ pub struct Columns {
     pub key: usize,
     /// The index of the sample.
     pub sample: usize,
-    /// The count of light samples.
-    pub lights: usize,
+    /// The counts of random sequences by purposes.
+    pub counts: [usize; 2],
     /// The contribution of a stage: a ray's origin, direction and length, and the colour.
     pub contribution: [usize; 10],
 }
@@ -38,7 +38,7 @@ impl Columns {
             depth: program.depth_array(),
             key: program.key_array(),
             sample: program.sample_array(),
-            lights: program.light_array(),
+            counts: program.count_arrays(),
             contribution: program.contribution_arrays(),
         }
     }

@@ -12,6 +12,7 @@ use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::{NO_INSTANCE, Path};
 use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
+use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::path_set::PathSet;
@@ -175,7 +176,7 @@ impl StagedPaths<'_> {
                 time: *time,
                 color: [0.0; 3],
                 path: *slot,
-                key: numbers.begin_call(),
+                key: numbers.begin(Purpose::ShadowRay),
                 sample: numbers.sample,
             });
         }
@@ -253,7 +254,8 @@ impl StagedPaths<'_> {
         contributing.append(columns.into_iter().zip(shadow_rays.columns_mut()));
         for path in &shadow_rays.paths[first..] {
             let ray = wave.rays.get_mut(*path as usize);
-            let sequence = ray.map(|ray| [ray.numbers.begin_call(), ray.numbers.sample]);
+            let sequence =
+                ray.map(|ray| [ray.numbers.begin(Purpose::ShadowRay), ray.numbers.sample]);
             shadow_rays.sequences.push(sequence.unwrap_or_default());
         }
     }

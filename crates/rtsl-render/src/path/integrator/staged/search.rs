@@ -6,7 +6,7 @@ use super::super::super::memory::BatchMemory;
 use super::super::super::searcher::Searcher;
 use super::super::super::wavefront::NO_INSTANCE;
 use super::super::host::{NO_OBJECT, first_hit};
-use super::super::numbers::lights_after;
+use super::super::numbers::count_after;
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
@@ -150,23 +150,26 @@ impl StagedPaths<'_> {
 
     /// Counts a search of each path, and tells the stages.
     fn count_searches(&mut self, slots: &[u32]) {
-        let Columns { depth, lights, .. } = self.staged.columns;
         let scratch = &mut self.frames.paths.scratch;
         let Wave { searches, rays, .. } = &mut *self.wave;
-        let counts = scratch.words_mut(lights);
         let mut further = 0;
         for slot in slots {
             let searches = &mut searches[*slot as usize];
             further += u64::from(*searches > 0);
             *searches = searches.saturating_add(1);
-            counts[*slot as usize] = lights_after(*searches);
         }
         self.queries.rays.traced += further;
+        for array in self.staged.read_counts() {
+            let counts = scratch.words_mut(*array);
+            for slot in slots {
+                counts[*slot as usize] = count_after(searches[*slot as usize]);
+            }
+        }
         if !rays.is_empty() {
             slots.iter().for_each(|slot| rays[*slot as usize].count_search());
         }
         if self.staged.reads_depths() {
-            let depths = scratch.floats_mut(depth);
+            let depths = scratch.floats_mut(self.staged.columns.depth);
             for slot in slots {
                 let before = searches[*slot as usize].saturating_sub(1);
                 depths[*slot as usize] = (self.depth + before) as f32;

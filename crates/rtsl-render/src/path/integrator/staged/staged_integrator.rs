@@ -35,6 +35,7 @@ pub struct StagedIntegrator {
     reads_depths: bool,
     asks_host: bool,
     read_answers: Vec<(usize, usize)>,
+    read_counts: Vec<usize>,
 }
 
 /// The surface of an object.
@@ -101,7 +102,9 @@ impl StagedIntegrator {
         }
         let kernels = kernels(engine, &program, &groups)?;
         let columns = Columns::new(&program);
-        let reads_depths = kernels.iter().flatten().any(|it| it.reads.contains(&columns.depth));
+        let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
+        let reads_depths = reads(&columns.depth);
+        let read_counts = columns.counts.into_iter().filter(reads).collect();
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
             || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
@@ -115,12 +118,18 @@ impl StagedIntegrator {
             reads_depths,
             asks_host,
             read_answers,
+            read_counts,
         })
     }
 
     /// The answers to searches that anyone reads, with their arrays.
     pub fn read_answers(&self) -> &[(usize, usize)] {
         &self.read_answers
+    }
+
+    /// The arrays with counts of random sequences that anyone reads.
+    pub fn read_counts(&self) -> &[usize] {
+        &self.read_counts
     }
 
     /// True if a kernel reads the number of surfaces that a path has met.

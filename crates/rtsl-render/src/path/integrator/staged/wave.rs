@@ -65,7 +65,9 @@ impl Wave {
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
-        frames.paths.scratch.words_mut(columns.lights)[..count].fill(0);
+        for array in columns.counts {
+            frames.paths.scratch.words_mut(array)[..count].fill(0);
+        }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
         frames.paths.state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
     }
