@@ -43,6 +43,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--reference", type=positive, default=2048, help="samples a pixel of each long render"
     )
+    parser.add_argument(
+        "--integrator", help="RTSL's integrator, a class; else its built-in path tracer"
+    )
     parser.add_argument("--quick", action="store_true", help="small and few; figures mean little")
     parser.add_argument("--rtsl", type=Path, help="a built rtsl; without it, one is built")
     parser.add_argument(
@@ -78,7 +81,10 @@ def compare(options: argparse.Namespace, program: Path, work: Path) -> int:
     from systems import Failure, Mitsuba, Rtsl
 
     print(f"Mitsuba {mitsuba.__version__}, {program}")
-    systems = [Rtsl(program, lay_out_scenes(work), work, options.rtsl_option), Mitsuba(work)]
+    integrator = options.integrator
+    chosen = ["--integrator", integrator] if integrator else ["--renderer", "batch"]
+    rtsl = Rtsl(program, lay_out_scenes(work), work, chosen + options.rtsl_option)
+    systems = [rtsl, Mitsuba(work)]
     try:
         same = run_parts(options, systems, work)
     except Failure as failure:

@@ -72,7 +72,7 @@ class Rtsl:
         statistics = self.work / "rtsl.json"
         picture = out or self.work / "rtsl.exr"
         command = [self.program, "render", self.scenes / f"{task.scene}.pbrt", "-o", picture]
-        command += ["--renderer", "batch", "--stats", statistics, "--seed", task.seed]
+        command += ["--stats", statistics, "--seed", task.seed]
         command += ["--spp", task.samples, "--size", f"{task.size}x{task.size}"]
         command += ["--threads", task.threads, *self.options]
         done = subprocess.run(

@@ -54,7 +54,7 @@ pub use compile::loader::FileLoader;
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
 pub use engine::specialised::SpecialisedKernel;
-pub use engine::stage_kernels::StageKernel;
+pub use engine::stage_kernels::{PreparedOperand, PreparedSurface, StageKernel};
 pub use errors::unknown_class;
 pub use instance::defaults::default_value;
 pub use instance::instance::Instance;

@@ -180,13 +180,23 @@ impl ShadingBatch {
     /// Loads paths and their hits, with the random numbers that `purpose` selects. The last lane is repeated up to a
     /// multiple of eight, so that vectors are complete.
     pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
-        self.count = hits.len().min(BATCH_LANES);
-        if let Some(last) = hits.last() {
-            self.hits[..self.count].copy_from_slice(&hits[..self.count]);
-            self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
+        self.set_hits(hits.iter().copied());
+        if self.count > 0 {
             dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
         }
         self.start_random_numbers(purpose);
+    }
+
+    /// Sets the hits; the last is repeated to complete its vector.
+    pub fn set_hits(&mut self, hits: impl Iterator<Item = PathHit>) {
+        self.count = 0;
+        for (to, hit) in self.hits.iter_mut().zip(hits) {
+            *to = hit;
+            self.count += 1;
+        }
+        if let Some(last) = self.hits().last().copied() {
+            self.hits[self.count..self.count.next_multiple_of(8)].fill(last);
+        }
     }
 
     /// Sets the number of surfaces that the paths have met before.

@@ -14,6 +14,7 @@ use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
+use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
@@ -38,6 +39,26 @@ pub struct StageKernel {
     pub state: Vec<usize>,
     /// The components of state that it reads.
     pub reads_state: Vec<usize>,
+    /// The surface whose properties it reads, if a renderer has to prepare them.
+    pub prepared: Option<PreparedSurface>,
+}
+
+/// A surface whose properties a renderer stores before it calls a kernel.
+#[derive(Debug)]
+pub struct PreparedSurface {
+    /// The operands of the [query](rtsl_ir::Query::SurfaceProperties) for them.
+    pub operands: Vec<PreparedOperand>,
+    /// The results that the kernel reads, by their indices, and their scratch arrays.
+    pub properties: Vec<(usize, usize)>,
+}
+
+/// An operand of a query that a renderer answers before it calls a kernel.
+#[derive(Clone, Copy, Debug)]
+pub enum PreparedOperand {
+    /// That of each path in a scratch array.
+    Array(usize),
+    /// The same bits for all paths.
+    Constant(u32),
 }
 
 /// A linked stage on its way to code.
@@ -45,6 +66,7 @@ struct Linked {
     function: Function,
     layout: Layout,
     variant: Variant,
+    prepared: Option<prepared_surface::PreparedSurface>,
 }
 
 impl Engine {
@@ -63,6 +85,10 @@ impl Engine {
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
         nesting::with_deep_stack(|| unread_slots::remove(&mut functions));
+        for linked in &mut linked {
+            let prepare = || prepared_surface::prepare(&mut linked.function);
+            linked.prepared = nesting::with_deep_stack(prepare);
+        }
         let kernels = self.compile_stages(&linked)?;
         let made = kernels.into_iter().zip(&linked);
         Ok(made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect())
@@ -80,14 +106,14 @@ impl Engine {
         });
         let linked = linked.into_iter().map(|linked| {
             let (function, layout, variant) = linked?;
-            Ok(Linked { function, layout, variant })
+            Ok(Linked { function, layout, variant, prepared: None })
         });
         linked.collect()
     }
 
     fn compile_stages(&self, linked: &[Linked]) -> Result<Vec<Kernel>, Diagnostic> {
         let source = |index: usize| {
-            let Linked { function, layout, variant } = &linked[index];
+            let Linked { function, layout, variant, .. } = &linked[index];
             KernelSource::new(function, variant, layout, self.width())
         };
         let sizes: Vec<usize> = linked.iter().map(|it| it.function.values.len()).collect();
@@ -124,7 +150,8 @@ fn each_on_threads<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Syn
 }
 
 impl StageKernel {
-    fn new(kernel: Kernel, Linked { function, layout, .. }: &Linked) -> StageKernel {
+    fn new(kernel: Kernel, linked: &Linked) -> StageKernel {
+        let Linked { function, layout, prepared, .. } = linked;
         let mut made = StageKernel {
             kernel: Arc::new(kernel),
             reads: Vec::new(),
@@ -134,6 +161,7 @@ impl StageKernel {
             outputs: Vec::new(),
             state: Vec::new(),
             reads_state: Vec::new(),
+            prepared: prepared.as_ref().map(|surface| PreparedSurface::new(surface, layout)),
         };
         let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
         function.body.for_each_op(&mut |op| {
@@ -171,6 +199,29 @@ impl StageKernel {
             }
         }
         made
+    }
+}
+
+impl PreparedSurface {
+    /// Returns the scratch arrays of the operands.
+    pub fn arrays(&self) -> impl Iterator<Item = usize> {
+        self.operands.iter().filter_map(|operand| match operand {
+            PreparedOperand::Array(array) => Some(*array),
+            PreparedOperand::Constant(_) => None,
+        })
+    }
+
+    fn new(surface: &prepared_surface::PreparedSurface, layout: &Layout) -> PreparedSurface {
+        let array = |name: &str| layout.scratch[name] as usize;
+        let operand = |operand: &Operand| match operand {
+            Operand::Column(name) => PreparedOperand::Array(array(name)),
+            Operand::Constant(bits) => PreparedOperand::Constant(*bits),
+        };
+        let property = |index: &usize| (*index, array(&property_column(*index)));
+        PreparedSurface {
+            operands: surface.operands.iter().map(operand).collect(),
+            properties: surface.properties.iter().map(property).collect(),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ pub(crate) mod linked_method;
 pub(crate) mod linker;
 pub(crate) mod numbers;
 pub(crate) mod outputs;
+pub(crate) mod prepared_surface;
 pub(crate) mod sequences;
 pub(crate) mod stage;
 pub(crate) mod surface;

@@ -79,7 +79,7 @@ impl Next {
 const MAX_WAYS: u32 = 64;
 
 /// Returns the operation that defines a value, and the value's index among its results.
-fn defined(function: &Function, value: Value) -> Option<(&Op, usize)> {
+pub(super) fn defined(function: &Function, value: Value) -> Option<(&Op, usize)> {
     let mut found = None;
     function.body.for_each_op(&mut |op| {
         if let Some(index) = op.results.iter().position(|result| result == value) {

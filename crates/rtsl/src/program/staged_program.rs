@@ -18,6 +18,7 @@ use crate::instance::instance::Instance;
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
 use crate::link::numbers::has_operations;
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::sequences::Purpose;
 use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
@@ -236,7 +237,8 @@ fn columns(stages: &Stages) -> Vec<String> {
     let ports = slots.chain(answers).chain(requests).chain(surface).chain([Port::Next]);
     let own = PATH_COLUMNS.map(str::to_owned);
     let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
-    ports.map(Port::name).chain(own).chain(contribution).collect()
+    let properties = (0..property_count()).map(property_column);
+    ports.map(Port::name).chain(own).chain(contribution).chain(properties).collect()
 }
 
 /// Returns the blocks of parts as one, in their order.

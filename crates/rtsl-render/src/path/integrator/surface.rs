@@ -160,17 +160,7 @@ impl SceneHost<'_> {
     }
 
     fn store_properties(&self, asking: &[Asking], results: &mut [LaneWords]) {
-        let v = variables();
-        let batch = &self.queries.batch;
-        let vectors = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
-        let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
-        let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
-        let components = components.flat_map(|(first, count)| first..first + count);
-        let of_textures: [usize; PROPERTIES_OF_TEXTURES] = [v.dsdu, v.dsdv, v.dtdu, v.dtdv];
-        let rows = vectors.into_iter().flatten().map(|row| &row[..MAX_LANES]);
-        let rows = rows.chain(components.map(|component| batch.state.floats(component)));
-        let rows = rows.chain([&batch.offset[..]]);
-        let rows = rows.chain(of_textures.map(|component| batch.state.floats(component)));
+        let rows = property_rows(&self.queries.batch);
         for (result, row) in results.iter_mut().zip(rows) {
             for (Asking { lane, .. }, value) in asking.iter().zip(row) {
                 result[*lane] = value.to_bits();
@@ -298,6 +288,20 @@ impl SceneHost<'_> {
             result[*lane] = map(*value).to_bits();
         }
     }
+}
+
+/// Returns the properties of the surfaces in a batch, as the results of their query.
+pub fn property_rows(batch: &ShadingBatch) -> impl Iterator<Item = &[f32]> {
+    let v = variables();
+    let vectors = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
+    let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
+    let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
+    let components = components.flat_map(|(first, count)| first..first + count);
+    let of_textures: [usize; PROPERTIES_OF_TEXTURES] = [v.dsdu, v.dsdv, v.dtdu, v.dtdv];
+    let rows = vectors.into_iter().flatten().map(|row| &row[..]);
+    let rows = rows.chain(components.map(|component| batch.state.floats(component)));
+    let rows = rows.chain([&batch.offset[..]]);
+    rows.chain(of_textures.map(|component| batch.state.floats(component)))
 }
 
 /// Returns the path of a lane whose surface is prepared in a batch.

@@ -9,6 +9,7 @@ mod columns;
 mod frames;
 mod path_set;
 mod path_sets;
+mod prepared_surfaces;
 mod run;
 mod search;
 mod stage_lights;

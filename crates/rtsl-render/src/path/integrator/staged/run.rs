@@ -42,7 +42,7 @@ pub struct StagedPaths<'a> {
 
 /// The arrays on which a kernel works.
 #[derive(Clone, Copy)]
-enum Place<'a> {
+pub enum Place<'a> {
     /// Those of all paths, of which these take part.
     All { paths: &'a PathSet, count: usize, is_masked: bool },
     /// A copy for these paths.
@@ -270,6 +270,7 @@ impl StagedPaths<'_> {
         let next = self.staged.columns.next;
         for slots in paths.paths().chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
+            self.prepare_surfaces(kernel, Place::Copied(slots), slots);
             self.set_surfaces((stage, group), slots, false);
             self.call_kernel((stage, group), Place::Copied(slots));
             if kernel.contributes {
@@ -288,6 +289,7 @@ impl StagedPaths<'_> {
         }
         self.set_surfaces((stage, group), paths.paths(), true);
         let place = Place::All { paths, count, is_masked };
+        self.prepare_surfaces(self.staged.kernel(stage, group).0, place, paths.paths());
         self.call_kernel((stage, group), place);
         if self.staged.kernel(stage, group).0.contributes {
             self.take_contributions(place);

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, Program, ResumedBy, ShapeClass, StageKernel,
-    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
+    CallMode, Diagnostic, Engine, Instance, Objects, PreparedSurface, Program, ResumedBy,
+    ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram, SurfaceClass,
+    SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -168,10 +169,10 @@ impl StagedIntegrator {
 /// The classes of the parts of surfaces that share the kernels of stages.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct SurfaceKey {
-    /// The traversal class.
-    shape: u32,
-    /// True if instances place the objects.
-    is_instanced: bool,
+    /// The traversal class, if stages are linked with its shapes, or these are materials themselves.
+    shape: Option<u32>,
+    /// True if stages are linked with the shapes. Those in instances have a place that depends on the time.
+    is_linked: bool,
     material: MaterialSource,
     emitter: Option<InstanceClassId>,
     is_sampled: bool,
@@ -184,12 +185,17 @@ fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
     let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
     let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
+    let mut linked: BTreeMap<(u32, bool), bool> = BTreeMap::new();
     for (object, entry) in (0..).zip(*objects) {
         let GroupKey { class, material, emitter, is_sampled, .. } =
             groups[entry.group as usize].key;
+        let is_linked = !instanced.contains(&object)
+            && *linked
+                .entry((class, is_sampled))
+                .or_insert_with(|| linked_shape(classes, class, is_sampled).is_some());
         let key = SurfaceKey {
-            shape: class,
-            is_instanced: instanced.contains(&object),
+            shape: (is_linked || material.0 == MaterialSource::Own).then_some(class),
+            is_linked,
             material: material.0,
             emitter: emitter.map(|(class, _)| class),
             is_sampled,
@@ -199,24 +205,32 @@ fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     by_class
 }
 
+/// Returns the shapes of a traversal class as parts of kernels; `None` if stages are not linked with them. Elements have
+/// data of their own.
+fn linked_shape(classes: &Classes<'_>, class: u32, is_sampled: bool) -> Option<ShapeClass> {
+    let shapes = classes.compiled.class(class);
+    let is_simple = !shapes.has_elements();
+    is_simple.then(|| ShapeClass::new(shapes.program(), shapes.is_placed(), is_sampled)).flatten()
+}
+
 impl SurfaceKey {
     /// Returns the programs of the parts.
     fn class(&self, classes: &Classes<'_>) -> SurfaceClass {
-        let shapes = classes.compiled.class(self.shape);
         let program = |class: InstanceClassId| classes.materials[class].program.clone();
-        // Elements have data of their own, and instances a place that depends on the time.
-        let is_simple = !shapes.has_elements() && !self.is_instanced;
-        let shape = is_simple
-            .then(|| ShapeClass::new(shapes.program(), shapes.is_placed(), self.is_sampled));
+        let material = match (self.material, self.shape) {
+            (MaterialSource::Class(class), _) => program(class),
+            (MaterialSource::Own, shape) => {
+                let shape = shape.expect("shapes that are materials are parts of keys");
+                classes.compiled.class(shape).program().clone()
+            }
+        };
+        let shape = self.shape.filter(|_| self.is_linked);
         SurfaceClass {
-            material: match self.material {
-                MaterialSource::Own => shapes.program().clone(),
-                MaterialSource::Class(class) => program(class),
-            },
+            material,
             is_own_material: self.material == MaterialSource::Own,
             emitter: self.emitter.map(program),
             is_sampled: self.is_sampled,
-            shape: shape.flatten(),
+            shape: shape.and_then(|shape| linked_shape(classes, shape, self.is_sampled)),
         }
     }
 }
@@ -255,7 +269,8 @@ fn surfaces_of<'a>(
     distinct
 }
 
-/// Returns the answers to searches that kernels or the sorting of paths read, with their arrays.
+/// Returns the answers to searches that kernels, the preparation of surfaces or the sorting of paths read, with their
+/// arrays.
 fn read_answers(
     program: &StagedProgram,
     columns: &Columns,
@@ -263,8 +278,11 @@ fn read_answers(
 ) -> Vec<(usize, usize)> {
     let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface)[0]);
     let sorted: BTreeSet<usize> = surfaces.collect();
+    let prepared = kernels.iter().flatten().filter_map(|kernel| kernel.prepared.as_ref());
+    let prepared: BTreeSet<usize> = prepared.flat_map(PreparedSurface::arrays).collect();
     let is_read = |array: &usize| {
-        sorted.contains(array) || kernels.iter().flatten().any(|it| it.reads.contains(array))
+        let is_read = kernels.iter().flatten().any(|it| it.reads.contains(array));
+        is_read || sorted.contains(array) || prepared.contains(array)
     };
     let answers = columns.answers.iter().copied().enumerate();
     answers.filter(|(_, array)| is_read(array)).collect()
