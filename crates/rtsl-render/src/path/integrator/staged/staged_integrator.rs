@@ -205,8 +205,8 @@ fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     by_class
 }
 
-/// Returns the shapes of a traversal class as parts of kernels; `None` if stages are not linked with them. Elements have
-/// data of their own.
+/// Returns the shapes of a traversal class as parts of kernels; `None` if stages are not linked with them. Elements
+/// have data of their own.
 fn linked_shape(classes: &Classes<'_>, class: u32, is_sampled: bool) -> Option<ShapeClass> {
     let shapes = classes.compiled.class(class);
     let is_simple = !shapes.has_elements();
