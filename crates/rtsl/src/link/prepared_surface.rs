@@ -1,4 +1,4 @@
-//! Surfaces whose properties a renderer prepares before a stage runs, because the stage is not linked with their shapes.
+//! Surfaces whose properties a renderer prepares before a stage runs: the stage is not linked with their shapes.
 //!
 //! A stage that asks for the properties of one surface, on all ways through it, reads them from arrays instead: then it
 //! needs no host, and a renderer computes them for many paths together.
