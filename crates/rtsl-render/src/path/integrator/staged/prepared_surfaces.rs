@@ -1,6 +1,6 @@
 //! Properties of surfaces with whose shapes a stage is not linked, for all paths of a call together.
 
-use rtsl::{PreparedOperand, PreparedSurface, StageKernel};
+use rtsl::{PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::super::memory::BatchMemory;
@@ -81,7 +81,7 @@ impl StagedPaths<'_> {
 
     /// Loads surfaces of one group as a batch, with the rays that hit them.
     fn load_surfaces(&mut self, surface: &PreparedSurface, called: &[Called]) {
-        let operands: [Operand<'_>; 14] =
+        let operands: [Operand<'_>; SURFACE_SCALARS] =
             std::array::from_fn(|index| operand_of(self.frames, surface.operands[index]));
         let Frames { paths, .. } = &*self.frames;
         let times = paths.scratch.words(self.staged.columns.time);
