@@ -124,6 +124,11 @@ impl Query {
         Query::SamplePair,
     ];
 
+    /// Returns the queries whose first operands identify a surface.
+    pub fn of_surfaces() -> impl Iterator<Item = Query> {
+        Query::ALL.into_iter().filter(|query| query.is_of_surface())
+    }
+
     /// The greatest number of operands.
     pub const MAX_OPERANDS: usize = 17;
 
@@ -312,7 +317,7 @@ mod tests {
     #[test]
     fn surfaces_come_first() {
         assert_eq!(scalars(SURFACE.into_iter()).count(), SURFACE_SCALARS);
-        for query in Query::ALL.into_iter().filter(|query| query.is_of_surface()) {
+        for query in Query::of_surfaces() {
             assert!(query.operands().take(SURFACE.len()).eq(SURFACE), "{query:?}");
         }
     }

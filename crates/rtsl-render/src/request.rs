@@ -10,6 +10,7 @@ use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
+use crate::compiled::runtime_errors::MAX_CAUSES;
 use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
 use crate::execution::{Execution, Rendered};
 use crate::path::{
@@ -337,6 +338,12 @@ fn warn_of_dropped(statistics: &Statistics, warnings: &mut Messages) {
         let values =
             if *count == 1 { "1 value that is" } else { &format!("{count} values that are") };
         warning = warning.note(format!("`{method}` of `{class}` returned {values} not finite"));
+    }
+    let explained: u64 = statistics.not_finite.iter().map(|it| it.count).sum();
+    if (MAX_CAUSES..statistics.dropped_samples).contains(&explained) {
+        let others = statistics.dropped_samples - explained;
+        warning =
+            warning.note(format!("the methods were not looked for in {others} other samples"));
     }
     warnings.push_one(warning.help(
         "check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",

@@ -137,12 +137,23 @@ impl<'a> Classes<'a> {
         found
     }
 
+    /// Returns the class with this name in the standard library, whatever files beside the scene declare.
+    pub fn find_standard(&mut self, name: &str) -> Found {
+        self.first_of(standard_files(name).collect(), name)
+    }
+
     fn search(&mut self, name: &str) -> Found {
         let is_identifier = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
         if name.is_empty() || !is_identifier {
             return Found::Nothing;
         }
-        for (path, text) in self.candidates(name) {
+        let files = self.candidates(name);
+        self.first_of(files, name)
+    }
+
+    /// Returns the class with this name in the first of these files that declares it.
+    fn first_of(&mut self, files: Vec<(PathBuf, String)>, name: &str) -> Found {
+        for (path, text) in files {
             match self.unit(&path, &text) {
                 None => return Found::Broken,
                 Some(unit) => {
@@ -177,9 +188,7 @@ impl<'a> Classes<'a> {
         let beside = beside.map(|file| (file.path.clone(), file.text.clone()));
         let (first, others): (Vec<_>, Vec<_>) = beside
             .partition(|(path, _)| path.file_name().is_some_and(|file| file == preferred.as_str()));
-        let standard = STANDARD.iter().filter(|(declared, _)| *declared == name);
-        let standard = standard.map(|(_, file)| (PathBuf::from(file.path), file.text.to_owned()));
-        first.into_iter().chain(others).chain(standard).collect()
+        first.into_iter().chain(others).chain(standard_files(name)).collect()
     }
 
     fn beside(&mut self) -> &[ShaderFile] {
@@ -236,6 +245,12 @@ impl<'a> Classes<'a> {
         }
         unit
     }
+}
+
+/// The files of the standard library that declare a class, with their texts.
+fn standard_files(name: &str) -> impl Iterator<Item = (PathBuf, String)> {
+    let files = STANDARD.iter().filter(move |(declared, _)| *declared == name);
+    files.map(|(_, file)| (PathBuf::from(file.path), file.text.to_owned()))
 }
 
 /// True if a file and the files that it includes still have the texts of a compilation.

@@ -12,8 +12,10 @@ use super::Settings;
 pub struct Scene {
     /// Film, sampler and integrator.
     pub settings: Settings,
-    /// The integrator written in RTSL, if the scene names one.
+    /// The integrator, if the scene names a class.
     pub integrator: Option<Arc<Instance>>,
+    /// The path tracer of the standard library with the settings of the scene, for scenes that name no class.
+    pub path_tracer: Arc<Instance>,
     /// The camera.
     pub camera: Arc<Instance>,
     /// From the camera's space to the world's, at shutter open.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rtsl::{Diagnostic, LoopOwners, Messages, Method, diagnostic_codes as codes};
 
@@ -18,7 +18,13 @@ pub struct RuntimeErrors {
     exhausted: Mutex<Vec<(String, Method)>>,
     /// The number of values of a class's method that were not finite.
     not_finite: Mutex<BTreeMap<(String, Method), u64>>,
+    /// The number of samples that were evaluated again to find who made them so.
+    causes: AtomicU64,
 }
+
+/// The greatest number of such samples. A second evaluation takes up to a thousand times as long as the first, and all
+/// samples of an image may have one cause.
+pub const MAX_CAUSES: u64 = 1 << 12;
 
 impl RuntimeErrors {
     /// True if an error ends the render.
@@ -53,6 +59,12 @@ impl RuntimeErrors {
         if let Ok(mut counts) = self.not_finite.lock() {
             *counts.entry((class.to_owned(), method)).or_default() += count;
         }
+    }
+
+    /// Counts a sample that is evaluated again to find the cause of a value that is not finite; false if there were
+    /// enough.
+    pub fn may_find_cause(&self) -> bool {
+        self.causes.fetch_add(1, Ordering::Relaxed) < MAX_CAUSES
     }
 
     /// Returns the methods with values that are not finite, in a fixed order.

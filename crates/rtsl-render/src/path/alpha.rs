@@ -28,14 +28,13 @@ impl PathTracer<'_> {
         batch: &mut ShadingBatch,
     ) {
         let mut candidates = wavefront.hits.split_off(first);
-        let is_solid =
-            |(group, _): &mut (u32, PathHit)| self.scene.groups[*group as usize].alpha.is_none();
+        let group = |hit: &PathHit| self.scene.objects[hit.object as usize].group as usize;
+        let is_solid = |hit: &mut PathHit| self.groups[group(hit)].alpha.is_none();
         wavefront.hits.extend(candidates.extract_if(.., is_solid));
-        candidates.sort_by_key(|(group, _)| *group);
-        for hits in candidates.chunk_by(|one, other| one.0 == other.0) {
-            let group = &self.scene.groups[hits[0].0 as usize];
+        candidates.sort_by_key(group);
+        for hits in candidates.chunk_by(|one, other| group(one) == group(other)) {
             for hits in hits.chunks(BATCH_LANES) {
-                self.cut(group, hits, wavefront, batch);
+                self.cut(&self.groups[group(&hits[0])], hits, wavefront, batch);
             }
         }
     }
@@ -43,12 +42,11 @@ impl PathTracer<'_> {
     fn cut(
         &self,
         group: &SurfaceGroup,
-        hits: &[(u32, PathHit)],
+        hits: &[PathHit],
         wavefront: &mut Wavefront,
         batch: &mut ShadingBatch,
     ) {
-        let only: Vec<PathHit> = hits.iter().map(|(_, hit)| *hit).collect();
-        batch.load(&wavefront.paths, &only, NUMBERS_OF_SHAPES);
+        batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
         self.prepare_surfaces(group, batch);
         // Each hit along the path has a different sequence, as below.
         for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
@@ -65,7 +63,7 @@ impl PathTracer<'_> {
         let instances = of.instances(&textures.objects, alpha);
         callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
         let values = batch.state.floats(variables().float_texture_value);
-        for ((group, hit), value) in hits.iter().zip(values) {
+        for (hit, value) in hits.iter().zip(values) {
             let path = &mut wavefront.paths[hit.path as usize];
             let key = path.key ^ path.distance.to_bits();
             // NaN is opaque.
@@ -74,7 +72,7 @@ impl PathTracer<'_> {
                 path.distance = path.limit;
                 wavefront.active.push(hit.path);
             } else {
-                wavefront.hits.push((*group, *hit));
+                wavefront.hits.push(*hit);
             }
         }
     }

@@ -31,6 +31,14 @@ pub struct Classes<'a> {
 }
 
 impl<'a> Classes<'a> {
+    /// Returns the program whose methods are a group's material.
+    pub fn material_of(&self, key: &GroupKey) -> &'a Arc<Program> {
+        match key.material.0 {
+            MaterialSource::Own => self.compiled.class(key.class).program(),
+            MaterialSource::Class(class) => &self.materials[class].program,
+        }
+    }
+
     /// Returns the programs and instances of a group.
     pub fn parts_of(&self, key: &GroupKey) -> GroupParts<'a> {
         let class = self.compiled.class(key.class);

@@ -1,8 +1,9 @@
 //! The material methods of a group of surfaces.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
+use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, lookup_state};
 
 use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
@@ -17,14 +18,13 @@ pub enum MaterialSource {
 }
 
 /// The kernels of material methods.
-#[derive(Default)]
 pub struct MaterialKernels {
     /// `emission`.
     pub emission: Option<Arc<Kernel>>,
     /// The methods that scatter light, if the material samples a density or deltas.
     pub scattering: Option<ScatteringKernels>,
-    /// `shade`, if the class has no other method.
-    pub shade: Option<Arc<Kernel>>,
+    /// True if the class has only `shade`.
+    pub is_shaded: bool,
 }
 
 /// The methods that scatter light.
@@ -43,40 +43,54 @@ pub struct EvaluationKernels {
     pub density: Arc<Kernel>,
 }
 
-/// The methods of a material that the renderer may call.
-const METHODS: [Method; 5] =
-    [Method::Emission, Method::Bsdf, Method::EvaluatePdf, Method::SampleBsdf, Method::Shade];
+/// The methods of a material that the renderer may call, with the queries that call them.
+const METHODS: [(Method, &[Query]); 5] = [
+    (Method::Emission, &[Query::Emission]),
+    (Method::Bsdf, &SCATTERING),
+    (Method::EvaluatePdf, &SCATTERING),
+    (Method::SampleBsdf, &SCATTERING),
+    (Method::Shade, &[Query::Emission, Query::Shade]),
+];
 
-/// Returns the methods of a material that the renderer calls for hits. `shade` is not among those of materials that
-/// scatter.
-pub fn called_methods(program: &Program) -> impl Iterator<Item = Method> {
-    let scatters = program.has(Method::SampleBsdf);
-    METHODS
-        .into_iter()
-        .filter(move |method| program.has(*method) && !(*method == Method::Shade && scatters))
+/// Queries about scattering, whose methods are compiled together.
+const SCATTERING: [Query; 3] = [Query::Bsdf, Query::BsdfPdf, Query::SampleBsdf];
+
+/// Returns the methods of a material that these queries call for hits.
+pub fn called_methods(program: &Program, queries: &BTreeSet<Query>) -> Vec<Method> {
+    let is_called = |(method, by): &(Method, &[Query])| {
+        program.has(*method)
+            && by.iter().any(|query| queries.contains(query))
+            // The interactive renderer's kernels call it.
+            && !(*method == Method::Shade && program.has(Method::SampleBsdf))
+    };
+    METHODS.into_iter().filter(is_called).map(|(method, _)| method).collect()
+}
+
+/// True if a material has only `shade`.
+pub fn is_shaded(program: &Program) -> bool {
+    program.has(Method::Shade) && !program.has(Method::SampleBsdf)
 }
 
 impl MaterialKernels {
-    /// Compiles the kernels of a program's instances.
+    /// Compiles the kernels of a program's instances that answer these queries.
     pub fn new(
         maker: &mut KernelMaker<'_>,
         program: &Arc<Program>,
-        objects: &Objects,
-        of: Batching,
+        (of, objects): (Batching, &Objects),
+        queries: &BTreeSet<Query>,
     ) -> Self {
+        let methods = called_methods(program, queries);
         let mut kernel = |method: Method| {
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, method, (of, objects), outputs)
+            let is_called = methods.contains(&method);
+            if is_called { maker.kernel(program, method, (of, objects), outputs) } else { None }
         };
-        if !program.has(Method::SampleBsdf) {
-            let emission = kernel(Method::Emission);
-            return MaterialKernels { emission, scattering: None, shade: kernel(Method::Shade) };
-        }
-        let emits =
-            program.method(Method::Emission).is_ok_and(|it| !leaves_black(&it, "rt_EmissionColor"));
+        let leaves_black = |method: Method, color: &str| {
+            program.method(method).is_ok_and(|it| leaves_black(&it, color))
+        };
+        let emits = !leaves_black(Method::Emission, "rt_EmissionColor");
         let emission = if emits { kernel(Method::Emission) } else { None };
-        let scatters_lights =
-            program.method(Method::Bsdf).is_ok_and(|it| !leaves_black(&it, "rt_BSDFValue"));
+        let scatters_lights = !leaves_black(Method::Bsdf, "rt_BSDFValue");
         let evaluate = if scatters_lights {
             let (bsdf, density) = (kernel(Method::Bsdf), kernel(Method::EvaluatePdf));
             bsdf.zip(density).map(|(bsdf, density)| EvaluationKernels { bsdf, density })
@@ -85,7 +99,7 @@ impl MaterialKernels {
         };
         let sample = kernel(Method::SampleBsdf);
         let scattering = sample.map(|sample| ScatteringKernels { sample, evaluate });
-        MaterialKernels { emission, scattering, shade: None }
+        MaterialKernels { emission, scattering, is_shaded: is_shaded(program) }
     }
 }
 

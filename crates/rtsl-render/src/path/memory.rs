@@ -1,7 +1,5 @@
 //! The memory of one thread.
 
-use std::cell::RefCell;
-
 use super::integrator::IntegratorMemory;
 use super::lights::LightMemory;
 use super::samples::Samples;
@@ -10,7 +8,6 @@ use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRays;
 use super::wavefront::Wavefront;
-use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, SampleStreams};
 use crate::whitted::Workspace;
@@ -33,9 +30,9 @@ pub struct BatchMemory {
     pub searcher: Searcher,
     /// The memory of camera rays.
     pub camera: CameraMemory<SampleStreams>,
-    /// The memory of materials that have only `shade`, if there are any.
-    pub shade: Option<Box<ShadeMemory>>,
-    /// The memory of the integrator, if the scene has one written in RTSL.
+    /// The memory of calls of `shade`, if there may be any.
+    pub shade: Option<Box<Workspace>>,
+    /// The memory of the integrator; `None` in the memory of its queries.
     pub integrator: Option<Box<IntegratorMemory>>,
     /// The results of the last samples.
     pub samples: Samples,
@@ -46,8 +43,7 @@ pub struct BatchMemory {
 impl BatchMemory {
     /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene) -> Self {
-        let integrator = scene.integrator.as_ref();
-        let integrator = integrator.map(|it| Box::new(IntegratorMemory::new(scene, it)));
+        let integrator = Some(Box::new(IntegratorMemory::new(scene)));
         BatchMemory { integrator, ..BatchMemory::for_queries(scene) }
     }
 
@@ -63,26 +59,12 @@ impl BatchMemory {
             shadow_rays: ShadowRays::default(),
             reached: Vec::new(),
             searcher: Searcher::new(scene),
-            camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
+            camera: CameraMemory::new(&scene.compiled)
+                .with_footprints(scene.integrator.reads_widths()),
             integrator: None,
-            shade: scene.calls_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
+            shade: scene.calls_shade().then(|| Box::new(Workspace::new(&scene.compiled))),
             samples: Samples::default(),
             rays: RayCounts::default(),
         }
-    }
-}
-
-/// The memory of a thread for `shade`.
-pub struct ShadeMemory {
-    /// The memory of calls of `shade`.
-    pub workspace: Workspace,
-    /// For the paths of `shade`'s rays: one is in use for each level of recursion.
-    pub free: RefCell<Vec<BatchMemory>>,
-}
-
-impl ShadeMemory {
-    /// Allocates the memory for a scene.
-    pub fn new(scene: &CompiledScene) -> Self {
-        ShadeMemory { workspace: Workspace::new(scene), free: RefCell::default() }
     }
 }

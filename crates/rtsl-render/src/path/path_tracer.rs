@@ -12,15 +12,25 @@ use crate::compiled::runtime_errors::RuntimeErrors;
 pub struct PathTracer<'a> {
     /// The scene.
     pub scene: &'a BatchScene,
+    /// Its surface groups, with the kernels for the queries that are asked.
+    pub groups: &'a [SurfaceGroup],
     /// The record of runtime errors.
     pub errors: &'a RuntimeErrors,
     /// True if the features of first surfaces are needed.
     pub with_features: bool,
+    /// True if the causes of radiance that is not finite are reported.
+    pub finds_causes: bool,
 }
 
-impl PathTracer<'_> {
+impl<'a> PathTracer<'a> {
+    /// Creates the inputs without features.
+    pub fn new(scene: &'a BatchScene, errors: &'a RuntimeErrors) -> Self {
+        let groups = &scene.groups;
+        PathTracer { scene, groups, errors, with_features: false, finds_causes: true }
+    }
+
     /// Returns the name of the class whose methods are a group's material.
-    pub fn material_name(&self, group: &SurfaceGroup) -> &str {
+    pub fn material_name(&self, group: &SurfaceGroup) -> &'a str {
         match group.key.material.0 {
             MaterialSource::Own => &self.scene.compiled.class(group.key.class).name,
             MaterialSource::Class(class) => &self.scene.materials[class].program.class().name,

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl_math::SIMD_LANES;
-use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
+use rtsl_math::sampling::{Sampler, hash, unit_float};
 
 use super::rows::BATCH_LANES;
 use crate::lanes::sequences::{Samples, Sequences, end_of};
@@ -39,38 +39,10 @@ impl RandomNumbers {
         self.samples[..padded].copy_from_slice(&samples[..padded]);
         self.count = count;
     }
-
-    /// Computes pair `pair` of the sequences with these `keys`.
-    pub fn pairs(&self, keys: &[u32; BATCH_LANES], pair: u32, count: usize, to: [&mut [f32]; 2]) {
-        dispatch!(Level::new(), simd => match self.sampler.spread() {
-            INDEPENDENT => self.pairs_in_vectors::<_, INDEPENDENT>(simd, keys, pair, count, to),
-            POWER_OF_TWO => self.pairs_in_vectors::<_, POWER_OF_TWO>(simd, keys, pair, count, to),
-            SOBOL => self.pairs_in_vectors::<_, SOBOL>(simd, keys, pair, count, to),
-            _ => self.pairs_in_vectors::<_, ANY_COUNT>(simd, keys, pair, count, to),
-        });
-    }
-
-    #[inline(always)]
-    fn pairs_in_vectors<S: Simd, const SPREAD: u8>(
-        &self,
-        _: S,
-        keys: &[u32; BATCH_LANES],
-        pair: u32,
-        count: usize,
-        [first, second]: [&mut [f32]; 2],
-    ) {
-        let count = count.next_multiple_of(SIMD_LANES);
-        let (keys, samples) = (&keys[..count], &self.samples[..count]);
-        let (first, second) = (&mut first[..count], &mut second[..count]);
-        for lane in 0..count {
-            [first[lane], second[lane]] =
-                self.sampler.pair_of_stream::<SPREAD>(keys[lane], pair, samples[lane]);
-        }
-    }
 }
 
 /// Derives the keys of the sequences that `purpose` selects among those of `keys`.
-pub fn derive_keys(keys: &[u32; BATCH_LANES], purpose: u32, count: usize, to: &mut [u32]) {
+fn derive_keys(keys: &[u32; BATCH_LANES], purpose: u32, count: usize, to: &mut [u32]) {
     let count = count.next_multiple_of(SIMD_LANES);
     dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
 }

@@ -161,7 +161,7 @@ impl<'a> Job<'a> {
         let _span = tracing::trace_span!("wavefront", tile, first, end).entered();
         let begun = Instant::now();
         let Job { scene, errors, with_features, .. } = self;
-        let tracer = PathTracer { scene, errors, with_features: *with_features };
+        let tracer = PathTracer { with_features: *with_features, ..PathTracer::new(scene, errors) };
         let samples = TileSamples { tile: self.film.tiles()[tile], first, count: end - first };
         tracer.trace_samples(memory, &samples);
         // Samples that were aborted are not added.

@@ -1,12 +1,18 @@
 //! A scene for path tracing: surface groups and lights.
 
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
 use std::time::Duration;
 
+use rtsl::{Diagnostics, Engine, Query};
+
+use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
 use super::integrator::Integrator;
+use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::object_entry::ObjectEntry;
-use super::surface_group::SurfaceGroup;
+use super::surface_group::{GroupKey, SurfaceGroup};
 use crate::compiled::CompiledScene;
 
 /// A scene ready for path tracing.
@@ -15,8 +21,14 @@ pub struct BatchScene {
     pub compiled: CompiledScene,
     /// The time for compiling kernels.
     pub compile_time: Duration,
-    /// The groups.
+    /// The engine, for kernels that only a sample that is not finite needs.
+    pub(super) engine: Engine,
+    /// The keys of the groups.
+    pub(super) keys: Vec<GroupKey>,
+    /// The groups, with the kernels that the stages of the integrator ask for.
     pub(super) groups: Vec<SurfaceGroup>,
+    /// The groups with all kernels, once they are needed.
+    pub(super) full_groups: OnceLock<Vec<SurfaceGroup>>,
     /// The entries of objects.
     pub(super) objects: Vec<ObjectEntry>,
     /// The materials.
@@ -25,8 +37,8 @@ pub struct BatchScene {
     pub(super) alpha: InstanceClasses,
     /// The lights.
     pub(super) lights: Lights,
-    /// The integrator written in RTSL, if the scene names one.
-    pub(super) integrator: Option<Integrator>,
+    /// The integrator.
+    pub(super) integrator: Integrator,
 }
 
 impl BatchScene {
@@ -37,20 +49,44 @@ impl BatchScene {
 
     /// True if any material has only `shade`, or the integrator calls `shade` of all of them.
     pub(super) fn calls_shade(&self) -> bool {
-        self.integrator.as_ref().is_some_and(|integrator| integrator.calls_shade)
-            || self.groups.iter().any(|group| group.material.shade.is_some())
-    }
-
-    /// True if any surface reads the ray's footprint.
-    pub(super) fn has_footprints(&self) -> bool {
-        match &self.integrator {
-            Some(integrator) => integrator.reads_widths(),
-            None => self.groups.iter().any(|group| group.needs.footprints),
-        }
+        let is_shaded = |key: &GroupKey| key.is_shaded(&self.classes());
+        self.integrator.calls_shade || self.keys.iter().any(is_shaded)
     }
 
     /// Returns the greatest number of scratch arrays of a shader.
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays
+    }
+
+    /// Returns the classes of the parts of surfaces.
+    pub(super) fn classes(&self) -> Classes<'_> {
+        let BatchScene { compiled, materials, alpha, .. } = self;
+        Classes { compiled, materials, alpha }
+    }
+
+    /// Compiles the kernels of the groups for these queries.
+    ///
+    /// # Errors
+    /// If a kernel cannot be compiled.
+    pub(super) fn make_groups(
+        &self,
+        queries: &BTreeSet<Query>,
+    ) -> Result<(Vec<SurfaceGroup>, Diagnostics), Diagnostics> {
+        let classes = self.classes();
+        KernelMaker::build_with(&self.engine, |maker| {
+            let keys = self.keys.iter();
+            let group =
+                |key: &GroupKey| SurfaceGroup::new(maker, *key, &classes.parts_of(key), queries);
+            keys.map(group).collect()
+        })
+    }
+
+    /// Returns the groups with the kernels that answer every query. They are compiled when they are needed first;
+    /// queries of kernels that cannot be compiled have black results.
+    pub(super) fn full_groups(&self) -> &[SurfaceGroup] {
+        self.full_groups.get_or_init(|| {
+            let made = self.make_groups(&Query::of_surfaces().collect());
+            made.map_or_else(|_| Vec::new(), |(groups, _)| groups)
+        })
     }
 }

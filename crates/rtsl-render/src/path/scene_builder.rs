@@ -1,11 +1,13 @@
 //! Preparation of a scene for path tracing.
 
 use std::collections::BTreeSet;
-use std::time::Instant;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Messages, Method, SourceMap, diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Instance, Messages, Method, SourceMap,
+    diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_scene::Scene;
@@ -15,13 +17,11 @@ use super::instance_classes::InstanceClasses;
 use super::integrator::{Integrator, StageParts};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
-use super::material::MaterialSource;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
-use super::surface_group::SurfaceGroup;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
-use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
+use crate::compiled::{BuildStep, SceneBuilder};
 
 impl BatchScene {
     /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`; `listener` is
@@ -36,10 +36,9 @@ impl BatchScene {
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
         let builder = SceneBuilder::new(engine).listener(listener);
-        let integrator = scene.integrator.as_ref().map(|it| Integrator::new(engine, it));
-        let integrator = integrator.transpose().map_err(Messages::one)?;
-        let calls_shade =
-            integrator.as_ref().is_some_and(|it| it.calls_shade) || has_shade(engine, scene);
+        let instance = scene.integrator.as_ref().unwrap_or(&scene.path_tracer);
+        let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
+        let calls_shade = integrator.calls_shade || has_shade(engine, scene);
         let builder = if calls_shade { builder } else { builder.for_searches() };
         let compiled = builder.build(scene.clone(), messages)?;
         let start = Instant::now();
@@ -49,60 +48,82 @@ impl BatchScene {
         let classes = Classes { compiled: &compiled, materials: &materials, alpha: &alpha };
         let plan = GroupPlan::new(scene, classes);
         let made = KernelMaker::build_with(engine, |maker| {
-            let groups = plan.keys.iter().map(|key| {
-                let parts = classes.parts_of(key);
-                SurfaceGroup::new(maker, *key, &parts, integrator.is_some())
-            });
-            let groups: Vec<SurfaceGroup> = groups.collect();
-            (groups, Lights::new(maker, scene, classes, &plan.objects))
+            Lights::new(maker, scene, classes, &plan.objects)
         });
-        let ((groups, lights), diagnostics) = made.map_err(|errors| failed(messages, errors))?;
+        let (lights, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);
         // Paths are incoherent, so searches need all kernels at once.
         let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
         compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
-        if integrator.is_none() {
-            warn_of_shade(&groups, &compiled, &materials, messages);
-        }
-        let compile_time = compiled.compile_time + start.elapsed();
-        let description = scene;
-        let mut scene = BatchScene {
+        let mut made = BatchScene {
             compiled,
-            compile_time,
-            groups,
+            compile_time: Duration::ZERO,
+            engine: engine.clone(),
+            keys: plan.keys,
+            groups: Vec::new(),
+            full_groups: OnceLock::new(),
             objects: plan.objects,
             materials,
             alpha,
             lights,
             integrator,
         };
-        let errors = RuntimeErrors::default();
-        let tracer = PathTracer { scene: &scene, errors: &errors, with_features: false };
-        let probes = tracer.probe_lights();
-        if errors.any() {
-            return Err(exhausted_budgets(&scene.compiled, &errors));
-        }
-        scene.lights.select_by(&probes);
-        scene.compile_stages(engine, description)?;
-        Ok(scene)
+        made.warn_of_shade(messages);
+        made.select_lights()?;
+        made.compile_integrator(scene, instance, messages)?;
+        made.compile_time = made.compiled.compile_time + start.elapsed();
+        Ok(made)
     }
-}
 
-impl BatchScene {
-    /// Compiles the stages of the integrator, if the scene names one written in RTSL.
-    fn compile_stages(&mut self, engine: &Engine, description: &Scene) -> Result<(), Messages> {
-        let Some(mut integrator) = self.integrator.take() else { return Ok(()) };
-        let start = Instant::now();
-        let BatchScene { compiled, materials, alpha, groups, objects, lights, .. } = &*self;
-        let parts =
-            StageParts { classes: Classes { compiled, materials, alpha }, groups, objects, lights };
-        if let Some(instance) = &description.integrator {
-            let made = integrator.compile(engine, instance, description, &parts);
-            made.map_err(Messages::one)?;
+    /// Finds out how much light the lights send, by which they are selected.
+    fn select_lights(&mut self) -> Result<(), Messages> {
+        let errors = RuntimeErrors::default();
+        let probes = PathTracer::new(self, &errors).probe_lights();
+        if errors.any() {
+            return Err(exhausted_budgets(&self.compiled, &errors));
         }
-        self.compile_time += start.elapsed();
-        self.integrator = Some(integrator);
+        self.lights.select_by(&probes);
         Ok(())
+    }
+
+    /// Compiles the stages of the integrator, and the methods of surfaces that these are not linked with.
+    fn compile_integrator(
+        &mut self,
+        scene: &Scene,
+        instance: &Instance,
+        messages: &mut Messages,
+    ) -> Result<(), Messages> {
+        let parts = StageParts {
+            classes: self.classes(),
+            keys: &self.keys,
+            objects: &self.objects,
+            lights: &self.lights,
+        };
+        let staged = self.integrator.stages(&self.engine, instance, scene, &parts);
+        self.integrator.staged = staged.map_err(Messages::one)?;
+        let made = self.make_groups(&self.integrator.queries());
+        let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
+        messages.push(SourceMap::new(), diagnostics);
+        self.groups = groups;
+        Ok(())
+    }
+
+    /// Warns about materials that have only `shade`, unless the integrator calls it by itself or scatters no light.
+    fn warn_of_shade(&self, messages: &mut Messages) {
+        if self.integrator.calls_shade || !self.integrator.scatters {
+            return;
+        }
+        let classes = self.classes();
+        let shaded = self.keys.iter().filter(|key| key.is_shaded(&classes));
+        let names: BTreeSet<&str> =
+            shaded.map(|key| classes.material_of(key).class().name.as_str()).collect();
+        for class in names {
+            let message =
+                format!("`{class}` has only `shade`, which does not support path tracing");
+            messages.push_one(Diagnostic::new(codes::SHADE_ONLY, message).note(
+                "the image shows the light that `shade` computes, which may not be all of it",
+            ));
+        }
     }
 }
 
@@ -116,30 +137,6 @@ pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
         let program = engine.program(material);
         program.has(Method::Shade) && !program.has(Method::SampleBsdf)
     })
-}
-
-/// Warns about materials that have only `shade`.
-fn warn_of_shade(
-    groups: &[SurfaceGroup],
-    compiled: &CompiledScene,
-    materials: &InstanceClasses,
-    messages: &mut Messages,
-) {
-    let shading = groups.iter().filter(|group| group.material.shade.is_some());
-    let classes: BTreeSet<&str> = shading
-        .map(|group| match group.key.material.0 {
-            MaterialSource::Own => compiled.class(group.key.class).name.as_str(),
-            MaterialSource::Class(class) => materials[class].program.class().name.as_str(),
-        })
-        .collect();
-    for class in classes {
-        let message = format!("`{class}` has only `shade`, which does not support path tracing");
-        messages.push_one(
-            Diagnostic::new(codes::SHADE_ONLY, message).note(
-                "the image shows the light that `shade` computes, which may not be all of it",
-            ),
-        );
-    }
 }
 
 fn failed(messages: &mut Messages, diagnostics: Diagnostics) -> Messages {

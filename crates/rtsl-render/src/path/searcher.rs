@@ -119,7 +119,6 @@ impl PathTracer<'_> {
         let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return };
         let object = hit.member.object;
         let instance = hit.instance.unwrap_or(NO_INSTANCE);
-        let group = self.scene.objects[object as usize].group;
-        wavefront.hits.push((group, PathHit { path, object, element: hit.element, instance }));
+        wavefront.hits.push(PathHit { path, object, element: hit.element, instance });
     }
 }

@@ -7,9 +7,8 @@ use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_math::sampling::Sampler;
 
 use super::random_numbers::RandomNumbers;
-use super::rows::{BATCH_LANES, BatchLanes, Row, Rows};
+use super::rows::{BATCH_LANES, Row, Rows};
 use super::wavefront::{Path, PathHit};
-use crate::compiled::variables::variables;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
@@ -35,10 +34,6 @@ pub struct ShadingBatch {
     pub width: Row,
     /// The increase of width per unit of length.
     pub spread: Row,
-    /// The weights of radiance along the rays.
-    pub throughput: Rows,
-    /// The densities of the directions; 0 if they were not chosen by one.
-    pub density: Row,
     /// The keys of the paths' random sequences.
     pub keys: [u32; BATCH_LANES],
     /// The sample indices of the paths.
@@ -57,10 +52,6 @@ pub struct ShadingBatch {
     pub light_density: Row,
     /// The light samples.
     pub light: LightRows,
-    /// The continuations of the paths.
-    pub onward: OnwardRows,
-    /// Random numbers in [0,1) that select lobes of materials.
-    pub lobe_seeds: Row,
     /// Random numbers that select lights.
     pub light_seeds: Row,
     /// The state of all calls for the surfaces.
@@ -85,39 +76,15 @@ pub struct ShadingBatch {
 
 /// Light samples for the points of a batch.
 pub struct LightRows {
-    /// The lanes to which light is scattered, if it is not occluded.
-    pub lanes: BatchLanes,
     /// Unit vectors towards them, in world space.
     pub direction: Rows,
-    /// The origins of shadow rays: off the surfaces.
-    pub origin: Rows,
     /// The lengths of shadow rays.
     pub distance: Row,
     /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, including that of
-    /// selecting the light. Black without a sample. At the end, the contribution to the paths' radiance.
+    /// selecting the light. Black without a sample.
     pub color: Rows,
     /// That density, if a direction of the material could have found the light too; else 0.
     pub density: Row,
-}
-
-/// The continuations of a batch's paths.
-pub struct OnwardRows {
-    /// The lanes that continue.
-    pub lanes: BatchLanes,
-    /// The lanes whose radiance would be infinite or NaN.
-    pub lost: BatchLanes,
-    /// The directions.
-    pub direction: Rows,
-    /// The origins of their rays: off the surfaces.
-    pub origin: Rows,
-    /// The weights of radiance along the rays.
-    pub throughput: Rows,
-    /// The densities of the directions; 0 for deltas.
-    pub density: Row,
-    /// The increase of the rays' width per unit of length.
-    pub spread: Row,
-    /// The keys of the paths' random sequences from there on.
-    pub keys: [u32; BATCH_LANES],
 }
 
 impl ShadingBatch {
@@ -135,8 +102,6 @@ impl ShadingBatch {
             time: NONE,
             width: NONE,
             spread: NONE,
-            throughput: [NONE; 3],
-            density: NONE,
             keys: [0; BATCH_LANES],
             samples: [0; BATCH_LANES],
             point: [NONE; 3],
@@ -146,24 +111,11 @@ impl ShadingBatch {
             side: NONE,
             light_density: NONE,
             light: LightRows {
-                lanes: BatchLanes::NONE,
                 direction: [NONE; 3],
-                origin: [NONE; 3],
                 distance: NONE,
                 color: [NONE; 3],
                 density: NONE,
             },
-            onward: OnwardRows {
-                lanes: BatchLanes::NONE,
-                lost: BatchLanes::NONE,
-                direction: [NONE; 3],
-                origin: [NONE; 3],
-                throughput: [NONE; 3],
-                density: NONE,
-                spread: NONE,
-                keys: [0; BATCH_LANES],
-            },
-            lobe_seeds: NONE,
             light_seeds: NONE,
             state: new_state(BATCH_LANES),
             kept_scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
@@ -199,11 +151,6 @@ impl ShadingBatch {
         }
     }
 
-    /// Sets the number of surfaces that the paths have met before.
-    pub fn set_depth(&mut self, depth: u32) {
-        self.state.floats_mut(variables().ray_depth).fill(depth as f32);
-    }
-
     /// Restarts the lanes' random numbers with those that `purpose` selects.
     pub fn start_random_numbers(&mut self, purpose: u32) {
         self.random.start((&self.keys, &self.samples), purpose, self.count);
@@ -223,10 +170,6 @@ impl ShadingBatch {
                 fours(simd, |lane| with(paths[lane].direction, paths[lane].distance));
             eight.blend_vectors(&[x, y, z], &mut self.direction);
             eight.blend(distance, &mut self.distance);
-            let [red, green, blue, density] =
-                fours(simd, |lane| with(paths[lane].throughput, paths[lane].density));
-            eight.blend_vectors(&[red, green, blue], &mut self.throughput);
-            eight.blend(density, &mut self.density);
             let [time, width, spread, keys] = fours(simd, |lane| {
                 let Path { time, width, spread, key, .. } = *paths[lane];
                 [time, width, spread, f32::from_bits(key)]

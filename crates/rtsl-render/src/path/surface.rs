@@ -25,14 +25,11 @@ impl PathTracer<'_> {
     /// batch and its state.
     pub fn prepare_surfaces(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
         set_instance_indices(self.scene, group, batch);
-        let shape = &group.shape;
         let hits = batch.hits().iter().map(PathHit::object_hit);
         let surfaces = Surfaces {
             transforms: SurfaceTransforms::new(&self.scene.compiled, group.key.class, hits),
             needs: group.needs,
-            shapes_read_normals: shape.coordinates.is_some()
-                || shape.derivatives.is_some()
-                || shape.density.is_some(),
+            shapes_read_normals: group.shapes_read_normals,
         };
         let mut lanes = BatchSurfaces { tracer: self, group, batch };
         dispatch!(Level::new(), simd => {

@@ -4,12 +4,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
-    Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant, lookup_state,
+    Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, StateVariable, Variant,
+    lookup_state,
 };
 
+use super::group_plan::Classes;
 use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
-use super::material::{MaterialKernels, MaterialSource, called_methods};
+use super::material::{MaterialKernels, MaterialSource, called_methods, is_shaded};
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::shaders::SurfaceNeeds;
 
@@ -36,6 +38,9 @@ pub struct SurfaceGroup {
     pub key: GroupKey,
     /// The surface properties to compute.
     pub needs: SurfaceNeeds,
+    /// True if methods of the shapes may read normals, whether they are called or not: these are then normalised, as
+    /// in stages.
+    pub shapes_read_normals: bool,
     /// The shapes' methods.
     pub shape: ShapeKernels,
     /// The materials' methods.
@@ -53,6 +58,7 @@ pub struct SurfaceGroup {
 }
 
 /// The methods of shapes.
+#[derive(Default)]
 pub struct ShapeKernels {
     /// `intersect`, if a method reads its scratch.
     pub hit: Option<Arc<Kernel>>,
@@ -78,25 +84,34 @@ pub struct GroupParts<'a> {
     pub alpha: Option<(&'a Arc<Program>, &'a Objects)>,
 }
 
+impl GroupKey {
+    /// True if the material has only `shade`.
+    pub fn is_shaded(&self, classes: &Classes<'_>) -> bool {
+        is_shaded(classes.material_of(self))
+    }
+}
+
 impl SurfaceGroup {
-    /// Compiles the kernels of a group, which compute all properties of surfaces if an integrator may read them.
+    /// Compiles the kernels of a group that answer these queries.
     pub fn new(
         maker: &mut KernelMaker<'_>,
         key: GroupKey,
         parts: &GroupParts<'_>,
-        has_integrator: bool,
+        queries: &BTreeSet<Query>,
     ) -> Self {
         let program = parts.class.program();
         let (material, objects) = parts.material;
         let (_, of) = key.material;
         let linked = |program: &Program, method: Method| program.method(method).ok();
+        let methods = called_methods(material, queries);
         let mut readers: Vec<Arc<LinkedMethod>> =
-            called_methods(material).filter_map(|method| linked(material, method)).collect();
-        let emission = parts.emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
+            methods.iter().filter_map(|method| linked(material, *method)).collect();
+        let emitter = parts.emitter.filter(|_| queries.contains(&Query::LightEmission));
+        let emission = emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
         let lookup = parts.alpha.and_then(|(texture, _)| linked(texture, Method::Lookup));
         readers.extend(emission.into_iter().chain(lookup));
         let mut read = Read::by(readers.iter());
-        if has_integrator {
+        if queries.contains(&Query::SurfaceProperties) {
             let properties = SURFACE_PROPERTIES.iter().filter_map(|name| lookup_state(name));
             read.state = read.state.union(Outputs::state(properties));
         }
@@ -104,19 +119,22 @@ impl SurfaceGroup {
             // Materials have separate scratch.
             read.scratch = false;
         }
-        let shape = ShapeKernels::new(maker, parts.class, (key.shape, key.is_sampled), &mut read);
-        let emitter = parts.emitter.zip(key.emitter).and_then(|((program, objects), (_, of))| {
+        // Every answer and every cut needs the properties that others are computed from.
+        let is_prepared = !queries.is_empty() || parts.alpha.is_some();
+        let is_sampled = key.is_sampled && queries.contains(&Query::LightPdf);
+        let shape = is_prepared
+            .then(|| ShapeKernels::new(maker, parts.class, (key.shape, is_sampled), &mut read));
+        let mut kernel = |part: Option<(&Arc<Program>, &Objects)>, of, method: Method| {
+            let (program, objects) = part?;
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, Method::Emission, (of, objects), outputs)
-        });
-        let alpha = parts.alpha.zip(key.alpha).and_then(|((program, objects), (_, of))| {
-            let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, Method::Lookup, (of, objects), outputs)
-        });
+            maker.kernel(program, method, (of, objects), outputs)
+        };
+        let emitter_kernel = key.emitter.and_then(|(_, of)| kernel(emitter, of, Method::Emission));
+        let alpha = key.alpha.and_then(|(_, of)| kernel(parts.alpha, of, Method::Lookup));
         let draws = |program: &Program, method: Method| {
             linked(program, method).is_some_and(|it| it.draws_numbers())
         };
-        let drawing = called_methods(material).filter(|it| draws(material, *it)).collect();
+        let drawing = methods.into_iter().filter(|it| draws(material, *it)).collect();
         let emitter_draws = parts.emitter.is_some_and(|(it, _)| draws(it, Method::Emission));
         let material_scratch = match key.material.0 {
             MaterialSource::Own => 0,
@@ -125,9 +143,12 @@ impl SurfaceGroup {
         SurfaceGroup {
             key,
             needs: read.needs(program),
-            shape,
-            material: MaterialKernels::new(maker, material, objects, of),
-            emitter,
+            shapes_read_normals: program.has(Method::ComputeTextureCoordinates)
+                || program.has(Method::ComputeDerivatives)
+                || key.is_sampled && program.has(Method::SamplePdf),
+            shape: shape.unwrap_or_default(),
+            material: MaterialKernels::new(maker, material, (of, objects), queries),
+            emitter: emitter_kernel,
             alpha,
             material_scratch,
             drawing,

@@ -17,41 +17,22 @@ impl PathTracer<'_> {
     /// Traces a path for each sample, and leaves the results in the memory.
     pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &TileSamples) {
         memory.samples.reset(samples.packets() * LANES, self.with_features);
-        if let Some(integrator) = &self.scene.integrator
-            && let Some(staged) = integrator.staged()
-        {
-            return self.run_stages_for_samples((integrator, staged), memory, samples);
+        match &self.scene.integrator.staged {
+            Some(staged) => self.run_stages_for_samples(staged, memory, samples),
+            None => self.interpret_samples(memory, samples),
         }
+    }
+
+    /// The same without machine code: the integrator runs on the interpreter.
+    fn interpret_samples(&self, memory: &mut BatchMemory, samples: &TileSamples) {
         self.begin(memory, samples);
-        let BatchMemory { wavefront, integrator: own, rays, .. } = memory;
-        match self.scene.integrator.as_ref().zip(own.as_mut()) {
-            Some((integrator, own)) => *rays += self.integrate(integrator, wavefront, own, 0),
-            None => self.trace_wavefront(memory, 0),
+        let BatchMemory { wavefront, integrator, rays, samples, .. } = memory;
+        if let Some(integrator) = integrator {
+            *rays += self.integrate(wavefront, integrator, 0);
         }
-        let BatchMemory { wavefront, samples, .. } = memory;
         let paths = samples.radiance.iter_mut().zip(&wavefront.paths);
         paths.for_each(|(radiance, path)| *radiance = path.radiance);
         std::mem::swap(&mut samples.features, &mut wavefront.features);
-    }
-
-    /// Traces the paths of a wavefront, whose rays have this depth.
-    pub fn trace_wavefront(&self, memory: &mut BatchMemory, mut depth: u32) {
-        while !memory.wavefront.active.is_empty() && !self.errors.any() {
-            let BatchMemory { wavefront, batch, searcher, rays, .. } = memory;
-            rays.traced += if depth > 0 { wavefront.active.len() as u64 } else { 0 };
-            searcher.are_together = depth == 0;
-            self.find_hits(wavefront, searcher, batch);
-            self.add_skies(&mut memory.wavefront, &mut memory.batch);
-            memory.wavefront.sort(self.scene.groups.len());
-            let mut start = 0;
-            for (index, group) in self.scene.groups.iter().enumerate() {
-                let end = memory.wavefront.ends[index];
-                self.scatter(group, start..end, depth, memory);
-                start = end;
-            }
-            self.add_shadow_rays(memory);
-            depth += 1;
-        }
     }
 
     /// Begins a wavefront with camera rays.
@@ -97,19 +78,6 @@ impl PathTracer<'_> {
         let camera = &scene.shader(&scene.camera).program.class().name;
         self.report_lost(camera, Method::GenerateRay, u64::from(LaneMask::count_ones(lost)));
         lost
-    }
-
-    /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
-    fn add_shadow_rays(&self, memory: &mut BatchMemory) {
-        self.trace_shadow_rays(memory);
-        let BatchMemory { wavefront, shadow_rays, reached, .. } = memory;
-        for index in reached {
-            let index = *index as usize;
-            let path = &mut wavefront.paths[shadow_rays.paths[index] as usize];
-            let color = shadow_rays.color(index);
-            (0..3).for_each(|channel| path.radiance[channel] += color[channel]);
-        }
-        shadow_rays.clear();
     }
 
     /// Traces the waiting shadow rays, and notes those that nothing blocks. The rays stay until someone clears them.

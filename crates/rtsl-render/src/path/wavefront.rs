@@ -26,8 +26,6 @@ pub struct Path {
     pub limit: f32,
     /// The weight of radiance along its ray.
     pub throughput: [f32; 3],
-    /// The density of its direction per solid angle; 0 if it was not chosen by a density.
-    pub density: f32,
     /// The radiance so far.
     pub radiance: [f32; 3],
     /// The time within the shutter.
@@ -57,7 +55,6 @@ impl Path {
         distance: f32::INFINITY,
         limit: f32::INFINITY,
         throughput: [1.0; 3],
-        density: 0.0,
         radiance: [0.0; 3],
         time: 0.0,
         width: 0.0,
@@ -123,51 +120,6 @@ pub struct Wavefront {
     pub active: Vec<u32>,
     /// The indices of paths whose rays left the scene.
     pub left: Vec<u32>,
-    /// The group and the hit of each other path, in the order found.
-    pub hits: Vec<(u32, PathHit)>,
-    /// The hits sorted by group.
-    pub sorted: Vec<PathHit>,
-    /// For each group the end of its hits in `sorted`.
-    pub ends: Vec<usize>,
-}
-
-impl Wavefront {
-    /// Sorts the hits by group; within a group they keep their order.
-    pub fn sort(&mut self, groups: usize) {
-        self.ends.clear();
-        self.ends.resize(groups, 0);
-        for (group, _) in &self.hits {
-            self.ends[*group as usize] += 1;
-        }
-        let mut next = 0;
-        for end in &mut self.ends {
-            (*end, next) = (next, next + *end);
-        }
-        self.sorted.clear();
-        self.sorted.resize(self.hits.len(), PathHit::default());
-        for (group, hit) in &self.hits {
-            let place = &mut self.ends[*group as usize];
-            self.sorted[*place] = *hit;
-            *place += 1;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn hits_are_sorted_by_group_and_keep_their_order() {
-        let hits = [2, 0, 2, 1, 0].into_iter().zip(0..);
-        let hits = hits.map(|(group, path)| (group, PathHit { path, ..PathHit::default() }));
-        let mut wavefront = Wavefront { hits: hits.collect(), ..Wavefront::default() };
-        wavefront.sort(4);
-        let paths: Vec<u32> = wavefront.sorted.iter().map(|hit| hit.path).collect();
-        assert_eq!(
-            (paths.as_slice(), wavefront.ends.as_slice()),
-            ([1, 4, 3, 0, 2].as_slice(), [2, 3, 5, 5].as_slice())
-        );
-        assert_eq!(size_of::<Path>(), 128);
-    }
+    /// The hits of the other paths, in the order found.
+    pub hits: Vec<PathHit>,
 }

@@ -39,7 +39,7 @@ impl Effort {
     fn new() -> Effort {
         match std::env::var_os("RTSL_LONG") {
             Some(_) => Effort { samples: 2048, mean_noise: 0.002, block_noise: 0.02 },
-            None => Effort { samples: 16, mean_noise: 0.015, block_noise: 0.12 },
+            None => Effort { samples: 32, mean_noise: 0.015, block_noise: 0.12 },
         }
     }
 }

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Messages, Method, Role, Variable};
+use rtsl::{
+    Backend, Class, Compiler, Engine, EngineOptions, Instance, Messages, Method, Role, Variable,
+};
 use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
@@ -207,6 +209,13 @@ fn mirror() -> Arc<Instance> {
     )
 }
 
+/// The integrator of the standard library; the interactive renderer calls none.
+fn path_tracer() -> Arc<Instance> {
+    let file = rtsl::library::file("shaders/integrators/path.rtsl").unwrap();
+    let compilation = Compiler::default().compile(file.path, file.text);
+    Instance::new(compilation.unit.unwrap().class("Path").unwrap(), []).unwrap()
+}
+
 /// The first light, by the cosine, and the ambient light.
 fn matte() -> Arc<Instance> {
     let text = Text::new(HIT)
@@ -278,6 +287,7 @@ fn scene() -> Scene {
     objects.push(object([0.0, 0.0, 0.0], 0.25, 0));
     Scene {
         integrator: None,
+        path_tracer: path_tracer(),
         settings: Settings {
             width: 50,
             height: 37,

@@ -41,6 +41,9 @@ pub struct Origins {
 /// The class of shapes without a material.
 const DEFAULT_MATERIAL: &str = "Lambertian";
 
+/// The integrator of scenes that name none, or one that paths take the place of.
+const PATH_TRACER: &str = "Path";
+
 /// The parameter of the class of textures given by numbers.
 const CONSTANT_COLOR: &str = "value";
 
@@ -207,6 +210,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Some(entity) => self.integrator(entity),
             None => Ok(None),
         };
+        let path_tracer = self.path_tracer(&settings);
         let (camera_to_world, camera_motion) =
             parts.place_camera(&description.entities[camera_entity.0])?;
         let world = self.objects(&description.shapes, &mut parts);
@@ -223,6 +227,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         let scene = Scene {
             settings,
             integrator: integrator.ok()?,
+            path_tracer: path_tracer?,
             camera: camera?,
             camera_to_world,
             camera_motion,
@@ -241,6 +246,16 @@ impl<'a, 'f> Loader<'a, 'f> {
             objects: parts.object_origins,
         };
         Some((scene, origins))
+    }
+
+    /// Makes the path tracer of the standard library.
+    fn path_tracer(&mut self, settings: &Settings) -> Option<Arc<Instance>> {
+        let arguments = vec![
+            ("maxDepth", Value::Int(settings.max_depth as i32)),
+            ("rouletteThreshold", Value::Float(settings.roulette_threshold)),
+        ];
+        let found = self.classes.find_standard(PATH_TRACER);
+        self.instance_of((PATH_TRACER, found), arguments)
     }
 
     /// Makes the instance of an integrator written in RTSL; `None` if it is one by a name of the format.
@@ -331,7 +346,16 @@ impl<'a, 'f> Loader<'a, 'f> {
         class: &str,
         arguments: Vec<(&str, Value)>,
     ) -> Option<Arc<Instance>> {
-        match self.classes.find(class) {
+        let found = self.classes.find(class);
+        self.instance_of((class, found), arguments)
+    }
+
+    fn instance_of(
+        &mut self,
+        (class, found): (&str, Found),
+        arguments: Vec<(&str, Value)>,
+    ) -> Option<Arc<Instance>> {
+        match found {
             Found::Class(class) => match Instance::new(&class, arguments) {
                 Ok(instance) => Some(instance),
                 Err(problems) => {

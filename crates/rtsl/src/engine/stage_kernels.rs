@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use rtsl_abi::Layout;
-use rtsl_ir::{Function, OpKind, Variable, VariableKind};
+use rtsl_ir::{Function, OpKind, Query, Variable, VariableKind};
 use rtsl_source::Diagnostic;
 use rtsl_spec::lookup_state;
 use rtsl_stages::Port;
@@ -33,6 +33,8 @@ pub struct StageKernel {
     pub contributes: bool,
     /// True if it makes requests of a host that depend on the path's random sequences.
     pub asks_host: bool,
+    /// The queries among them, in order.
+    pub queries: Vec<Query>,
     /// The scratch arrays of the integrator that it stores for paths that end.
     pub outputs: Vec<usize>,
     /// The components of state that it stores for paths that end.
@@ -158,14 +160,19 @@ impl StageKernel {
             ports: Vec::new(),
             contributes: false,
             asks_host: false,
+            queries: Vec::new(),
             outputs: Vec::new(),
             state: Vec::new(),
             reads_state: Vec::new(),
             prepared: prepared.as_ref().map(|surface| PreparedSurface::new(surface, layout)),
         };
         let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
+        let mut queries = BTreeSet::new();
         function.body.for_each_op(&mut |op| {
             made.asks_host |= asks_host(&op.kind);
+            if let OpKind::Query(query, _) = &op.kind {
+                queries.insert(*query);
+            }
             let OpKind::Load(variable, _) = &op.kind else { return };
             let variable = function.variable(*variable);
             match variable.kind {
@@ -179,6 +186,7 @@ impl StageKernel {
                 _ => {}
             }
         });
+        made.queries = queries.into_iter().collect();
         made.reads = reads.into_iter().collect();
         made.reads_state = read_state.into_iter().collect();
         for output in &function.outputs {

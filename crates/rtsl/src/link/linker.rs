@@ -57,7 +57,7 @@ pub(super) struct Linker {
     warnings: BTreeSet<(String, String)>,
     /// If scratch is not in memory: the values of its scalars in the order of their assignments, of which the last
     /// counts. Others are zero.
-    pub scratch: Option<Vec<((VariableId, u32), Value)>>,
+    pub scratch: Option<Vec<((String, u32), Value)>>,
     /// For a stage of an integrator: the methods that answer its queries.
     pub surface: Option<Arc<SurfaceLinks>>,
     /// The properties of surfaces that are computed already where operations are added, by their operands.
@@ -89,6 +89,11 @@ pub(super) struct Site<'a> {
 }
 
 impl<'a> Site<'a> {
+    /// Returns the name in the linked function of a variable with storage of its own.
+    fn name_of(&self, variable: &Variable) -> String {
+        format!("{}{}", self.prefix, variable.name)
+    }
+
     pub fn new(
         tree: &'a ClassTree,
         function: &'a Function,
@@ -286,7 +291,7 @@ impl Linker {
                 variable.name.clone()
             }
             VariableKind::Member | VariableKind::Scratch | VariableKind::Buffer => {
-                format!("{}{}", site.prefix, variable.name)
+                site.name_of(variable)
             }
             VariableKind::Local if site.is_root => variable.name.clone(),
             VariableKind::Local => {
@@ -407,10 +412,10 @@ impl Linker {
     ) -> Linking<Value> {
         let info = site.function.variable(variable);
         let (scalar, len) = (info.scalar, info.len);
-        let variable = self.variable(site, variable);
+        let name = site.name_of(info);
         let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| {
             let mut set = linker.scratch.iter().flatten().rev();
-            match set.find(|(wanted, _)| *wanted == (variable, component)) {
+            match set.find(|((set, at), _)| *set == name && *at == component) {
                 Some((_, value)) => Ok(*value),
                 None => linker.constant(to, Constant::from_bits(scalar, 0)),
             }
@@ -578,9 +583,8 @@ impl Linker {
                     StateComponent::named(&place.name, output.component).map(|it| (it, value)),
                 ),
                 VariableKind::Scratch => {
-                    let place = self.variable(site, output.variable);
                     if let Some(scratch) = &mut self.scratch {
-                        scratch.push(((place, output.component), value));
+                        scratch.push(((site.name_of(place), output.component), value));
                     }
                 }
                 VariableKind::Accepted

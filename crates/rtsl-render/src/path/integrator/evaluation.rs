@@ -44,7 +44,7 @@ impl Evaluation {
         scratch: &mut LaneBlock,
         count: usize,
     ) -> CallStatus {
-        let Some(integrator) = &self.scene.integrator else { return CallStatus::default() };
+        let integrator = &self.scene.integrator;
         let v = variables();
         let ray = |lane: usize| {
             let key = hash(lane as u32, 0);
@@ -54,8 +54,10 @@ impl Evaluation {
         let mut rays: Vec<RayOfCall> = (0..count).map(ray).collect();
         let errors = RuntimeErrors::default();
         let mut host = SceneHost {
-            tracer: PathTracer { scene: &self.scene, errors: &errors, with_features: false },
-            integrator,
+            tracer: PathTracer {
+                groups: self.scene.full_groups(),
+                ..PathTracer::new(&self.scene, &errors)
+            },
             rays: &mut rays,
             slots: None,
             queries: &mut BatchMemory::for_queries(&self.scene),

@@ -11,8 +11,8 @@ use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::shadow_rays::ShadowRay;
 use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
-use super::Integrator;
 use super::numbers::{PathNumbers, Purpose, pairs, singles};
+use super::suspect::Suspect;
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
@@ -34,6 +34,8 @@ pub struct RayOfCall {
     pub first_hit: Option<(f32, f32)>,
     /// The number of searches.
     searches: u32,
+    /// The first method whose values were not finite.
+    pub suspect: Option<Suspect>,
 }
 
 impl RayOfCall {
@@ -45,6 +47,7 @@ impl RayOfCall {
             lit: [0.0; 3],
             first_hit: None,
             searches: 0,
+            suspect: None,
         }
     }
 
@@ -119,7 +122,6 @@ pub fn first_hit(direction: [f32; 3], (parameter, object): (f32, u32)) -> (f32, 
 /// The host of a call of an integrator.
 pub struct SceneHost<'a> {
     pub tracer: PathTracer<'a>,
-    pub integrator: &'a Integrator,
     /// The rays.
     pub rays: &'a mut [RayOfCall],
     /// The index of the ray of each lane of the call; `None` if they are in order.
@@ -197,6 +199,7 @@ impl Host for SceneHost<'_> {
             Query::Contribute => self.contribute(lanes, operands),
             Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
         }
+        self.note_suspects(lanes, (query, operands, results));
     }
 }
 
@@ -219,7 +222,7 @@ impl SceneHost<'_> {
             rays.traced += u64::from(state.searches > 0);
             self.tracer.find_hits(wavefront, searcher, batch);
             let distance = wavefront.paths[0].distance;
-            let hit = wavefront.hits.first().map(|(_, hit)| hit);
+            let hit = wavefront.hits.first();
             if state.searches == 0 {
                 state.note_first_hit(path.direction, hit.map(|hit| (distance, hit.object)));
             }
@@ -315,8 +318,8 @@ impl SceneHost<'_> {
 
     /// Returns the radiance along the ray of a path that a method has traced; black beyond the greatest depth.
     fn integrate_further(&mut self, path: Path) -> [f32; 3] {
-        let SceneHost { tracer, integrator, free, depth, .. } = self;
-        let further = Further { tracer, integrator, free };
+        let SceneHost { tracer, free, depth, .. } = self;
+        let further = Further { tracer, free };
         let mut paths = [path];
         let counts = further.integrate(&mut paths, *depth + 1);
         self.queries.rays += counts;
@@ -327,7 +330,6 @@ impl SceneHost<'_> {
 /// The integration of further rays, those that `trace` traces.
 pub struct Further<'a> {
     pub tracer: &'a PathTracer<'a>,
-    pub integrator: &'a Integrator,
     pub free: &'a RefCell<Vec<IntegratorMemory>>,
 }
 
@@ -338,12 +340,11 @@ impl Further<'_> {
             return RayCounts::default();
         }
         let taken = self.free.borrow_mut().pop();
-        let mut memory =
-            taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene, self.integrator));
+        let mut memory = taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene));
         let mut wavefront = Wavefront::default();
         wavefront.paths.extend_from_slice(paths);
         wavefront.active.extend(0..paths.len() as u32);
-        let mut counts = self.tracer.integrate(self.integrator, &mut wavefront, &mut memory, depth);
+        let mut counts = self.tracer.integrate(&mut wavefront, &mut memory, depth);
         counts.traced += paths.len() as u64;
         self.free.borrow_mut().push(memory);
         paths.copy_from_slice(&wavefront.paths);

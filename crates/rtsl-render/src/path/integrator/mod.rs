@@ -18,8 +18,10 @@ mod light;
 mod numbers;
 mod staged;
 mod surface;
+mod suspect;
 mod tracing;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
@@ -38,12 +40,14 @@ pub struct Integrator {
     /// `radiance` on the interpreter.
     kernel: Kernel,
     /// The stages, if there is machine code.
-    staged: Option<StagedIntegrator>,
+    pub staged: Option<StagedIntegrator>,
     block: InstanceBlock,
     /// The first scratch arrays of the outputs that are features of pixels, if the class has them.
     features: FeatureArrays,
     /// True if it calls `shade` of materials.
     pub calls_shade: bool,
+    /// True if it samples directions of materials.
+    pub scatters: bool,
 }
 
 /// The first scratch arrays of an integrator's outputs of these names.
@@ -60,7 +64,9 @@ impl Integrator {
     /// If its class has no `radiance`, or linking passes a limit.
     pub fn new(engine: &Engine, instance: &Arc<Instance>) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
-        let calls_shade = program.method(Method::Radiance)?.asks(Query::Shade);
+        let radiance = program.method(Method::Radiance)?;
+        let (calls_shade, scatters) =
+            (radiance.asks(Query::Shade), radiance.asks(Query::SampleBsdf));
         let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
         let array = |name: &str| {
             let mut outputs = program.class().outputs.iter();
@@ -71,36 +77,37 @@ impl Integrator {
         };
         let features = FeatureArrays { albedo: array("albedo"), normal: array("normal") };
         let block = program.block(instance);
-        Ok(Integrator { kernel, staged: None, block, features, calls_shade, program })
+        Ok(Integrator { kernel, staged: None, block, features, calls_shade, scatters, program })
     }
 
-    /// Compiles the stages for a scene, if the engine makes machine code.
+    /// Compiles the stages for a scene; returns `None` if the engine makes no machine code.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
-    pub fn compile(
-        &mut self,
+    pub fn stages(
+        &self,
         engine: &Engine,
         instance: &Instance,
         scene: &Scene,
         parts: &StageParts<'_>,
-    ) -> Result<(), Diagnostic> {
-        if engine.llvm().is_none() {
-            return Ok(());
+    ) -> Result<Option<StagedIntegrator>, Diagnostic> {
+        let staged = engine
+            .llvm()
+            .map(|_| StagedIntegrator::new(engine, &self.program, instance, scene, parts));
+        staged.transpose()
+    }
+
+    /// The queries about surfaces that kernels leave to a host.
+    pub fn queries(&self) -> BTreeSet<Query> {
+        match &self.staged {
+            Some(staged) => staged.queries().clone(),
+            None => Query::of_surfaces().collect(),
         }
-        let staged = StagedIntegrator::new(engine, &self.program, instance, scene, parts)?;
-        self.staged = Some(staged);
-        Ok(())
     }
 
     /// True if it reads the widths of camera rays.
     pub fn reads_widths(&self) -> bool {
         self.staged.as_ref().is_none_or(StagedIntegrator::reads_widths)
-    }
-
-    /// Returns the stages, if there is machine code.
-    pub fn staged(&self) -> Option<&StagedIntegrator> {
-        self.staged.as_ref()
     }
 
     /// Returns the name of the class.

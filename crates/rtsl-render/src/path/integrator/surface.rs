@@ -63,13 +63,13 @@ impl SceneHost<'_> {
         question: Question<'_>,
         results: &mut [LaneWords],
     ) {
-        let group = &self.tracer.scene.groups[group as usize];
+        let Some(group) = self.tracer.groups.get(group as usize) else { return };
         self.prepare(group, asking, question);
         let (v, Question { query, operands }) = (variables(), question);
         match query {
             Query::SurfaceProperties => self.store_properties(asking, results),
             Query::Emission => {
-                if group.material.shade.is_some() {
+                if group.material.is_shaded {
                     return self.shade(asking, results);
                 }
                 let Some(kernel) = &group.material.emission else { return };
@@ -238,8 +238,8 @@ impl SceneHost<'_> {
 
     fn shade_one(&mut self, asking: Asking, place: usize, results: &mut [LaneWords]) {
         let Asking { lane, ray, hit } = asking;
-        let SceneHost { tracer, integrator, free, depth, .. } = self;
-        let further = Further { tracer, integrator, free };
+        let SceneHost { tracer, free, depth, .. } = self;
+        let further = Further { tracer, free };
         let state = &mut self.rays[ray];
         let depth = *depth + state.surfaces_before();
         let path = Path {
@@ -251,8 +251,8 @@ impl SceneHost<'_> {
         let BatchMemory { shade, rays, .. } = &mut *self.queries;
         let Some(shade) = shade else { return };
         let hit = PathHit { path: 0, ..hit };
-        let colors = tracer.shading(&[hit], depth, &[path], &mut shade.workspace, &further);
-        *rays += std::mem::take(&mut shade.workspace.rays);
+        let colors = tracer.shading(&[hit], depth, &[path], shade, &further);
+        *rays += std::mem::take(&mut shade.rays);
         store(results, lane, &colors.map(|lanes| lanes[0]));
     }
 

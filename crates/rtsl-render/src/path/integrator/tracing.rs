@@ -14,7 +14,9 @@ use super::super::wavefront::{Path, Wavefront};
 use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
 use super::staged::{Blocks, Frames, PathSet, StagedIntegrator, StagedPaths, Wave, ray_components};
+use super::suspect::Suspect;
 use crate::compiled::calls::Callee;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
 use crate::tiles::TileSamples;
@@ -48,7 +50,8 @@ struct StageMemory {
 
 impl IntegratorMemory {
     /// Allocates the memory for a scene.
-    pub fn new(scene: &BatchScene, integrator: &Integrator) -> Self {
+    pub fn new(scene: &BatchScene) -> Self {
+        let integrator = &scene.integrator;
         let stages = integrator.staged.as_ref().map(|staged| StageMemory {
             frames: Frames::new(&staged.program),
             wave: Wave::default(),
@@ -68,13 +71,12 @@ impl PathTracer<'_> {
     /// Computes the radiance of a wavefront's active paths, whose rays have this depth.
     pub fn integrate(
         &self,
-        integrator: &Integrator,
         wavefront: &mut Wavefront,
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
-        if let Some(staged) = &integrator.staged {
-            return self.run_stages((integrator, staged), wavefront, memory, depth);
+        if let Some(staged) = &self.scene.integrator.staged {
+            return self.run_stages(staged, wavefront, memory, depth);
         }
         let Wavefront { paths, active, features, .. } = wavefront;
         let mut counts = RayCounts::default();
@@ -82,13 +84,14 @@ impl PathTracer<'_> {
             if self.errors.any() {
                 break;
             }
-            counts += self.call_integrator(integrator, (active, &*paths), memory, depth);
+            counts += self.call_integrator((active, &*paths), memory, depth);
             for (lane, index) in active.iter().enumerate() {
                 let IntegratorMemory { state, scratch, rays, .. } = &*memory;
                 let path = &mut paths[*index as usize];
-                self.add_radiance(integrator, path, state, (&rays[lane], lane));
+                self.add_radiance(path, state, (&rays[lane], lane));
                 if let Some(features) = features.get_mut(*index as usize) {
-                    *features = features_of(integrator, scratch, (rays[lane].first_hit, lane));
+                    let first_hit = rays[lane].first_hit;
+                    *features = features_of(&self.scene.integrator, scratch, (first_hit, lane));
                 }
             }
         }
@@ -96,10 +99,10 @@ impl PathTracer<'_> {
         counts
     }
 
-    /// Begins a number of paths of this depth on the stages of an integrator; they have no rays yet.
+    /// Begins a number of paths of this depth on the stages of the integrator; they have no rays yet.
     fn begin_stages<'a>(
         &self,
-        (integrator, staged): (&'a Integrator, &'a StagedIntegrator),
+        (staged, exhausted): (&'a StagedIntegrator, &'a RuntimeErrors),
         memory: &'a mut IntegratorMemory,
         (count, depth): (usize, u32),
     ) -> Option<StagedPaths<'a>>
@@ -113,7 +116,7 @@ impl PathTracer<'_> {
         let (tracer, are_together) = (*self, depth == 0);
         Some(StagedPaths {
             tracer,
-            integrator,
+            exhausted,
             staged,
             frames,
             wave,
@@ -124,68 +127,95 @@ impl PathTracer<'_> {
         })
     }
 
-    /// Runs the stages of an integrator for a wavefront's active paths.
+    /// Runs the stages of the integrator for a wavefront's active paths.
     fn run_stages(
         &self,
-        (integrator, staged): (&Integrator, &StagedIntegrator),
+        staged: &StagedIntegrator,
         wavefront: &mut Wavefront,
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
         let Wavefront { paths, active, .. } = wavefront;
         let chosen: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
-        let begun = self.begin_stages((integrator, staged), memory, (chosen.len(), depth));
+        let exhausted = RuntimeErrors::default();
+        let begun = self.begin_stages((staged, &exhausted), memory, (chosen.len(), depth));
         let Some(mut run) = begun else { return RayCounts::default() };
         run.wave.load_paths(run.frames, &staged.columns, &chosen);
         let all = PathSet::all(chosen.len());
         run.run(&all);
         let mut radiance = vec![[0.0; 3]; chosen.len()];
         run.wave.radiance(&run.frames.paths.state, all.paths(), &mut radiance);
-        for (index, radiance) in active.drain(..).zip(radiance) {
-            let path = &mut paths[index as usize];
-            path.radiance = radiance;
-            self.blame_integrator(integrator, path);
+        let counts = std::mem::take(&mut run.queries.rays);
+        if exhausted.any() {
+            self.report_exhausted(&chosen, depth, memory);
+            return counts;
         }
-        std::mem::take(&mut run.queries.rays)
+        for (path, radiance) in chosen.iter().zip(&radiance) {
+            if !are_finite(radiance) {
+                self.report_cause(path, depth, memory);
+            }
+        }
+        for (index, radiance) in active.drain(..).zip(radiance) {
+            paths[index as usize].radiance = radiance;
+        }
+        counts
     }
 
-    /// Runs the stages of an integrator for the camera rays of samples, and leaves the results in the memory.
+    /// Runs the stages of the integrator for the camera rays of samples, and leaves the results in the memory.
     pub fn run_stages_for_samples(
         &self,
-        (integrator, staged): (&Integrator, &StagedIntegrator),
+        staged: &StagedIntegrator,
         memory: &mut BatchMemory,
         samples: &TileSamples,
     ) {
         let BatchMemory { integrator: own, camera, samples: results, rays: counts, .. } = memory;
         let Some(own) = own else { return };
         let count = samples.packets() * LANES;
-        let begun = self.begin_stages((integrator, staged), own, (count, 0));
+        let exhausted = RuntimeErrors::default();
+        let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
         let Some(mut run) = begun else { return };
         let active = run.load_samples(camera, samples);
         counts.camera += active.paths().len() as u64;
         run.run(&active);
         *counts += std::mem::take(&mut run.queries.rays);
+        if exhausted.any() {
+            let all: Vec<Path> = run.paths(active.paths().iter().copied()).collect();
+            return self.report_exhausted(&all, 0, own);
+        }
         let Blocks { state, scratch } = &run.frames.paths;
         run.wave.radiance(state, active.paths(), &mut results.radiance);
-        let lost = run.wave.lost(active.paths(), &results.radiance);
-        self.report_lost(integrator.name(), Method::Radiance, lost);
         if self.with_features {
             for path in active.paths() {
                 let path = *path as usize;
                 let first_hit = run.wave.first_hits[path];
-                results.features[path] = features_of(integrator, scratch, (first_hit, path));
+                let hit = (first_hit, path);
+                results.features[path] = features_of(&self.scene.integrator, scratch, hit);
             }
         }
+        let lost = run.wave.lost(active.paths(), &results.radiance);
+        let lost: Vec<Path> = run.paths(lost).collect();
+        lost.iter().for_each(|path| self.report_cause(path, 0, own));
+    }
+
+    /// Evaluates a path on the interpreter, and returns the first method whose values are not finite.
+    pub fn interpret(
+        &self,
+        path: &Path,
+        depth: u32,
+        memory: &mut IntegratorMemory,
+    ) -> Option<Suspect> {
+        self.call_integrator((&[0], std::slice::from_ref(path)), memory, depth);
+        memory.rays.first()?.suspect
     }
 
     /// Calls `radiance` for the rays of some paths.
     fn call_integrator(
         &self,
-        integrator: &Integrator,
         (active, paths): (&[u32], &[Path]),
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
+        let integrator = &self.scene.integrator;
         let IntegratorMemory { state, scratch, rays, queries, free, .. } = memory;
         rays.clear();
         for (lane, index) in active.iter().enumerate() {
@@ -196,7 +226,7 @@ impl PathTracer<'_> {
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
         let slots = None;
-        let mut host = SceneHost { tracer: *self, integrator, rays, slots, queries, free, depth };
+        let mut host = SceneHost { tracer: *self, rays, slots, queries, free, depth };
         callee.call(
             &integrator.kernel,
             CallArguments {
@@ -214,26 +244,15 @@ impl PathTracer<'_> {
     }
 
     /// Adds the radiance of a lane to its path.
-    fn add_radiance(
-        &self,
-        integrator: &Integrator,
-        path: &mut Path,
-        state: &LaneBlock,
-        (ray, lane): (&RayOfCall, usize),
-    ) {
+    fn add_radiance(&self, path: &mut Path, state: &LaneBlock, (ray, lane): (&RayOfCall, usize)) {
         let color = vector(state, variables().sample_color, lane);
         let lit = ray.lit;
         for channel in 0..3 {
             path.radiance[channel] += path.throughput[channel] * (color[channel] + lit[channel]);
         }
-        self.blame_integrator(integrator, path);
-    }
-
-    /// Reports the integrator if the radiance of a path is not finite and no one was reported yet.
-    fn blame_integrator(&self, integrator: &Integrator, path: &mut Path) {
         if !are_finite(&path.radiance) && !path.is_blamed {
             path.is_blamed = true;
-            self.report_lost(integrator.name(), Method::Radiance, 1);
+            self.report_suspect(ray.suspect);
         }
     }
 }
@@ -258,7 +277,7 @@ fn features_of(
 
 /// Sets the inputs of `radiance` for a lane.
 fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
-    for (component, value) in ray_components() {
+    for (component, value, _) in ray_components() {
         state.floats_mut(component)[lane] = value(path);
     }
     state.floats_mut(variables().ray_depth)[lane] = depth as f32;

@@ -52,7 +52,7 @@ impl StagedPaths<'_> {
             called.sort_by_key(group);
             for called in called.chunk_by(|one, other| group(one) == group(other)) {
                 self.load_surfaces(surface, called);
-                let group = &self.tracer.scene.groups[group(&called[0]) as usize];
+                let group = &self.tracer.groups[group(&called[0]) as usize];
                 self.tracer.prepare_surfaces(group, &mut self.queries.batch);
                 self.store_properties(surface, place, called);
             }

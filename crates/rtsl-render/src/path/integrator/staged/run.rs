@@ -10,7 +10,6 @@ use super::super::super::path_tracer::PathTracer;
 use super::super::super::shading_batch::set_indices;
 use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::{NO_INSTANCE, Path};
-use super::super::Integrator;
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
 use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
@@ -20,13 +19,15 @@ use super::path_sets::PathSets;
 use super::staged_integrator::StagedIntegrator;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 use crate::tiles::{CameraMemory, SampleStreams, TileSamples, camera_packet};
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
     pub tracer: PathTracer<'a>,
-    pub integrator: &'a Integrator,
+    /// The record of stages that exceeded their loop budget.
+    pub exhausted: &'a RuntimeErrors,
     pub staged: &'a StagedIntegrator,
     pub frames: &'a mut Frames,
     pub wave: &'a mut Wave,
@@ -81,7 +82,7 @@ impl StagedPaths<'_> {
         self.add_contributions();
         let mut by_stage = std::mem::take(&mut self.frames.by_stage);
         let mut by_group = std::mem::take(&mut self.frames.by_group);
-        while self.sort_by_stage(active, &mut by_stage) && !self.tracer.errors.any() {
+        while self.sort_by_stage(active, &mut by_stage) && !self.must_stop() {
             by_stage.sets().for_each(|(stage, paths)| self.answer(stage, paths));
             for (stage, paths) in by_stage.sets() {
                 self.call_by_group(stage, paths, &mut by_group);
@@ -89,6 +90,15 @@ impl StagedPaths<'_> {
             self.add_contributions();
         }
         (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
+    }
+
+    /// Returns these paths as they were loaded, without their weights.
+    pub fn paths(&self, paths: impl Iterator<Item = u32>) -> impl Iterator<Item = Path> {
+        paths.map(|path| self.wave.path(self.frames, &self.staged.columns, path))
+    }
+
+    fn must_stop(&self) -> bool {
+        self.tracer.errors.any() || self.exhausted.any()
     }
 
     /// Sorts paths by the stages that they wait for; false if all have ended.
@@ -202,8 +212,8 @@ impl StagedPaths<'_> {
                 epsilon,
             ));
         }
-        let StagedPaths { tracer, integrator, free, .. } = self;
-        let further = Further { tracer, integrator, free };
+        let StagedPaths { tracer, free, .. } = self;
+        let further = Further { tracer, free };
         self.queries.rays += further.integrate(&mut paths, self.depth + 1);
         for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
             let answers = self.frames.paths.scratch.floats_mut(*array);
@@ -318,7 +328,7 @@ impl StagedPaths<'_> {
 
     fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
         let (kernel, objects) = self.staged.kernel(stage, group);
-        let StagedPaths { tracer, integrator, frames, wave, queries, free, depth, .. } = self;
+        let StagedPaths { tracer, exhausted, frames, wave, queries, free, depth, .. } = self;
         let rays = &mut *wave.rays;
         let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
         let (Blocks { state, scratch }, count, mask, slots) = match place {
@@ -327,15 +337,14 @@ impl StagedPaths<'_> {
             }
             Place::Copied(slots) => (call, slots.len(), None, Some(slots)),
         };
-        let mut host =
-            SceneHost { tracer: *tracer, integrator, rays, slots, queries, free, depth: *depth };
-        let host = &mut host;
+        let host = &mut SceneHost { tracer: *tracer, rays, slots, queries, free, depth: *depth };
         let instances = match objects.len() {
             0 | 1 => Instances::Object(objects, 0),
             _ => Instances::Many(objects, surfaces),
         };
-        let callee =
-            Callee { class: integrator.name(), method: Method::Radiance, errors: tracer.errors };
+        let class = tracer.scene.integrator.name();
+        // Who ran for too long is found out later.
+        let callee = Callee { class, method: Method::Radiance, errors: exhausted };
         let accepted = None;
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);

@@ -113,7 +113,7 @@ impl StagedPaths<'_> {
         self.tracer.find_hits(wavefront, searcher, batch);
         let wavefront = &self.queries.wavefront;
         let mut answers = vec![NOTHING; slots.len()];
-        for (_, hit) in &wavefront.hits {
+        for hit in &wavefront.hits {
             let bits = wavefront.paths[hit.path as usize].distance.to_bits();
             answers[hit.path as usize] = [u32::MAX, hit.object, hit.instance, hit.element, bits];
         }

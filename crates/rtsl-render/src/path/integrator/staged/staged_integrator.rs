@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, PreparedSurface, Program, ResumedBy,
+    CallMode, Diagnostic, Engine, Instance, Objects, PreparedSurface, Program, Query, ResumedBy,
     ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram, SurfaceClass,
     SurfaceObject,
 };
@@ -15,7 +15,7 @@ use super::super::super::instance_classes::InstanceClassId;
 use super::super::super::lights::Lights;
 use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
-use super::super::super::surface_group::{GroupKey, SurfaceGroup};
+use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
 use super::stage_lights::{shape_object, stage_lights};
 use crate::compiled::shaders::is_own_material;
@@ -35,6 +35,7 @@ pub struct StagedIntegrator {
     surfaces: Vec<Surface>,
     reads_depths: bool,
     asks_host: bool,
+    queries: BTreeSet<Query>,
     read_answers: Vec<(usize, usize)>,
     read_counts: Vec<usize>,
 }
@@ -52,8 +53,8 @@ pub struct Surface {
 pub struct StageParts<'a> {
     /// The classes of the parts of surfaces.
     pub classes: Classes<'a>,
-    /// The surface groups.
-    pub groups: &'a [SurfaceGroup],
+    /// The keys of the surface groups.
+    pub keys: &'a [GroupKey],
     /// The entries of objects.
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
@@ -109,6 +110,7 @@ impl StagedIntegrator {
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
             || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
+        let queries = queries(&kernels);
         let read_answers = read_answers(&program, &columns, &kernels);
         Ok(StagedIntegrator {
             program,
@@ -118,6 +120,7 @@ impl StagedIntegrator {
             surfaces,
             reads_depths,
             asks_host,
+            queries,
             read_answers,
             read_counts,
         })
@@ -141,6 +144,11 @@ impl StagedIntegrator {
     /// True if a host has to know the random sequences of paths.
     pub fn asks_host(&self) -> bool {
         self.asks_host
+    }
+
+    /// The queries about surfaces that a host answers, during calls of kernels or before them.
+    pub fn queries(&self) -> &BTreeSet<Query> {
+        &self.queries
     }
 
     /// True if the first stage reads the widths of rays.
@@ -180,15 +188,14 @@ struct SurfaceKey {
 
 /// Returns the objects of a scene by the classes of their parts.
 fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
-    let StageParts { classes, groups, objects, .. } = parts;
+    let StageParts { classes, keys, objects, .. } = parts;
     // The first items are in the world, the others in instances.
     let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
     let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
     let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
     let mut linked: BTreeMap<(u32, bool), bool> = BTreeMap::new();
     for (object, entry) in (0..).zip(*objects) {
-        let GroupKey { class, material, emitter, is_sampled, .. } =
-            groups[entry.group as usize].key;
+        let GroupKey { class, material, emitter, is_sampled, .. } = keys[entry.group as usize];
         let is_linked = !instanced.contains(&object)
             && *linked
                 .entry((class, is_sampled))
@@ -267,6 +274,15 @@ fn surfaces_of<'a>(
         assign(*object, index);
     }
     distinct
+}
+
+/// Returns the queries about surfaces that kernels leave to a host.
+fn queries(kernels: &[Vec<StageKernel>]) -> BTreeSet<Query> {
+    let kernels = kernels.iter().flatten();
+    let prepared = kernels.clone().any(|kernel| kernel.prepared.is_some());
+    let prepared = prepared.then_some(Query::SurfaceProperties);
+    let asked = kernels.flat_map(|kernel| kernel.queries.iter().copied());
+    asked.filter(|query| query.is_of_surface()).chain(prepared).collect()
 }
 
 /// Returns the answers to searches that kernels, the preparation of surfaces or the sorting of paths read, with their

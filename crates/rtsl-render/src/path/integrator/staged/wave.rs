@@ -7,7 +7,7 @@ use super::super::super::rows::{all_finite, are_finite};
 use super::super::super::wavefront::Path;
 use super::super::host::RayOfCall;
 use super::columns::Columns;
-use super::frames::Frames;
+use super::frames::{Blocks, Frames};
 use crate::compiled::variables::variables;
 use crate::tiles::{CameraRays, SampleStreams};
 
@@ -28,24 +28,24 @@ pub struct Wave {
     pub rays: Vec<RayOfCall>,
 }
 
-/// A component of state, and its value for a path's ray.
-type RayComponent = (usize, fn(&Path) -> f32);
+/// A component of state, with its value for a path's ray, to read and to write.
+type RayComponent = (usize, fn(&Path) -> f32, fn(&mut Path) -> &mut f32);
 
 /// Returns the components of state with a path's ray.
 pub fn ray_components() -> [RayComponent; 11] {
     let v = variables();
     [
-        (v.ray_origin, |path| path.origin[0]),
-        (v.ray_origin + 1, |path| path.origin[1]),
-        (v.ray_origin + 2, |path| path.origin[2]),
-        (v.ray_direction, |path| path.direction[0]),
-        (v.ray_direction + 1, |path| path.direction[1]),
-        (v.ray_direction + 2, |path| path.direction[2]),
-        (v.epsilon, |path| path.epsilon),
-        (v.hit_distance, |path| path.limit),
-        (v.time_seed, |path| path.time),
-        (v.ray_width, |path| path.width),
-        (v.ray_spread, |path| path.spread),
+        (v.ray_origin, |path| path.origin[0], |path| &mut path.origin[0]),
+        (v.ray_origin + 1, |path| path.origin[1], |path| &mut path.origin[1]),
+        (v.ray_origin + 2, |path| path.origin[2], |path| &mut path.origin[2]),
+        (v.ray_direction, |path| path.direction[0], |path| &mut path.direction[0]),
+        (v.ray_direction + 1, |path| path.direction[1], |path| &mut path.direction[1]),
+        (v.ray_direction + 2, |path| path.direction[2], |path| &mut path.direction[2]),
+        (v.epsilon, |path| path.epsilon, |path| &mut path.epsilon),
+        (v.hit_distance, |path| path.limit, |path| &mut path.limit),
+        (v.time_seed, |path| path.time, |path| &mut path.time),
+        (v.ray_width, |path| path.width, |path| &mut path.width),
+        (v.ray_spread, |path| path.spread, |path| &mut path.spread),
     ]
 }
 
@@ -75,7 +75,7 @@ impl Wave {
     /// Loads the rays of paths.
     pub fn load_paths(&mut self, frames: &mut Frames, columns: &Columns, paths: &[Path]) {
         let state = &mut frames.paths.state;
-        for (component, value) in ray_components() {
+        for (component, value, _) in ray_components() {
             let floats = state.floats_mut(component).iter_mut();
             floats.zip(paths).for_each(|(to, path)| *to = value(path));
         }
@@ -159,16 +159,33 @@ impl Wave {
         }
     }
 
-    /// Returns the number of paths whose radiance is not finite though their weights are.
-    pub fn lost(&self, paths: &[u32], radiance: &[[f32; 3]]) -> u64 {
-        if all_finite(radiance.as_flattened()) {
-            return 0;
-        }
-        let is_lost = |path: &&u32| {
-            let path = **path as usize;
+    /// Returns the paths whose radiance is not finite though their weights are.
+    pub fn lost<'a>(
+        &'a self,
+        paths: &'a [u32],
+        radiance: &'a [[f32; 3]],
+    ) -> impl Iterator<Item = u32> + 'a {
+        let paths = if all_finite(radiance.as_flattened()) { &[] } else { paths };
+        let is_lost = |path: &u32| {
+            let path = *path as usize;
             let weight = [0, 1, 2].map(|channel: usize| self.weights[channel][path]);
             !are_finite(&radiance[path]) && are_finite(&weight)
         };
-        paths.iter().filter(is_lost).count() as u64
+        paths.iter().copied().filter(is_lost)
+    }
+
+    /// Returns the path of a loaded ray, without its weight.
+    pub fn path(&self, frames: &Frames, columns: &Columns, path: u32) -> Path {
+        let Blocks { state, scratch } = &frames.paths;
+        let at = path as usize;
+        let mut made = Path {
+            key: scratch.words(columns.key)[at],
+            sample: scratch.words(columns.sample)[at],
+            ..Path::NOWHERE
+        };
+        for (component, _, number) in ray_components() {
+            *number(&mut made) = state.floats(component)[at];
+        }
+        made
     }
 }
