@@ -73,6 +73,15 @@ impl BoundBuffer {
 }
 
 impl InstanceBlock {
+    /// Returns a copy in which these words, none of which is of an entry of a buffer, have other values.
+    pub(crate) fn with_words(&self, words: impl Iterator<Item = (u32, u32)>) -> InstanceBlock {
+        let mut copy = self.clone();
+        for (word, value) in words {
+            copy.words[word as usize / 2][word as usize % 2] = value;
+        }
+        copy
+    }
+
     /// Returns a block of `members`, with zeros in the entries of buffers, rounded up to an even number of words, with
     /// `buffers` bound.
     ///

@@ -119,6 +119,17 @@ impl Objects {
         Objects { buffers: buffers.clone(), entries: entries.clone(), ..objects }
     }
 
+    /// Returns an object's data as an instance of the layout.
+    ///
+    /// # Panics
+    /// If there is no such object, or objects have buffers of their own.
+    pub fn instance(&self, object: usize) -> InstanceBlock {
+        assert!(self.entries.is_empty(), "all buffers are shared");
+        let words = (0..).zip(self.form.words());
+        let words = words.map(|(position, word)| (*word, self.word(object, position)));
+        self.shared.with_words(words)
+    }
+
     /// Prefetches the block of the object with this index.
     #[inline(always)]
     pub fn prefetch(&self, number: u32) {

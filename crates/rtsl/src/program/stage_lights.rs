@@ -37,7 +37,7 @@ pub struct StageAreaLight<'a> {
     /// The program of the shape.
     pub program: Arc<Program>,
     /// The shape.
-    pub shape: ShapeObject<'a>,
+    pub shape: ShapeObject,
     /// True if shapes of its class have a space of their own.
     pub is_placed: bool,
     /// The program of the emitter.
@@ -232,7 +232,7 @@ mod tests {
         EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() }
     }
 
-    fn object(shape: &Instance, light: u32) -> ShapeObject<'_> {
+    fn object(shape: InstanceBlock, light: u32) -> ShapeObject {
         ShapeObject {
             shape,
             inverse: IDENTITY,
@@ -272,7 +272,7 @@ mod tests {
         let ways = [0, 1].map(|way| LightSelection::way(way, 1).unwrap());
         let areas = (0..2).map(|light| StageAreaLight {
             program: engine.program(&balls[light]),
-            shape: object(&balls[light], ways[light]),
+            shape: object(engine.program(&balls[light]).block(&balls[light]), ways[light]),
             is_placed: false,
             emitter_program: engine.program(&emitter),
             emitter: &emitter,
@@ -296,7 +296,7 @@ mod tests {
         let surfaces = [0, 1].map(|light| SurfaceObject {
             material: &emitter,
             emitter: Some(&emitter),
-            shape: Some(object(&balls[light], ways[light])),
+            shape: Some(object(balls_program.block(&balls[light]), ways[light])),
         });
         let objects = Arc::new(staged.objects(&integrator, Some(&class), surfaces));
         let class = Arc::new(class);

@@ -78,16 +78,16 @@ impl ShapeClass {
     }
 
     /// Returns the data of a shape, in the order of the layout.
-    pub(crate) fn blocks(&self, object: &ShapeObject<'_>) -> [InstanceBlock; 2] {
-        [self.program.block(object.shape), object.block(&self.links)]
+    pub(crate) fn blocks(&self, object: &ShapeObject) -> [InstanceBlock; 2] {
+        [object.shape.clone(), object.place(&self.links)]
     }
 }
 
 /// A shape in the world.
-#[derive(Clone, Copy)]
-pub struct ShapeObject<'a> {
-    /// The shape.
-    pub shape: &'a Instance,
+#[derive(Clone)]
+pub struct ShapeObject {
+    /// The data of the shape, or of an element.
+    pub shape: InstanceBlock,
     /// The map from the world to its space, by columns: the images of the axes, then that of the origin.
     pub inverse: [f32; 12],
     /// The map from its space to the world.
@@ -105,14 +105,14 @@ pub struct ShapeObject<'a> {
 }
 
 /// The instances of the parts of one surface.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct SurfaceObject<'a> {
     /// The material.
     pub material: &'a Instance,
     /// The emitter, if the class has them.
     pub emitter: Option<&'a Instance>,
     /// The shape, if the class has them.
-    pub shape: Option<ShapeObject<'a>>,
+    pub shape: Option<ShapeObject>,
 }
 
 /// The path to the members of shapes in linked stages.
@@ -140,8 +140,8 @@ impl SurfaceClass {
         let mut blocks = vec![self.material.block(surface.material)];
         let emitter = self.emitter.as_ref().zip(surface.emitter);
         blocks.extend(emitter.map(|(program, instance)| program.block(instance)));
-        let shape = self.shape.as_ref().zip(surface.shape);
-        blocks.extend(shape.into_iter().flat_map(|(class, object)| class.blocks(&object)));
+        let shape = self.shape.as_ref().zip(surface.shape.as_ref());
+        blocks.extend(shape.into_iter().flat_map(|(class, object)| class.blocks(object)));
         blocks
     }
 
@@ -242,9 +242,9 @@ impl SurfaceClass {
     }
 }
 
-impl ShapeObject<'_> {
+impl ShapeObject {
     /// Returns the data of the shape's place, in the order of [`ShapeLinks::members`].
-    fn block(&self, links: &ShapeLinks) -> InstanceBlock {
+    fn place(&self, links: &ShapeLinks) -> InstanceBlock {
         let maps = [self.inverse, self.forward, self.sizes].concat();
         let side = if self.reverse_orientation { -1.0 } else { 1.0 };
         let maps = if links.is_placed { &maps[..] } else { &[] };

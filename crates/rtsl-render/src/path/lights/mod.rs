@@ -153,9 +153,10 @@ impl Lights {
         self.selection.for_stages(|entry| indices[entry as usize])
     }
 
-    /// Returns the way to an object of the world in the light hierarchy as stages take it, if the object is a light.
-    pub fn way_to(&self, object: u32) -> Option<u32> {
-        self.selection.way_to(*self.first_of_object.get(&(object, NO_INSTANCE))?)
+    /// Returns the way to an element of an object of the world in the light hierarchy as stages take it, if the object
+    /// is a light.
+    pub fn way_to(&self, object: u32, element: u32) -> Option<u32> {
+        self.selection.way_to(self.first_of_object.get(&(object, NO_INSTANCE))? + element)
     }
 
     /// Returns the area lights of an entry; `None` for lights without a shape.

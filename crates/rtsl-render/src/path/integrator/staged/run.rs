@@ -16,7 +16,7 @@ use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
-use super::staged_integrator::StagedIntegrator;
+use super::staged_integrator::{StagedIntegrator, Surface};
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -313,10 +313,15 @@ impl StagedPaths<'_> {
             return;
         }
         let surface = self.staged.program.stages()[stage].surface;
-        let [array, ..] = self.staged.columns.surface(surface);
-        let found = self.frames.paths.scratch.words(array);
+        let [objects, _, elements] = self.staged.columns.surface(surface);
+        let scratch = &self.frames.paths.scratch;
+        let (objects, elements) = (scratch.words(objects), scratch.words(elements));
         let staged = self.staged;
-        let index = |slot: &u32| staged.surface_of(found[*slot as usize]).index;
+        let index = |slot: &u32| {
+            let slot = *slot as usize;
+            let Surface { index, has_elements, .. } = staged.surface_of(objects[slot]);
+            if has_elements { index + elements[slot] } else { index }
+        };
         if !in_place {
             return set_indices(&mut self.frames.surfaces, slots.iter().map(index));
         }

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    Engine, MAX_STAGE_LIGHTS, Method, ShapeObject, StageAreaLight, StageLight, StageLights,
+    Engine, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight,
+    StageLights,
 };
 use rtsl_math::Affine;
-use rtsl_scene::Scene;
+use rtsl_scene::{Scene, SceneObject};
 
 use super::super::super::lights::LightEntry;
-use super::super::super::wavefront::NO_INSTANCE;
+use super::super::super::wavefront::{NO_INSTANCE, PathHit};
 use super::staged_integrator::StageParts;
 use crate::compiled::CompiledScene;
 
@@ -72,7 +73,7 @@ fn shapeless_lights<'a>(
     all.collect()
 }
 
-/// Returns an area light; `None` if it is an element, placed by an instance, or cut out by a texture.
+/// Returns an area light; `None` if it is placed by an instance, or cut out by a texture.
 fn area_light<'a>(
     engine: &Engine,
     scene: &'a Scene,
@@ -81,14 +82,14 @@ fn area_light<'a>(
 ) -> Option<StageAreaLight<'a>> {
     let shapes = parts.lights.shapes_of(entry)?;
     let class = parts.classes.compiled.class(shapes.class());
-    let is_simple =
-        !class.has_elements() && !shapes.has_alpha() && entry.hit().instance == NO_INSTANCE;
-    let object = entry.hit().object;
+    let PathHit { object, element, instance, .. } = *entry.hit();
+    let is_simple = !shapes.has_alpha() && instance == NO_INSTANCE;
     let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
     let emitter = &scene.materials[emitter as usize];
+    let shape = shape_objects(scene, parts, object)?.nth(element as usize)?;
     Some(StageAreaLight {
         program: class.program().clone(),
-        shape: shape_object(scene, parts, object),
+        shape,
         is_placed: class.is_placed(),
         emitter_program: engine.program(emitter),
         emitter,
@@ -96,20 +97,32 @@ fn area_light<'a>(
     })
 }
 
-/// Returns the shape of an object in the world.
-pub fn shape_object<'a>(scene: &'a Scene, parts: &StageParts<'_>, object: u32) -> ShapeObject<'a> {
+/// Returns the shape of an object in the world, or its elements in order; `None` if these have no data.
+pub fn shape_objects<'a>(
+    scene: &'a Scene,
+    parts: &'a StageParts<'_>,
+    object: u32,
+) -> Option<impl Iterator<Item = ShapeObject> + 'a> {
     let compiled = parts.classes.compiled;
     let placed = &compiled.objects[object as usize];
-    ShapeObject {
-        shape: &scene.objects[object as usize].primitive,
+    let SceneObject { primitive, elements, .. } = &scene.objects[object as usize];
+    let program = compiled.class(parts.objects[object as usize].class).program();
+    let elements = elements.map(|_| program.elements(primitive)).transpose().ok()?;
+    let count = elements.as_ref().map_or(1, Objects::len);
+    let shape = move |element: u32| ShapeObject {
+        shape: match &elements {
+            Some(elements) => elements.instance(element as usize),
+            None => program.block(primitive),
+        },
         inverse: columns(&placed.inverse),
         forward: columns(&placed.forward),
         sizes: columns(&placed.sizes),
-        extents: compiled.extents.lengths(object, 0),
+        extents: compiled.extents.lengths(object, element),
         reverse_orientation: placed.reverse_orientation,
         volume_scale: placed.volume_scale,
-        light: parts.lights.way_to(object).unwrap_or_default(),
-    }
+        light: parts.lights.way_to(object, element).unwrap_or_default(),
+    };
+    Some((0..count as u32).map(shape))
 }
 
 /// Returns a map by its columns.

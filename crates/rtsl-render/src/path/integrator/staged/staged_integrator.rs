@@ -17,7 +17,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
-use super::stage_lights::{shape_object, stage_lights};
+use super::stage_lights::{shape_objects, stage_lights};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
 
@@ -45,8 +45,10 @@ pub struct StagedIntegrator {
 pub struct Surface {
     /// Its group.
     pub group: u32,
-    /// Its index among those of its group.
+    /// Its index among those of its group, of several elements that of the first.
     pub index: u32,
+    /// True if each element has an index of its own.
+    pub has_elements: bool,
 }
 
 /// The prepared parts of a scene.
@@ -93,11 +95,13 @@ impl StagedIntegrator {
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
         let mut surfaces = vec![Surface::default(); scene.objects.len()];
-        for (key, members) in by_class(parts) {
+        for (key, members) in by_class(scene, parts) {
             let class = Arc::new(key.class(classes));
             let group = groups.len() as u32;
             let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
-                surfaces[object as usize] = Surface { group, index };
+                let is_mesh = scene.objects[object as usize].elements.is_some();
+                let has_elements = is_mesh && class.shape.is_some();
+                surfaces[object as usize] = Surface { group, index, has_elements };
             });
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
@@ -111,7 +115,8 @@ impl StagedIntegrator {
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
             || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
         let queries = queries(&kernels);
-        let read_answers = read_answers(&program, &columns, &kernels);
+        let has_elements = surfaces.iter().any(|surface| surface.has_elements);
+        let read_answers = read_answers(&program, (&columns, has_elements), &kernels);
         Ok(StagedIntegrator {
             program,
             columns,
@@ -177,7 +182,7 @@ impl StagedIntegrator {
 /// The classes of the parts of surfaces that share the kernels of stages.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct SurfaceKey {
-    /// The traversal class, if stages are linked with its shapes, or these are materials themselves.
+    /// The first traversal class of such shapes, if stages are linked with them, or they are materials themselves.
     shape: Option<u32>,
     /// True if stages are linked with the shapes. Those in instances have a place that depends on the time.
     is_linked: bool,
@@ -186,17 +191,27 @@ struct SurfaceKey {
     is_sampled: bool,
 }
 
+/// The greatest number of elements of an object that stages are linked with: each has data of its own in kernels.
+const MAX_LINKED_ELEMENTS: u32 = 1 << 12;
+
 /// Returns the objects of a scene by the classes of their parts.
-fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
+fn by_class(scene: &Scene, parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     let StageParts { classes, keys, objects, .. } = parts;
     // The first items are in the world, the others in instances.
     let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
     let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
     let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
     let mut linked: BTreeMap<(u32, bool), bool> = BTreeMap::new();
+    // Meshes have a traversal class each.
+    let mut first_classes: BTreeMap<(usize, bool), u32> = BTreeMap::new();
     for (object, entry) in (0..).zip(*objects) {
         let GroupKey { class, material, emitter, is_sampled, .. } = keys[entry.group as usize];
+        let shapes = classes.compiled.class(class);
+        let kind = (Arc::as_ptr(shapes.program()).addr(), shapes.is_placed());
+        let class = *first_classes.entry(kind).or_insert(class);
+        let elements = scene.objects[object as usize].elements.unwrap_or(1);
         let is_linked = !instanced.contains(&object)
+            && elements <= MAX_LINKED_ELEMENTS
             && *linked
                 .entry((class, is_sampled))
                 .or_insert_with(|| linked_shape(classes, class, is_sampled).is_some());
@@ -212,12 +227,10 @@ fn by_class(parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     by_class
 }
 
-/// Returns the shapes of a traversal class as parts of kernels; `None` if stages are not linked with them. Elements
-/// have data of their own.
+/// Returns the shapes of a traversal class as parts of kernels; `None` if stages are not linked with them.
 fn linked_shape(classes: &Classes<'_>, class: u32, is_sampled: bool) -> Option<ShapeClass> {
     let shapes = classes.compiled.class(class);
-    let is_simple = !shapes.has_elements();
-    is_simple.then(|| ShapeClass::new(shapes.program(), shapes.is_placed(), is_sampled)).flatten()
+    ShapeClass::new(shapes.program(), shapes.is_placed(), is_sampled)
 }
 
 impl SurfaceKey {
@@ -259,18 +272,25 @@ fn surfaces_of<'a>(
             false => &scene.materials[placed.material as usize],
         };
         let emitter = placed.emitter.map(|emitter| &*scene.materials[emitter as usize]);
-        let shape = class.shape.is_some().then(|| shape_object(scene, parts, *object));
         let address = |instance: &Instance| std::ptr::from_ref(instance).addr();
         let next = distinct.len() as u32;
-        let key = (address(material), emitter.map_or(0, address));
-        let index = match shape {
+        let surface = |shape| SurfaceObject { material, emitter, shape };
+        let shapes = class.shape.as_ref().and_then(|_| shape_objects(scene, parts, *object));
+        let index = match shapes {
             // Each shape has a place of its own.
-            Some(_) => next,
-            None => *indices.entry(key).or_insert(next),
+            Some(shapes) => {
+                distinct.extend(shapes.map(|shape| surface(Some(shape))));
+                next
+            }
+            None => {
+                let key = (address(material), emitter.map_or(0, address));
+                let index = *indices.entry(key).or_insert(next);
+                if index == next {
+                    distinct.push(surface(None));
+                }
+                index
+            }
         };
-        if index == next {
-            distinct.push(SurfaceObject { material, emitter, shape });
-        }
         assign(*object, index);
     }
     distinct
@@ -289,11 +309,13 @@ fn queries(kernels: &[Vec<StageKernel>]) -> BTreeSet<Query> {
 /// arrays.
 fn read_answers(
     program: &StagedProgram,
-    columns: &Columns,
+    (columns, has_elements): (&Columns, bool),
     kernels: &[Vec<StageKernel>],
 ) -> Vec<(usize, usize)> {
-    let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface)[0]);
-    let sorted: BTreeSet<usize> = surfaces.collect();
+    let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface));
+    // Surfaces are known by their objects, those of meshes by their elements as well.
+    let sorted: BTreeSet<usize> =
+        surfaces.flat_map(|[object, _, element]| [object].into_iter().chain(has_elements.then_some(element))).collect();
     let prepared = kernels.iter().flatten().filter_map(|kernel| kernel.prepared.as_ref());
     let prepared: BTreeSet<usize> = prepared.flat_map(PreparedSurface::arrays).collect();
     let is_read = |array: &usize| {
