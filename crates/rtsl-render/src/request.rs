@@ -290,7 +290,6 @@ fn render_paths(
         BatchOptions {
             execution: request.execution,
             progress: request.progress.is_some().then_some(&waves_done),
-            aovs: &request.batch_aovs(),
             noise_target: request.noise_target,
             checkpoints,
         },
@@ -450,7 +449,7 @@ impl Prepared<BatchScene> {
         loaded: LoadedScene,
     ) -> Result<Self, Messages> {
         Prepared::new(request, loaded, |scene, engine, warnings, told| {
-            let scene = BatchScene::new(&scene, engine, warnings, told)?;
+            let scene = BatchScene::new(&scene, engine, &request.batch_aovs(), warnings, told)?;
             let times = [scene.compile_time, scene.compiled.build_time];
             Ok((scene, times))
         })

@@ -4,12 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use rtsl::Messages;
-use rtsl_image::Aov;
 use rtsl_memory::OutOfMemory;
-use rtsl_scene::Renderer;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
-use super::features::is_feature;
 use super::film::BatchFilm;
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
@@ -24,18 +21,6 @@ use crate::progress::TilesDone;
 use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, TILE, TileSamples};
 
-/// The AOVs that this renderer supports.
-const AOVS: [Aov; 8] = [
-    Aov::Albedo,
-    Aov::Distance,
-    Aov::Normal,
-    Aov::Object,
-    Aov::Class,
-    Aov::Samples,
-    Aov::Variance,
-    Aov::Time,
-];
-
 /// Options of a render.
 #[derive(Clone, Copy, Default)]
 pub struct BatchOptions<'a> {
@@ -43,8 +28,6 @@ pub struct BatchOptions<'a> {
     pub execution: Execution<'a>,
     /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(TilesDone) + Sync)>,
-    /// The AOVs to render.
-    pub aovs: &'a [Aov],
     /// The noise at which tiles take no more samples: standard errors relative to the tile's luminance.
     pub noise_target: Option<f32>,
     /// Checkpoint options, to resume the render later.
@@ -65,10 +48,8 @@ pub struct BatchRendered {
 /// Renders a scene.
 ///
 /// # Errors
-/// If a shader exceeds its budget of loop iterations, threads cannot be started, an AOV is not supported, or the
-/// checkpoint cannot be resumed.
+/// If a shader exceeds its budget of loop iterations, threads cannot be started, or the checkpoint cannot be resumed.
 pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
-    Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
     let threads = RenderThreads::new(options.execution.threads)?;
     let job = Job::new(scene, options)?;
     let _span = tracing::debug_span!("render", threads = threads.count()).entered();
@@ -82,7 +63,6 @@ struct Job<'a> {
     scene: &'a BatchScene,
     options: BatchOptions<'a>,
     film: BatchFilm,
-    with_features: bool,
     errors: RuntimeErrors,
     writer: Option<CheckpointWriter<'a>>,
     done: AtomicUsize,
@@ -92,7 +72,7 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(scene: &'a BatchScene, options: BatchOptions<'a>) -> Result<Self, Messages> {
         let settings = &scene.compiled.settings;
-        let with_features = options.aovs.iter().any(|aov| is_feature(*aov));
+        let with_features = scene.has_features();
         let size = (settings.width, settings.height);
         let film = BatchFilm::new(size, with_features, options.noise_target)
             .map_err(|error| Messages::one(error.diagnostic()))?
@@ -104,7 +84,6 @@ impl<'a> Job<'a> {
             scene,
             options,
             film,
-            with_features,
             errors: RuntimeErrors::default(),
             writer: options.checkpoints.map(CheckpointWriter::new),
             done: AtomicUsize::new(0),
@@ -160,8 +139,9 @@ impl<'a> Job<'a> {
         }
         let _span = tracing::trace_span!("wavefront", tile, first, end).entered();
         let begun = Instant::now();
-        let Job { scene, errors, with_features, .. } = self;
-        let tracer = PathTracer { with_features: *with_features, ..PathTracer::new(scene, errors) };
+        let Job { scene, errors, .. } = self;
+        let with_features = scene.has_features();
+        let tracer = PathTracer { with_features, ..PathTracer::new(scene, errors) };
         let samples = TileSamples { tile: self.film.tiles()[tile], first, count: end - first };
         tracer.trace_samples(memory, &samples);
         // Samples that were aborted are not added.
@@ -185,8 +165,8 @@ impl<'a> Job<'a> {
         rays: RayCounts,
         threads: usize,
     ) -> Result<BatchRendered, Messages> {
-        let Job { scene, options, film, errors, writer, .. } = self;
-        let scene = &scene.compiled;
+        let Job { scene, film, errors, writer, .. } = self;
+        let (scene, aovs) = (&scene.compiled, &scene.aovs);
         if errors.any() {
             return Err(exhausted_budgets(scene, &errors));
         }
@@ -195,7 +175,7 @@ impl<'a> Job<'a> {
             writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
         let classes = ObjectClasses::of(scene);
         let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
-        let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &class_indices));
+        let aovs = aovs.iter().map(|aov| film.aov(*aov, &class_indices));
         let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
         let rendered = Rendered {
             image: film.image().map_err(no_memory)?,

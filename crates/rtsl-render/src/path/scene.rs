@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use rtsl::{Diagnostics, Engine, Query};
+use rtsl_image::Aov;
 
+use super::features::is_feature;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
 use super::integrator::Integrator;
@@ -39,9 +41,16 @@ pub struct BatchScene {
     pub(super) lights: Lights,
     /// The integrator.
     pub(super) integrator: Integrator,
+    /// The AOVs to render.
+    pub(super) aovs: Vec<Aov>,
 }
 
 impl BatchScene {
+    /// True if the features of first surfaces are needed.
+    pub(super) fn has_features(&self) -> bool {
+        self.aovs.iter().any(|aov| is_feature(*aov))
+    }
+
     /// True if rays may pass surfaces because of alpha textures.
     pub(super) fn has_alpha(&self) -> bool {
         !self.alpha.is_empty()

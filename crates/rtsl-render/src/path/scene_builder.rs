@@ -10,11 +10,12 @@ use rtsl::{
     diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
-use rtsl_scene::Scene;
+use rtsl_image::Aov;
+use rtsl_scene::{Renderer, Scene};
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{Integrator, StageParts};
+use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::path_tracer::PathTracer;
@@ -23,18 +24,32 @@ use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, SceneBuilder};
 
+/// The AOVs that this renderer supports.
+const AOVS: [Aov; 8] = [
+    Aov::Albedo,
+    Aov::Distance,
+    Aov::Normal,
+    Aov::Object,
+    Aov::Class,
+    Aov::Samples,
+    Aov::Variance,
+    Aov::Time,
+];
+
 impl BatchScene {
-    /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`; `listener` is
-    /// called with the next step.
+    /// Compiles kernels for pictures of a scene with these AOVs and builds its acceleration structure. Warnings go to
+    /// `messages`; `listener` is called with the next step.
     ///
     /// # Errors
-    /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
+    /// If an AOV is not supported, a class lacks a method that its use needs, or a kernel cannot be compiled.
     pub fn new(
         scene: &Scene,
         engine: &Engine,
+        aovs: &[Aov],
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
+        Aov::refuse_others(aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
         let builder = SceneBuilder::new(engine).listener(listener);
         let instance = scene.integrator.as_ref().unwrap_or(&scene.path_tracer);
         let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
@@ -67,6 +82,7 @@ impl BatchScene {
             alpha,
             lights,
             integrator,
+            aovs: aovs.to_vec(),
         };
         made.warn_of_shade(messages);
         made.select_lights()?;
@@ -98,6 +114,7 @@ impl BatchScene {
             keys: &self.keys,
             objects: &self.objects,
             lights: &self.lights,
+            outputs: if self.has_features() { &FEATURE_OUTPUTS } else { &[] },
         };
         let staged = self.integrator.stages(&self.engine, instance, scene, &parts);
         self.integrator.staged = staged.map_err(Messages::one)?;

@@ -41,7 +41,7 @@ fn compiled(text: &str, how: How) -> BatchScene {
         EngineOptions { backend: how.backend, width: Some(how.width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the backend is there");
     let mut warnings = Messages::default();
-    let scene = BatchScene::new(&scene, &engine, &mut warnings, &|_| {});
+    let scene = BatchScene::new(&scene, &engine, &[], &mut warnings, &|_| {});
     scene.unwrap_or_else(|messages| fail(messages))
 }
 

@@ -40,7 +40,7 @@ fn a_texture_or_a_number_cuts_a_shape_out() {
     let interactive = warnings.to_text(false);
     assert_eq!(interactive.matches("warning[W0601]").count(), 1, "said once: {interactive}");
     let mut warnings = Messages::default();
-    BatchScene::new(&loaded.scene, &engine, &mut warnings, &|_| {}).expect("it compiles");
+    BatchScene::new(&loaded.scene, &engine, &[], &mut warnings, &|_| {}).expect("it compiles");
     assert_eq!(warnings.to_text(false), "");
 }
 

@@ -73,7 +73,8 @@ struct Linked {
 
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
-    /// stages and all surfaces of a scene: kernels leave out what none of them reads.
+    /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
+    /// store those of these names.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -81,12 +82,15 @@ impl Engine {
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
+        outputs: &[&str],
     ) -> Result<Vec<StageKernel>, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
-        nesting::with_deep_stack(|| unread_slots::remove(&mut functions));
+        let all = program.program().class().outputs.iter().map(|(name, _)| name.as_str());
+        let unread: BTreeSet<&str> = all.filter(|name| !outputs.contains(name)).collect();
+        nesting::with_deep_stack(|| unread_slots::remove(&mut functions, &unread));
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
             linked.prepared = nesting::with_deep_stack(prepare);

@@ -1,5 +1,5 @@
-//! Removal of what no linked stage and no host needs: slots, requests of paths that have ended, and contributions that
-//! are black.
+//! Removal of what no linked stage and no host needs: slots, requests of paths that have ended, contributions that are
+//! black, and outputs of the integrator that its host does not read.
 //!
 //! The methods that are linked with stages do not read everything that an integrator keeps for them: the width of rays
 //! matters to textures only. A slot is needed if a stage computes anything else from it than slots that are not
@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_ir::{Constant, Function, Op, OpKind, Output, Query, Region, Scalar, Value};
+use rtsl_ir::{Constant, Function, Op, OpKind, Output, Query, Region, Scalar, Value, VariableKind};
 use rtsl_opt::{dce, dead_outputs};
 use rtsl_stages::{Port, SlotId};
 
@@ -15,10 +15,10 @@ use super::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_contribu
 use super::stage::first_of;
 
 /// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene, and other outputs that no
-/// one needs. Each function comes with the index of its stage.
-pub(crate) fn remove(functions: &mut [(usize, &mut Function)]) {
+/// one needs, those of the integrator with `unread` names among them. Each function comes with the index of its stage.
+pub(crate) fn remove(functions: &mut [(usize, &mut Function)], unread: &BTreeSet<&str>) {
     functions.iter_mut().for_each(|(_, function)| forget_unread_widths(function));
-    functions.iter_mut().for_each(|(_, function)| forget_needless_outputs(function));
+    functions.iter_mut().for_each(|(_, function)| forget_needless_outputs(function, unread));
     let stages = functions.iter().map(|(stage, _)| stage + 1).max().unwrap_or(0);
     let next: Vec<Next> = functions.iter().map(|(_, function)| Next::of(function)).collect();
     // By stage, the slots whose values are needed when it begins.
@@ -106,8 +106,9 @@ fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i
     }
 }
 
-/// Removes the requests of a stage after which all paths have ended, and a contribution that is always black.
-fn forget_needless_outputs(function: &mut Function) {
+/// Removes the requests of a stage after which all paths have ended, a contribution that is always black, and outputs
+/// with `unread` names.
+fn forget_needless_outputs(function: &mut Function, unread: &BTreeSet<&str>) {
     let ends = matches!(Next::of(function), Next::Of(stages) if stages.is_empty());
     let outputs = || function.outputs.iter().zip(&function.body.yields);
     let is_black = |value: Value| {
@@ -123,6 +124,9 @@ fn forget_needless_outputs(function: &mut Function) {
         match Port::of(variable) {
             Some(Port::Request(_) | Port::Surface(_)) => !ends,
             Some(_) => true,
+            None if variable.kind == VariableKind::Scratch && unread.contains(&*variable.name) => {
+                false
+            }
             None => !(is_unlit && is_contribution(variable)),
         }
     };
@@ -208,7 +212,7 @@ mod tests {
     }
 
     /// The second stage reads slot 0, and leaves slot 2 to the third; what it computes of slot 3 is for slot 3 alone,
-    /// and no stage reads slot 1.
+    /// and slot 1 is for an output that the host does not read.
     #[test]
     fn slots_are_kept_for_the_stages_that_read_them() {
         let mut stages = [
@@ -225,16 +229,18 @@ mod tests {
                 %one: i32 = constant 1 %two: i32 = constant 2 %n: i32 = select %again, %one, %two
                 return scratch:frame.3@0 = %z, scratch:request.0@0 = %x, scratch:next@0 = %n
             }",
-            "function f.2 scratch frame.2: f32[1] scratch next: i32[1] state rt_HitDistance: f32[1] {
-                %x: f32 = load scratch:frame.2@0 %n: i32 = constant -1
-                return state:rt_HitDistance@0 = %x, scratch:next@0 = %n
+            "function f.2 scratch frame.1: f32[1] scratch frame.2: f32[1] scratch next: i32[1]
+            scratch read: f32[1] scratch unread: f32[1] state rt_HitDistance: f32[1] {
+                %x: f32 = load scratch:frame.2@0 %y: f32 = load scratch:frame.1@0 %n: i32 = constant -1
+                return state:rt_HitDistance@0 = %x, scratch:next@0 = %n, scratch:read@0 = %x,
+                    scratch:unread@0 = %y
             }",
         ]
         .map(function);
-        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>());
+        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>(), &BTreeSet::from(["unread"]));
         assert_eq!(stored(&stages[0]), ["frame.0", "frame.2", "next"]);
         assert_eq!(stored(&stages[1]), ["request.0", "next"]);
-        assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next"]);
+        assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next", "read"]);
     }
 
     /// Paths have ended after the first stage, so no one reads its request, and no light arrives by its contribution; the
@@ -254,11 +260,11 @@ mod tests {
             ))
         };
         let mut ended = stage("-1", "%zero");
-        forget_needless_outputs(&mut ended);
+        forget_needless_outputs(&mut ended, &BTreeSet::new());
         assert_eq!(stored(&ended), ["next"]);
         let mut goes_on = stage("1", "%x");
         let all = stored(&goes_on).len();
-        forget_needless_outputs(&mut goes_on);
+        forget_needless_outputs(&mut goes_on, &BTreeSet::new());
         assert_eq!(stored(&goes_on).len(), all);
     }
 }

@@ -30,7 +30,7 @@ impl Evaluation {
         messages: &mut Messages,
     ) -> Result<Evaluation, Messages> {
         let scene = Scene { integrator: Some(integrator.clone()), ..scene.clone() };
-        Ok(Evaluation { scene: BatchScene::new(&scene, engine, messages, &|_| {})? })
+        Ok(Evaluation { scene: BatchScene::new(&scene, engine, &[], messages, &|_| {})? })
     }
 
     /// Calls `radiance` for the first `count` lanes, on the interpreter. The colour includes contributions. Each lane has

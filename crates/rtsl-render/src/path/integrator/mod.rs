@@ -50,6 +50,9 @@ pub struct Integrator {
     pub scatters: bool,
 }
 
+/// The outputs of integrators that are features of pixels.
+pub const FEATURE_OUTPUTS: [&str; 2] = ["albedo", "normal"];
+
 /// The first scratch arrays of an integrator's outputs of these names.
 #[derive(Clone, Copy, Default)]
 struct FeatureArrays {
@@ -75,7 +78,8 @@ impl Integrator {
             let first = program.layout().scratch.get(name).filter(|_| is_vector)?;
             Some(*first as usize)
         };
-        let features = FeatureArrays { albedo: array("albedo"), normal: array("normal") };
+        let [albedo, normal] = FEATURE_OUTPUTS.map(array);
+        let features = FeatureArrays { albedo, normal };
         let block = program.block(instance);
         Ok(Integrator { kernel, staged: None, block, features, calls_shade, scatters, program })
     }

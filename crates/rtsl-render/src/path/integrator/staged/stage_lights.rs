@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    Engine, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight,
-    StageLights,
+    Engine, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight, StageLights,
 };
 use rtsl_math::Affine;
 use rtsl_scene::{Scene, SceneObject};

@@ -61,6 +61,8 @@ pub struct StageParts<'a> {
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
     pub lights: &'a Lights,
+    /// The outputs of the integrator that are read.
+    pub outputs: &'a [&'a str],
 }
 
 /// The objects for which kernels of a group are called.
@@ -106,7 +108,7 @@ impl StagedIntegrator {
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
-        let kernels = kernels(engine, &program, &groups)?;
+        let kernels = kernels(engine, &program, &groups, parts.outputs)?;
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
         let reads_depths = reads(&columns.depth);
@@ -314,8 +316,11 @@ fn read_answers(
 ) -> Vec<(usize, usize)> {
     let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface));
     // Surfaces are known by their objects, those of meshes by their elements as well.
-    let sorted: BTreeSet<usize> =
-        surfaces.flat_map(|[object, _, element]| [object].into_iter().chain(has_elements.then_some(element))).collect();
+    let sorted: BTreeSet<usize> = surfaces
+        .flat_map(|[object, _, element]| {
+            [object].into_iter().chain(has_elements.then_some(element))
+        })
+        .collect();
     let prepared = kernels.iter().flatten().filter_map(|kernel| kernel.prepared.as_ref());
     let prepared: BTreeSet<usize> = prepared.flat_map(PreparedSurface::arrays).collect();
     let is_read = |array: &usize| {
@@ -331,6 +336,7 @@ fn kernels(
     engine: &Engine,
     program: &StagedProgram,
     groups: &[StageGroup],
+    outputs: &[&str],
 ) -> Result<Vec<Vec<StageKernel>>, Diagnostic> {
     let mut requests = Vec::new();
     let mut counts = Vec::new();
@@ -344,6 +350,6 @@ fn kernels(
             mode: group.mode(),
         }));
     }
-    let mut made = engine.stage_kernels(program, &requests)?.into_iter();
+    let mut made = engine.stage_kernels(program, &requests, outputs)?.into_iter();
     Ok(counts.into_iter().map(|count| made.by_ref().take(count).collect()).collect())
 }
