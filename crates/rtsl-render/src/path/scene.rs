@@ -29,8 +29,8 @@ pub struct BatchScene {
     pub(super) keys: Vec<GroupKey>,
     /// The groups, with the kernels that the stages of the integrator ask for.
     pub(super) groups: Vec<SurfaceGroup>,
-    /// The groups with all kernels, once they are needed.
-    pub(super) full_groups: OnceLock<Vec<SurfaceGroup>>,
+    /// The groups with all kernels, once they are needed; `None` if these cannot be compiled.
+    pub(super) full_groups: OnceLock<Option<Vec<SurfaceGroup>>>,
     /// The entries of objects.
     pub(super) objects: Vec<ObjectEntry>,
     /// The materials.
@@ -93,9 +93,12 @@ impl BatchScene {
     /// Returns the groups with the kernels that answer every query. They are compiled when they are needed first;
     /// queries of kernels that cannot be compiled have black results.
     pub(super) fn full_groups(&self) -> &[SurfaceGroup] {
-        self.full_groups.get_or_init(|| {
-            let made = self.make_groups(&Query::of_surfaces().collect());
-            made.map_or_else(|_| Vec::new(), |(groups, _)| groups)
-        })
+        if self.integrator.staged.is_none() {
+            // The interpreter asks every query.
+            return &self.groups;
+        }
+        let make = || self.make_groups(&Query::of_surfaces().collect()).ok();
+        let made = self.full_groups.get_or_init(|| make().map(|(groups, _)| groups));
+        made.as_deref().unwrap_or(&self.groups)
     }
 }

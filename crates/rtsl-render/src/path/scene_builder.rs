@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, Method, SourceMap,
-    diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Instance, Messages, SourceMap, diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
@@ -18,6 +17,7 @@ use super::instance_classes::InstanceClasses;
 use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
+use super::material::is_shaded;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
@@ -151,8 +151,7 @@ pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
             true => &object.primitive,
             false => &scene.materials[object.material as usize],
         };
-        let program = engine.program(material);
-        program.has(Method::Shade) && !program.has(Method::SampleBsdf)
+        is_shaded(&engine.program(material))
     })
 }
 

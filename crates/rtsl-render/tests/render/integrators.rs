@@ -140,7 +140,7 @@ fn every_integrator_of_the_library_has_one_result() {
 }
 
 /// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round or textured, beside others.
-const LIGHTS: [(&str, &str); 5] = [
+const LIGHTS: [(&str, &str); 6] = [
     (
         "one quad",
         "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
@@ -181,6 +181,15 @@ const LIGHTS: [(&str, &str); 5] = [
            Shape \"Sphere\" AttributeEnd
          AttributeBegin AreaLightSource \"Glow\" Translate 2 2 0
            Shape \"bilinearmesh\" \"point3 P\" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] AttributeEnd",
+    ),
+    (
+        "elements of meshes in and out of the world's space",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 2 1 3]
+             \"point3 P\" [-1 3 -1  0.5 3 -1  -1 3 0.5  0.5 2.5 0.5] AttributeEnd
+         AttributeBegin AreaLightSource \"Glow\" Translate 2 1 0 Rotate 70 0 0 1 Scale 0.5 1 2
+           Shape \"bilinearmesh\" \"integer indices\" [0 1 2 3  2 3 4 5]
+             \"point3 P\" [-1 0 -1  1 0 -1  -1 0 0  1 0 0  -1 0.5 1  1 0 1] AttributeEnd",
     ),
 ];
 
