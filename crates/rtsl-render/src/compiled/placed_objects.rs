@@ -31,7 +31,12 @@ pub struct GroupItems {
     members: Vec<GroupMember>,
     /// The number of items.
     count: u32,
+    /// For each [`ITEMS_OF_BLOCK`] items, the index of the object to which the first belongs.
+    blocks: Vec<u32>,
 }
+
+/// Small, so that few objects share a block, and large, so that the index of a mesh takes little memory.
+const ITEMS_OF_BLOCK: u32 = 16;
 
 /// An object of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,12 +78,20 @@ impl GroupItems {
         if item >= self.count {
             return None;
         }
-        // If every object is one item, the object has the item's index.
-        let guess = self.members.get(item as usize).filter(|member| member.first == item);
-        guess.copied().or_else(|| {
-            let after = self.members.partition_point(|member| member.first <= item);
-            self.members.get(after.checked_sub(1)?).copied()
-        })
+        let mut index = *self.blocks.get((item / ITEMS_OF_BLOCK) as usize)? as usize;
+        while self.members.get(index + 1).is_some_and(|next| next.first <= item) {
+            index += 1;
+        }
+        self.members.get(index).copied()
+    }
+
+    /// Adds an object with so many items.
+    fn push(&mut self, (object, class): (u32, u32), items: u32) {
+        let index = self.members.len() as u32;
+        self.members.push(GroupMember { object, first: self.count, class });
+        self.count += items;
+        let blocks = self.count.div_ceil(ITEMS_OF_BLOCK) as usize;
+        self.blocks.resize(blocks, index);
     }
 }
 
@@ -99,8 +112,7 @@ impl PlacedObjects {
                     elements: elements.map(|_| (*object, items.count)),
                 };
                 let class = indices.index(key);
-                items.members.push(GroupMember { object: *object, first: items.count, class });
-                items.count += elements.unwrap_or(1);
+                items.push((*object, class), elements.unwrap_or(1));
             }
             items
         });
@@ -299,5 +311,25 @@ impl HitObject {
         };
         let member = groups.get(group)?.member(item)?;
         Some(HitObject { member, element: item - member.first, instance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Single objects, meshes shorter and longer than blocks, and empty ones.
+    #[test]
+    fn items_belong_to_the_objects_that_they_were_added_for() {
+        let counts = [1, 0, 1, 40, 2, 16, 0, 0, 3, 1, 1, 100, 0];
+        let (mut items, mut owners) = (GroupItems::default(), Vec::new());
+        for (object, count) in (0..).zip(counts) {
+            items.push((object, 0), count);
+            owners.extend(std::iter::repeat_n(object, count as usize));
+        }
+        let found = (0..items.count()).map(|item| items.member(item).map(|it| it.object));
+        assert_eq!(found.collect::<Option<Vec<u32>>>(), Some(owners));
+        assert_eq!(items.member(items.count()), None);
+        assert_eq!(GroupItems::default().member(0), None);
     }
 }
