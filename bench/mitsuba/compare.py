@@ -44,7 +44,7 @@ def arguments() -> argparse.Namespace:
         "--reference", type=positive, default=2048, help="samples a pixel of each long render"
     )
     parser.add_argument(
-        "--integrator", help="RTSL's integrator, a class; else its built-in path tracer"
+        "--integrator", help="RTSL's integrator, a class; else that of the scene"
     )
     parser.add_argument("--quick", action="store_true", help="small and few; figures mean little")
     parser.add_argument("--rtsl", type=Path, help="a built rtsl; without it, one is built")
