@@ -252,6 +252,9 @@ mod tests {
         assert_eq!((ordered.len(), ordered.bytes()), (11, 6 * 32));
         let one = Objects::of_instances(ObjectForm::new([1]), &instances);
         assert_eq!((one.word(7, 0), one.shared().words()), (71, [0, 1].as_slice()));
+        // Word 0 is that of the first instance for all.
+        assert_eq!(one.instance(7).words(), [0, 71]);
+        assert_eq!(objects.instance(19).words(), instances[19].words());
         assert!(Objects::of_instances::<InstanceBlock>(ObjectForm::new([]), []).is_empty());
     }
 

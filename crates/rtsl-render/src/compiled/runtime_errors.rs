@@ -22,8 +22,8 @@ pub struct RuntimeErrors {
     causes: AtomicU64,
 }
 
-/// The greatest number of such samples. A second evaluation takes up to a thousand times as long as the first, and all
-/// samples of an image may have one cause.
+/// The greatest number of such samples: the interpreter evaluates them one by one, and all samples of an image may have
+/// one cause.
 pub const MAX_CAUSES: u64 = 1 << 12;
 
 impl RuntimeErrors {

@@ -339,6 +339,14 @@ const THICKNESS: &str = "class Thickness : rt_Integrator;
         rt_SampleColor = color(scale * thickness);
     }";
 
+/// A class of a scene's own may have the name of the renderer's integrator.
+#[test]
+fn a_class_with_the_name_of_the_path_tracer_takes_no_ones_place() {
+    let road = "class Path : rt_Primitive; void intersect() { hit(-1.0); }";
+    let head = "Integrator \"path\"";
+    assert_eq!(bits(&rendered(head, road, samples(1))), bits(&rendered(head, "", samples(1))));
+}
+
 #[test]
 fn scenes_bring_integrators() {
     let aovs = vec![Aov::Albedo, Aov::Distance, Aov::Object];

@@ -53,11 +53,15 @@ const WALL: &str = "Shape \"Parallelogram\" \"point3 corner\" [-2 -2 0] \"vector
 const SUN: &str = "LightSource \"DirectionalLight\" \"vector3 direction\" [0 0 1]\n";
 
 fn render(camera: &str, world: &str, renderer: Renderer) -> RenderResult {
+    render_samples(camera, world, renderer, 4)
+}
+
+fn render_samples(camera: &str, world: &str, renderer: Renderer, samples: u32) -> RenderResult {
     let scene = format!(
         "{camera}
         PixelFilter \"box\"
         Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16
-        Sampler \"independent\" \"integer pixelsamples\" 4
+        Sampler \"independent\"
         WorldBegin
         {world}"
     );
@@ -66,6 +70,7 @@ fn render(camera: &str, world: &str, renderer: Renderer) -> RenderResult {
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
         renderer: Some(renderer),
+        samples: Some(samples),
         execution: Execution::on_threads(2),
         ..RenderRequest::default()
     };
@@ -175,4 +180,16 @@ fn the_warning_says_what_to_look_for() {
     let json = statistics.to_json();
     assert!(json.contains(&format!("\"dropped_samples\": {dropped}")), "{json}");
     assert!(json.contains("\"class\": \"BrokenLamp\""), "{json}");
+}
+
+/// Causes are looked for in so many samples only; the warning says that there are more.
+#[test]
+fn many_samples_of_one_cause_are_told_once() {
+    let RenderResult { statistics, warnings, .. } =
+        render_samples(FRONT, "Shape \"BrokenLamp\"", Renderer::Batch, 64);
+    let dropped = statistics.dropped_samples;
+    let [cause] = statistics.not_finite.as_slice() else { panic!("{:?}", statistics.not_finite) };
+    assert_eq!((cause.method, cause.count), ("emission", 4096));
+    let note = format!("the methods were not looked for in {} other samples", dropped - 4096);
+    assert!(dropped > 4096 && warnings.to_text(false).contains(&note), "{dropped} {note}");
 }

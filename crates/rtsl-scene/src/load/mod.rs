@@ -4,6 +4,7 @@ mod emitter;
 mod images;
 mod reachable;
 mod relief;
+mod standard;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -37,12 +38,6 @@ pub struct Origins {
     /// The objects' shapes.
     pub objects: Vec<EntityId>,
 }
-
-/// The class of shapes without a material.
-const DEFAULT_MATERIAL: &str = "Lambertian";
-
-/// The integrator of scenes that name none, or one that paths take the place of.
-const PATH_TRACER: &str = "Path";
 
 /// The parameter of the class of textures given by numbers.
 const CONSTANT_COLOR: &str = "value";
@@ -248,16 +243,6 @@ impl<'a, 'f> Loader<'a, 'f> {
         Some((scene, origins))
     }
 
-    /// Makes the path tracer of the standard library.
-    fn path_tracer(&mut self, settings: &Settings) -> Option<Arc<Instance>> {
-        let arguments = vec![
-            ("maxDepth", Value::Int(settings.max_depth as i32)),
-            ("rouletteThreshold", Value::Float(settings.roulette_threshold)),
-        ];
-        let found = self.classes.find_standard(PATH_TRACER);
-        self.instance_of((PATH_TRACER, found), arguments)
-    }
-
     /// Makes the instance of an integrator written in RTSL; `None` if it is one by a name of the format.
     ///
     /// # Errors
@@ -334,42 +319,6 @@ impl<'a, 'f> Loader<'a, 'f> {
         });
         parts.material_indices.insert(material, index);
         index
-    }
-
-    fn default_material(&mut self) -> Option<Arc<Instance>> {
-        self.standard_instance(DEFAULT_MATERIAL, Vec::new())
-    }
-
-    /// Makes an instance of a class that the renderer itself needs.
-    fn standard_instance(
-        &mut self,
-        class: &str,
-        arguments: Vec<(&str, Value)>,
-    ) -> Option<Arc<Instance>> {
-        let found = self.classes.find(class);
-        self.instance_of((class, found), arguments)
-    }
-
-    fn instance_of(
-        &mut self,
-        (class, found): (&str, Found),
-        arguments: Vec<(&str, Value)>,
-    ) -> Option<Arc<Instance>> {
-        match found {
-            Found::Class(class) => match Instance::new(&class, arguments) {
-                Ok(instance) => Some(instance),
-                Err(problems) => {
-                    self.diagnostics.extend(problems.into_vec());
-                    None
-                }
-            },
-            Found::Broken => None,
-            Found::Nothing => {
-                let message = format!("there is no class `{class}`, which the renderer needs");
-                self.diagnostics.push(Diagnostic::new(codes::UNKNOWN_CLASS, message));
-                None
-            }
-        }
     }
 
     fn lights(&mut self, parts: &mut SceneParts) -> Vec<PlacedLight> {

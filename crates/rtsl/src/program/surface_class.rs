@@ -276,8 +276,7 @@ pub(crate) fn add_members(layout: &mut Layout, members: impl IntoIterator<Item =
 
 /// Returns the answers to queries about a surface that the scene does not have.
 pub(crate) fn no_surface(found: Option<bool>) -> SurfaceLinks {
-    let queries = Query::ALL.into_iter().filter(|query| query.is_of_surface());
-    let answers = queries.map(|query| (query, Answer::Zeros)).collect();
+    let answers = Query::of_surfaces().map(|query| (query, Answer::Zeros)).collect();
     SurfaceLinks { answers, found, ..SurfaceLinks::default() }
 }
 

@@ -63,6 +63,7 @@ impl Evaluation {
             queries: &mut BatchMemory::for_queries(&self.scene),
             free: &Default::default(),
             depth: 0,
+            notes_suspects: false,
         };
         let (mask, accepted) = (None, None);
         let instances = Instances::One(&integrator.block);

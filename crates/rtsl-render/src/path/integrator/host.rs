@@ -132,6 +132,8 @@ pub struct SceneHost<'a> {
     pub free: &'a RefCell<Vec<IntegratorMemory>>,
     /// The depth of the rays.
     pub depth: u32,
+    /// True if methods whose values are not finite are noted: stages do not ask for all values.
+    pub notes_suspects: bool,
 }
 
 impl Host for SceneHost<'_> {
@@ -199,7 +201,9 @@ impl Host for SceneHost<'_> {
             Query::Contribute => self.contribute(lanes, operands),
             Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
         }
-        self.note_suspects(lanes, (query, operands, results));
+        if self.notes_suspects {
+            self.note_suspects(lanes, (query, operands, results));
+        }
     }
 }
 

@@ -226,7 +226,8 @@ impl PathTracer<'_> {
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
         let slots = None;
-        let mut host = SceneHost { tracer: *self, rays, slots, queries, free, depth };
+        let (tracer, notes_suspects) = (*self, true);
+        let mut host = SceneHost { tracer, rays, slots, queries, free, depth, notes_suspects };
         callee.call(
             &integrator.kernel,
             CallArguments {

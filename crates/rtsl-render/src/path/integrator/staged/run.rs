@@ -342,7 +342,15 @@ impl StagedPaths<'_> {
             }
             Place::Copied(slots) => (call, slots.len(), None, Some(slots)),
         };
-        let host = &mut SceneHost { tracer: *tracer, rays, slots, queries, free, depth: *depth };
+        let host = &mut SceneHost {
+            tracer: *tracer,
+            rays,
+            slots,
+            queries,
+            free,
+            depth: *depth,
+            notes_suspects: false,
+        };
         let instances = match objects.len() {
             0 | 1 => Instances::Object(objects, 0),
             _ => Instances::Many(objects, surfaces),
