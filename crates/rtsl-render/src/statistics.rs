@@ -110,6 +110,12 @@ impl LaneUse {
         self.all += vectors * u64::from(width);
     }
 
+    /// Adds a call for so many of the lanes of its vectors.
+    pub fn add_vectors(&mut self, on: usize, all: usize) {
+        self.on += on as u64;
+        self.all += all as u64;
+    }
+
     /// Returns the fraction of active lanes; `None` without calls.
     pub fn part(&self) -> Option<f32> {
         (self.all > 0).then(|| (self.on as f64 / self.all as f64) as f32)

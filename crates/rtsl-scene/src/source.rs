@@ -12,10 +12,11 @@ use rtsl::{
 use rtsl_memory::{Amount, InputBudget};
 
 use super::classes::Classes;
-use super::description::{Description, Entity, EntityId};
+use super::description::{Description, Entity, EntityId, EntityKind};
 use super::gltf::{is_gltf, read_gltf_scene};
 use super::load::{Earlier, Loader, Made, Origins};
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
+use super::renderer::Renderer;
 use super::scene::Scene;
 use super::settings::Settings;
 use crate::reader::{
@@ -107,6 +108,8 @@ pub struct SceneSource<'f> {
     options: LoadOptions,
     map: SourceMap,
     description: Description,
+    /// The integrator of the scene's text.
+    own_integrator: Option<EntityId>,
     settings: Settings,
     /// The messages of reading.
     diagnostics: Diagnostics,
@@ -149,6 +152,7 @@ impl<'f> SceneSource<'f> {
         let budget = InputBudget::new(options.input_memory);
         let mut description = read(path, files, options, &budget, &mut map, &mut diagnostics);
         add_missing_camera(&mut description, &mut diagnostics);
+        let own_integrator = description.integrator;
         let contents = if is_gltf(path) { digest(path, files, options) } else { None };
         if let Some(integrator) = &options.integrator {
             defines::set_integrator(&mut description, integrator, &mut map);
@@ -169,6 +173,7 @@ impl<'f> SceneSource<'f> {
             options: options.clone(),
             map,
             description,
+            own_integrator,
             settings,
             diagnostics,
             read_time: start.elapsed(),
@@ -202,6 +207,42 @@ impl<'f> SceneSource<'f> {
     /// Discards the shader files, so that the next load reads them again.
     pub fn refresh_shaders(&mut self) {
         self.classes.refresh();
+    }
+
+    /// Returns the names of integrators that the scene can have: the interactive renderer, the scene's own, and those of
+    /// the standard library.
+    pub fn integrators(&self) -> Vec<String> {
+        let interactive = Renderer::Interactive.name();
+        let own = self.own_integrator.map(|EntityId(index)| &self.description.entities[index]);
+        let own = own.filter(|own| Renderer::of_integrator(own) == Renderer::Batch);
+        let is_other = |name: &&str| own.is_none_or(|own| !own.class.eq_ignore_ascii_case(name));
+        let standard = Classes::standard_integrators().filter(is_other).map(str::to_owned);
+        let own = own.map(|own| own.class.clone());
+        [interactive.to_owned()].into_iter().chain(own).chain(standard).collect()
+    }
+
+    /// Returns the integrator that was selected in place of the scene's own, if any was.
+    pub fn selected_integrator(&self) -> Option<&str> {
+        self.options.integrator.as_deref()
+    }
+
+    /// Selects an integrator by a name of the format or a class, without parameters unless it is the scene's own; `None`
+    /// selects the scene's own. The next load makes it. Parameters that were set stay.
+    pub fn select_integrator(&mut self, name: Option<&str>) {
+        self.options.integrator = name.map(str::to_owned);
+        let entities = &self.description.entities;
+        let has_name = |EntityId(index): &EntityId| {
+            let entity = &entities[*index];
+            entity.kind == EntityKind::Integrator && Some(entity.class.as_str()) == name
+        };
+        let own = self.own_integrator.filter(|own| name.is_none() || has_name(own));
+        let known = own.or_else(|| (0..entities.len()).map(EntityId).find(has_name));
+        self.description.integrator = known;
+        if let (None, Some(name)) = (known, name) {
+            defines::set_integrator(&mut self.description, name, &mut self.map);
+        }
+        // The messages of reading were those of the first integrator.
+        self.settings = Settings::read(&self.description, &mut Diagnostics::new());
     }
 
     /// Makes the scene.

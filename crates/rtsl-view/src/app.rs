@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use rtsl_math::Transform;
-use rtsl_render::session::{Picked, Session, ViewMode};
+use rtsl_render::Messages;
+use rtsl_render::session::{Picked, Reloaded, Session, ViewMode};
 use rtsl_scene::EntityId;
 
 use crate::camera_control::{self, Vector};
@@ -252,6 +253,7 @@ impl App {
             Key::Character('o') => self.shows_figures = !self.shows_figures,
             Key::Character('h') => self.shows_help = !self.shows_help,
             Key::Character('r') => self.reload(),
+            Key::Character('i') => self.show_next_integrator(),
             Key::Character('f') => self.orbit_about_pointer(),
             Key::Character('c') => self.wishes.push(Wish::Print(self.camera_text())),
             Key::Character('+' | '=') => self.dolly(1.0),
@@ -389,7 +391,21 @@ impl App {
     }
 
     fn reload(&mut self) {
-        match self.session.reload() {
+        let reloaded = self.session.reload();
+        self.adopt(reloaded);
+    }
+
+    fn show_next_integrator(&mut self) {
+        let names = self.session.integrators();
+        let is_shown = |name: &String| name.eq_ignore_ascii_case(self.session.integrator());
+        let next = names.iter().position(is_shown).map_or(0, |shown| (shown + 1) % names.len());
+        let changed = self.session.set_integrator(&names[next]);
+        self.adopt(changed);
+    }
+
+    /// Shows the result of reading the scene again.
+    fn adopt(&mut self, reloaded: Result<Reloaded, Messages>) {
+        match reloaded {
             Ok(reloaded) => {
                 let warnings = reloaded.warnings.to_text(false);
                 self.message = (!warnings.is_empty()).then_some(warnings);

@@ -111,6 +111,27 @@ fn drags_orbit_pan_and_look() {
 }
 
 #[test]
+fn a_key_shows_the_next_integrator() {
+    let mut viewer = Viewer::new("integrators");
+    let integrators = viewer.app.session().integrators();
+    assert_eq!(
+        (integrators[0].as_str(), viewer.app.session().integrator()),
+        ("interactive", "interactive")
+    );
+    let first = viewer.image();
+    for name in &integrators[1..] {
+        viewer.press(Key::Character('i'));
+        assert_eq!(viewer.app.session().integrator(), name);
+        if name == "Normals" {
+            assert_ne!(viewer.image(), first);
+        }
+    }
+    viewer.press(Key::Character('i'));
+    assert_eq!(viewer.app.session().integrator(), "interactive", "after the last comes the first");
+    assert_eq!(viewer.image(), first);
+}
+
+#[test]
 fn the_wheel_and_keys_dolly() {
     let mut viewer = Viewer::new("wheel");
     let pivot = viewer.app.pivot;

@@ -29,6 +29,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("c", "print the camera for the scene file"),
     ("1 2", "image, time per pixel"),
     ("3 4", "nodes per ray, lanes used"),
+    ("i", "next integrator"),
     ("tab", "panel"),
     ("o", "figures"),
     ("h", "this help"),
@@ -69,11 +70,12 @@ pub fn figures(status: &Status, mode: ViewMode, frame_time: Duration) -> Vec<Str
             status.samples_wanted,
         ),
         format!(
-            "{} lanes on {}, {} threads   lanes used {lanes_used}   {}",
+            "{} lanes on {}, {} threads   lanes used {lanes_used}   {} by {}",
             status.width,
             status.target,
             status.threads,
-            mode.name()
+            mode.name(),
+            status.integrator
         ),
     ]
 }
@@ -182,6 +184,7 @@ mod tests {
             width: 8,
             target: "znver3".to_owned(),
             threads: 2,
+            integrator: "Path".to_owned(),
             ..Status::default()
         };
         let lines = figures(&status, ViewMode::Image, Duration::from_micros(12_340));
@@ -189,7 +192,7 @@ mod tests {
             lines,
             [
                 "12.3 ms a frame at 1/2   12.3 M rays/s   3/16 samples   640x360",
-                "8 lanes on znver3, 2 threads   lanes used -   image"
+                "8 lanes on znver3, 2 threads   lanes used -   image by Path"
             ]
         );
     }

@@ -69,7 +69,7 @@ pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;
 pub use program::program::{Placement, Program};
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
-pub use program::staged_program::{StageRequest, StagedProgram};
+pub use program::staged_program::{ParameterValues, StageRequest, StagedProgram};
 pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};
 pub use state::{new_state, set_defaults};
 pub use type_name::{scalar_name, type_name};

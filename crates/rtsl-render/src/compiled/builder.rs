@@ -74,6 +74,11 @@ impl<'a> SceneBuilder<'a> {
         SceneBuilder { shapes: Shapes::Moved(earlier), ..self }
     }
 
+    /// Returns the engine.
+    pub(crate) fn engine(&self) -> &'a Engine {
+        self.engine
+    }
+
     /// Makes kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRays;
 use super::wavefront::Wavefront;
-use crate::statistics::RayCounts;
+use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{CameraMemory, SampleStreams};
 use crate::whitted::Workspace;
 
@@ -38,6 +38,8 @@ pub struct BatchMemory {
     pub samples: Samples,
     /// The number of rays traced so far.
     pub rays: RayCounts,
+    /// The use of lanes in calls of the integrator's stages so far.
+    pub lane_use: LaneUse,
 }
 
 impl BatchMemory {
@@ -65,6 +67,7 @@ impl BatchMemory {
             shade: scene.calls_shade().then(|| Box::new(Workspace::new(&scene.compiled))),
             samples: Samples::default(),
             rays: RayCounts::default(),
+            lane_use: LaneUse::NONE,
         }
     }
 }

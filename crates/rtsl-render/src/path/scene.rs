@@ -46,6 +46,17 @@ pub struct BatchScene {
 }
 
 impl BatchScene {
+    /// The name of the integrator's class.
+    pub fn integrator(&self) -> &str {
+        self.integrator.name()
+    }
+
+    /// The addresses of the code of the integrator's stages.
+    #[cfg(test)]
+    pub(crate) fn code(&self) -> Vec<*const rtsl::Kernel> {
+        self.integrator.staged.as_ref().map_or_else(Vec::new, |staged| staged.code())
+    }
+
     /// True if the features of first surfaces are needed.
     pub(super) fn has_features(&self) -> bool {
         self.aovs.iter().any(|aov| is_feature(*aov))

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, SourceMap, diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, SourceMap,
+    diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
@@ -36,21 +37,48 @@ const AOVS: [Aov; 8] = [
     Aov::Time,
 ];
 
-impl BatchScene {
-    /// Compiles kernels for pictures of a scene with these AOVs and builds its acceleration structure. Warnings go to
-    /// `messages`; `listener` is called with the next step.
+/// Prepares scenes for path tracing.
+#[derive(Clone, Copy)]
+pub struct BatchSceneBuilder<'a> {
+    scene: SceneBuilder<'a>,
+    aovs: &'a [Aov],
+    values: ParameterValues,
+    earlier: Option<&'a BatchScene>,
+}
+
+impl<'a> BatchSceneBuilder<'a> {
+    /// Creates a builder that makes kernels and acceleration structures by another one, for pictures without AOVs.
+    pub fn new(scene: SceneBuilder<'a>) -> Self {
+        BatchSceneBuilder { scene, aovs: &[], values: ParameterValues::Final, earlier: None }
+    }
+
+    /// Prepares for pictures with these AOVs.
+    #[must_use]
+    pub fn aovs(self, aovs: &'a [Aov]) -> Self {
+        BatchSceneBuilder { aovs, ..self }
+    }
+
+    /// Makes kernels that do not depend on the values of parameters, so that the kernels of the integrator may be used
+    /// [again](Self::earlier).
+    #[must_use]
+    pub fn changing_values(self) -> Self {
+        BatchSceneBuilder { values: ParameterValues::Changing, ..self }
+    }
+
+    /// Uses the kernels of an earlier state of the scene again if only values of parameters changed since.
+    #[must_use]
+    pub fn earlier(self, earlier: &'a BatchScene) -> Self {
+        BatchSceneBuilder { earlier: Some(earlier), ..self }
+    }
+
+    /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors
     /// If an AOV is not supported, a class lacks a method that its use needs, or a kernel cannot be compiled.
-    pub fn new(
-        scene: &Scene,
-        engine: &Engine,
-        aovs: &[Aov],
-        messages: &mut Messages,
-        listener: &dyn Fn(BuildStep),
-    ) -> Result<Self, Messages> {
+    pub fn build(&self, scene: &Scene, messages: &mut Messages) -> Result<BatchScene, Messages> {
+        let BatchSceneBuilder { scene: builder, aovs, values, earlier } = *self;
+        let engine = builder.engine();
         Aov::refuse_others(aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
-        let builder = SceneBuilder::new(engine).listener(listener);
         let instance = scene.integrator.as_ref().unwrap_or(&scene.path_tracer);
         let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
         let calls_shade = integrator.calls_shade || has_shade(engine, scene);
@@ -86,9 +114,27 @@ impl BatchScene {
         };
         made.warn_of_shade(messages);
         made.select_lights()?;
-        made.compile_integrator(scene, instance, messages)?;
+        made.compile_integrator((scene, instance), (values, earlier), messages)?;
         made.compile_time = made.compiled.compile_time + start.elapsed();
         Ok(made)
+    }
+}
+
+impl BatchScene {
+    /// Prepares a scene for pictures with these AOVs. Warnings go to `messages`; `listener` is called with the next
+    /// step.
+    ///
+    /// # Errors
+    /// As for [`BatchSceneBuilder::build`].
+    pub fn new(
+        scene: &Scene,
+        engine: &Engine,
+        aovs: &[Aov],
+        messages: &mut Messages,
+        listener: &dyn Fn(BuildStep),
+    ) -> Result<Self, Messages> {
+        let builder = SceneBuilder::new(engine).listener(listener);
+        BatchSceneBuilder::new(builder).aovs(aovs).build(scene, messages)
     }
 
     /// Finds out how much light the lights send, by which they are selected.
@@ -105,8 +151,8 @@ impl BatchScene {
     /// Compiles the stages of the integrator, and the methods of surfaces that these are not linked with.
     fn compile_integrator(
         &mut self,
-        scene: &Scene,
-        instance: &Instance,
+        (scene, instance): (&Scene, &Instance),
+        (values, earlier): (ParameterValues, Option<&BatchScene>),
         messages: &mut Messages,
     ) -> Result<(), Messages> {
         let parts = StageParts {
@@ -115,6 +161,8 @@ impl BatchScene {
             objects: &self.objects,
             lights: &self.lights,
             outputs: if self.has_features() { &FEATURE_OUTPUTS } else { &[] },
+            values,
+            earlier: earlier.and_then(|earlier| earlier.integrator.staged.as_ref()),
         };
         let staged = self.integrator.stages(&self.engine, instance, scene, &parts);
         self.integrator.staged = staged.map_err(Messages::one)?;

@@ -11,7 +11,7 @@ use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};
 use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
-use crate::whitted::{TileSample, TileSums};
+use crate::whitted::{TileSample, TileSums, mean};
 
 /// A film. Each tile has a separate lock, so that threads do not wait for one another.
 pub struct Film {
@@ -69,7 +69,7 @@ impl Record {
     };
 
     fn average(&self, lane: usize) -> [f32; 3] {
-        self.sums[lane].map(|channel| channel / self.taken as f32)
+        mean(self.sums[lane], self.taken)
     }
 
     fn show(&mut self, display: &Display) {
@@ -123,13 +123,15 @@ impl Film {
         }
     }
 
-    /// Adds a sample of the tile `index` and its cost.
-    pub fn add(&self, index: usize, sample: &TileSample, work: &SampleWork, display: &Display) {
+    /// Adds samples of the tile `index` and their cost.
+    pub fn add(&self, index: usize, samples: &[TileSample], work: &SampleWork, display: &Display) {
         let mut record = self.record(index);
-        // Samples that are not finite count as black.
-        sample.add_to(&mut record.sums);
-        record.scatter.add(sample, display.scale());
-        record.taken += 1;
+        for sample in samples {
+            // Samples that are not finite count as black.
+            sample.add_to(&mut record.sums);
+            record.scatter.add(sample, display.scale());
+            record.taken += 1;
+        }
         record.work.add(work);
         record.show(display);
     }
@@ -229,9 +231,9 @@ mod tests {
     use super::*;
     use crate::session::ViewMode;
 
-    fn sample(film: &Film, index: usize, value: f32) -> TileSample {
+    fn sample(film: &Film, index: usize, value: f32) -> [TileSample; 1] {
         let lanes = film.tiles()[index].lanes(film.width, film.height);
-        TileSample { lanes, colors: [[value; LANES]; 3] }
+        [TileSample { lanes, colors: [[value; LANES]; 3] }]
     }
 
     #[test]

@@ -5,12 +5,14 @@
 //! the next call renders a whole frame, at a lower resolution if a full frame would take too long, so that the image is
 //! always consistent; then samples are added, pass by pass, up to the scene's number.
 //!
-//! Samples are those of an offline render: after all passes the film has the bits of [`crate::whitted::render`].
+//! Samples are those of an offline render: after all passes the film has the bits of [`crate::whitted::render`], or of
+//! [`crate::path::render`] if the session shows an integrator.
 
 mod control;
 mod film;
 mod options;
 mod picked;
+mod renderer;
 mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
@@ -12,22 +12,21 @@ use rtsl_math::sampling::hash;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{
-    EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource, Settings,
+    EntityId, EntityKind, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings,
 };
 
 use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
+use super::renderer::SessionRenderer;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
-use crate::compiled::work_counts::WorkCounts;
-use crate::compiled::{CompiledScene, SceneBuilder};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
-use crate::whitted::{Workspace, hit_groups, rays_of, sample_tile, visits_of_sample};
+use crate::whitted::{Workspace, hit_groups};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
@@ -62,7 +61,7 @@ pub struct Session {
     threads: RenderThreads,
     scene: Scene,
     origins: Origins,
-    compiled: CompiledScene,
+    renderer: SessionRenderer,
     film: Film,
     /// The film of the frame being rendered, which is displayed when it is complete.
     frame: Film,
@@ -113,21 +112,19 @@ impl Session {
             defines,
             search_path,
             camera: options.camera.clone(),
-            integrator: None,
+            integrator: options.integrator.clone(),
             input_memory: options.input_memory,
             texture_memory: options.texture_memory,
         };
         let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
-        if let Some(warning) = warning_of_integrator(&scene) {
-            warnings.push_one(warning);
-        }
         check_size(&scene, options.threads)?;
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
         warnings.push(SourceMap::new(), engine_warnings);
-        let compiled = CompiledScene::new(scene.clone(), &engine, &mut warnings)?;
+        let has_integrator = has_integrator(&source, &scene);
+        let renderer = SessionRenderer::new(&scene, has_integrator, &engine, None, &mut warnings)?;
         let threads = RenderThreads::new(options.threads)?;
         let settings = &scene.settings;
         let exposure = exposure_scale(settings.exposure + options.exposure);
@@ -155,7 +152,7 @@ impl Session {
             threads,
             scene,
             origins,
-            compiled,
+            renderer,
         };
         Ok((session, warnings))
     }
@@ -171,7 +168,7 @@ impl Session {
         self.count(rays, start.elapsed());
         if self.errors.any() {
             self.phase = Phase::Stopped;
-            let problem = exhausted_budgets(&self.compiled, &self.errors);
+            let problem = exhausted_budgets(self.renderer.compiled(), &self.errors);
             self.status.problem = Some(problem.to_text(false));
         }
         true
@@ -189,13 +186,45 @@ impl Session {
 
     /// Returns the status.
     pub fn status(&self) -> Status {
-        let samples_wanted = self.compiled.settings.sampler.samples_per_pixel();
+        let samples_wanted = self.samples_wanted();
         let samples = match self.phase {
             Phase::Frame | Phase::Stopped => 0,
             Phase::Refinement => self.film.mean_samples(),
             Phase::Rest => samples_wanted,
         };
-        Status { size: self.film.size(), samples, samples_wanted, ..self.status.clone() }
+        let integrator = self.integrator().to_owned();
+        let size = self.film.size();
+        Status { size, samples, samples_wanted, integrator, ..self.status.clone() }
+    }
+
+    fn samples_wanted(&self) -> u32 {
+        self.renderer.compiled().settings.sampler.samples_per_pixel()
+    }
+
+    /// Returns the names of integrators for [`Session::set_integrator`]: that of the interactive renderer, the scene's
+    /// own, and those of the library.
+    pub fn integrators(&self) -> Vec<String> {
+        self.source.integrators()
+    }
+
+    /// Returns the class of the integrator that makes the picture, or the name of the interactive renderer.
+    pub fn integrator(&self) -> &str {
+        self.renderer.name()
+    }
+
+    /// Shows the scene by another integrator: the interactive renderer, or a class. The scene's own has the parameters
+    /// that the scene gives it.
+    ///
+    /// # Errors
+    /// If there is no such integrator, or it cannot be compiled; nothing changes then.
+    pub fn set_integrator(&mut self, name: &str) -> Result<Reloaded, Messages> {
+        let earlier = self.source.selected_integrator().map(str::to_owned);
+        self.source.select_integrator(Some(name));
+        let done = self.source.load().and_then(|loaded| self.take_over(loaded));
+        if done.is_err() {
+            self.source.select_integrator(earlier.as_deref());
+        }
+        done
     }
 
     /// Returns the transform from the camera's space to the world's.
@@ -221,8 +250,9 @@ impl Session {
     fn place_camera(&mut self) {
         let is_of_scene = self.camera_to_world == self.scene.camera_to_world;
         let motion = self.scene.camera_motion.as_ref().filter(|_| is_of_scene);
-        self.compiled.camera_motion = motion.cloned();
-        self.compiled.camera_to_world = self.camera_to_world.affine();
+        let compiled = self.renderer.compiled_mut();
+        compiled.camera_motion = motion.cloned();
+        compiled.camera_to_world = self.camera_to_world.affine();
     }
 
     /// Changes columns and rows. Invalid sizes, and sizes without enough memory, are ignored.
@@ -237,7 +267,7 @@ impl Session {
         let Ok(film) = Film::new(width, height) else { return };
         self.options.size = Some((width, height));
         self.scene = scene;
-        self.compiled.settings.set_size(width, height);
+        self.renderer.compiled_mut().settings.set_size(width, height);
         film.show_scaled(&self.film);
         self.film = film;
         self.restart();
@@ -336,13 +366,14 @@ impl Session {
             return None;
         }
         let errors = RuntimeErrors::default();
-        let tracer = Tracer { scene: &self.compiled, errors: &errors };
-        let mut workspace = Workspace::new(&self.compiled);
+        let compiled = self.renderer.compiled();
+        let tracer = Tracer { scene: compiled, errors: &errors };
+        let mut workspace = Workspace::new(compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
         let rays = &camera_rays(&tracer, &mut workspace.camera, tile, 0).rays;
         let hits = tracer.nearest(&mut workspace.search, rays, 1 << lane);
-        let group = hit_groups(&self.compiled, &hits, 1 << lane).pop()?;
+        let group = hit_groups(compiled, &hits, 1 << lane).pop()?;
         let index = group.index as usize;
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
@@ -351,7 +382,7 @@ impl Session {
         let shape = *self.origins.objects.get(index)?;
         let material = group.object.material;
         let shader = match material {
-            Some(material) => &self.compiled.materials[material as usize],
+            Some(material) => &compiled.materials[material as usize],
             None => &group.object.primitive,
         };
         Some(Picked {
@@ -359,7 +390,7 @@ impl Session {
             title: self.title(shape),
             class: self.scene.objects[index].primitive.class().name.clone(),
             material: material.and_then(|material| self.origins.materials[material as usize]),
-            material_class: self.compiled.shader(shader).program.class().name.clone(),
+            material_class: compiled.shader(shader).program.class().name.clone(),
             distance: t * length,
             position: std::array::from_fn(|axis| origin[axis] + t * direction[axis]),
         })
@@ -370,7 +401,7 @@ impl Session {
         let entity = &self.source.description().entities[id.0];
         match (&entity.name, entity.kind) {
             (Some(name), _) => name.clone(),
-            (None, EntityKind::Camera) => "camera".to_owned(),
+            (None, EntityKind::Camera | EntityKind::Integrator) => entity.kind.word().to_owned(),
             (None, kind) => format!("{} on line {}", kind.word(), self.source.line_of(id)),
         }
     }
@@ -380,22 +411,26 @@ impl Session {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
         check_size(&scene, self.options.threads)?;
-        let same_settings = scene.settings == self.scene.settings;
-        let same_shapes = same_settings && scene.has_same_shapes(&self.scene);
-        if same_shapes && scene.has_same_shading(&self.scene) {
+        let has_integrator = has_integrator(&self.source, &scene);
+        let same_integrator = has_integrator == self.renderer.has_integrator()
+            && has_same_integrator(&scene, &self.scene)
+            && scene.settings == self.scene.settings;
+        let same_shapes = scene.has_same_shapes(&self.scene);
+        if same_integrator && same_shapes && scene.has_same_shading(&self.scene) {
             return Ok(Reloaded { changed: false, warnings });
         }
-        if !(same_settings && self.compiled.replace_values(&self.scene, &scene, &self.engine)) {
-            if scene.settings.loop_budget != self.scene.settings.loop_budget {
-                let options = self.options.engine_for(&scene.settings);
-                (self.engine, _) = Engine::new(options).map_err(Messages::one)?;
-            }
-            let (builder, messages) = (SceneBuilder::new(&self.engine), &mut warnings);
-            self.compiled = if same_shapes {
-                builder.same_shapes(&self.compiled).build(scene.clone(), messages)?
-            } else {
-                builder.moved_shapes(&self.compiled).build(scene.clone(), messages)?
+        if !(same_integrator && self.renderer.replace_values(&self.scene, &scene, &self.engine)) {
+            let engine = match scene.settings.loop_budget == self.scene.settings.loop_budget {
+                true => self.engine.clone(),
+                false => {
+                    let options = self.options.engine_for(&scene.settings);
+                    Engine::new(options).map_err(Messages::one)?.0
+                }
             };
+            let earlier = Some((&self.renderer, &self.scene));
+            self.renderer =
+                SessionRenderer::new(&scene, has_integrator, &engine, earlier, &mut warnings)?;
+            self.engine = engine;
         }
         self.adopt(scene, origins)?;
         Ok(Reloaded { changed: true, warnings })
@@ -445,11 +480,11 @@ impl Session {
             }
         }
         self.frame.clear();
-        let whole = self.compiled.settings.clone();
-        self.compiled.settings.set_size(size.0, size.1);
+        let whole = self.renderer.compiled().settings.clone();
+        self.renderer.compiled_mut().settings.set_size(size.0, size.1);
         let all: Vec<usize> = (0..self.frame.tiles().len()).collect();
         let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
-        self.compiled.settings = whole;
+        self.renderer.compiled_mut().settings = whole;
         if self.errors.any() {
             return rays;
         }
@@ -485,14 +520,13 @@ impl Session {
 
     /// Selects the tiles that get the next sample.
     fn choose_tiles(&mut self) {
-        let wanted = self.compiled.settings.sampler.samples_per_pixel();
-        self.waiting = self.film.most_in_need(wanted);
+        self.waiting = self.film.most_in_need(self.samples_wanted());
         self.begun = 0;
         self.phase = if self.waiting.is_empty() { Phase::Rest } else { Phase::Refinement };
     }
 
-    /// Takes the next sample of the waiting tiles from position `first` on; returns the position of the first that was
-    /// not started.
+    /// Takes the next samples of the waiting tiles from position `first` on, of a whole frame one each; returns the
+    /// position of the first that was not started.
     fn render_tiles(
         &self,
         film: &Film,
@@ -500,40 +534,40 @@ impl Session {
         first: usize,
         deadline: Option<Instant>,
     ) -> (usize, RayCounts) {
-        let Session { compiled, errors, display, lane_use, .. } = self;
-        let tracer = Tracer { scene: compiled, errors };
+        let Session { renderer, errors, display, lane_use: sum, .. } = self;
         // At least one tile is rendered, however short the time.
         let begun = AtomicBool::new(false);
         let in_time = || {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
                 || !begun.swap(true, Ordering::Relaxed)
         };
-        let (next, workspaces) = self.threads.for_each_tile(
+        let (next, memories) = self.threads.for_each_tile(
             (first, tiles.len()),
-            || Workspace::new(compiled),
+            || renderer.memory(),
             || !errors.any() && in_time(),
-            |workspace, place| {
+            |memory, place| {
                 let index = tiles[place];
-                let (tile, sample) = (film.tiles()[index], film.taken(index));
-                workspace.search.counts = counts_lanes(display.mode(), index, sample)
-                    .then(|| WorkCounts::new(compiled.width));
+                let taken = film.taken(index);
+                let count = deadline.map_or(1, |_| renderer.samples_of_visit(taken));
+                let samples = (film.tiles()[index], taken, count);
+                let counts_lanes = counts_lanes(display.mode(), index, taken);
                 let start = Instant::now();
-                let taken = sample_tile(&tracer, workspace, tile, sample);
-                let mut work = SampleWork { time: start.elapsed(), ..SampleWork::NONE };
-                if let Some(counts) = workspace.search.counts.take() {
-                    work.lane_use = counts.lane_use;
-                    *lock(lane_use) += counts.lane_use;
-                }
+                let taken = renderer.take_samples(errors, memory, samples, counts_lanes);
+                let lane_use = taken.lane_use;
+                let mut work = SampleWork { time: start.elapsed(), lane_use, ..SampleWork::NONE };
+                *lock(sum) += lane_use;
                 if display.mode() == ViewMode::Nodes {
-                    work.visited = visits_of_sample(&tracer, workspace, tile, sample);
+                    work.visited = renderer.visits(errors, memory, samples);
                 }
-                // A sample that was aborted is not added.
+                // Samples that were aborted are not added.
                 if !errors.any() {
-                    film.add(index, &taken, &work, display);
+                    film.add(index, &taken.samples, &work, display);
                 }
             },
         );
-        (next, rays_of(&workspaces))
+        let mut rays = RayCounts::default();
+        memories.iter().for_each(|memory| rays += memory.rays());
+        (next, rays)
     }
 
     /// The factor by which the resolution of the next whole frame is reduced. It changes only if the time differs
@@ -587,12 +621,18 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
     Film::new(width, height).map_err(|error| Messages::one(error.diagnostic()))
 }
 
-/// Returns a warning if the scene has an integrator written in RTSL, which this renderer does not run.
-fn warning_of_integrator(scene: &Scene) -> Option<Diagnostic> {
-    let class = &scene.integrator.as_ref()?.class().name;
-    let message = format!("the interactive renderer takes the place of the integrator `{class}`");
-    let warning = Diagnostic::new(codes::IGNORED_SETTING, message);
-    Some(warning.help("`rtsl render` runs it"))
+/// True if an integrator makes the picture: one that the scene names by its class, or one that was selected. The names
+/// of the format leave the choice to the viewer, which prefers the interactive renderer.
+fn has_integrator(source: &SceneSource<'_>, scene: &Scene) -> bool {
+    let is_selected = source.selected_integrator().is_some();
+    scene.integrator.is_some() || is_selected && scene.settings.renderer == Some(Renderer::Batch)
+}
+
+fn has_same_integrator(one: &Scene, other: &Scene) -> bool {
+    match (&one.integrator, &other.integrator) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (one, other) => one.is_none() && other.is_none(),
+    }
 }
 
 fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {
@@ -609,3 +649,7 @@ fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {
 #[cfg(test)]
 #[path = "tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "integrator_tests.rs"]
+mod integrator_tests;

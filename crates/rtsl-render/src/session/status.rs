@@ -7,6 +7,8 @@ use std::time::Duration;
 pub struct Status {
     /// Columns and rows.
     pub size: (usize, usize),
+    /// The class of the integrator, or the name of the interactive renderer.
+    pub integrator: String,
     /// The average number of samples per pixel: noisy regions have more.
     pub samples: u32,
     /// The number of samples that every pixel will have.

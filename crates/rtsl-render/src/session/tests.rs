@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::request::{RenderRequest, render_scene};
 
-const SCENE: &str = r#"
+pub(super) const SCENE: &str = r#"
 LookAt 0 2 -6   0 0.5 0   0 1 0
 Camera "Pinhole" "float fov" 40
 Film "rgb" "integer xresolution" 44 "integer yresolution" 30
@@ -31,33 +31,43 @@ void lookup() {
     rt_TextureColor = color(fract(rt_TextureUV.x / width) < 0.5 ? 0.2 : dark ? 0.3 : 0.8);
 }";
 
-const SLICE: Duration = Duration::from_millis(20);
+pub(super) const SLICE: Duration = Duration::from_millis(20);
 
 /// A folder with a scene, which is removed at the end.
-struct Folder(TempDir);
+pub(super) struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Folder {
+    pub(super) fn new(name: &str) -> Folder {
         let folder = Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap());
         folder.write("scene.pbrt", SCENE);
         folder.write("stripes.rtsl", STRIPES);
         folder
     }
 
-    fn write(&self, name: &str, text: &str) {
+    pub(super) fn write(&self, name: &str, text: &str) {
         std::fs::write(self.0.path().join(name), text).unwrap();
     }
 
-    fn open(&self) -> Session {
+    pub(super) fn open(&self) -> Session {
         let options = SessionOptions { threads: Some(2), ..SessionOptions::default() };
         let opened = Session::open(&self.0.path().join("scene.pbrt"), options);
         opened.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).0
     }
 
     /// Renders the scene offline.
-    fn render(&self, defines: &[&str]) -> Image {
+    pub(super) fn render(&self, defines: &[&str]) -> Image {
+        self.render_with(None, defines)
+    }
+
+    /// Renders the scene by an integrator.
+    pub(super) fn render_by(&self, integrator: &str) -> Image {
+        self.render_with(Some(integrator), &[])
+    }
+
+    pub(super) fn render_with(&self, integrator: Option<&str>, defines: &[&str]) -> Image {
         let request = RenderRequest {
             scene: self.0.path().join("scene.pbrt"),
+            integrator: integrator.map(str::to_owned),
             defines: defines.iter().map(|define| (*define).to_owned()).collect(),
             ..RenderRequest::default()
         };
@@ -66,20 +76,20 @@ impl Folder {
 }
 
 /// Takes all samples.
-fn finish(session: &mut Session) -> Image {
+pub(super) fn finish(session: &mut Session) -> Image {
     while session.advance(SLICE) {}
     assert_eq!(session.status().problem, None);
     session.film().image().unwrap()
 }
 
-fn shown(session: &Session) -> Vec<u32> {
+pub(super) fn shown(session: &Session) -> Vec<u32> {
     let (width, height) = session.film().size();
     let mut pixels = vec![0; width * height];
     session.film().copy_to(&mut pixels, width);
     pixels
 }
 
-fn find(session: &Session, title: &str) -> EntityId {
+pub(super) fn find(session: &Session, title: &str) -> EntityId {
     let things = session.things();
     things.iter().find(|thing| thing.title == title).unwrap_or_else(|| panic!("{things:?}")).entity
 }
@@ -87,7 +97,7 @@ fn find(session: &Session, title: &str) -> EntityId {
 /// The addresses of the code of every method.
 fn kernels(session: &Session) -> Vec<(String, Method, *const rtsl::Kernel)> {
     let methods = [Method::GenerateRay, Method::Intersect, Method::Shade, Method::Illumination];
-    let shaders = session.compiled.shaders.iter();
+    let shaders = session.renderer.compiled().shaders.iter();
     let kernels = shaders.flat_map(|shader| {
         let name = &shader.program.class().name;
         let kernel =

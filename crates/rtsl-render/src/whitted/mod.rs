@@ -24,5 +24,5 @@ pub(crate) use shading::{Emitters, ShadedRays, shade_hits};
 pub(crate) use spawned_rays::{PacketColors, SpawnedRays};
 pub(crate) use surface::{hit_groups, prepare};
 pub(crate) use tile_aovs::visits_of_sample;
-pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};
+pub(crate) use tile_sample::{TileSample, TileSums, mean, sample_tile};
 pub(crate) use workspace::{Workspace, rays_of};

@@ -10,7 +10,7 @@ use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::OutOfMemory;
 
 use super::tile_aovs::{TileAovs, TileValues, TileWork};
-use super::tile_sample::sample_tile;
+use super::tile_sample::{mean, sample_tile};
 use super::workspace::{Workspace, rays_of};
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::object_classes::ObjectClasses;
@@ -145,7 +145,7 @@ impl<'a> Job<'a> {
         let lane_use = counts.map_or(LaneUse::default(), |counts| counts.lane_use);
         let work = TileWork { time: begun.elapsed(), lane_use };
         let aovs = self.tile_aovs(workspace, &tracer, tile, taken);
-        self.keep_tile(tile, &sums.map(|sum| sum.map(|channel| channel / taken as f32)), |aov| {
+        self.keep_tile(tile, &sums.map(|sum| mean(sum, taken)), |aov| {
             aovs.values(aov, work, taken)
         });
         self.dropped.fetch_add(dropped, Ordering::Relaxed);

@@ -59,7 +59,12 @@ fn develop(colors: &mut PacketColors, lanes: LaneMask, settings: &Settings) {
 }
 
 /// Sums of the samples of a tile's pixels.
-pub type TileSums = [[f32; 3]; LANES];
+pub type TileSums = [[f64; 3]; LANES];
+
+/// Returns the mean of a pixel from the sum of so many samples.
+pub fn mean(sum: [f64; 3], taken: u32) -> [f32; 3] {
+    sum.map(|channel| (channel / f64::from(taken)) as f32)
+}
 
 impl TileSample {
     /// Adds the colours that are finite; returns the number of others, which count as black.
@@ -68,7 +73,7 @@ impl TileSample {
         for lane in lanes_of(self.lanes) {
             let color = [0, 1, 2].map(|channel: usize| self.colors[channel][lane]);
             if color.iter().all(|channel| channel.is_finite()) {
-                (0..3).for_each(|channel| sums[lane][channel] += color[channel]);
+                (0..3).for_each(|channel| sums[lane][channel] += f64::from(color[channel]));
             } else {
                 dropped += 1;
             }

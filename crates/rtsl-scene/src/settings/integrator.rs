@@ -59,8 +59,7 @@ pub const MAX_TRACE_DEPTH: u32 = 64;
 impl Settings {
     pub(super) fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
         let known = INTEGRATORS.iter().find(|(name, ..)| *name == entity.class);
-        // Indirect light requires the path renderer.
-        let renderer = known.map_or(Renderer::Batch, |(_, renderer, _)| *renderer);
+        let renderer = Renderer::of_integrator(entity);
         self.renderer = Some(renderer);
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(epsilon) = reader.number("epsilon") {
@@ -100,6 +99,14 @@ impl Settings {
         reader.accept(&WITHOUT_EFFECT);
         reader.accept(&["imagefilename"]);
         reader.finish();
+    }
+}
+
+impl Renderer {
+    /// Returns the renderer of an integrator. Classes, and indirect light, require the batch renderer.
+    pub(crate) fn of_integrator(entity: &Entity) -> Renderer {
+        let known = INTEGRATORS.iter().find(|(name, ..)| *name == entity.class);
+        known.map_or(Renderer::Batch, |(_, renderer, _)| *renderer)
     }
 }
 

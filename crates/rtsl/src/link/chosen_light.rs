@@ -10,7 +10,7 @@ use super::arithmetic::Arithmetic;
 use super::linker::{Linker, Linking};
 
 /// Lights of one class, which share their methods.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LightClassLink {
     /// The indices of the lights.
     pub lights: Vec<usize>,

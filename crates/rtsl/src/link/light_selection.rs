@@ -69,6 +69,15 @@ impl LightSelection {
         self.infinite.iter().copied().chain(finite).collect()
     }
 
+    /// True if the hierarchy is the same, whatever its [scalars](Self::scalars).
+    pub(crate) fn is_like(&self, other: &LightSelection) -> bool {
+        let contents = |selection: &LightSelection| -> Vec<LightContent> {
+            selection.nodes.iter().map(|node| node.content).collect()
+        };
+        (&self.infinite, self.probability) == (&other.infinite, other.probability)
+            && contents(self) == contents(other)
+    }
+
     /// The scalars of the hierarchy, node by node.
     pub(crate) fn scalars(&self) -> Vec<f32> {
         let of = |node: &LightNode| {

@@ -41,6 +41,26 @@ pub(crate) struct LightLinks {
 }
 
 impl LightLinks {
+    /// True if lights of the same programs have the same code, whatever their data.
+    pub fn is_like(&self, other: &LightLinks) -> bool {
+        let form = |links: &LightLinks| {
+            let lights = links.lights.iter().map(|light| (light.is_placed, light.is_weighed));
+            let areas = links.areas.as_ref().map(|areas| {
+                areas.iter().map(|area| (area.shape.is_placed, area.is_weighed)).collect()
+            });
+            (lights.collect(), areas)
+        };
+        let forms: [(Vec<_>, Option<Vec<_>>); 2] = [form(self), form(other)];
+        let has_like_selection = match (&self.selection, &other.selection) {
+            (Some(own), Some(others)) => own.is_like(others),
+            (own, others) => own.is_none() && others.is_none(),
+        };
+        forms[0] == forms[1]
+            && self.skies == other.skies
+            && self.classes == other.classes
+            && has_like_selection
+    }
+
     /// True if lights that are shapes may be at infinity.
     pub fn has_infinite_shapes(&self) -> bool {
         let mut infinite = self.selection.iter().flat_map(|selection| &selection.infinite);

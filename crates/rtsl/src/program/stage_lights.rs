@@ -6,9 +6,9 @@ use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_math::sampling::Sampler;
 use rtsl_spec::Method;
 
-use super::light_part::{LightPart, light_classes};
+use super::light_part::{LightPart, have_same_programs, light_classes};
 use super::program::Program;
-use super::staged_program::joined;
+use super::staged_program::{ParameterValues, joined};
 use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
@@ -69,6 +69,8 @@ pub struct StageLight<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct LinkedLights {
     pub links: Arc<LightLinks>,
+    /// The programs of the lights' parts.
+    programs: Vec<Arc<Program>>,
     /// The members of the lights.
     layouts: Vec<Layout>,
     /// The data of each light, then what all share.
@@ -77,7 +79,11 @@ pub(crate) struct LinkedLights {
 
 impl LinkedLights {
     /// Returns the lights if their methods need nothing of a host.
-    pub fn new(lights: &StageLights<'_>, sampler: &Sampler) -> Option<LinkedLights> {
+    pub fn new(
+        lights: &StageLights<'_>,
+        sampler: &Sampler,
+        values: ParameterValues,
+    ) -> Option<LinkedLights> {
         if lights.lights.len() > MAX_LIGHTS {
             return None;
         }
@@ -94,7 +100,9 @@ impl LinkedLights {
         let parts: Vec<LightPart> = parts.collect();
         let is_sampled = areas.is_some();
         let selected = lights.selection.as_ref().filter(|_| is_sampled);
-        let classes = selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights()));
+        let classes =
+            selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights(), values));
+        let programs = parts.iter().flat_map(|part| part.programs.iter().cloned()).collect();
         let (layouts, mut blocks): (Vec<_>, Vec<_>) =
             parts.into_iter().map(|part| (part.layout, part.block)).unzip();
         blocks.push(lights.shared_block());
@@ -105,7 +113,12 @@ impl LinkedLights {
             selection: lights.selection.clone(),
             classes,
         };
-        Some(LinkedLights { links: Arc::new(links), layouts, blocks })
+        Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks })
+    }
+
+    /// True if the lights have the same code, whatever their data.
+    pub fn is_like(&self, other: &LinkedLights) -> bool {
+        have_same_programs(&self.programs, &other.programs) && self.links.is_like(&other.links)
     }
 
     /// Adds the members of the lights to the layout of an integrator.
@@ -158,10 +171,9 @@ impl StageAreaLight<'_> {
         add_part(&mut layout, &link.emitter, self.emitter_program.layout());
         let [shape, place] = shapes.blocks(&self.shape);
         let emitter = self.emitter_program.block(self.emitter);
-        let programs = [&self.program, &self.emitter_program].map(Arc::as_ptr);
         LightPart {
             prefix: link.prefix.clone(),
-            programs: programs.to_vec(),
+            programs: vec![self.program.clone(), self.emitter_program.clone()],
             is_placed: self.is_placed,
             is_weighed: self.is_weighed,
             layout,
@@ -196,7 +208,7 @@ impl StageLight<'_> {
         let maps = InstanceBlock::new(&words, Vec::new());
         LightPart {
             prefix: link.prefix.clone(),
-            programs: vec![Arc::as_ptr(&self.program)],
+            programs: vec![self.program.clone()],
             is_placed: self.is_placed,
             is_weighed: self.is_weighed,
             layout,
@@ -284,7 +296,8 @@ mod tests {
             ..StageLights::default()
         };
         let program = engine.program(&integrator);
-        let staged = StagedProgram::new(&program, sampler, &lights).unwrap();
+        let staged =
+            StagedProgram::new(&program, sampler, &lights, ParameterValues::Final).unwrap();
         let balls_program = engine.program(&balls[0]);
         let class = SurfaceClass {
             material: engine.program(&emitter),

@@ -1,5 +1,6 @@
 //! Integrators as stages.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
@@ -35,6 +36,18 @@ pub struct StagedProgram {
     sampler: Sampler,
     /// The lights, if operations compute their samples.
     lights: Option<LinkedLights>,
+    values: ParameterValues,
+}
+
+/// The dependence of the kernels of stages on the values of parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ParameterValues {
+    /// The values are final: kernels know the integers and booleans that all objects share, and load once what these
+    /// have in common.
+    #[default]
+    Final,
+    /// The values may change: kernels serve any others of the same classes.
+    Changing,
 }
 
 /// A kernel of a stage that a host asks for.
@@ -50,9 +63,24 @@ pub struct StageRequest {
     pub mode: CallMode,
 }
 
+impl StageRequest {
+    /// True if the kernel of another request serves this one, in programs that are
+    /// [alike](StagedProgram::is_like).
+    pub fn is_like(&self, other: &StageRequest) -> bool {
+        let has_like_surface = match (&self.surface, &other.surface) {
+            (Some(own), Some(others)) => own.is_like(others),
+            (own, others) => own.is_none() && others.is_none(),
+        };
+        (self.stage, self.mode) == (other.stage, other.mode)
+            && self.objects.form() == other.objects.form()
+            && has_like_surface
+    }
+}
+
 impl StagedProgram {
     /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler. Kernels sample the
-    /// lights of the scene if their methods permit it; else hosts do.
+    /// lights of the scene if their methods permit it; else hosts do. `values` are those of the integrator, the lights
+    /// and the surfaces.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
@@ -60,6 +88,7 @@ impl StagedProgram {
         program: &Arc<Program>,
         sampler: Sampler,
         lights: &StageLights<'_>,
+        values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let radiance = program.method(Method::Radiance)?;
         let name = &radiance.function.name;
@@ -70,9 +99,22 @@ impl StagedProgram {
             layout.scratch.insert(name, layout.scratch_arrays);
             layout.scratch_arrays += 1;
         }
-        let lights = LinkedLights::new(lights, &sampler);
+        let lights = LinkedLights::new(lights, &sampler, values);
         lights.iter().for_each(|lights| lights.add_to(&mut layout));
-        Ok(StagedProgram { program: program.clone(), stages, layout, sampler, lights })
+        Ok(StagedProgram { program: program.clone(), stages, layout, sampler, lights, values })
+    }
+
+    /// True if kernels for another program's requests serve [like](StageRequest::is_like) requests of this one. Their
+    /// objects may have other values if both programs permit that.
+    pub fn is_like(&self, other: &StagedProgram) -> bool {
+        let has_like_lights = match (&self.lights, &other.lights) {
+            (Some(own), Some(others)) => own.is_like(others),
+            (own, others) => own.is_none() && others.is_none(),
+        };
+        Arc::ptr_eq(&self.program, &other.program)
+            && self.sampler == other.sampler
+            && [self.values, other.values] == [ParameterValues::Changing; 2]
+            && has_like_lights
     }
 
     /// The program of the integrator.
@@ -157,8 +199,23 @@ impl StagedProgram {
             blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
         };
         let layout = self.layout_for(Some(class));
-        let differing = layout.variables().filter(|place| place.clone().any(differs));
+        let differing = layout.variables().filter(|place| {
+            let may_differ = self.may_differ(place, own.words().len(), &blocks);
+            may_differ || place.clone().any(differs)
+        });
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
+    }
+
+    /// True if objects may differ in a variable at this place later, although they have the same words now: after
+    /// `shared` words that all of them have, and without data that hosts bind.
+    fn may_differ(&self, place: &Range<u32>, shared: usize, objects: &[InstanceBlock]) -> bool {
+        let is_bound = |object: &InstanceBlock| {
+            object.buffers().iter().any(|buffer| place.contains(&buffer.offset))
+        };
+        self.values == ParameterValues::Changing
+            && objects.len() > 1
+            && place.start as usize >= shared
+            && !is_bound(&objects[0])
     }
 
     /// Returns the linked and optimised function of a request, with the layout of its kernel and its variant.
@@ -172,7 +229,10 @@ impl StagedProgram {
         let StageRequest { stage, surface, objects, mode } = request;
         let linked = self.link_surface(*stage, surface.as_deref(), may_draw)?;
         let layout = self.layout_for(surface.as_deref());
-        let known = known_choices(&linked, &layout, objects);
+        let known = match self.values {
+            ParameterValues::Final => known_choices(&linked, &layout, objects),
+            ParameterValues::Changing => KnownMembers::default(),
+        };
         let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
         let function = compiler.optimise_stage(linked, &variant, &layout);
         let layout = variant.layout(&layout);

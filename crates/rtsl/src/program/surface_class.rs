@@ -123,6 +123,20 @@ const MATERIAL: &str = "material.";
 const EMITTER: &str = "emitter.";
 
 impl SurfaceClass {
+    /// True if the parts have the same classes.
+    pub(crate) fn is_like(&self, other: &SurfaceClass) -> bool {
+        let programs = |class: &SurfaceClass| {
+            let shape = class.shape.as_ref().map(|shape| Arc::as_ptr(&shape.program));
+            (Arc::as_ptr(&class.material), class.emitter.as_ref().map(Arc::as_ptr), shape)
+        };
+        let kinds = |class: &SurfaceClass| {
+            let shape = class.shape.as_ref().map(ShapeClass::links);
+            let shape = shape.map(|links| (links.is_placed, links.is_sampled));
+            (class.is_own_material, class.is_sampled, shape)
+        };
+        programs(self) == programs(other) && kinds(self) == kinds(other)
+    }
+
     /// Adds the members of the parts to the layout of an integrator.
     pub(crate) fn add_to(&self, layout: &mut Layout) {
         add_part(layout, MATERIAL, self.material.layout());

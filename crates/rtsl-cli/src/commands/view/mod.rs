@@ -24,6 +24,10 @@ pub struct ViewArguments {
     /// The camera of a glTF file, by its name or index; its first one if not given.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's. Scenes that name
+    /// no class are shown by the interactive renderer.
+    #[arg(long, value_name = "NAME")]
+    integrator: Option<String>,
     /// Columns and rows of the window, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,

@@ -21,6 +21,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
         camera: arguments.camera.clone(),
+        integrator: arguments.integrator.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
         size: arguments.size,

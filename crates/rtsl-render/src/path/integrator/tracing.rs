@@ -168,7 +168,9 @@ impl PathTracer<'_> {
         memory: &mut BatchMemory,
         samples: &TileSamples,
     ) {
-        let BatchMemory { integrator: own, camera, samples: results, rays: counts, .. } = memory;
+        let BatchMemory {
+            integrator: own, camera, samples: results, rays: counts, lane_use, ..
+        } = memory;
         let Some(own) = own else { return };
         let count = samples.packets() * LANES;
         let exhausted = RuntimeErrors::default();
@@ -178,6 +180,7 @@ impl PathTracer<'_> {
         counts.camera += active.paths().len() as u64;
         run.run(&active);
         *counts += std::mem::take(&mut run.queries.rays);
+        *lane_use += std::mem::take(&mut run.queries.lane_use);
         if exhausted.any() {
             let all: Vec<Path> = run.paths(active.paths().iter().copied()).collect();
             return self.report_exhausted(&all, 0, own);

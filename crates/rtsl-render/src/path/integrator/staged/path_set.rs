@@ -101,6 +101,14 @@ impl PathSet {
         dispatch!(Level::new(), simd => self.append_column::<_, u32x16<_>>(simd, column, to));
     }
 
+    /// Returns the number of lanes of the vectors of so many paths that contain any of these: a power of two, up to 16.
+    pub fn lanes_of_vectors(&self, width: usize) -> usize {
+        let vector = u16::MAX >> (VECTOR_PATHS - width);
+        let starts = || (0..VECTOR_PATHS).step_by(width);
+        let vectors = |mask: &u16| starts().filter(|start| mask >> start & vector != 0).count();
+        self.masks.iter().map(vectors).sum::<usize>() * width
+    }
+
     /// Makes it the mask of kernels.
     pub fn store_mask(&self, mask: &mut LaneMask) {
         let words = mask.words_mut();
@@ -229,6 +237,13 @@ mod tests {
         let mut mask = LaneMask::new(130);
         set.store_mask(&mut mask);
         assert!((0..130).all(|path| mask.get(path) == set.paths().contains(&(path as u32))));
+    }
+
+    #[test]
+    fn lanes_are_counted_by_vectors() {
+        let set = PathSet::of_packets(&[0x8001_0001]);
+        let lanes = [1, 4, 8, 16].map(|width| set.lanes_of_vectors(width));
+        assert_eq!(lanes, [3, 12, 24, 32]);
     }
 
     #[test]

@@ -282,6 +282,7 @@ impl StagedPaths<'_> {
             self.frames.gather(kernel, slots);
             self.prepare_surfaces(kernel, Place::Copied(slots), slots);
             self.set_surfaces((stage, group), slots, false);
+            self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
             self.call_kernel((stage, group), Place::Copied(slots));
             if kernel.contributes {
                 self.take_contributions(Place::Copied(slots));
@@ -298,12 +299,21 @@ impl StagedPaths<'_> {
             paths.store_mask(&mut self.frames.mask);
         }
         self.set_surfaces((stage, group), paths.paths(), true);
+        self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
         let place = Place::All { paths, count, is_masked };
         self.prepare_surfaces(self.staged.kernel(stage, group).0, place, paths.paths());
         self.call_kernel((stage, group), place);
         if self.staged.kernel(stage, group).0.contributes {
             self.take_contributions(place);
         }
+    }
+
+    fn width(&self) -> usize {
+        self.tracer.scene.compiled.width as usize
+    }
+
+    fn count_lanes(&mut self, on: usize, all: usize) {
+        self.queries.lane_use.add_vectors(on, all);
     }
 
     /// Sets the index of each path's surface among those of its group, if the group has several.

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, PreparedSurface, Program, Query, ResumedBy,
-    ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram, SurfaceClass,
-    SurfaceObject,
+    CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
+    Query, ResumedBy, ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram,
+    SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -29,8 +29,7 @@ pub struct StagedIntegrator {
     pub columns: Columns,
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
-    /// By stage and group; the stages without surfaces have a kernel for no group only.
-    kernels: Vec<Vec<StageKernel>>,
+    kernels: KernelTable,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
@@ -38,6 +37,16 @@ pub struct StagedIntegrator {
     queries: BTreeSet<Query>,
     read_answers: Vec<(usize, usize)>,
     read_counts: Vec<usize>,
+}
+
+/// The kernels of stages, with what they were made for.
+struct KernelTable {
+    /// By stage and group; the stages without surfaces have a kernel for no group only.
+    kernels: Arc<Vec<Vec<StageKernel>>>,
+    /// The requests, in the order of stages and groups.
+    requests: Vec<StageRequest>,
+    /// The outputs that they store.
+    outputs: Vec<String>,
 }
 
 /// The surface of an object.
@@ -63,6 +72,10 @@ pub struct StageParts<'a> {
     pub lights: &'a Lights,
     /// The outputs of the integrator that are read.
     pub outputs: &'a [&'a str],
+    /// The dependence of kernels on the values of parameters.
+    pub values: ParameterValues,
+    /// Earlier stages, whose kernels are used again if they serve the scene.
+    pub earlier: Option<&'a StagedIntegrator>,
 }
 
 /// The objects for which kernels of a group are called.
@@ -89,10 +102,10 @@ impl StagedIntegrator {
         scene: &Scene,
         parts: &StageParts<'_>,
     ) -> Result<StagedIntegrator, Diagnostic> {
-        let StageParts { classes, .. } = parts;
-        let compiled = classes.compiled;
+        let StageParts { classes, values, .. } = parts;
+        let sampler = classes.compiled.settings.sampler;
         let lights = stage_lights(engine, scene, parts);
-        let program = StagedProgram::new(program, compiled.settings.sampler, &lights)?;
+        let program = StagedProgram::new(program, sampler, &lights, *values)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
@@ -108,7 +121,8 @@ impl StagedIntegrator {
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
-        let kernels = kernels(engine, &program, &groups, parts.outputs)?;
+        let table = KernelTable::new(engine, &program, &groups, parts)?;
+        let kernels = &table.kernels;
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
         let reads_depths = reads(&columns.depth);
@@ -116,14 +130,14 @@ impl StagedIntegrator {
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
             || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
-        let queries = queries(&kernels);
+        let queries = queries(kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
-        let read_answers = read_answers(&program, (&columns, has_elements), &kernels);
+        let read_answers = read_answers(&program, (&columns, has_elements), kernels);
         Ok(StagedIntegrator {
             program,
             columns,
             groups,
-            kernels,
+            kernels: table,
             surfaces,
             reads_depths,
             asks_host,
@@ -161,13 +175,19 @@ impl StagedIntegrator {
     /// True if the first stage reads the widths of rays.
     pub fn reads_widths(&self) -> bool {
         let v = variables();
-        let reads = &self.kernels[0][0].reads_state;
+        let reads = &self.kernels.kernels[0][0].reads_state;
         reads.contains(&v.ray_width) || reads.contains(&v.ray_spread)
     }
 
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.
     pub fn kernel(&self, stage: usize, group: usize) -> (&StageKernel, &Objects) {
-        (&self.kernels[stage][group], &self.groups[group].objects)
+        (&self.kernels.kernels[stage][group], &self.groups[group].objects)
+    }
+
+    /// The addresses of the code.
+    #[cfg(test)]
+    pub fn code(&self) -> Vec<*const rtsl::Kernel> {
+        self.kernels.kernels.iter().flatten().map(|it| Arc::as_ptr(&it.kernel)).collect()
     }
 
     /// The number of groups, none included.
@@ -331,25 +351,45 @@ fn read_answers(
     answers.filter(|(_, array)| is_read(array)).collect()
 }
 
-/// Compiles a kernel for each stage and group.
-fn kernels(
-    engine: &Engine,
-    program: &StagedProgram,
-    groups: &[StageGroup],
-    outputs: &[&str],
-) -> Result<Vec<Vec<StageKernel>>, Diagnostic> {
-    let mut requests = Vec::new();
-    let mut counts = Vec::new();
-    for (stage, description) in program.stages().iter().enumerate() {
-        let count = if description.surface == StageSurface::None { 1 } else { groups.len() };
-        counts.push(count);
-        requests.extend(groups[..count].iter().map(|group| StageRequest {
-            stage,
-            surface: group.class.clone(),
-            objects: group.objects.clone(),
-            mode: group.mode(),
-        }));
+impl KernelTable {
+    /// Makes a kernel for each stage and group, or takes over those of earlier stages.
+    fn new(
+        engine: &Engine,
+        program: &StagedProgram,
+        groups: &[StageGroup],
+        parts: &StageParts<'_>,
+    ) -> Result<KernelTable, Diagnostic> {
+        let requests: Vec<Vec<StageRequest>> =
+            (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
+        let counts: Vec<usize> = requests.iter().map(Vec::len).collect();
+        let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
+        let outputs: Vec<String> = parts.outputs.iter().map(|name| (*name).to_owned()).collect();
+        let serves = |earlier: &&StagedIntegrator| {
+            let table = &earlier.kernels;
+            let mut pairs = requests.iter().zip(&table.requests);
+            earlier.program.is_like(program)
+                && (requests.len(), &outputs) == (table.requests.len(), &table.outputs)
+                && pairs.all(|(now, earlier)| now.is_like(earlier))
+        };
+        if let Some(earlier) = parts.earlier.filter(serves) {
+            let kernels = earlier.kernels.kernels.clone();
+            return Ok(KernelTable { kernels, requests, outputs });
+        }
+        let mut made = engine.stage_kernels(program, &requests, parts.outputs)?.into_iter();
+        let kernels = counts.into_iter().map(|count| made.by_ref().take(count).collect());
+        Ok(KernelTable { kernels: Arc::new(kernels.collect()), requests, outputs })
     }
-    let mut made = engine.stage_kernels(program, &requests, outputs)?.into_iter();
-    Ok(counts.into_iter().map(|count| made.by_ref().take(count).collect()).collect())
+}
+
+/// Returns the requests for a stage: one for each group, or for none if the stage has no surface.
+fn requests(program: &StagedProgram, groups: &[StageGroup], stage: usize) -> Vec<StageRequest> {
+    let has_surface = program.stages()[stage].surface != StageSurface::None;
+    let count = if has_surface { groups.len() } else { 1 };
+    let request = |group: &StageGroup| StageRequest {
+        stage,
+        surface: group.class.clone(),
+        objects: group.objects.clone(),
+        mode: group.mode(),
+    };
+    groups[..count].iter().map(request).collect()
 }
