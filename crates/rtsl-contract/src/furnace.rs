@@ -91,7 +91,9 @@ impl Host for Furnace {
                 let (direction, cosine) = cosine_direction(inward, floats[14], floats[15]);
                 let value = [HALF * FRAC_1_PI; 3];
                 let density = [cosine * FRAC_1_PI];
-                set(results, direction.to_array().into_iter().chain(value).chain(density));
+                let relative_index = [1.0];
+                let direction = direction.to_array().into_iter();
+                set(results, direction.chain(value).chain(density).chain(relative_index));
             }
             Query::Sample => set(results, [self.sample(ray, 3 * operands[0])]),
             Query::SamplePair => {

@@ -29,7 +29,8 @@ pub enum Query {
     Bsdf,
     /// The density per solid angle with which [`Query::SampleBsdf`] chooses a direction.
     BsdfPdf,
-    /// A direction of scattered light that the material chooses, its value, and its density, which is 0 for a delta.
+    /// A direction of scattered light that the material chooses, its value, its density, which is 0 for a delta, and the
+    /// relative index of refraction on its side.
     SampleBsdf,
     /// The radiance that the material's `shade` returns; the rays that it traces are integrated at the next depth.
     Shade,
@@ -251,9 +252,11 @@ impl Query {
             Query::LightPdf => on("light_pdf", &[POINT], &[DENSITY]),
             Query::Bsdf => on("bsdf", &[DIRECTION], &[COLOR]),
             Query::BsdfPdf => on("bsdf_pdf", &[DIRECTION], &[DENSITY]),
-            Query::SampleBsdf => {
-                on("sample_bsdf", &[("seed", Scalar::F32, 3)], &[DIRECTION, COLOR, DENSITY])
-            }
+            Query::SampleBsdf => on(
+                "sample_bsdf",
+                &[("seed", Scalar::F32, 3)],
+                &[DIRECTION, COLOR, DENSITY, ("relative_index", Scalar::F32, 1)],
+            ),
             Query::Shade => on("shade", &[], &[COLOR]),
             Query::SampleLight => of(
                 "sample_light",

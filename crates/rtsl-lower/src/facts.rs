@@ -130,8 +130,9 @@ impl FactTable {
             ExpressionKind::ReferenceCall(call)
                 if call.function == ReferenceFunction::SampleBsdf =>
             {
-                report(Root::State(state_id("rt_LightDirection")));
-                report(Root::State(state_id("rt_PDF")));
+                for name in ["rt_LightDirection", "rt_PDF", "rt_RelativeIndex"] {
+                    report(Root::State(state_id(name)));
+                }
             }
             ExpressionKind::Builtin(call)
                 if call.builtin.lowering == Lowering::Special(Special::Hit) =>

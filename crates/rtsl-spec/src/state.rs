@@ -310,6 +310,8 @@ const ROWS: &[Row] = &[
     ours(all(Integrator, "rt_RaySpread", Float, IN, ZERO, "growth of the footprint's width with each length of the direction")),
     ours(all(Integrator, "rt_RayDepth", Float, IN, ZERO, "number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there")),
     ours(all(Material, "rt_RayDepth", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO, "number of surfaces that the light's path has met before: 0 for what a camera sees")),
+    ours(all(Material, "rt_RelativeIndex", Float, access![Out: SampleBsdf;], ONE,
+        "index of refraction on the side of `rt_LightDirection`, over that on the ray's side, whose square divides `rt_BSDFValue`; 1 for what is not refracted")),
 ];
 
 #[cfg(test)]

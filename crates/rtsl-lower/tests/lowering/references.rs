@@ -67,8 +67,8 @@ fn sampling_sets_the_callers_direction_and_density() {
         void sampleBSDF() { rt_BSDFValue = base.sampleBSDF(); }",
         Method::SampleBsdf,
         expect![[r#"
-            %3: f32, %4: f32, %5: f32, %6: f32, %7: f32, %8: f32, %9: f32 = call material.sampleBSDF of base () gives (rt_BSDFValue@0, rt_BSDFValue@1, rt_BSDFValue@2, rt_LightDirection@0, rt_LightDirection@1, rt_LightDirection@2, rt_PDF@0)
-            return state:rt_PDF@0 = %9, state:rt_LightDirection@0 = %6, state:rt_LightDirection@1 = %7, state:rt_LightDirection@2 = %8, state:rt_BSDFValue@0 = %3, state:rt_BSDFValue@1 = %4, state:rt_BSDFValue@2 = %5
+            %3: f32, %4: f32, %5: f32, %6: f32, %7: f32, %8: f32, %9: f32, %10: f32 = call material.sampleBSDF of base () gives (rt_BSDFValue@0, rt_BSDFValue@1, rt_BSDFValue@2, rt_LightDirection@0, rt_LightDirection@1, rt_LightDirection@2, rt_PDF@0, rt_RelativeIndex@0)
+            return state:rt_PDF@0 = %9, state:rt_LightDirection@0 = %6, state:rt_LightDirection@1 = %7, state:rt_LightDirection@2 = %8, state:rt_BSDFValue@0 = %3, state:rt_BSDFValue@1 = %4, state:rt_BSDFValue@2 = %5, state:rt_RelativeIndex@0 = %10
         "#]],
     );
 }
@@ -83,8 +83,8 @@ fn a_caller_without_a_seed_draws_one() {
             %3: f32 = rand
             %4: f32 = rand
             %5: f32 = rand
-            %6: f32, %7: f32, %8: f32, %9: f32, %10: f32, %11: f32, %12: f32 = call material.sampleBSDF of base (rt_BSDFSeed@0 = %3, rt_BSDFSeed@1 = %4, rt_BSDFSeed@2 = %5) gives (rt_BSDFValue@0, rt_BSDFValue@1, rt_BSDFValue@2, rt_LightDirection@0, rt_LightDirection@1, rt_LightDirection@2, rt_PDF@0)
-            return state:rt_SampleColor@0 = %16, state:rt_SampleColor@1 = %17, state:rt_SampleColor@2 = %18
+            %6: f32, %7: f32, %8: f32, %9: f32, %10: f32, %11: f32, %12: f32, %13: f32 = call material.sampleBSDF of base (rt_BSDFSeed@0 = %3, rt_BSDFSeed@1 = %4, rt_BSDFSeed@2 = %5) gives (rt_BSDFValue@0, rt_BSDFValue@1, rt_BSDFValue@2, rt_LightDirection@0, rt_LightDirection@1, rt_LightDirection@2, rt_PDF@0, rt_RelativeIndex@0)
+            return state:rt_SampleColor@0 = %17, state:rt_SampleColor@1 = %18, state:rt_SampleColor@2 = %19
         "#]],
     );
 }

@@ -52,6 +52,7 @@ variables! {
     light_distance "rt_LightDistance";
     light_color "rt_LightColor";
     pdf "rt_PDF";
+    relative_index "rt_RelativeIndex";
     float_texture_value "rt_FloatTextureValue";
     emission_color "rt_EmissionColor";
     sample_color "rt_SampleColor";

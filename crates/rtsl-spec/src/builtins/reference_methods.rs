@@ -65,9 +65,9 @@ pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
         Method::SampleBsdf,
         Color,
         "rt_BSDFValue",
-        &["rt_LightDirection", "rt_PDF"],
+        &["rt_LightDirection", "rt_PDF", "rt_RelativeIndex"],
         "The BSDF's value for a direction that the material picks; sets the caller's \
-         rt_LightDirection and rt_PDF.",
+         rt_LightDirection, rt_PDF and rt_RelativeIndex.",
     ),
     material(
         Method::EvaluatePdf,

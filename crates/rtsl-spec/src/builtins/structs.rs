@@ -117,6 +117,11 @@ const BSDF_SAMPLE: &[Field] = &[
         "factor of the radiance from there: the BSDF times the cosine, divided by the density; 0 if nothing is scattered",
     ),
     field("density", Float, "density per solid angle; 0 for a delta, such as a mirror's direction"),
+    field(
+        "relativeIndex",
+        Float,
+        "index of refraction on that side of the surface, over that on the ray's side, whose square divides the weight; 1 for what is not refracted",
+    ),
 ];
 
 const LIGHT_SAMPLE: &[Field] = &[

@@ -235,13 +235,12 @@ impl Linker {
                 None => self.constant(to, default_of(Role::Material, wanted))?,
             });
         }
-        if query == Query::SampleBsdf
-            && let Some(density) = results.pop()
-        {
+        if query == Query::SampleBsdf {
             // NaN is no density either.
+            let density = &mut results[first_of(query.results(), "density")];
             let code = &mut Arithmetic { linker: self, to };
             let zero = code.float(0.0)?;
-            results.push(code.larger(density, zero)?);
+            *density = code.larger(*density, zero)?;
         }
         Ok(results)
     }
@@ -380,7 +379,7 @@ fn outputs(query: Query) -> impl Iterator<Item = (&'static StateVariable, u32)> 
         Query::Emission | Query::LightEmission => &["rt_EmissionColor"],
         Query::Bsdf => &["rt_BSDFValue"],
         Query::BsdfPdf => &["rt_PDF"],
-        Query::SampleBsdf => &["rt_LightDirection", "rt_BSDFValue", "rt_PDF"],
+        Query::SampleBsdf => &["rt_LightDirection", "rt_BSDFValue", "rt_PDF", "rt_RelativeIndex"],
         _ => &[],
     };
     let variables = names.iter().filter_map(|name| lookup_state(name));

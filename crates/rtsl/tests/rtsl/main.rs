@@ -20,6 +20,7 @@ mod operations;
 mod placed;
 mod prelude;
 mod programs;
+mod relative_index;
 mod relief;
 mod requests;
 mod sampling;

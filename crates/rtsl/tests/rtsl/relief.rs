@@ -11,9 +11,9 @@ use rtsl::{
 
 /// A light to either side of the surface, neither along the normal.
 const LIGHT: [f32; 3] = [0.48, -0.6, 0.64];
-const VIEW: [f32; 3] = [0.0, 0.6, 0.8];
+pub const VIEW: [f32; 3] = [0.0, 0.6, 0.8];
 
-fn of_library(class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
+pub fn of_library(class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
     let unit = library::unit_of_class(&Compiler::default(), class).unwrap();
     Instance::new(unit.class(class).unwrap(), arguments).unwrap()
 }
@@ -27,12 +27,17 @@ fn white() -> Value {
     of_library("Lambertian", vec![("kd", 1.0.into())]).into()
 }
 
-fn component(name: &str) -> usize {
+pub fn component(name: &str) -> usize {
     lookup_state(name).unwrap().first_component as usize
 }
 
 /// A call at a surface with the normal z, derivatives of lengths 2 and 3, seen from `view`.
-fn call(instance: &Instance, method: Method, view: [f32; 3], more: &[(&str, &[f32])]) -> LaneBlock {
+pub fn call(
+    instance: &Instance,
+    method: Method,
+    view: [f32; 3],
+    more: &[(&str, &[f32])],
+) -> LaneBlock {
     let (engine, _) = Engine::new(EngineOptions::default()).unwrap();
     let program = engine.program(instance);
     let mut state = new_state(1);

@@ -98,6 +98,7 @@ impl SceneHost<'_> {
                 self.store_vectors(asking, &mut results[3..], v.bsdf_value);
                 let at_least_zero = |density: f32| if density > 0.0 { density } else { 0.0 };
                 self.store_numbers(asking, &mut results[6], v.pdf, at_least_zero);
+                self.store_numbers(asking, &mut results[7], v.relative_index, |index| index);
             }
             Query::Shade => self.shade(asking, results),
             _ => {}

@@ -212,7 +212,7 @@ pub(super) static INTRINSIC: &[Builtin] = &[
         Special::Query("sample_bsdf"),
         Usable::Prelude,
         &["rt_BSDFSample rt_sampleBSDF(rt_Surface surface, vec3 seed)"],
-        "As the material's method sets rt_LightDirection, rt_BSDFValue and rt_PDF.",
+        "As the material's method sets rt_LightDirection, rt_BSDFValue, rt_PDF and rt_RelativeIndex.",
     ),
     Builtin::special(
         Chapter::Intrinsic,
