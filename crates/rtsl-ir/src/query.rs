@@ -95,6 +95,7 @@ const COLOR: Scalars = ("color", Scalar::F32, COLOR_COMPONENTS);
 const DENSITY: Scalars = ("density", Scalar::F32, 1);
 const DISTANCE: Scalars = ("distance", Scalar::F32, 1);
 const INDEX: Scalars = ("index", Scalar::I32, 1);
+const REGULARIZATION: Scalars = ("regularization", Scalar::F32, 1);
 
 /// The operands, after those of the surface if it is about one, and the results of a query.
 struct Shape {
@@ -131,7 +132,7 @@ impl Query {
     }
 
     /// The greatest number of operands.
-    pub const MAX_OPERANDS: usize = 17;
+    pub const MAX_OPERANDS: usize = 18;
 
     /// The greatest number of results.
     pub const MAX_RESULTS: usize = 27;
@@ -154,6 +155,12 @@ impl Query {
     /// True if the first operands are those of a surface.
     pub fn is_of_surface(self) -> bool {
         self.shape().of_surface
+    }
+
+    /// True if the query is about the material's scattering. Its last operand is then the width of highlights up to which
+    /// narrower ones are widened.
+    pub fn is_of_scattering(self) -> bool {
+        matches!(self, Query::Bsdf | Query::BsdfPdf | Query::SampleBsdf)
     }
 
     /// True if all rays of a call have the same answer.
@@ -250,11 +257,11 @@ impl Query {
             Query::Emission => on("emission", &[], &[COLOR]),
             Query::LightEmission => on("light_emission", &[], &[COLOR]),
             Query::LightPdf => on("light_pdf", &[POINT], &[DENSITY]),
-            Query::Bsdf => on("bsdf", &[DIRECTION], &[COLOR]),
-            Query::BsdfPdf => on("bsdf_pdf", &[DIRECTION], &[DENSITY]),
+            Query::Bsdf => on("bsdf", &[DIRECTION, REGULARIZATION], &[COLOR]),
+            Query::BsdfPdf => on("bsdf_pdf", &[DIRECTION, REGULARIZATION], &[DENSITY]),
             Query::SampleBsdf => on(
                 "sample_bsdf",
-                &[("seed", Scalar::F32, 3)],
+                &[("seed", Scalar::F32, 3), REGULARIZATION],
                 &[DIRECTION, COLOR, DENSITY, ("relative_index", Scalar::F32, 1)],
             ),
             Query::Shade => on("shade", &[], &[COLOR]),

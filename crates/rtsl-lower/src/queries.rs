@@ -26,7 +26,8 @@ impl Lowering<'_> {
         surface.extend([width, spread]);
         let properties = self.query(Query::SurfaceProperties, surface.clone());
         let members = properties.len() - PROPERTIES_OF_TEXTURES;
-        Ok([&[found], &surface[..], &properties[..members]].concat())
+        let regularization = self.builder.f32(0.0);
+        Ok([&[found], &surface[..], &properties[..members], &[regularization]].concat())
     }
 
     /// Lowers a function or method that is one query.
@@ -34,11 +35,15 @@ impl Lowering<'_> {
         let query = Query::from_name(name).expect("the registry names queries");
         let mut arguments = arguments.into_iter();
         let mut operands = Vec::new();
+        let mut last = None;
         if query.is_of_surface() {
             let surface = arguments.next().unwrap_or_default();
+            // The regularization is the last field.
+            last = surface.last().copied().filter(|_| query.is_of_scattering());
             operands.extend(surface.into_iter().skip(1).take(SURFACE_SCALARS));
         }
         operands.extend(arguments.flatten());
+        operands.extend(last);
         self.query(query, operands)
     }
 
@@ -125,8 +130,8 @@ mod tests {
         let identity = Query::Emission.operand_scalars();
         let properties: Vec<Scalar> = Query::SurfaceProperties.result_scalars().collect();
         let properties = &properties[..properties.len() - PROPERTIES_OF_TEXTURES];
-        let expected: Vec<Scalar> =
-            [Scalar::Bool].into_iter().chain(identity).chain(properties.iter().copied()).collect();
+        let fields = [Scalar::Bool].into_iter().chain(identity).chain(properties.iter().copied());
+        let expected: Vec<Scalar> = fields.chain([Scalar::F32]).collect();
         assert_eq!(surface, expected);
     }
 
@@ -147,7 +152,8 @@ mod tests {
                 }
                 ty => scalars(ty),
             });
-            assert!(parameters.eq(query.operand_scalars()), "{overload}");
+            let regularization = query.is_of_scattering().then_some(Scalar::F32);
+            assert!(parameters.chain(regularization).eq(query.operand_scalars()), "{overload}");
             assert!(scalars(overload.result).into_iter().eq(query.result_scalars()), "{overload}");
             count += 1;
         }

@@ -312,6 +312,8 @@ const ROWS: &[Row] = &[
     ours(all(Material, "rt_RayDepth", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO, "number of surfaces that the light's path has met before: 0 for what a camera sees")),
     ours(all(Material, "rt_RelativeIndex", Float, access![Out: SampleBsdf;], ONE,
         "index of refraction on the side of `rt_LightDirection`, over that on the ray's side, whose square divides `rt_BSDFValue`; 1 for what is not refracted")),
+    ours(all(Material, "rt_Regularization", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO,
+        "width of highlights up to which narrower ones are to be widened, by `regularized`; 0 for none")),
 ];
 
 #[cfg(test)]

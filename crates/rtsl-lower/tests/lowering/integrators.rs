@@ -29,9 +29,9 @@ fn a_search_is_a_hit_and_its_properties() {
 #[test]
 fn methods_take_the_scalars_that_identify_surfaces() {
     let body = "rt_Surface s; s.object = 3; rt_SampleColor = s.BSDF(vec3(1)) + s.emission();";
-    assert_eq!(queries(body), [(Query::Bsdf, 17), (Query::Emission, 14)]);
+    assert_eq!(queries(body), [(Query::Bsdf, 18), (Query::Emission, 14)]);
     let body = "rt_Surface s; rt_SampleColor = s.sampleBSDF(vec3(1)).weight;";
-    assert_eq!(queries(body), [(Query::SampleBsdf, 17)]);
+    assert_eq!(queries(body), [(Query::SampleBsdf, 18)]);
 }
 
 #[test]

@@ -39,6 +39,7 @@ impl Fingerprint {
             max_depth,
             cutoff,
             roulette_threshold,
+            regularize,
             epsilon,
             loop_budget,
         } = settings;
@@ -54,6 +55,7 @@ impl Fingerprint {
         fingerprint.set("renderer", renderer.map_or("not chosen", Renderer::name));
         fingerprint.set("depth", max_depth);
         fingerprint.set("roulette threshold", roulette_threshold);
+        fingerprint.set("regularization", regularize);
         fingerprint.set("cutoff", cutoff);
         fingerprint
             .set("epsilon", epsilon.map_or("auto".to_owned(), |epsilon| epsilon.to_string()));

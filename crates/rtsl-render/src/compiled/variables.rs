@@ -53,6 +53,7 @@ variables! {
     light_color "rt_LightColor";
     pdf "rt_PDF";
     relative_index "rt_RelativeIndex";
+    regularization "rt_Regularization";
     float_texture_value "rt_FloatTextureValue";
     emission_color "rt_EmissionColor";
     sample_color "rt_SampleColor";

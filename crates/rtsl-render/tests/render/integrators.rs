@@ -139,6 +139,24 @@ fn every_integrator_of_the_library_has_one_result() {
     }
 }
 
+/// Highlights are widened alike by stages and by hosts, which the glass of the instance asks.
+#[test]
+fn regularization_has_one_result() {
+    let metal = "Material \"conductor\" \"float roughness\" 0.01
+        AttributeBegin Translate 0 0 -1 Shape \"sphere\" \"float radius\" 0.4 AttributeEnd";
+    let make = |regularize: bool, backend: Backend, width: u32| {
+        let integrator = format!("Integrator \"path\" \"bool regularize\" {regularize}");
+        let text = format!("{CAMERA}{integrator}\n{PLACED}\n{metal}");
+        let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+        bits(&rendered_text(&text, RenderRequest { engine, ..samples(4) }))
+    };
+    let reference = make(true, Backend::Interpreter, 1);
+    for width in [4, 16] {
+        assert!(make(true, Backend::Auto, width) == reference, "{width}");
+    }
+    assert!(make(false, Backend::Auto, 16) != reference);
+}
+
 /// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round or textured, beside others.
 const LIGHTS: [(&str, &str); 6] = [
     (

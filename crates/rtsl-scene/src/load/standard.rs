@@ -20,6 +20,7 @@ impl Loader<'_, '_> {
         let arguments = vec![
             ("maxDepth", Value::Int(settings.max_depth as i32)),
             ("rouletteThreshold", Value::Float(settings.roulette_threshold)),
+            ("regularize", Value::Bool(settings.regularize)),
         ];
         let found = self.classes.find_standard(PATH_TRACER);
         self.instance_of((PATH_TRACER, found), arguments)

@@ -91,8 +91,14 @@ impl Settings {
         if let Some(threshold) = reader.number_between("rrthreshold", 0.0, 1.0) {
             self.roulette_threshold = threshold as f32;
         }
-        for name in ["regularize", "visualizestrategies", "visualizeweights"] {
-            if reader.boolean(name) == Some(true) {
+        self.regularize = reader.boolean("regularize").unwrap_or(false);
+        let no_effects = [
+            ("regularize", self.regularize && renderer == Renderer::Interactive),
+            ("visualizestrategies", reader.boolean("visualizestrategies") == Some(true)),
+            ("visualizeweights", reader.boolean("visualizeweights") == Some(true)),
+        ];
+        for (name, is_set) in no_effects {
+            if is_set {
                 reader.warn_of(name, format!("`{name}` has no effect on this renderer"), None);
             }
         }

@@ -50,6 +50,8 @@ pub struct Settings {
     pub cutoff: f32,
     /// The contribution to the pixel below which paths are terminated at random (Russian roulette); 0 terminates none.
     pub roulette_threshold: f32,
+    /// True if highlights are widened on surfaces that light reaches by way of one that scatters it.
+    pub regularize: bool,
     /// The least distance of a hit from its ray's origin, if the scene sets it.
     pub epsilon: Option<f32>,
     /// The greatest number of loop iterations of one ray in one call of a method.
@@ -75,6 +77,7 @@ impl Default for Settings {
             max_depth: 5,
             cutoff: 0.0,
             roulette_threshold: 1.0,
+            regularize: false,
             epsilon: None,
             loop_budget: 1 << 20,
         }

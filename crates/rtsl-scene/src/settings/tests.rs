@@ -192,11 +192,15 @@ fn the_nearest_integrator_takes_the_place_of_others() {
         assert_eq!(messages.matches("warning[").count(), 1, "{messages}");
         assert!(!messages.contains("error"), "{messages}");
     }
-    assert!(
-        read("Integrator \"path\" \"bool regularize\" true")
-            .1
-            .contains("`regularize` has no effect")
-    );
+    let regularizing = |integrator: &str| {
+        let (settings, messages) =
+            read(&format!("Integrator {integrator} \"bool regularize\" true"));
+        (settings.regularize, messages.contains("`regularize` has no effect"))
+    };
+    assert_eq!(regularizing("\"path\""), (true, false));
+    assert_eq!(regularizing("\"interactive\""), (true, true));
+    let (settings, _) = read("Integrator \"path\" \"bool regularize\" false");
+    assert!(!settings.regularize);
 }
 
 #[test]

@@ -107,6 +107,11 @@ const SURFACE: &[Field] = &[
         Float,
         "distance along the geometric normal at which rays that leave the surface begin",
     ),
+    field(
+        "regularization",
+        Float,
+        "width of highlights, as `rt_Regularization` of the material; 0 unless the integrator sets it",
+    ),
 ];
 
 const BSDF_SAMPLE: &[Field] = &[

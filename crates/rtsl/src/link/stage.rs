@@ -363,6 +363,9 @@ pub(super) fn input(query: Query, variable: &StateVariable) -> Option<Input> {
         "rt_LightDirection" if matches!(query, Query::Bsdf | Query::BsdfPdf) => {
             Some(Input::Operand(SURFACE_SCALARS))
         }
+        "rt_Regularization" if query.is_of_scattering() => {
+            Some(Input::Operand(first_of(query.operands(), "regularization")))
+        }
         "rt_BSDFSeed" if query == Query::SampleBsdf => Some(Input::Operand(SURFACE_SCALARS)),
         _ => None,
     }

@@ -20,6 +20,7 @@ mod operations;
 mod placed;
 mod prelude;
 mod programs;
+mod regularization;
 mod relative_index;
 mod relief;
 mod requests;

@@ -82,6 +82,7 @@ impl SceneHost<'_> {
                 let scattering = group.material.scattering.as_ref();
                 let Some(evaluate) = scattering.and_then(|it| it.evaluate.as_ref()) else { return };
                 self.set_vectors(asking, v.light_direction, operands);
+                self.set_regularization(asking, operands);
                 if query == Query::Bsdf {
                     self.call_material(asking, group, Method::Bsdf, &evaluate.bsdf);
                     self.store_vectors(asking, results, v.bsdf_value);
@@ -93,6 +94,7 @@ impl SceneHost<'_> {
             Query::SampleBsdf => {
                 let Some(scattering) = &group.material.scattering else { return };
                 self.set_vectors(asking, v.bsdf_seed, operands);
+                self.set_regularization(asking, operands);
                 self.call_material(asking, group, Method::SampleBsdf, &scattering.sample);
                 self.store_vectors(asking, results, v.light_direction);
                 self.store_vectors(asking, &mut results[3..], v.bsdf_value);
@@ -259,16 +261,27 @@ impl SceneHost<'_> {
 
     /// Sets a state variable to the query's first operands after those of the surface.
     fn set_vectors(&mut self, asking: &[Asking], first: usize, operands: &[LaneWords]) {
-        let state = &mut self.queries.batch.state;
         for axis in 0..3 {
-            let floats = state.floats_mut(first + axis);
-            for (to, Asking { lane, .. }) in floats.iter_mut().zip(asking) {
-                *to = number(operands, SURFACE_SCALARS + axis, *lane);
-            }
-            // The last vector is complete.
-            let last = floats[asking.len() - 1];
-            floats[asking.len()..asking.len().next_multiple_of(SIMD_LANES)].fill(last);
+            self.set_numbers(asking, first + axis, &operands[SURFACE_SCALARS + axis]);
         }
+    }
+
+    /// Sets the regularization to the last operand of a query about scattering.
+    fn set_regularization(&mut self, asking: &[Asking], operands: &[LaneWords]) {
+        if let Some(last) = operands.last() {
+            self.set_numbers(asking, variables().regularization, last);
+        }
+    }
+
+    /// Sets a component of state to an operand.
+    fn set_numbers(&mut self, asking: &[Asking], component: usize, operand: &LaneWords) {
+        let floats = self.queries.batch.state.floats_mut(component);
+        for (to, Asking { lane, .. }) in floats.iter_mut().zip(asking) {
+            *to = f32::from_bits(operand[*lane]);
+        }
+        // The last vector is complete.
+        let last = floats[asking.len() - 1];
+        floats[asking.len()..asking.len().next_multiple_of(SIMD_LANES)].fill(last);
     }
 
     fn store_vectors(&self, asking: &[Asking], results: &mut [LaneWords], first: usize) {

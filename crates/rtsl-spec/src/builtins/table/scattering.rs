@@ -17,6 +17,12 @@ pub(super) static SCATTERING: &[Builtin] = &[
          1 / (1 + smithLambda(view) + smithLambda(light)).",
     ),
     function(
+        "regularized",
+        &["vec2 regularized(vec2 alpha, float widest)"],
+        "Roughness of facets for light whose path has been scattered before: each alpha below widest is doubled, to a third \
+         of widest at least and widest at most. Others stay, as do all if widest is 0.",
+    ),
+    function(
         "fresnelDielectric",
         &["float fresnelDielectric(float cosine, float eta)"],
         "The Fresnel reflectance of a smooth dielectric boundary for unpolarised light that arrives \
