@@ -14,8 +14,15 @@ from pathlib import Path
 import environment
 
 HERE = Path(__file__).resolve().parent
-SCENES = "metals", "cornell_box", "spheres"
-PARTS = "means", "speed", "error"
+SCENES = "metals", "metals_area", "cornell_box", "spheres", "spheres_10k"
+PARTS = "means", "speed", "frames", "error"
+# Of pictures of which many are made in a second: scene, integrator, pixels along a side and samples a pixel.
+FRAMES = (
+    ("metals", "direct", 512, 1),
+    ("metals", "depth", 1024, 4),
+    ("spheres", "depth", 1024, 4),
+    ("spheres_10k", "depth", 1024, 4),
+)
 
 
 def positive(text: str) -> int:
@@ -44,7 +51,7 @@ def arguments() -> argparse.Namespace:
         "--reference", type=positive, default=2048, help="samples a pixel of each long render"
     )
     parser.add_argument(
-        "--integrator", help="RTSL's integrator, a class; else that of the scene"
+        "--integrator", help="RTSL's integrator for paths, a class; else that of the scene"
     )
     parser.add_argument("--quick", action="store_true", help="small and few; figures mean little")
     parser.add_argument("--rtsl", type=Path, help="a built rtsl; without it, one is built")
@@ -83,7 +90,7 @@ def compare(options: argparse.Namespace, program: Path, work: Path) -> int:
     print(f"Mitsuba {mitsuba.__version__}, {program}")
     integrator = options.integrator
     chosen = ["--integrator", integrator] if integrator else ["--renderer", "batch"]
-    rtsl = Rtsl(program, lay_out_scenes(work), work, chosen + options.rtsl_option)
+    rtsl = Rtsl(program, lay_out_scenes(work), work, chosen, options.rtsl_option)
     systems = [rtsl, Mitsuba(work)]
     try:
         same = run_parts(options, systems, work)
@@ -98,11 +105,12 @@ def compare(options: argparse.Namespace, program: Path, work: Path) -> int:
 
 
 def lay_out_scenes(work: Path) -> Path:
-    from sphere_list import pbrt_text
+    from sphere_list import COUNTS, pbrt_text
 
     scenes = work / "scenes"
     shutil.copytree(HERE / "scenes", scenes)
-    (scenes / "sphere_list.pbrt").write_text(pbrt_text(), encoding="utf-8")
+    for name, count in COUNTS.items():
+        (scenes / f"{name}_list.pbrt").write_text(pbrt_text(count), encoding="utf-8")
     return scenes
 
 
@@ -127,6 +135,13 @@ def run_parts(options: argparse.Namespace, systems: list, work: Path) -> bool:
                 task = Task(scene, options.size, options.samples, 0, threads)
                 figures.append(compare_speed(systems, task, options.rounds))
         (options.out / "speed.json").write_text(json.dumps(figures, indent=2) + "\n")
+    if "frames" in options.parts:
+        figures = []
+        for scene, integrator, size, samples in FRAMES:
+            size = min(size, options.size) if options.quick else size
+            task = Task(scene, size, samples, 0, min(options.threads), integrator)
+            figures.append(compare_speed(systems, task, options.rounds))
+        (options.out / "frames.json").write_text(json.dumps(figures, indent=2) + "\n")
     if "error" in options.parts:
         points = []
         for scene in options.scenes:

@@ -2,10 +2,13 @@
 
 import mitsuba
 
-from sphere_list import COLORS, GLASS_INDEX, color, spheres
+from functools import partial
+
+from sphere_list import COLORS, COUNTS, GLASS_INDEX, color, spheres
 
 # Mitsuba counts a path's edges, RTSL its bounces between camera and light.
 INTEGRATOR = {"type": "path", "max_depth": 8, "rr_depth": 1000}
+INTEGRATORS = {"path": INTEGRATOR, "direct": {"type": "direct"}, "depth": {"type": "depth"}}
 
 
 def rgb(*value: float) -> dict:
@@ -69,6 +72,17 @@ def metals(size: int) -> dict:
     }
 
 
+def metals_area(size: int) -> dict:
+    transform = mitsuba.ScalarTransform4f()
+    scene = metals(size)
+    scene["lamp"] = {
+        "type": "rectangle",
+        "to_world": transform.translate([4, 6, 4]).rotate([1, 0, 0], 90).scale([0.5, 0.5, 1]),
+        "emitter": {"type": "area", "radiance": rgb(60, 60, 60)},
+    }
+    return scene
+
+
 def cornell_box(size: int) -> dict:
     scene = mitsuba.cornell_box()
     scene["integrator"] = INTEGRATOR
@@ -76,7 +90,7 @@ def cornell_box(size: int) -> dict:
     return scene
 
 
-def thousand_spheres(size: int) -> dict:
+def many_spheres(count: int, size: int) -> dict:
     scene = {
         "type": "scene",
         "integrator": INTEGRATOR,
@@ -86,7 +100,7 @@ def thousand_spheres(size: int) -> dict:
     }
     for number in range(COLORS):
         scene[f"color-{number}"] = {"type": "diffuse", "reflectance": rgb(*color(number))}
-    for number, sphere in enumerate(spheres()):
+    for number, sphere in enumerate(spheres(count)):
         material = "glass" if sphere.color is None else f"color-{sphere.color}"
         scene[f"sphere-{number}"] = {
             "type": "sphere",
@@ -97,4 +111,5 @@ def thousand_spheres(size: int) -> dict:
     return scene
 
 
-SCENES = {"metals": metals, "cornell_box": cornell_box, "spheres": thousand_spheres}
+SCENES = {"metals": metals, "metals_area": metals_area, "cornell_box": cornell_box}
+SCENES |= {name: partial(many_spheres, count) for name, count in COUNTS.items()}

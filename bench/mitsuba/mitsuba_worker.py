@@ -1,7 +1,7 @@
 """Renders with Mitsuba as another process asks: `mitsuba_worker.py VARIANT SCENE SIZE THREADS`.
 
 A line of JSON on standard output says that the scene is loaded. Then each line of standard input is a render, with its
-`samples`, its `seed` and the file `out` for the picture, or null; each is answered by a line with the seconds that it took and
+`samples`, its `seed`, its `integrator` and the file `out` for the picture, or null; each is answered by a line with the seconds that it took and
 the most memory that the process held so far.
 """
 
@@ -31,19 +31,26 @@ def main() -> None:
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
     drjit.set_thread_count(int(threads))
     # Scenes can only be imported where a variant is set.
-    from mitsuba_scenes import SCENES
+    from mitsuba_scenes import INTEGRATORS, SCENES
 
     scene = mitsuba.load_dict(SCENES[scene_name](int(size)))
+    integrators = {name: mitsuba.load_dict(it) for name, it in INTEGRATORS.items()}
     answer(version=mitsuba.__version__)
     for line in sys.stdin:
         request = json.loads(line)
         start = time.perf_counter()
-        image = mitsuba.render(scene, spp=request["samples"], seed=request["seed"])
+        integrator = integrators[request["integrator"]]
+        image = mitsuba.render(
+            scene, integrator=integrator, spp=request["samples"], seed=request["seed"]
+        )
         drjit.eval(image)
         drjit.sync_thread()
         seconds = time.perf_counter() - start
         if request["out"]:
+            # With one thread, Mitsuba waits forever for another that writes.
+            drjit.set_thread_count(2)
             mitsuba.Bitmap(image).write(request["out"])
+            drjit.set_thread_count(int(threads))
         answer(seconds=seconds, peak_memory_bytes=peak_memory_bytes())
 
 

@@ -1,5 +1,6 @@
 """Paths per second and memory: both systems take turns, since a machine's speed may waver."""
 
+from dataclasses import replace
 from statistics import median
 
 from systems import Task
@@ -14,13 +15,16 @@ def compare_speed(systems: list, task: Task, rounds: int) -> dict:
     firsts = [system.first_render(task) for system in systems]
     paths_per_second = [[] for _ in systems]
     for number in range(rounds):
-        turn = Task(task.scene, task.size, task.samples, task.seed + 1 + number, task.threads)
+        turn = replace(task, seed=task.seed + 1 + number)
         for system, speeds in zip(systems, paths_per_second):
             speeds.append(turn.paths / system.render(turn).seconds / 1e6)
     for system in systems:
         system.close()
     ratios = [one / other for one, other in zip(*paths_per_second)]
-    print(f"\n{task.scene}, threads: {task.threads}, samples: {task.samples}")
+    print(
+        f"\n{task.scene} by {task.integrator}, {task.size} by {task.size} pixels, "
+        f"samples: {task.samples}, threads: {task.threads}"
+    )
     print(f"{'':10}{'million paths a second':>28}{'first picture':>16}{'peak memory':>14}")
     for system, speeds, (seconds, run) in zip(systems, paths_per_second, firsts):
         megabytes = run.peak_memory_bytes / 1e6
@@ -32,6 +36,8 @@ def compare_speed(systems: list, task: Task, rounds: int) -> dict:
     )
     return {
         "scene": task.scene,
+        "integrator": task.integrator,
+        "size": task.size,
         "threads": task.threads,
         "samples": task.samples,
         "million_paths_per_second": dict(zip((it.name for it in systems), paths_per_second)),

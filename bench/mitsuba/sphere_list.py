@@ -1,10 +1,12 @@
-"""A thousand spheres at random places, the same for every system and on every machine."""
+"""Spheres at random places, the same for every system and on every machine."""
 
 from dataclasses import dataclass
 from typing import Iterator
 
-COUNT = 1000
+# For each scene the number of spheres.
+COUNTS = {"spheres": 1_000, "spheres_10k": 10_000}
 HALF_WIDTH = 10.0
+# Of a thousand spheres; more are smaller, so that they fill as much space.
 RADII = (0.2, 0.8)
 GLASS_SHARE = 0.25
 GLASS_INDEX = 1.5
@@ -32,16 +34,17 @@ def uniform_numbers(state: int = 42) -> Iterator[float]:
         yield (state >> 40) / 2.0**24
 
 
-def spheres() -> Iterator[Sphere]:
+def spheres(count: int) -> Iterator[Sphere]:
     numbers = uniform_numbers()
-    for _ in range(COUNT):
+    scale = (1_000 / count) ** (1 / 3)
+    for _ in range(count):
         x, y, z = (HALF_WIDTH * (2.0 * next(numbers) - 1.0) for _ in range(3))
-        radius = RADII[0] + (RADII[1] - RADII[0]) * next(numbers)
+        radius = scale * (RADII[0] + (RADII[1] - RADII[0]) * next(numbers))
         glass = next(numbers) < GLASS_SHARE
         yield Sphere((x, y, z), radius, None if glass else int(next(numbers) * COLORS))
 
 
-def pbrt_text() -> str:
+def pbrt_text(count: int) -> str:
     """The materials and spheres in the format of pbrt-v4."""
     lines = []
     for number in range(COLORS):
@@ -53,7 +56,7 @@ def pbrt_text() -> str:
     lines.append(
         f'MakeNamedMaterial "glass" "string type" "dielectric" "float eta" {GLASS_INDEX}'
     )
-    for sphere in spheres():
+    for sphere in spheres(count):
         material = "glass" if sphere.color is None else f"color {sphere.color}"
         x, y, z = sphere.center
         lines.append(

@@ -21,13 +21,17 @@ class Failure(Exception):
 
 @dataclass(frozen=True)
 class Task:
-    """One picture. Runs of a system with the same scene, size and threads may share what is compiled."""
+    """One picture. Runs of a system with the same scene, size and threads may share what is compiled.
+
+    The integrator is `path`, `direct` or `depth`, which traces camera rays alone.
+    """
 
     scene: str
     size: int
     samples: int
     seed: int
     threads: int
+    integrator: str = "path"
 
     @property
     def paths(self) -> int:
@@ -61,11 +65,18 @@ class Rtsl:
 
     name = "RTSL"
 
-    def __init__(self, program: Path, scenes: Path, work: Path, options: list[str]):
+    def __init__(
+        self, program: Path, scenes: Path, work: Path, path: list[str], options: list[str]
+    ):
         self.program = program
         self.scenes = scenes
         self.work = work
         self.options = options
+        self.integrators = {
+            "path": path,
+            "direct": ["--integrator", "Direct"],
+            "depth": ["--integrator", "Depth"],
+        }
         self.processors = Processors()
 
     def render(self, task: Task, out: Path | None = None) -> Run:
@@ -74,7 +85,7 @@ class Rtsl:
         command = [self.program, "render", self.scenes / f"{task.scene}.pbrt", "-o", picture]
         command += ["--stats", statistics, "--seed", task.seed]
         command += ["--spp", task.samples, "--size", f"{task.size}x{task.size}"]
-        command += ["--threads", task.threads, *self.options]
+        command += ["--threads", task.threads, *self.integrators[task.integrator], *self.options]
         done = subprocess.run(
             [str(word) for word in command],
             capture_output=True,
@@ -109,7 +120,9 @@ class Mitsuba:
 
     def render(self, task: Task, out: Path | None = None) -> Run:
         worker = self.worker(task)
-        request = {"samples": task.samples, "seed": task.seed, "out": str(out) if out else None}
+        picture = str(out) if out else None
+        request = {"samples": task.samples, "seed": task.seed, "integrator": task.integrator}
+        request |= {"out": picture}
         worker.stdin.write(json.dumps(request) + "\n")
         worker.stdin.flush()
         return Run(**self.answer(worker))

@@ -51,6 +51,6 @@ fn spheres() {
     std::fs::copy(folder().join("spheres.pbrt"), &scene).expect("the scene can be copied");
     let ball = "MakeNamedMaterial \"color 0\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.2 0.4 0.6]
         AttributeBegin NamedMaterial \"color 0\" Shape \"sphere\" \"float radius\" 25 AttributeEnd";
-    std::fs::write(place.join("sphere_list.pbrt"), ball).expect("the list can be written");
+    std::fs::write(place.join("spheres_list.pbrt"), ball).expect("the list can be written");
     check(&render(scene), [0.2, 0.4, 0.6], 0.01);
 }
