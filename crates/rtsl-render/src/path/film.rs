@@ -10,7 +10,7 @@ use rtsl_memory::{Amount, OutOfMemory, reserved};
 use rtsl_scene::Imaging;
 
 use super::features::FeatureSums;
-use super::samples::Samples;
+use super::samples::{Samples, TileResults};
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::tiles::{TILE, Tile, tiles_of};
 
@@ -65,7 +65,7 @@ impl TileRecord {
     }
 
     /// Adds samples that took this time.
-    fn take(&mut self, samples: &Samples, time: Duration, imaging: &Imaging) {
+    fn take(&mut self, samples: TileResults<'_>, time: Duration, imaging: &Imaging) {
         let count = samples.radiance.len() / LANES;
         for (lane, radiance) in samples.radiance.chunks_exact(count.max(1)).enumerate() {
             for radiance in radiance {
@@ -172,20 +172,20 @@ impl BatchFilm {
 
     /// Adds the samples from `first` on of a tile's pixels, which took this time. They are summed in ascending order,
     /// independent of their arrival; a tile that needs no more samples ignores them.
-    pub fn add(&self, tile: usize, first: u32, samples: &Samples, time: Duration) {
+    pub fn add(&self, tile: usize, first: u32, samples: TileResults<'_>, time: Duration) {
         let record = &mut *self.record(tile);
         if first != record.taken {
-            record.early.insert(first, (samples.clone(), time));
+            record.early.insert(first, (samples.to_samples(), time));
             return;
         }
         self.take(record, tile, samples, time);
         while let Some((samples, time)) = record.early.remove(&record.taken) {
-            self.take(record, tile, &samples, time);
+            self.take(record, tile, (&samples).into(), time);
         }
     }
 
     /// Adds the next samples of a tile, unless it needs no more.
-    fn take(&self, record: &mut TileRecord, tile: usize, samples: &Samples, time: Duration) {
+    fn take(&self, record: &mut TileRecord, tile: usize, samples: TileResults<'_>, time: Duration) {
         if !record.is_done {
             record.take(samples, time, &self.imaging);
             // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
@@ -283,9 +283,9 @@ mod tests {
     #[test]
     fn samples_are_summed_in_their_order() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 2, &samples([1.0, 1.0]), Duration::ZERO);
+        film.add(0, 2, (&samples([1.0, 1.0])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
-        film.add(0, 0, &samples([0.5, 0.5]), Duration::ZERO);
+        film.add(0, 0, (&samples([0.5, 0.5])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
         assert_eq!(film.aov(Aov::Samples, &[]).unwrap().pixels[3][0], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_dropped() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 0, &samples([f32::NAN, 1.0]), Duration::ZERO);
+        film.add(0, 0, (&samples([f32::NAN, 1.0])).into(), Duration::ZERO);
         assert_eq!((film.dropped(), film.image().unwrap().pixels[0]), (64, [0.5; 3]));
     }
 
@@ -312,14 +312,15 @@ mod tests {
         let film = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         let mut first = 0;
         while film.taken(0).is_some() {
-            film.add(0, first, &samples([0.9, 1.1]), Duration::ZERO);
+            film.add(0, first, (&samples([0.9, 1.1])).into(), Duration::ZERO);
             first += 2;
         }
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
-        film.add(0, first, &samples([9.0, 9.0]), Duration::ZERO);
+        film.add(0, first, (&samples([9.0, 9.0])).into(), Duration::ZERO);
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
         let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
-        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &samples([0.0, 2.0]), Duration::ZERO));
+        (0..32)
+            .for_each(|pass| noisy.add(0, 2 * pass, (&samples([0.0, 2.0])).into(), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
     }
 
@@ -328,9 +329,10 @@ mod tests {
     fn noise_is_estimated_between_wavefronts_only() {
         let film = BatchFilm::new((8, 8), false, Some(0.17)).unwrap();
         // The standard error falls below the target at 36 samples, where no wavefront ends.
-        (0..23).for_each(|pass| film.add(0, 2 * pass, &samples([0.0, 2.0]), Duration::ZERO));
+        (0..23)
+            .for_each(|pass| film.add(0, 2 * pass, (&samples([0.0, 2.0])).into(), Duration::ZERO));
         assert_eq!(film.taken(0), Some(46));
-        film.add(0, 46, &samples([0.0, 2.0]), Duration::ZERO);
+        film.add(0, 46, (&samples([0.0, 2.0])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.record(0).taken), (None, 48));
     }
 }

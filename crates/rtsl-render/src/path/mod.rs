@@ -49,3 +49,4 @@ pub use render::{BatchOptions, BatchRendered, render};
 pub use scene::BatchScene;
 pub use scene_builder::BatchSceneBuilder;
 pub(crate) use scene_builder::has_shade;
+pub(crate) use wavefront::{SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};

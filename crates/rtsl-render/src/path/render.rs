@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use rtsl::Messages;
+use rtsl_bvh::LANES;
 use rtsl_memory::OutOfMemory;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
@@ -12,7 +13,7 @@ use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::tile_order::TileOrder;
-use super::wavefront::SAMPLES_IN_WAVEFRONT;
+use super::wavefront::{SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
@@ -97,17 +98,21 @@ impl<'a> Job<'a> {
         let samples = settings.sampler.samples_per_pixel();
         let tiles = self.film.tiles().len();
         let order = TileOrder::new(tiles, settings.width.div_ceil(TILE));
-        let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * tiles;
+        let together = tiles_of_wavefront(samples, tiles, threads.count());
+        let groups = tiles.div_ceil(together);
+        let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * groups;
         let (next, memories) = threads.for_each_tile(
             (0, count),
             || BatchMemory::new(self.scene),
             || !self.must_stop(start),
             |memory, index| {
                 // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
-                let (pass, tile) = (index / tiles, order.tile(index % tiles));
+                let (pass, group) = (index / groups, index % groups);
                 let first = pass as u32 * SAMPLES_IN_WAVEFRONT;
                 let wavefront = (first, samples.min(first + SAMPLES_IN_WAVEFRONT));
-                let was_needed = self.render_wavefront(memory, tile, wavefront);
+                let places = group * together..tiles.min((group + 1) * together);
+                let tiles: Vec<usize> = places.map(|place| order.tile(place)).collect();
+                let was_needed = self.render_wavefront(memory, &tiles, wavefront);
                 self.tell(was_needed, count);
             },
         );
@@ -126,27 +131,37 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Renders the samples `first..end` of a tile if it needs them; returns true if it did.
+    /// Renders the samples `first..end` of those tiles that need them; returns true if any did.
     fn render_wavefront(
         &self,
         memory: &mut BatchMemory,
-        tile: usize,
+        tiles: &[usize],
         (first, end): (u32, u32),
     ) -> bool {
-        let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return false };
-        if first >= end {
+        let needed = tiles.iter().filter_map(|index| {
+            let first = self.film.taken(*index)?.max(first);
+            let tile = self.film.tiles()[*index];
+            (first < end).then(|| (*index, TileSamples { tile, first, count: end - first }))
+        });
+        let (indices, samples): (Vec<usize>, Vec<TileSamples>) = needed.unzip();
+        if samples.is_empty() {
             return false;
         }
-        let _span = tracing::trace_span!("wavefront", tile, first, end).entered();
+        let _span = tracing::trace_span!("wavefront", ?indices, first, end).entered();
         let begun = Instant::now();
         let Job { scene, errors, .. } = self;
         let with_features = scene.has_features();
         let tracer = PathTracer { with_features, ..PathTracer::new(scene, errors) };
-        let samples = TileSamples { tile: self.film.tiles()[tile], first, count: end - first };
         tracer.trace_samples(memory, &samples);
         // Samples that were aborted are not added.
         if !self.errors.any() {
-            self.film.add(tile, first, &memory.samples, begun.elapsed());
+            let time = begun.elapsed() / samples.len() as u32;
+            let mut start = 0;
+            for (index, samples) in indices.into_iter().zip(&samples) {
+                let end = start + samples.packets() * LANES;
+                self.film.add(index, samples.first, memory.samples.of_tile(start..end), time);
+                start = end;
+            }
             if let Some(writer) = &self.writer {
                 writer.write_if_due(&self.film);
             }

@@ -11,12 +11,12 @@ use super::shadow_rays::trace_shadow_rays;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
 use crate::lanes::eight::LaneVectors;
-use crate::tiles::{CameraRays, TileSamples, camera_packet};
+use crate::tiles::{CameraRays, TileSamples, camera_packet, packets_of};
 
 impl PathTracer<'_> {
-    /// Traces a path for each sample, and leaves the results in the memory.
-    pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &TileSamples) {
-        memory.samples.reset(samples.packets() * LANES, self.with_features);
+    /// Traces a path for each sample of some tiles, and leaves the results in the memory.
+    pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &[TileSamples]) {
+        memory.samples.reset(packets_of(samples) * LANES, self.with_features);
         match &self.scene.integrator.staged {
             Some(staged) => self.run_stages_for_samples(staged, memory, samples),
             None => self.interpret_samples(memory, samples),
@@ -24,7 +24,7 @@ impl PathTracer<'_> {
     }
 
     /// The same without machine code: the integrator runs on the interpreter.
-    fn interpret_samples(&self, memory: &mut BatchMemory, samples: &TileSamples) {
+    fn interpret_samples(&self, memory: &mut BatchMemory, samples: &[TileSamples]) {
         self.begin(memory, samples);
         let BatchMemory { wavefront, integrator, rays, samples, .. } = memory;
         if let Some(integrator) = integrator {
@@ -36,14 +36,16 @@ impl PathTracer<'_> {
     }
 
     /// Begins a wavefront with camera rays.
-    fn begin(&self, memory: &mut BatchMemory, samples: &TileSamples) {
+    fn begin(&self, memory: &mut BatchMemory, samples: &[TileSamples]) {
         let scene = &self.scene.compiled;
         let BatchMemory { wavefront, camera: camera_memory, rays: counts, .. } = memory;
         wavefront.paths.clear();
         wavefront.active.clear();
         wavefront.features.clear();
         let tracer = Tracer { scene, errors: self.errors };
-        for packet in 0..samples.packets() {
+        let packets =
+            samples.iter().flat_map(|of| (0..of.packets()).map(move |packet| (of, packet)));
+        for (samples, packet) in packets {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
             let camera = camera_packet(&tracer, camera_memory, samples, packet);
             let CameraRays { rays, context, weights, footprints } = &*camera;

@@ -8,13 +8,13 @@ use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
 use crate::compiled::{CompiledScene, SceneBuilder};
-use crate::path::{BatchMemory, BatchScene, BatchSceneBuilder, PathTracer};
+use crate::path::{
+    BatchMemory, BatchScene, BatchSceneBuilder, PathTracer, SAMPLES_IN_WAVEFRONT,
+    tiles_of_wavefront,
+};
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{Tile, TileSamples};
+use crate::tiles::TileSamples;
 use crate::whitted::{TileSample, Workspace, sample_tile, visits_of_sample};
-
-/// The number of samples of each pixel with which an integrator fills vectors well.
-const SAMPLES_OF_VISIT: u32 = 16;
 
 /// A renderer with its scene.
 pub enum SessionRenderer {
@@ -126,38 +126,43 @@ impl SessionRenderer {
         match self {
             SessionRenderer::Interactive(_) => 1,
             SessionRenderer::Integrator(_) => {
-                let samples = SAMPLES_OF_VISIT - taken % SAMPLES_OF_VISIT;
+                let samples = SAMPLES_IN_WAVEFRONT - taken % SAMPLES_IN_WAVEFRONT;
                 samples.min(wanted.saturating_sub(taken)).max(1)
             }
         }
     }
 
-    /// Takes `count` samples of every pixel of a tile, from the sample `first` on.
+    /// The number of tiles, among so many for the threads, of which a sample of each pixel is taken together.
+    pub fn tiles_of_visit(&self, tiles: usize, threads: usize) -> usize {
+        match self {
+            SessionRenderer::Interactive(_) => 1,
+            SessionRenderer::Integrator(_) => tiles_of_wavefront(1, tiles, threads),
+        }
+    }
+
+    /// Takes samples of tiles; returns those of each tile.
     pub fn take_samples(
         &self,
         errors: &RuntimeErrors,
         memory: &mut ThreadMemory,
-        (tile, first, count): (Tile, u32, u32),
+        samples: &[TileSamples],
         counts_lanes: bool,
-    ) -> TakenSamples {
+    ) -> Vec<TakenSamples> {
         let ThreadMemory { workspace, paths } = memory;
-        match (self, paths) {
-            (SessionRenderer::Integrator(scene), Some(memory)) => {
-                let samples = TileSamples { tile, first, count };
-                trace_samples(scene, errors, memory, &samples)
-            }
-            _ => {
-                let tracer = Tracer { scene: self.compiled(), errors };
-                workspace.search.counts =
-                    counts_lanes.then(|| WorkCounts::new(self.compiled().width));
-                let samples = first..first + count;
-                let samples =
-                    samples.map(|sample| sample_tile(&tracer, workspace, tile, sample)).collect();
-                let counts = workspace.search.counts.take();
-                let lane_use = counts.map_or(LaneUse::NONE, |counts| counts.lane_use);
-                TakenSamples { samples, lane_use }
-            }
+        if let (SessionRenderer::Integrator(scene), Some(memory)) = (self, paths) {
+            return trace_samples(scene, errors, memory, samples);
         }
+        let tracer = Tracer { scene: self.compiled(), errors };
+        let of_tile = |TileSamples { tile, first, count }: &TileSamples| {
+            workspace.search.counts = counts_lanes.then(|| WorkCounts::new(self.compiled().width));
+            let samples = *first..first + count;
+            let samples = samples.map(|sample| sample_tile(&tracer, workspace, *tile, sample));
+            let samples = samples.collect();
+            let counts = workspace.search.counts.take();
+            let lane_use = counts.map_or(LaneUse::NONE, |counts| counts.lane_use);
+            TakenSamples { samples, lane_use }
+        };
+        samples.iter().map(of_tile).collect()
     }
 
     /// Returns the number of nodes and leaves that the camera rays of these samples visit.
@@ -165,7 +170,7 @@ impl SessionRenderer {
         &self,
         errors: &RuntimeErrors,
         memory: &mut ThreadMemory,
-        (tile, first, count): (Tile, u32, u32),
+        TileSamples { tile, first, count }: TileSamples,
     ) -> [u32; LANES] {
         let tracer = Tracer { scene: self.compiled(), errors };
         let mut sum = [0; LANES];
@@ -186,28 +191,39 @@ impl ThreadMemory {
     }
 }
 
-/// Takes samples by the integrator of a scene.
+/// Takes samples by the integrator of a scene. The tiles share the use of lanes.
 fn trace_samples(
     scene: &BatchScene,
     errors: &RuntimeErrors,
     memory: &mut BatchMemory,
-    samples: &TileSamples,
-) -> TakenSamples {
-    let settings = &scene.compiled.settings;
+    samples: &[TileSamples],
+) -> Vec<TakenSamples> {
     // Nobody reads the causes of samples that are not finite.
     let tracer = PathTracer { finds_causes: false, ..PathTracer::new(scene, errors) };
     tracer.trace_samples(memory, samples);
+    let lane_use = std::mem::take(&mut memory.lane_use);
+    let mut start = 0;
+    let of_tile = |samples: &TileSamples| {
+        let end = start + samples.packets() * LANES;
+        let radiance = &memory.samples.radiance[start..end];
+        start = end;
+        TakenSamples { samples: developed(scene, samples, radiance), lane_use }
+    };
+    samples.iter().map(of_tile).collect()
+}
+
+/// Returns the colours of a tile's samples, given their radiance.
+fn developed(scene: &BatchScene, samples: &TileSamples, radiance: &[[f32; 3]]) -> Vec<TileSample> {
+    let settings = &scene.compiled.settings;
     let lanes = samples.tile.lanes(settings.width, settings.height);
     let count = samples.count as usize;
     let sample = |sample: usize| {
         let mut colors = [[0.0; LANES]; 3];
         for lane in lanes_of(lanes) {
-            let radiance = memory.samples.radiance[lane * count + sample];
-            let color = settings.imaging.develop(radiance);
+            let color = settings.imaging.develop(radiance[lane * count + sample]);
             (0..3).for_each(|channel| colors[channel][lane] = color[channel]);
         }
         TileSample { lanes, colors }
     };
-    let taken = (0..count).map(sample).collect();
-    TakenSamples { samples: taken, lane_use: std::mem::take(&mut memory.lane_use) }
+    (0..count).map(sample).collect()
 }

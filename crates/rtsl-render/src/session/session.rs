@@ -25,7 +25,7 @@ use super::view_mode::{Display, ViewMode};
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
+use crate::tiles::{RenderThreads, TILE, Tile, TileSamples, camera_rays};
 use crate::whitted::{Workspace, hit_groups};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
@@ -541,33 +541,47 @@ impl Session {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
                 || !begun.swap(true, Ordering::Relaxed)
         };
+        let threads = self.threads.count();
+        let together = match deadline {
+            None => renderer.tiles_of_visit(tiles.len(), threads),
+            Some(_) => 1,
+        };
         let (next, memories) = self.threads.for_each_tile(
-            (first, tiles.len()),
+            (first.div_ceil(together), tiles.len().div_ceil(together)),
             || renderer.memory(),
             || !errors.any() && in_time(),
             |memory, place| {
-                let index = tiles[place];
-                let taken = film.taken(index);
-                let count = deadline.map_or(1, |_| renderer.samples_of_visit(taken));
-                let samples = (film.tiles()[index], taken, count);
-                let counts_lanes = counts_lanes(display.mode(), index, taken);
+                let places = place * together..tiles.len().min((place + 1) * together);
+                let tiles = &tiles[places];
+                let samples: Vec<TileSamples> = tiles
+                    .iter()
+                    .map(|index| {
+                        let taken = film.taken(*index);
+                        let count = deadline.map_or(1, |_| renderer.samples_of_visit(taken));
+                        TileSamples { tile: film.tiles()[*index], first: taken, count }
+                    })
+                    .collect();
+                let counts_lanes = counts_lanes(display.mode(), tiles[0], samples[0].first);
                 let start = Instant::now();
-                let taken = renderer.take_samples(errors, memory, samples, counts_lanes);
-                let lane_use = taken.lane_use;
-                let mut work = SampleWork { time: start.elapsed(), lane_use, ..SampleWork::NONE };
-                *lock(sum) += lane_use;
-                if display.mode() == ViewMode::Nodes {
-                    work.visited = renderer.visits(errors, memory, samples);
-                }
-                // Samples that were aborted are not added.
-                if !errors.any() {
-                    film.add(index, &taken.samples, &work, display);
+                let taken = renderer.take_samples(errors, memory, &samples, counts_lanes);
+                let time = start.elapsed() / samples.len() as u32;
+                for ((index, samples), taken) in tiles.iter().zip(samples).zip(taken) {
+                    let lane_use = taken.lane_use;
+                    let mut work = SampleWork { time, lane_use, ..SampleWork::NONE };
+                    *lock(sum) += lane_use;
+                    if display.mode() == ViewMode::Nodes {
+                        work.visited = renderer.visits(errors, memory, samples);
+                    }
+                    // Samples that were aborted are not added.
+                    if !errors.any() {
+                        film.add(*index, &taken.samples, &work, display);
+                    }
                 }
             },
         );
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays());
-        (next, rays)
+        (tiles.len().min(next * together), rays)
     }
 
     /// The factor by which the resolution of the next whole frame is reduced. It changes only if the time differs

@@ -11,4 +11,4 @@ pub use camera_rays::{CameraMemory, CameraRays, SampleStreams, camera_packet, ca
 pub use lane_context::LaneContext;
 pub use render_threads::RenderThreads;
 pub use tile::{TILE, Tile, tiles_of};
-pub use tile_samples::TileSamples;
+pub use tile_samples::{TileSamples, packets_of};

@@ -18,6 +18,11 @@ pub struct TileSamples {
     pub count: u32,
 }
 
+/// Returns the number of packets of samples of some tiles.
+pub fn packets_of(samples: &[TileSamples]) -> usize {
+    samples.iter().map(TileSamples::packets).sum()
+}
+
 impl TileSamples {
     /// Returns the number of packets of samples.
     pub fn packets(&self) -> usize {

@@ -19,7 +19,7 @@ use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
-use crate::tiles::TileSamples;
+use crate::tiles::{TileSamples, packets_of};
 
 /// The number of rays of a call.
 const RAYS_OF_CALL: usize = 64;
@@ -166,13 +166,13 @@ impl PathTracer<'_> {
         &self,
         staged: &StagedIntegrator,
         memory: &mut BatchMemory,
-        samples: &TileSamples,
+        samples: &[TileSamples],
     ) {
         let BatchMemory {
             integrator: own, camera, samples: results, rays: counts, lane_use, ..
         } = memory;
         let Some(own) = own else { return };
-        let count = samples.packets() * LANES;
+        let count = packets_of(samples) * LANES;
         let exhausted = RuntimeErrors::default();
         let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
         let Some(mut run) = begun else { return };

@@ -21,7 +21,7 @@ use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
-use crate::tiles::{CameraMemory, SampleStreams, TileSamples, camera_packet};
+use crate::tiles::{CameraMemory, SampleStreams, TileSamples, camera_packet, packets_of};
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -51,17 +51,19 @@ pub enum Place<'a> {
 }
 
 impl StagedPaths<'_> {
-    /// Loads the camera rays of samples; returns the paths of those whose pixels lie inside the image.
+    /// Loads the camera rays of samples of some tiles; returns the paths of those whose pixels lie inside the image.
     pub fn load_samples(
         &mut self,
         camera: &mut CameraMemory<SampleStreams>,
-        samples: &TileSamples,
+        samples: &[TileSamples],
     ) -> PathSet {
         let scene = &self.tracer.scene.compiled;
         let tracer = Tracer { scene, errors: self.tracer.errors };
-        let mut active = Vec::with_capacity(samples.packets());
-        for packet in 0..samples.packets() {
-            let start = packet * LANES;
+        let mut active = Vec::with_capacity(packets_of(samples));
+        let packets =
+            samples.iter().flat_map(|of| (0..of.packets()).map(move |packet| (of, packet)));
+        for (samples, packet) in packets {
+            let start = active.len() * LANES;
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
             let rays = camera_packet(&tracer, camera, samples, packet);
             self.wave.load_camera_rays(self.frames, &self.staged.columns, &rays, start);
