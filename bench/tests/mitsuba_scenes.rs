@@ -39,18 +39,27 @@ fn metals() {
 }
 
 #[test]
+fn metals_under_a_square_lamp() {
+    check(&render(folder().join("metals_area.pbrt")), [0.3492, 0.3985, 0.5030], 0.02);
+}
+
+#[test]
 fn cornell_box() {
     check(&render(folder().join("cornell_box.pbrt")), [0.2401, 0.1411, 0.0600], 0.02);
 }
 
-/// A ball in place of the thousand that fills the picture and, convex and evenly lit, shows its own colour.
+/// A ball in place of the many that fills the picture and, convex and evenly lit, shows its own colour.
 #[test]
 fn spheres() {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let scene = place.join("spheres.pbrt");
-    std::fs::copy(folder().join("spheres.pbrt"), &scene).expect("the scene can be copied");
-    let ball = "MakeNamedMaterial \"color 0\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.2 0.4 0.6]
-        AttributeBegin NamedMaterial \"color 0\" Shape \"sphere\" \"float radius\" 25 AttributeEnd";
-    std::fs::write(place.join("spheres_list.pbrt"), ball).expect("the list can be written");
-    check(&render(scene), [0.2, 0.4, 0.6], 0.01);
+    for name in ["spheres", "spheres_10k"] {
+        let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        let scene = place.join(format!("{name}.pbrt"));
+        let original = folder().join(format!("{name}.pbrt"));
+        std::fs::copy(original, &scene).expect("the scene can be copied");
+        let ball = "MakeNamedMaterial \"color 0\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.2 0.4 0.6]
+            AttributeBegin NamedMaterial \"color 0\" Shape \"sphere\" \"float radius\" 25 AttributeEnd";
+        let list = place.join(format!("{name}_list.pbrt"));
+        std::fs::write(list, ball).expect("the list can be written");
+        check(&render(scene), [0.2, 0.4, 0.6], 0.01);
+    }
 }
