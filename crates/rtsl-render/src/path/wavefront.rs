@@ -9,8 +9,8 @@ use crate::surfaces::ObjectHit;
 /// caches.
 pub const SAMPLES_IN_WAVEFRONT: u32 = 16;
 
-/// Returns the number of tiles of a wavefront: several for pictures of few samples, so that vectors are filled well, but
-/// some wavefronts for each thread, so that all threads end at about the same time.
+/// Returns the number of tiles of a wavefront: several for pictures of few samples, so that vectors are filled well,
+/// but some wavefronts for each thread, so that all threads end at about the same time.
 pub fn tiles_of_wavefront(samples: u32, tiles: usize, threads: usize) -> usize {
     const WAVEFRONTS_OF_THREAD: usize = 8;
     let fitting = SAMPLES_IN_WAVEFRONT / samples.clamp(1, SAMPLES_IN_WAVEFRONT);
