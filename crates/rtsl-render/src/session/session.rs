@@ -541,26 +541,16 @@ impl Session {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
                 || !begun.swap(true, Ordering::Relaxed)
         };
-        let threads = self.threads.count();
-        let together = match deadline {
-            None => renderer.tiles_of_visit(tiles.len(), threads),
-            Some(_) => 1,
-        };
+        let is_frame = deadline.is_none();
+        let (count, threads) = (tiles.len(), self.threads.count());
+        let together = if is_frame { renderer.tiles_of_visit(count, threads) } else { 1 };
         let (next, memories) = self.threads.for_each_tile(
-            (first.div_ceil(together), tiles.len().div_ceil(together)),
+            (first.div_ceil(together), count.div_ceil(together)),
             || renderer.memory(),
             || !errors.any() && in_time(),
             |memory, place| {
-                let places = place * together..tiles.len().min((place + 1) * together);
-                let tiles = &tiles[places];
-                let samples: Vec<TileSamples> = tiles
-                    .iter()
-                    .map(|index| {
-                        let taken = film.taken(*index);
-                        let count = deadline.map_or(1, |_| renderer.samples_of_visit(taken));
-                        TileSamples { tile: film.tiles()[*index], first: taken, count }
-                    })
-                    .collect();
+                let tiles = &tiles[place * together..count.min((place + 1) * together)];
+                let samples = next_samples(renderer, film, tiles, is_frame);
                 let counts_lanes = counts_lanes(display.mode(), tiles[0], samples[0].first);
                 let start = Instant::now();
                 let taken = renderer.take_samples(errors, memory, &samples, counts_lanes);
@@ -581,7 +571,7 @@ impl Session {
         );
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays());
-        (tiles.len().min(next * together), rays)
+        (count.min(next * together), rays)
     }
 
     /// The factor by which the resolution of the next whole frame is reduced. It changes only if the time differs
@@ -613,6 +603,21 @@ impl Session {
         let lanes = lock(&self.lane_use).part();
         self.status.lane_utilisation = lanes.or(self.status.lane_utilisation);
     }
+}
+
+/// Returns the samples that tiles take next: one of each for a frame.
+fn next_samples(
+    renderer: &SessionRenderer,
+    film: &Film,
+    tiles: &[usize],
+    is_frame: bool,
+) -> Vec<TileSamples> {
+    let of_tile = |index: &usize| {
+        let first = film.taken(*index);
+        let count = if is_frame { 1 } else { renderer.samples_of_visit(first) };
+        TileSamples { tile: film.tiles()[*index], first, count }
+    };
+    tiles.iter().map(of_tile).collect()
 }
 
 /// True if the use of lanes is counted for a sample of a tile. For the status, a few tiles suffice; if times are

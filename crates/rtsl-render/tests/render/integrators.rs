@@ -99,6 +99,19 @@ fn pictures_have_the_same_bits_however_they_are_made() {
     }
 }
 
+/// One thread takes wavefronts of several tiles, many threads of one; the image's last tiles are not full.
+#[test]
+fn pictures_do_not_depend_on_the_tiles_of_wavefronts() {
+    for count in [1, 3] {
+        let make = |threads: usize| {
+            let execution = Execution::on_threads(threads);
+            let how = RenderRequest { execution, size: Some((131, 99)), ..samples(count) };
+            bits(&rendered("Integrator \"Path\"", "", how))
+        };
+        assert!(make(1) == make(28), "{count} samples");
+    }
+}
+
 /// Lights and shapes that stages are linked with, in spaces of their own, beside some that they are not: a mesh, and an
 /// instance. The pyramid's texture takes its width from the ray's footprint.
 const PLACED: &str = "WorldBegin
