@@ -236,8 +236,8 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
             %again: bool, %nf: bool, %no2: i32, %ni: i32, %ne: i32, %nl: f32, %nw: f32 = if %pf {
                 %x: f32, %y: f32, %z: f32 = query emission %po, %pi, %pe, SURFACE
                 %l2: f32 = fma %x, %w, %l
-                %dx: f32, %dy: f32, %dz: f32, %cx: f32, %cy: f32, %cz: f32, %pdf: f32 =
-                    query sample_bsdf %po, %pi, %pe, SURFACE, VECTOR
+                %dx: f32, %dy: f32, %dz: f32, %cx: f32, %cy: f32, %cz: f32, %pdf: f32, %index: f32 =
+                    query sample_bsdf %po, %pi, %pe, SURFACE, VECTOR, %one
                 %w2: f32 = multiply %w, %cx
                 %qf: bool, %qo: i32, %qi: i32, %qe: i32, %qd: f32 =
                     query nearest_hit VECTOR, %dx, %dy, %dz, %one, %one
@@ -289,7 +289,7 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %9: f32, %10: i32, %11: f32, %12: f32, %13: f32, %14: f32, %15: f32 = if %5 {
             %16: f32, %17: f32, %18: f32 = query emission %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
             %19: f32 = add %16, %2
-            %20: f32, %21: f32, %22: f32, %23: f32, %24: f32, %25: f32, %26: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %20: f32, %21: f32, %22: f32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32 = query sample_bsdf %6, %7, %8, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
             yield %4, %3, %19, %23, %20, %21, %22
           } else {
             yield %2, %1, %0, %0, %0, %0, %0
@@ -322,9 +322,9 @@ fn a_loop_is_peeled_where_it_starts_with_the_surface() {
           %11: f32, %12: i32, %13: f32, %14: f32, %15: f32, %16: f32, %17: f32 = if %7 {
             %18: f32, %19: f32, %20: f32 = query emission %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
             %21: f32 = fma %18, %6, %5
-            %22: f32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32, %28: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
-            %29: f32 = multiply %6, %25
-            yield %4, %3, %21, %29, %22, %23, %24
+            %22: f32, %23: f32, %24: f32, %25: f32, %26: f32, %27: f32, %28: f32, %29: f32 = query sample_bsdf %8, %9, %10, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2, %2
+            %30: f32 = multiply %6, %25
+            yield %4, %3, %21, %30, %22, %23, %24
           } else {
             yield %5, %1, %0, %0, %0, %0, %0
           }
@@ -368,7 +368,7 @@ const PATH_TRACER: &str = "
                 %dark: bool = occluded %x, %y, %z, %ax, %ay, %az, %distance
                 %lr2: f32, %lg2: f32, %lb2: f32 = if %dark { yield %lr1, %lg1, %lb1 } else {
                     %fr: f32, %fg: f32, %fb: f32 =
-                        query bsdf %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero, %ax, %ay, %az
+                        query bsdf %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero, %ax, %ay, %az, %zero
                     %cx: f32 = multiply %ax, %nx %cxy: f32 = fma %ay, %ny, %cx %cosine: f32 = fma %az, %nz, %cxy
                     %scale: f32 = divide %cosine, %pdf
                     %kr: f32 = multiply %fr, %cr %kg: f32 = multiply %fg, %cg %kb: f32 = multiply %fb, %cb
@@ -378,9 +378,9 @@ const PATH_TRACER: &str = "
                 }
                 yield %lr2, %lg2, %lb2
             } else { yield %lr1, %lg1, %lb1 }
-            %bx: f32, %by: f32, %bz: f32, %br: f32, %bg: f32, %bb: f32, %bpdf: f32 =
+            %bx: f32, %by: f32, %bz: f32, %br: f32, %bg: f32, %bb: f32, %bpdf: f32, %index: f32 =
                 query sample_bsdf %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero,
-                    %s1, %s2, %s3
+                    %s1, %s2, %s3, %zero
             %hr: f32 = divide %br, %bpdf %hg: f32 = divide %bg, %bpdf %hb: f32 = divide %bb, %bpdf
             %wr1: f32 = multiply %wr, %hr %wg1: f32 = multiply %wg, %hg %wb1: f32 = multiply %wb, %hb
             %next: i32 = add %depth, %step
