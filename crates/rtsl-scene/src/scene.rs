@@ -54,6 +54,11 @@ impl Scene {
             && pairs.all(|(one, other)| Arc::ptr_eq(one, other))
     }
 
+    /// True if the integrators are the same instance, or neither scene names a class.
+    pub fn has_same_integrator(&self, other: &Scene) -> bool {
+        is_same(self.integrator.as_ref(), other.integrator.as_ref())
+    }
+
     /// True if rays have the same hits: every shape is the same instance at the same place, and the numbers of
     /// materials and lights are equal.
     pub fn has_same_shapes(&self, other: &Scene) -> bool {
@@ -64,7 +69,7 @@ impl Scene {
                 && one.material == other.material
                 && one.emitter == other.emitter
                 && one.reverse_orientation == other.reverse_orientation
-                && same_texture(one.alpha.as_ref(), other.alpha.as_ref())
+                && is_same(one.alpha.as_ref(), other.alpha.as_ref())
         };
         self.objects.len() == other.objects.len()
             && self.objects.iter().zip(&other.objects).all(same)
@@ -76,7 +81,7 @@ impl Scene {
     }
 }
 
-fn same_texture(one: Option<&Arc<Instance>>, other: Option<&Arc<Instance>>) -> bool {
+fn is_same(one: Option<&Arc<Instance>>, other: Option<&Arc<Instance>>) -> bool {
     match (one, other) {
         (None, None) => true,
         (Some(one), Some(other)) => Arc::ptr_eq(one, other),

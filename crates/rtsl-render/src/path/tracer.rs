@@ -16,7 +16,7 @@ use crate::tiles::{CameraRays, TileSamples, camera_packet, packets_of};
 impl PathTracer<'_> {
     /// Traces a path for each sample of some tiles, and leaves the results in the memory.
     pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &[TileSamples]) {
-        memory.samples.reset(packets_of(samples) * LANES, self.with_features);
+        memory.samples.reset(packets_of(samples).count() * LANES, self.with_features);
         match &self.scene.integrator.staged {
             Some(staged) => self.run_stages_for_samples(staged, memory, samples),
             None => self.interpret_samples(memory, samples),
@@ -43,9 +43,7 @@ impl PathTracer<'_> {
         wavefront.active.clear();
         wavefront.features.clear();
         let tracer = Tracer { scene, errors: self.errors };
-        let packets =
-            samples.iter().flat_map(|of| (0..of.packets()).map(move |packet| (of, packet)));
-        for (samples, packet) in packets {
+        for (samples, packet) in packets_of(samples) {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
             let camera = camera_packet(&tracer, camera_memory, samples, packet);
             let CameraRays { rays, context, weights, footprints } = &*camera;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
@@ -413,7 +413,7 @@ impl Session {
         check_size(&scene, self.options.threads)?;
         let has_integrator = has_integrator(&self.source, &scene);
         let same_integrator = has_integrator == self.renderer.has_integrator()
-            && has_same_integrator(&scene, &self.scene)
+            && scene.has_same_integrator(&self.scene)
             && scene.settings == self.scene.settings;
         let same_shapes = scene.has_same_shapes(&self.scene);
         if same_integrator && same_shapes && scene.has_same_shading(&self.scene) {
@@ -645,13 +645,6 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
 fn has_integrator(source: &SceneSource<'_>, scene: &Scene) -> bool {
     let is_selected = source.selected_integrator().is_some();
     scene.integrator.is_some() || is_selected && scene.settings.renderer == Some(Renderer::Batch)
-}
-
-fn has_same_integrator(one: &Scene, other: &Scene) -> bool {
-    match (&one.integrator, &other.integrator) {
-        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
-        (one, other) => one.is_none() && other.is_none(),
-    }
 }
 
 fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {

@@ -18,9 +18,9 @@ pub struct TileSamples {
     pub count: u32,
 }
 
-/// Returns the number of packets of samples of some tiles.
-pub fn packets_of(samples: &[TileSamples]) -> usize {
-    samples.iter().map(TileSamples::packets).sum()
+/// Returns the packets of samples of some tiles, each with its index among those of its tile.
+pub fn packets_of(samples: &[TileSamples]) -> impl Iterator<Item = (&TileSamples, usize)> {
+    samples.iter().flat_map(|of| (0..of.packets()).map(move |packet| (of, packet)))
 }
 
 impl TileSamples {

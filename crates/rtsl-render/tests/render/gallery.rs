@@ -193,13 +193,12 @@ fn pictures_are_those_of_pbrt() {
 }
 
 /// Entities of the page, or parameters of them, that no scene of the gallery has, with the reason.
-const WITHOUT_SCENE: [(&str, &str); 14] = [
+const WITHOUT_SCENE: [(&str, &str); 13] = [
     (
         "Sampler pmj02bn",
         "its tables are not part of every build of pbrt; samples do not change means",
     ),
     ("Integrator path regularize", "tests of materials compare its effect with pbrt's rule"),
-    ("Integrator volpath regularize", "the picture is that of paths"),
     ("Integrator simplevolpath", "pbrt renders no surfaces by it"),
     ("Integrator randomwalk", "the picture is that of paths"),
     ("Integrator lightpath", "the picture is that of paths"),

@@ -40,11 +40,10 @@ pub struct StagedProgram {
 }
 
 /// The dependence of the kernels of stages on the values of parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterValues {
     /// The values are final: kernels know the integers and booleans that all objects share, and load once what these
     /// have in common.
-    #[default]
     Final,
     /// The values may change: kernels serve any others of the same classes.
     Changing,

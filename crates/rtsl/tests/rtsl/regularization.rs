@@ -11,7 +11,9 @@ const BESIDE: [f32; 3] = [0.1, -0.55, 0.829_16];
 fn highlight(class: &str, alpha: f32, regularization: f32) -> f32 {
     let arguments: Vec<(&str, Value)> = match class {
         // Roughness is its square root.
-        "Principled" => vec![("roughness", alpha.sqrt().into()), ("metallic", 1.0.into())],
+        "Principled" | "GltfPbr" => {
+            vec![("roughness", alpha.sqrt().into()), ("metallic", 1.0.into())]
+        }
         "CoatedConductor" => {
             let (roughness, coat) = (alpha.into(), 0.4.into());
             vec![
@@ -42,7 +44,9 @@ fn highlights_are_widened_up_to_a_width() {
 
 #[test]
 fn every_material_with_facets_is_regularized() {
-    for class in ["Conductor", "Dielectric", "CoatedDiffuse", "CoatedConductor", "Principled"] {
+    for class in
+        ["Conductor", "Dielectric", "CoatedDiffuse", "CoatedConductor", "Principled", "GltfPbr"]
+    {
         let [regular, plain] = [0.3, 0.0].map(|widest| highlight(class, 0.05, widest));
         assert!((regular - plain).abs() > 0.01 * plain, "{class}: {regular} {plain}");
         assert_eq!(highlight(class, 0.5, 0.3), highlight(class, 0.5, 0.0), "{class}");

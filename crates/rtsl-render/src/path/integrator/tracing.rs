@@ -172,7 +172,7 @@ impl PathTracer<'_> {
             integrator: own, camera, samples: results, rays: counts, lane_use, ..
         } = memory;
         let Some(own) = own else { return };
-        let count = packets_of(samples) * LANES;
+        let count = packets_of(samples).count() * LANES;
         let exhausted = RuntimeErrors::default();
         let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
         let Some(mut run) = begun else { return };

@@ -59,10 +59,8 @@ impl StagedPaths<'_> {
     ) -> PathSet {
         let scene = &self.tracer.scene.compiled;
         let tracer = Tracer { scene, errors: self.tracer.errors };
-        let mut active = Vec::with_capacity(packets_of(samples));
-        let packets =
-            samples.iter().flat_map(|of| (0..of.packets()).map(move |packet| (of, packet)));
-        for (samples, packet) in packets {
+        let mut active = Vec::with_capacity(packets_of(samples).count());
+        for (samples, packet) in packets_of(samples) {
             let start = active.len() * LANES;
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
             let rays = camera_packet(&tracer, camera, samples, packet);
