@@ -3,7 +3,7 @@
 //! [`Driver::run`] computes what the interpreter computes for the integrator's function, to the bit, with the same
 //! requests to the host in the same order.
 
-use rtsl_ir::host::{Host, LaneColors, LaneSet, RayLanes};
+use rtsl_ir::host::{Host, LaneColors, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_ir::{
     Constant, Interpreter, Outcome, PrepareError, Query, Scalar, Storage, Variable, VariableId,
     VariableKind,
@@ -66,7 +66,7 @@ impl<'a> Driver<'a> {
         let mut path = Path {
             places: &[],
             frame: vec![0; self.stages.slots.len()],
-            answers: Default::default(),
+            answers: [0; MAX_ANSWERS],
             request: Default::default(),
             surface: Default::default(),
             next: 0,
@@ -93,11 +93,14 @@ impl<'a> Driver<'a> {
     }
 }
 
+/// The greatest number of answers.
+const MAX_ANSWERS: usize = 9;
+
 /// A path between two stages.
 struct Path<'a, S: ?Sized> {
     places: &'a [Place],
     frame: Vec<u32>,
-    answers: [u32; 5],
+    answers: [u32; MAX_ANSWERS],
     request: [u32; crate::MAX_REQUEST as usize],
     surface: [u32; 3],
     next: i32,
@@ -109,12 +112,11 @@ struct Path<'a, S: ?Sized> {
 impl<S: Storage + ?Sized> Path<'_, S> {
     /// Has the host answer a request.
     fn answer(&mut self, event: ResumedBy, lanes: LaneSet, host: &mut dyn Host) {
-        self.answers = Default::default();
+        self.answers = [0; MAX_ANSWERS];
         match event {
             ResumedBy::Start | ResumedBy::Dispatch => {}
-            ResumedBy::NearestHit => {
-                host.query(lanes.base, Query::NearestHit, &self.request, &mut self.answers);
-            }
+            ResumedBy::NearestHit => self.ask(event, Query::NearestHit, lanes, host),
+            ResumedBy::Shade => self.ask(event, Query::Shade, lanes, host),
             ResumedBy::Occluded => {
                 self.answers[0] = host.occluded(lanes, &self.ray()) & 1;
             }
@@ -123,11 +125,39 @@ impl<S: Storage + ?Sized> Path<'_, S> {
                 rays.weight[0] = f32::from_bits(self.request[7]);
                 let mut radiance = LaneColors::default();
                 host.trace(lanes, &rays, &mut radiance);
-                for (answer, component) in self.answers.iter_mut().zip(radiance) {
-                    *answer = component[0].to_bits();
-                }
+                self.take(radiance.iter().map(|component| component[0]));
             }
+            ResumedBy::LightSample => self.ask_light(lanes, host),
         }
+    }
+
+    fn ask(&mut self, event: ResumedBy, query: Query, lanes: LaneSet, host: &mut dyn Host) {
+        let operands = event.request().iter().map(|port| self.request[*port as usize]);
+        let operands: Vec<u32> = operands.collect();
+        host.query(lanes.base, query, &operands, &mut self.answers[..event.answers().len()]);
+    }
+
+    fn ask_light(&mut self, lanes: LaneSet, host: &mut dyn Host) {
+        let (mut query, mut light) = (LightQueryLanes::default(), LightLanes::default());
+        let [index, floats @ ..] = ResumedBy::LightSample.request() else { return };
+        let numbers = query.point.iter_mut().chain(&mut query.normal).chain([&mut query.cosine]);
+        for (number, port) in numbers.zip(floats) {
+            number[0] = f32::from_bits(self.request[*port as usize]);
+        }
+        if host.light_sample(lanes, self.request[*index as usize], &query, &mut light) & 1 == 0 {
+            return;
+        }
+        let LightLanes { direction, distance, color, pdf } = &light;
+        let results = direction.iter().chain([distance]).chain(color).chain([pdf]);
+        self.take(results.map(|lanes| lanes[0]));
+        self.answers.rotate_right(1);
+        self.answers[0] = 1;
+    }
+
+    /// Sets the first answers.
+    fn take(&mut self, numbers: impl Iterator<Item = f32>) {
+        let answers = self.answers.iter_mut().zip(numbers);
+        answers.for_each(|(answer, number)| *answer = number.to_bits());
     }
 
     /// Returns the requested ray, in lane 0.

@@ -448,7 +448,7 @@ impl<'a> Emitter<'a> {
             self.set(Port::Frame(self.slots.of(*kept)), value);
         }
         let point = &self.plan.points[&id];
-        for (index, operand) in (0..).zip(point.request()) {
+        for (index, operand) in point.request() {
             self.set(Port::Request(index), self.get(operand));
         }
         for (index, operand) in (0..).zip(point.surface.into_iter().flatten()) {

@@ -9,13 +9,14 @@
 //! # Suspension points
 //!
 //! - A search for the nearest hit, a shadow ray with an answer, and radiance along another ray
-//!   ([`ResumedBy::NearestHit`], [`ResumedBy::Occluded`], [`ResumedBy::Trace`]). The path suspends *at* the operation
-//!   and is resumed with its results, the *answer*.
+//!   ([`ResumedBy::NearestHit`], [`ResumedBy::Occluded`], [`ResumedBy::Trace`]); a sample of a light, which includes a
+//!   shadow ray, and the light that `shade` of a surface computes, which may trace rays ([`ResumedBy::LightSample`],
+//!   [`ResumedBy::Shade`]). The path suspends *at* the operation and is resumed with its results, the *answer*.
 //! - A query about a surface whose classes the code does not know ([`ResumedBy::Dispatch`]). A stage with a [`Surface`]
 //!   is linked once for each pair of primitive class and material class, and queries about it are then inlined. About
 //!   any other surface, a path suspends *before* the query and is resumed by the stage that has that one. A stage that
-//!   a search resumes has the surface that was found. To save a dispatch, a shadow ray and a trace name the surface of
-//!   the first query that follows in the text, if it is visible already; their stage then has that surface.
+//!   a search resumes has the surface that was found. To save a dispatch, the other suspensions name the surface of the
+//!   first query that follows in the text, if it is visible already; their stage then has that surface.
 //!
 //! # Frames
 //!
@@ -78,7 +79,7 @@
 //! |---|---|
 //! | `frame.N` | slot `N` |
 //! | `answer.N` | result `N` of the operation that suspended |
-//! | `request.N` | operand `N` of the operation that suspends, f32 |
+//! | `request.N` | an operand of the operation that suspends ([`ResumedBy::request`]), f32; from 11 on i32 |
 //! | `surface.N` | object, instance and element of the surface that a suspension names, i32; its stage reads them |
 //! | `next` | the index of the next stage, or [`END`] |
 //!

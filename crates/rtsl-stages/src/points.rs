@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rtsl_ir::{Function, IndexVec, Op, OpKind, Region, Value};
+use rtsl_ir::{Function, IndexVec, Op, OpKind, Query, Region, Value};
 
 use crate::ResumedBy;
 
@@ -49,12 +49,9 @@ impl<'a> Point<'a> {
         if self.event == ResumedBy::Dispatch { index } else { index + 1 }
     }
 
-    /// Returns the operands of the request.
-    pub fn request(&self) -> Vec<Value> {
-        if self.event == ResumedBy::Dispatch {
-            return Vec::new();
-        }
-        operands(self.op())
+    /// Returns the operands of the request, by their ports.
+    pub fn request(&self) -> impl Iterator<Item = (u32, Value)> {
+        self.event.request().iter().copied().zip(operands(self.op()))
     }
 }
 
@@ -65,10 +62,10 @@ pub(crate) fn operands(op: &Op) -> Vec<Value> {
     operands
 }
 
-/// Returns object, instance and element of the surface that a query is about.
+/// Returns object, instance and element of the surface that a query is about whose answer needs its classes.
 pub(crate) fn queried_surface(kind: &OpKind) -> Option<[Value; 3]> {
     match kind {
-        OpKind::Query(query, operands) if query.is_of_surface() => {
+        OpKind::Query(query, operands) if query.is_of_surface() && *query != Query::Shade => {
             operands.first_chunk::<3>().copied()
         }
         _ => None,
@@ -144,7 +141,9 @@ impl<'a> Finder<'a> {
         let mut point = Point { event, levels: self.levels.clone(), surface: None };
         point.surface = match event {
             ResumedBy::Dispatch => queried_surface(&op.kind),
-            ResumedBy::Occluded | ResumedBy::Trace => following_surface(&point, &self.scopes),
+            ResumedBy::Occluded | ResumedBy::Trace | ResumedBy::LightSample | ResumedBy::Shade => {
+                following_surface(&point, &self.scopes)
+            }
             // The runtime sorts by the surface that was found.
             ResumedBy::NearestHit | ResumedBy::Start => None,
         };

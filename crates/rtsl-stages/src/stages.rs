@@ -2,8 +2,11 @@
 
 use rtsl_ir::{Function, OpKind, Query, Scalar, Variable, VariableKind};
 
-/// The greatest number of operands of a suspension.
-pub const MAX_REQUEST: u32 = 8;
+/// The number of ports for the operands of suspensions.
+pub const MAX_REQUEST: u32 = 14;
+
+/// The number of these ports that hold f32; the others hold i32.
+const FLOATS_OF_REQUEST: u32 = 11;
 
 /// The index of the slot in [`Stages::slots`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,17 +32,23 @@ pub enum ResumedBy {
     Occluded,
     /// The radiance along another ray.
     Trace,
+    /// A sample of a light that materials name by its index.
+    LightSample,
+    /// The light that `shade` of a surface's material computes.
+    Shade,
     /// The arrival at code that knows the classes of a surface. It has no answer.
     Dispatch,
 }
 
 impl ResumedBy {
     /// All events.
-    pub const ALL: [ResumedBy; 5] = [
+    pub const ALL: [ResumedBy; 7] = [
         ResumedBy::Start,
         ResumedBy::NearestHit,
         ResumedBy::Occluded,
         ResumedBy::Trace,
+        ResumedBy::LightSample,
+        ResumedBy::Shade,
         ResumedBy::Dispatch,
     ];
 
@@ -49,6 +58,8 @@ impl ResumedBy {
             OpKind::Query(Query::NearestHit, _) => Some(ResumedBy::NearestHit),
             OpKind::Occluded { .. } => Some(ResumedBy::Occluded),
             OpKind::Trace { .. } => Some(ResumedBy::Trace),
+            OpKind::LightSample { .. } => Some(ResumedBy::LightSample),
+            OpKind::Query(Query::Shade, _) => Some(ResumedBy::Shade),
             _ => None,
         }
     }
@@ -60,6 +71,8 @@ impl ResumedBy {
             ResumedBy::NearestHit => "nearest_hit",
             ResumedBy::Occluded => "occluded",
             ResumedBy::Trace => "trace",
+            ResumedBy::LightSample => "light_sample",
+            ResumedBy::Shade => "shade",
             ResumedBy::Dispatch => "dispatch",
         }
     }
@@ -76,16 +89,20 @@ impl ResumedBy {
             ResumedBy::Start | ResumedBy::Dispatch => &[],
             ResumedBy::NearestHit => &[Bool, I32, I32, I32, F32],
             ResumedBy::Occluded => &[Bool],
-            ResumedBy::Trace => &[F32, F32, F32],
+            ResumedBy::Trace | ResumedBy::Shade => &[F32, F32, F32],
+            ResumedBy::LightSample => &[Bool, F32, F32, F32, F32, F32, F32, F32, F32],
         }
     }
 
-    /// Returns the number of operands of the request, all f32, without those that name a surface.
-    pub const fn request_len(self) -> u32 {
+    /// Returns the [ports](Port::Request) of the operands of the request, in order. A surface that is shaded is among
+    /// them; that of the next stage is not.
+    pub const fn request(self) -> &'static [u32] {
         match self {
-            ResumedBy::Start | ResumedBy::Dispatch => 0,
-            ResumedBy::NearestHit | ResumedBy::Trace => 8,
-            ResumedBy::Occluded => 7,
+            ResumedBy::Start | ResumedBy::Dispatch => &[],
+            ResumedBy::NearestHit | ResumedBy::Trace => &[0, 1, 2, 3, 4, 5, 6, 7],
+            ResumedBy::Occluded => &[0, 1, 2, 3, 4, 5, 6],
+            ResumedBy::LightSample => &[11, 0, 1, 2, 3, 4, 5, 6],
+            ResumedBy::Shade => &[11, 12, 13, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10],
         }
     }
 }
@@ -197,6 +214,11 @@ impl Port {
         }
     }
 
+    /// Returns the type of the request's operand with this index.
+    pub(crate) const fn request_scalar(index: u32) -> Scalar {
+        if index < FLOATS_OF_REQUEST { Scalar::F32 } else { Scalar::I32 }
+    }
+
     /// Returns the variable, of this type.
     pub(crate) fn variable(self, scalar: Scalar) -> Variable {
         Variable { kind: VariableKind::Scratch, name: self.name(), scalar, len: 1 }
@@ -275,11 +297,24 @@ mod tests {
 
     /// The tables of this file agree with those of the representation.
     #[test]
-    fn nearest_hits_answer_and_request_as_the_query() {
-        let answers = ResumedBy::NearestHit.answers().iter().copied();
-        assert!(answers.eq(Query::NearestHit.result_scalars()));
-        let request = Query::NearestHit.operand_scalars();
-        let expected = ResumedBy::NearestHit.request_len() as usize;
-        assert!(request.eq(std::iter::repeat_n(Scalar::F32, expected)));
+    fn queries_answer_and_request_as_in_the_representation() {
+        for (event, query) in
+            [(ResumedBy::NearestHit, Query::NearestHit), (ResumedBy::Shade, Query::Shade)]
+        {
+            assert!(event.answers().iter().copied().eq(query.result_scalars()));
+            let request = event.request().iter().map(|port| Port::request_scalar(*port));
+            assert!(request.eq(query.operand_scalars()));
+        }
+    }
+
+    #[test]
+    fn each_operand_of_a_request_has_a_port_of_its_own() {
+        for event in ResumedBy::ALL {
+            let mut ports = event.request().to_vec();
+            ports.sort_unstable();
+            ports.dedup();
+            assert_eq!(ports.len(), event.request().len(), "{event:?}");
+            assert!(ports.iter().all(|port| *port < MAX_REQUEST));
+        }
     }
 }

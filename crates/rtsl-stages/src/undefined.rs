@@ -142,7 +142,7 @@ fn is_exit(draft: &Draft, op: &Op) -> bool {
 fn is_read(stage: &Stage, port: Port) -> bool {
     match port {
         Port::Frame(slot) => stage.live.binary_search(&slot).is_ok(),
-        Port::Request(index) => index < stage.resumed_by.request_len(),
+        Port::Request(index) => stage.resumed_by.request().contains(&index),
         Port::Surface(_) => stage.surface == Surface::Request,
         Port::Answer(_) | Port::Next => false,
     }

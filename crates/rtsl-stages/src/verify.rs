@@ -119,7 +119,9 @@ impl Check<'_> {
         let expected = match port {
             Port::Frame(slot) => Some(self.slot(slot)?),
             Port::Answer(index) => self.stage.resumed_by.answers().get(index as usize).copied(),
-            Port::Request(index) => (index < crate::MAX_REQUEST).then_some(Scalar::F32),
+            Port::Request(index) => {
+                (index < crate::MAX_REQUEST).then_some(Port::request_scalar(index))
+            }
             Port::Surface(index) => (index < 3).then_some(Scalar::I32),
             Port::Next => Some(Scalar::I32),
         };
@@ -230,7 +232,7 @@ impl Check<'_> {
         if let Some(slot) = other.live.iter().find(missing) {
             return Err(format!("slot {}, which is live in stage {next}, has no value", slot.0));
         }
-        let request = (0..other.resumed_by.request_len()).map(Port::Request);
+        let request = other.resumed_by.request().iter().map(|port| Port::Request(*port));
         let surface = (0..3).map(Port::Surface).filter(|_| other.surface == Surface::Request);
         match request.chain(surface).find(|port| !stored.contains(port)) {
             Some(port) => Err(format!("it does not store `{}` for stage {next}", port.name())),

@@ -13,8 +13,8 @@ fn two_surfaces_alive() {
         %a: f32, %b: f32, %c: f32 = query emission %o, %i, %e, SURFACE
         %f2: bool, %o2: i32, %i2: i32, %e2: i32, %d2: f32 = query nearest_hit RAY, %one
         %a2: f32, %b2: f32, %c2: f32 = query emission %o2, %i2, %e2, SURFACE
-        %a3: f32, %b3: f32, %c3: f32 = query shade %o, %i, %e, SURFACE
-        %a4: f32, %b4: f32, %c4: f32 = query shade %o2, %i2, %e2, SURFACE
+        %a3: f32, %b3: f32, %c3: f32 = query light_emission %o, %i, %e, SURFACE
+        %a4: f32, %b4: f32, %c4: f32 = query light_emission %o2, %i2, %e2, SURFACE
         return state:rt_HitDistance@0 = %a3, state:rt_RayOrigin@0 = %a4";
     expect![[r#"
         stages Test.radiance
@@ -99,7 +99,7 @@ fn two_surfaces_alive() {
           %5: i32 = load scratch:surface.0@0
           %6: i32 = load scratch:surface.1@0
           %7: i32 = load scratch:surface.2@0
-          %8: f32, %9: f32, %10: f32 = query shade %5, %6, %7, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
+          %8: f32, %9: f32, %10: f32 = query light_emission %5, %6, %7, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0, %0
           return scratch:frame.3@0 = %8, scratch:surface.0@0 = %2, scratch:surface.1@0 = %3, scratch:surface.2@0 = %4, scratch:next@0 = %1
         }
 
@@ -117,7 +117,7 @@ fn two_surfaces_alive() {
           %3: i32 = load scratch:surface.0@0
           %4: i32 = load scratch:surface.1@0
           %5: i32 = load scratch:surface.2@0
-          %6: f32, %7: f32, %8: f32 = query shade %3, %4, %5, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
+          %6: f32, %7: f32, %8: f32 = query light_emission %3, %4, %5, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
           return scratch:next@0 = %0, state:rt_HitDistance@0 = %2, state:rt_RayOrigin@0 = %6
         }
     "#]].assert_eq(&text(body));
@@ -130,7 +130,7 @@ fn a_shadow_ray_names_the_next_surface() {
         %f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one
         %dark: bool = occluded RAY
         %a: f32 = if %f {
-            %x: f32, %b: f32, %c: f32 = query shade %o, %i, %e, SURFACE
+            %x: f32, %b: f32, %c: f32 = query light_emission %o, %i, %e, SURFACE
             yield %x
         } else { yield %d }
         %y: f32 = select %dark, %a, %one
@@ -192,7 +192,7 @@ fn a_shadow_ray_names_the_next_surface() {
           %6: i32 = load scratch:surface.2@0
           %7: bool = load scratch:answer.0@0
           %8: f32 = if %2 {
-            %9: f32, %10: f32, %11: f32 = query shade %4, %5, %6, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
+            %9: f32, %10: f32, %11: f32 = query light_emission %4, %5, %6, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1, %1
             yield %9
           } else {
             yield %3
@@ -420,4 +420,130 @@ fn sizes_of_a_path_tracer() {
         StageSizes { live: 13, changed: 30, operations: 54 }
         StageSizes { live: 30, changed: 13, operations: 67 }
     "#]].assert_eq(&found);
+}
+
+/// A call of `shade` is a suspension, and no query about the surface of its stage: others compute it.
+#[test]
+fn shade_suspends() {
+    let body = "
+        %f: bool, %o: i32, %i: i32, %e: i32, %d: f32 = query nearest_hit RAY, %one
+        %a: f32, %b: f32, %c: f32 = query shade %o, %i, %e, SURFACE
+        %s: f32 = add %a, %d
+        return state:rt_HitDistance@0 = %s";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 1
+          return scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:next@0 = %1
+        }
+
+        stage 1: nearest_hit
+        function Test.radiance.1
+        scratch answer.0: bool[1]
+        scratch answer.1: i32[1]
+        scratch answer.2: i32[1]
+        scratch answer.3: i32[1]
+        scratch answer.4: f32[1]
+        scratch frame.0: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 2
+          %2: i32 = load scratch:answer.1@0
+          %3: i32 = load scratch:answer.2@0
+          %4: i32 = load scratch:answer.3@0
+          %5: f32 = load scratch:answer.4@0
+          return scratch:frame.0@0 = %5, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.7@0 = %0, scratch:request.8@0 = %0, scratch:request.9@0 = %0, scratch:request.10@0 = %0, scratch:request.11@0 = %2, scratch:request.12@0 = %3, scratch:request.13@0 = %4, scratch:next@0 = %1
+        }
+
+        stage 2: shade, live 0
+        function Test.radiance.2
+        scratch frame.0: f32[1]
+        scratch answer.0: f32[1]
+        scratch answer.1: f32[1]
+        scratch answer.2: f32[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = load scratch:frame.0@0
+          %2: f32 = load scratch:answer.0@0
+          %3: f32 = add %1, %2
+          return scratch:next@0 = %0, state:rt_HitDistance@0 = %3
+        }
+    "#]].assert_eq(&text(body));
+}
+
+/// A material's loop over the lights suspends at each sample.
+#[test]
+fn light_samples_suspend() {
+    let body = "
+        %count: i32 = light_count
+        %zero: i32 = constant 0
+        %i: i32, %sum: f32 = loop (%at: i32 = %zero, %before: f32 = %one) {
+            %lit: bool, %x: f32, %y: f32, %z: f32, %far: f32, %r: f32, %g: f32, %b: f32, %pdf: f32 =
+                light_sample %at, %one, %one, %one, %one, %one, %one, %one
+            %after: f32 = add %before, %r
+            %step: i32 = constant 1
+            %next: i32 = add %at, %step
+            %again: bool = less %next, %count
+            repeat %again, %next, %after
+        }
+        return state:rt_HitDistance@0 = %sum";
+    expect![[r#"
+        stages Test.radiance
+        slot 0: i32
+        slot 1: f32
+
+        stage 0: start
+        function Test.radiance.0
+        scratch frame.0: i32[1]
+        scratch frame.1: f32[1]
+        scratch next: i32[1]
+        {
+          %0: f32 = constant 1.0
+          %1: i32 = constant 0
+          %2: i32 = constant 1
+          return scratch:frame.0@0 = %1, scratch:frame.1@0 = %0, scratch:request.0@0 = %0, scratch:request.1@0 = %0, scratch:request.2@0 = %0, scratch:request.3@0 = %0, scratch:request.4@0 = %0, scratch:request.5@0 = %0, scratch:request.6@0 = %0, scratch:request.11@0 = %1, scratch:next@0 = %2
+        }
+
+        stage 1: light_sample, live 0 1
+        function Test.radiance.1
+        scratch frame.0: i32[1]
+        scratch frame.1: f32[1]
+        scratch answer.0: bool[1]
+        scratch answer.1: f32[1]
+        scratch answer.2: f32[1]
+        scratch answer.3: f32[1]
+        scratch answer.4: f32[1]
+        scratch answer.5: f32[1]
+        scratch answer.6: f32[1]
+        scratch answer.7: f32[1]
+        scratch answer.8: f32[1]
+        scratch next: i32[1]
+        {
+          %0: i32 = constant -1
+          %1: f32 = constant 1.0
+          %2: i32 = constant 1
+          %3: f32 = load state:rt_HitDistance@0
+          %4: i32 = load scratch:frame.0@0
+          %5: f32 = load scratch:frame.1@0
+          %6: i32 = light_count
+          %7: f32 = load scratch:answer.5@0
+          %8: f32 = add %5, %7
+          %9: i32 = add %4, %2
+          %10: bool = less %9, %6
+          %11: f32, %12: i32 = if %10 {
+            yield %3, %2
+          } else {
+            yield %8, %0
+          }
+          return scratch:frame.0@0 = %9, scratch:frame.1@0 = %8, scratch:request.0@0 = %1, scratch:request.1@0 = %1, scratch:request.2@0 = %1, scratch:request.3@0 = %1, scratch:request.4@0 = %1, scratch:request.5@0 = %1, scratch:request.6@0 = %1, scratch:request.11@0 = %9, scratch:next@0 = %12, state:rt_HitDistance@0 = %11
+        }
+    "#]].assert_eq(&text(body));
 }

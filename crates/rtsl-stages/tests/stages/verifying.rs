@@ -49,7 +49,7 @@ scratch next: i32[1]
   %1: i32 = load scratch:answer.2@0
   %2: i32 = load scratch:answer.3@0
   %3: f32 = load scratch:answer.4@0
-  %4: f32, %5: f32, %6: f32 = query shade %0, %1, %2, %3, %3, %3, %3, %3, %3, %3, %3, %3, %3, %3
+  %4: f32, %5: f32, %6: f32 = query light_emission %0, %1, %2, %3, %3, %3, %3, %3, %3, %3, %3, %3, %3, %3
   %7: bool = load scratch:answer.0@0
   %8: i32 = constant 2
   %9: i32 = constant -1
@@ -76,7 +76,7 @@ scratch next: i32[1]
   %2: i32 = load scratch:surface.1@0
   %3: i32 = load scratch:surface.2@0
   %4: f32 = convert %0
-  %5: f32, %6: f32, %7: f32 = query shade %1, %2, %3, %4, %4, %4, %4, %4, %4, %4, %4, %4, %4, %4
+  %5: f32, %6: f32, %7: f32 = query light_emission %1, %2, %3, %4, %4, %4, %4, %4, %4, %4, %4, %4, %4, %4
   %8: i32 = constant -1
   return scratch:next@0 = %8, state:rt_HitDistance@0 = %5
 }
@@ -98,8 +98,8 @@ fn each_invariant_has_its_error() {
             ".1: a query is about another surface than that of the stage",
         ),
         (
-            "query shade %1, %2, %3",
-            "query shade %0, %2, %3",
+            "query light_emission %1, %2, %3",
+            "query light_emission %0, %2, %3",
             ".2: a query is about another surface than that of the stage",
         ),
         (
@@ -131,7 +131,7 @@ fn each_invariant_has_its_error() {
         ("slot 0: i32 first", "slot 0: u32 first", ".1: scratch `frame.0` cannot be i32[1]"),
         (
             "scratch request.7: f32[1]",
-            "scratch request.7: f32[1] scratch request.8: f32[1]",
+            "scratch request.7: f32[1] scratch request.14: f32[1]",
             ".0: scratch `request.8` cannot be f32[1]",
         ),
         (

@@ -1,7 +1,7 @@
 //! Runs the compiled stages of a function for many paths, each stage for the paths that it is the next of.
 
 use rtsl_abi::{CallMode, LaneBlock, LaneMask, Layout};
-use rtsl_ir::host::{Host, LaneColors, LaneSet, RayLanes};
+use rtsl_ir::host::{Host, LaneColors, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_ir::{Scalar, Variable, VariableKind};
 use rtsl_jit::{CompiledKernel, OptLevel};
 use rtsl_llvm::TargetFeatures;
@@ -106,9 +106,10 @@ impl Wave<'_> {
 
     /// Has the host answer the request of a path.
     fn answer(&mut self, event: ResumedBy, ray: usize) {
-        let request = (0..event.request_len())
-            .map(|index| f32::from_bits(self.words(Port::Request(index))[ray]));
-        let request: Vec<f32> = request.collect();
+        let request = event.request().iter();
+        let request = request.map(|port| self.words(Port::Request(*port))[ray]);
+        let words: Vec<u32> = request.collect();
+        let request: Vec<f32> = words.iter().map(|bits| f32::from_bits(*bits)).collect();
         let lanes = LaneSet { base: ray as u32, active: 1 };
         let mut rays = RayLanes::default();
         let operands = rays.origin.iter_mut().chain(&mut rays.direction);
@@ -116,7 +117,20 @@ impl Wave<'_> {
         operands.zip(&request).for_each(|(lanes, operand)| lanes[0] = *operand);
         let answers = match event {
             ResumedBy::Start | ResumedBy::Dispatch => return,
-            ResumedBy::NearestHit => unreachable!("the functions have no queries"),
+            ResumedBy::NearestHit | ResumedBy::Shade => {
+                unreachable!("the functions have no queries")
+            }
+            ResumedBy::LightSample => {
+                let (mut query, mut light) = (LightQueryLanes::default(), LightLanes::default());
+                let numbers = query.point.iter_mut().chain(&mut query.normal);
+                let numbers = numbers.chain([&mut query.cosine]);
+                numbers.zip(&request[1..]).for_each(|(lanes, operand)| lanes[0] = *operand);
+                let reached = self.host.light_sample(lanes, words[0], &query, &mut light) & 1;
+                let LightLanes { direction, distance, color, pdf } = &light;
+                let numbers = direction.iter().chain([distance]).chain(color).chain([pdf]);
+                let numbers = numbers.map(|lanes| lanes[0].to_bits() * reached);
+                [reached].into_iter().chain(numbers).collect()
+            }
             ResumedBy::Occluded => vec![self.host.occluded(lanes, &rays) & 1],
             ResumedBy::Trace => {
                 let mut radiance = LaneColors::default();

@@ -1,13 +1,13 @@
 //! The scratch arrays through which stages meet the runtime.
 
-use rtsl::{Port, StageSurface, StagedProgram};
+use rtsl::{MAX_REQUEST, Port, StageSurface, StagedProgram};
 
 /// The scratch arrays of the ports of stages, by index.
 pub struct Columns {
     /// The answer to what a path waits for.
-    pub answers: [usize; 5],
+    pub answers: [usize; 9],
     /// The operands of a request.
-    pub requests: [usize; 8],
+    pub requests: [usize; MAX_REQUEST as usize],
     /// Object, instance and element of a surface that a suspension names.
     surface: [usize; 3],
     /// The next stage.

@@ -2,7 +2,8 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, Method, ResumedBy, StageSurface};
+use rtsl::host::{Host, LaneSet, LaneWords, MAX_LANES};
+use rtsl::{CallArguments, END, Instances, Method, Query, ResumedBy, StageSurface};
 use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
@@ -13,6 +14,7 @@ use super::super::super::wavefront::{NO_INSTANCE, Path};
 use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
 use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
+use super::columns::Columns;
 use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
@@ -163,6 +165,8 @@ impl StagedPaths<'_> {
             ResumedBy::NearestHit => self.search(paths),
             ResumedBy::Occluded => self.find_occluded(paths.paths()),
             ResumedBy::Trace => self.trace(paths.paths()),
+            ResumedBy::Shade => self.shade(paths.paths()),
+            ResumedBy::LightSample => {}
         }
     }
 
@@ -219,6 +223,35 @@ impl StagedPaths<'_> {
             let answers = self.frames.paths.scratch.floats_mut(*array);
             for (slot, path) in slots.iter().zip(&paths) {
                 answers[*slot as usize] = path.radiance[channel];
+            }
+        }
+    }
+
+    /// Has the host call `shade` of the requested surfaces.
+    fn shade(&mut self, slots: &[u32]) {
+        let Columns { requests, answers, .. } = &self.staged.columns;
+        for slots in slots.chunks(MAX_LANES) {
+            let scratch = &mut self.frames.paths.scratch;
+            let operands = ResumedBy::Shade.request().iter().map(|port| {
+                let words = scratch.words(requests[*port as usize]);
+                std::array::from_fn(|lane| slots.get(lane).map_or(0, |slot| words[*slot as usize]))
+            });
+            let operands: Vec<LaneWords> = operands.collect();
+            let mut results = [[0; MAX_LANES]; 3];
+            let active = u32::MAX >> (u32::BITS as usize - slots.len());
+            let mut host = SceneHost {
+                tracer: self.tracer,
+                rays: &mut self.wave.rays,
+                slots: Some(slots),
+                queries: self.queries,
+                free: self.free,
+                depth: self.depth,
+                notes_suspects: false,
+            };
+            host.query_lanes(LaneSet { base: 0, active }, Query::Shade, &operands, &mut results);
+            for (array, words) in answers.iter().zip(results) {
+                let answers = scratch.words_mut(*array);
+                slots.iter().zip(words).for_each(|(slot, bits)| answers[*slot as usize] = bits);
             }
         }
     }

@@ -18,6 +18,9 @@ use crate::compiled::tracer::Tracer;
 /// The answer to a search, as a stage reads it: whether there is a hit, object, instance, element and distance.
 type Answer = [u32; 5];
 
+/// The number of operands of a search.
+const REQUEST: usize = 8;
+
 /// The answer if nothing was hit.
 const NOTHING: Answer = [0, NO_OBJECT, NO_INSTANCE, 0, 0];
 
@@ -46,7 +49,7 @@ impl StagedPaths<'_> {
         let Columns { requests, time, .. } = &self.staged.columns;
         let Frames { paths: Blocks { scratch, .. }, requests: collected, .. } = &mut *self.frames;
         collected.iter_mut().for_each(Vec::clear);
-        let columns = requests.iter().chain([time]).map(|array| scratch.floats(*array));
+        let columns = requests[..REQUEST].iter().chain([time]).map(|array| scratch.floats(*array));
         paths.append(columns.zip(collected));
     }
 

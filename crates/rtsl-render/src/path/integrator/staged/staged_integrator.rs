@@ -129,8 +129,10 @@ impl StagedIntegrator {
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
-            || requests.into_iter().any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace));
-        let queries = queries(kernels);
+            || requests
+                .into_iter()
+                .any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace | ResumedBy::Shade));
+        let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
         let read_answers = read_answers(&program, (&columns, has_elements), kernels);
         Ok(StagedIntegrator {
@@ -319,12 +321,14 @@ fn surfaces_of<'a>(
 }
 
 /// Returns the queries about surfaces that kernels leave to a host.
-fn queries(kernels: &[Vec<StageKernel>]) -> BTreeSet<Query> {
+fn queries(program: &StagedProgram, kernels: &[Vec<StageKernel>]) -> BTreeSet<Query> {
+    let shades = program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::Shade);
+    let shaded = shades.then_some(Query::Shade);
     let kernels = kernels.iter().flatten();
     let prepared = kernels.clone().any(|kernel| kernel.prepared.is_some());
     let prepared = prepared.then_some(Query::SurfaceProperties);
     let asked = kernels.flat_map(|kernel| kernel.queries.iter().copied());
-    asked.filter(|query| query.is_of_surface()).chain(prepared).collect()
+    asked.filter(|query| query.is_of_surface()).chain(prepared).chain(shaded).collect()
 }
 
 /// Returns the answers to searches that kernels, the preparation of surfaces or the sorting of paths read, with their
