@@ -132,7 +132,7 @@ fn each_invariant_has_its_error() {
         (
             "scratch request.7: f32[1]",
             "scratch request.7: f32[1] scratch request.14: f32[1]",
-            ".0: scratch `request.8` cannot be f32[1]",
+            ".0: scratch `request.14` cannot be f32[1]",
         ),
         (
             "scratch answer.4: f32[1]",

@@ -1,10 +1,10 @@
-//! Integrators as stages.
+//! Methods that wait for the renderer as stages: `radiance` of integrators, and the methods of materials that trace.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
-use rtsl_ir::{Function, Scalar};
+use rtsl_ir::{Function, Scalar, Variable, VariableKind};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
@@ -23,21 +23,26 @@ use crate::link::sequences::Purpose;
 use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
 
-/// The stages of an integrator, from which kernels are made: one for each class of surfaces that a stage meets.
+/// The stages of a method, from which kernels are made. Those of an integrator have one for each class of surfaces that
+/// a stage meets; those of a material know no surfaces, whose properties are state.
 ///
 /// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages
 /// meet the host, and those of the paths' times, depths, keys, samples and counts of light samples.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
+    method: Method,
     stages: Stages,
-    /// The layout of the integrator, with the scratch of stages.
+    /// The layout of the class, with the scratch of stages.
     layout: Layout,
     sampler: Sampler,
     /// The lights, if operations compute their samples.
     lights: Option<LinkedLights>,
     values: ParameterValues,
 }
+
+/// The state with the colours that methods of materials compute.
+const COLORS: [&str; 2] = ["rt_SampleColor", "rt_EmissionColor"];
 
 /// The dependence of the kernels of stages on the values of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,17 +95,51 @@ impl StagedProgram {
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let radiance = program.method(Method::Radiance)?;
-        let name = &radiance.function.name;
-        let stages = nesting::with_deep_stack(|| rtsl_stages::split(&radiance.function));
-        let stages = stages.map_err(|error| errors::splitting(name, &error))?;
+        let lights = LinkedLights::new(lights, &sampler, values);
+        StagedProgram::split(
+            program,
+            Method::Radiance,
+            &radiance.function,
+            (sampler, lights, values),
+        )
+    }
+
+    /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages store
+    /// the colour only. `values` are those of the materials.
+    ///
+    /// # Errors
+    /// If the class has no such method, linking passes a limit, or splitting does.
+    pub fn of_material(
+        program: &Arc<Program>,
+        method: Method,
+        sampler: Sampler,
+        values: ParameterValues,
+    ) -> Result<StagedProgram, Diagnostic> {
+        let mut function = Function::clone(&program.method(method)?.function);
+        let variables = function.variables.clone();
+        function.outputs.retain(|output| {
+            let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
+            *kind == VariableKind::State && COLORS.contains(&name.as_str())
+        });
+        StagedProgram::split(program, method, &function, (sampler, None, values))
+    }
+
+    fn split(
+        program: &Arc<Program>,
+        method: Method,
+        function: &Function,
+        (sampler, lights, values): (Sampler, Option<LinkedLights>, ParameterValues),
+    ) -> Result<StagedProgram, Diagnostic> {
+        let stages = nesting::with_deep_stack(|| rtsl_stages::split(function));
+        let stages = stages.map_err(|error| errors::splitting(&function.name, &error))?;
         let mut layout = program.layout().clone();
         for name in columns(&stages) {
             layout.scratch.insert(name, layout.scratch_arrays);
             layout.scratch_arrays += 1;
         }
-        let lights = LinkedLights::new(lights, &sampler, values);
         lights.iter().for_each(|lights| lights.add_to(&mut layout));
-        Ok(StagedProgram { program: program.clone(), stages, layout, sampler, lights, values })
+        let program = program.clone();
+        Ok(StagedProgram { program, method, stages, layout, sampler, lights, values })
     }
 
     /// True if kernels for another program's requests serve [like](StageRequest::is_like) requests of this one. Their
@@ -111,14 +150,20 @@ impl StagedProgram {
             (own, others) => own.is_none() && others.is_none(),
         };
         Arc::ptr_eq(&self.program, &other.program)
+            && self.method == other.method
             && self.sampler == other.sampler
             && [self.values, other.values] == [ParameterValues::Changing; 2]
             && has_like_lights
     }
 
-    /// The program of the integrator.
+    /// The program of the class.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// The method that was split.
+    pub fn method(&self) -> Method {
+        self.method
     }
 
     /// The stages; the first is the start.
@@ -192,16 +237,27 @@ impl StagedProgram {
             parts.extend(class.blocks(&surface));
             joined(&parts)
         });
-        let blocks: Vec<InstanceBlock> = blocks.collect();
+        self.objects_of(&self.layout_for(Some(class)), own.words().len(), blocks.collect())
+    }
+
+    /// Returns the objects for which kernels of a material's method are called.
+    ///
+    /// # Panics
+    /// If an instance belongs to another program.
+    pub fn materials<'a>(&self, materials: impl IntoIterator<Item = &'a Instance>) -> Objects {
+        let blocks = materials.into_iter().map(|material| self.program.block(material));
+        self.objects_of(&self.layout, 0, blocks.collect())
+    }
+
+    /// Returns objects with these blocks, which share the first `shared` words.
+    fn objects_of(&self, layout: &Layout, shared: usize, blocks: Vec<InstanceBlock>) -> Objects {
         let differs = |word: u32| {
             let word = |block: &InstanceBlock| block.words()[word as usize];
             blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
         };
-        let layout = self.layout_for(Some(class));
-        let differing = layout.variables().filter(|place| {
-            let may_differ = self.may_differ(place, own.words().len(), &blocks);
-            may_differ || place.clone().any(differs)
-        });
+        let differing = layout
+            .variables()
+            .filter(|place| self.may_differ(place, shared, &blocks) || place.clone().any(differs));
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
 
