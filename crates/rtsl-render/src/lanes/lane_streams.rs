@@ -22,13 +22,9 @@ impl LaneStreams {
     }
 
     /// Returns the keys of the sequences.
+    #[cfg(test)]
     pub fn keys(&self) -> &[u32; LANES] {
         self.sequences.keys()
-    }
-
-    /// Returns the sample index of all rays.
-    pub fn sample(&self) -> u32 {
-        self.sample
     }
 
     /// Sets the streams of rays that those of `lanes` spawn: each depends on its ray, and on the number of rays that it

@@ -7,7 +7,7 @@ use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
-use crate::whitted::{ShadedRays, ShadingHost, Workspace, hit_groups, prepare};
+use crate::whitted::{ShadingHost, Workspace, hit_groups, prepare};
 
 /// A packet with its active lanes.
 pub struct Packet {
@@ -119,7 +119,7 @@ impl Surface<'_> {
         index: usize,
     ) -> Option<Packet> {
         let time = context.time;
-        let mut host = ShadingHost { tracer, workspace, context, depth: 0, spawned: &ShadedRays };
+        let mut host = ShadingHost { tracer, workspace, context, depth: 0 };
         let lights = host.light_count();
         let light = (index as u32).checked_rem(lights)?;
         let mut packet = Packet { rays: RayPacket { time, ..RayPacket::default() }, lanes: 0 };

@@ -194,7 +194,6 @@ impl Planned {
                 alpha: alpha.map_or(0, |(_, index)| index),
                 class: member.class,
                 index,
-                first_item: member.first,
             },
         }
     }

@@ -44,12 +44,11 @@ pub struct EvaluationKernels {
 }
 
 /// The methods of a material that the renderer may call, with the queries that call them.
-const METHODS: [(Method, &[Query]); 5] = [
+const METHODS: [(Method, &[Query]); 4] = [
     (Method::Emission, &[Query::Emission]),
     (Method::Bsdf, &SCATTERING),
     (Method::EvaluatePdf, &SCATTERING),
     (Method::SampleBsdf, &SCATTERING),
-    (Method::Shade, &[Query::Emission, Query::Shade]),
 ];
 
 /// Queries about scattering, whose methods are compiled together.
@@ -58,12 +57,17 @@ const SCATTERING: [Query; 3] = [Query::Bsdf, Query::BsdfPdf, Query::SampleBsdf];
 /// Returns the methods of a material that these queries call for hits.
 pub fn called_methods(program: &Program, queries: &BTreeSet<Query>) -> Vec<Method> {
     let is_called = |(method, by): &(Method, &[Query])| {
-        program.has(*method)
-            && by.iter().any(|query| queries.contains(query))
-            // The interactive renderer's kernels call it.
-            && !(*method == Method::Shade && program.has(Method::SampleBsdf))
+        program.has(*method) && by.iter().any(|query| queries.contains(query))
     };
-    METHODS.into_iter().filter(is_called).map(|(method, _)| method).collect()
+    let called = METHODS.into_iter().filter(is_called).map(|(method, _)| method);
+    let shading = shading_method(program).filter(|_| queries.contains(&Query::Shade));
+    let emitted = is_shaded(program) && queries.contains(&Query::Emission);
+    called.chain(shading).chain(emitted.then_some(Method::Shade)).collect()
+}
+
+/// Returns the method that `shade` of a surface calls: materials that only emit have no `shade`.
+pub fn shading_method(program: &Program) -> Option<Method> {
+    [Method::Shade, Method::Emission].into_iter().find(|method| program.has(*method))
 }
 
 /// True if a material has only `shade`.

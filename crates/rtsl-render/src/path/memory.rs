@@ -10,7 +10,6 @@ use super::shadow_rays::ShadowRays;
 use super::wavefront::Wavefront;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{CameraMemory, SampleStreams};
-use crate::whitted::Workspace;
 
 /// The memory of one thread.
 pub struct BatchMemory {
@@ -30,8 +29,6 @@ pub struct BatchMemory {
     pub searcher: Searcher,
     /// The memory of camera rays.
     pub camera: CameraMemory<SampleStreams>,
-    /// The memory of calls of `shade`, if there may be any.
-    pub shade: Option<Box<Workspace>>,
     /// The memory of the integrator; `None` in the memory of its queries.
     pub integrator: Option<Box<IntegratorMemory>>,
     /// The results of the last samples.
@@ -64,7 +61,6 @@ impl BatchMemory {
             camera: CameraMemory::new(&scene.compiled)
                 .with_footprints(scene.integrator.reads_widths()),
             integrator: None,
-            shade: scene.calls_shade().then(|| Box::new(Workspace::new(&scene.compiled))),
             samples: Samples::default(),
             rays: RayCounts::default(),
             lane_use: LaneUse::NONE,

@@ -15,6 +15,4 @@ pub struct ObjectEntry {
     pub class: u32,
     /// Its index there; elements have separate ones.
     pub index: u32,
-    /// The index of its first item in its group.
-    pub first_item: u32,
 }

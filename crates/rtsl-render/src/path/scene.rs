@@ -10,11 +10,13 @@ use rtsl_image::Aov;
 use super::features::is_feature;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
-use super::integrator::Integrator;
+use super::integrator::{Integrator, StagedMethod};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::object_entry::ObjectEntry;
+use super::shading_methods::ShadingMethods;
 use super::surface_group::{GroupKey, SurfaceGroup};
+use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 
 /// A scene ready for path tracing.
@@ -41,6 +43,8 @@ pub struct BatchScene {
     pub(super) lights: Lights,
     /// The integrator.
     pub(super) integrator: Integrator,
+    /// The methods that shade surfaces, if any is called.
+    pub(super) shading_methods: ShadingMethods,
     /// The AOVs to render.
     pub(super) aovs: Vec<Aov>,
 }
@@ -54,7 +58,8 @@ impl BatchScene {
     /// The addresses of the code of the integrator's stages.
     #[cfg(test)]
     pub(crate) fn code(&self) -> Vec<*const rtsl::Kernel> {
-        self.integrator.staged.as_ref().map_or_else(Vec::new, |staged| staged.code())
+        let stages = self.integrator.staged.iter().flat_map(|staged| staged.code());
+        stages.chain(self.shading_methods.code()).collect()
     }
 
     /// True if the features of first surfaces are needed.
@@ -67,10 +72,19 @@ impl BatchScene {
         !self.alpha.is_empty()
     }
 
-    /// True if any material has only `shade`, or the integrator calls `shade` of all of them.
-    pub(super) fn calls_shade(&self) -> bool {
-        let is_shaded = |key: &GroupKey| key.is_shaded(&self.classes());
-        self.integrator.calls_shade || self.keys.iter().any(is_shaded)
+    /// Returns the greatest number of scratch arrays of stages: of those of the integrator, and those of methods that
+    /// shade surfaces.
+    pub(super) fn stage_arrays(&self, integrator: &StagedMethod) -> usize {
+        integrator.program.scratch_arrays().max(self.shading_methods.stage_arrays())
+    }
+
+    /// Returns the hit of a surface by the indices of its object, instance and element, if the scene has such a surface.
+    pub(super) fn hit_of(&self, object: u32, instance: u32, element: u32) -> Option<PathHit> {
+        let entry = self.objects.get(object as usize)?;
+        self.compiled.class(entry.class).index_of(object, element)?;
+        let instances = self.compiled.geometry.instances.len();
+        let is_placed = instance == NO_INSTANCE || (instance as usize) < instances;
+        is_placed.then_some(PathHit { path: 0, object, element, instance })
     }
 
     /// Returns the greatest number of scratch arrays of a shader.

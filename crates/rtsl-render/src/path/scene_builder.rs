@@ -21,6 +21,8 @@ use super::lights::Lights;
 use super::material::is_shaded;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
+use super::shading_methods::ShadingMethods;
+use super::surface_group::GroupKey;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, SceneBuilder};
@@ -81,9 +83,7 @@ impl<'a> BatchSceneBuilder<'a> {
         Aov::refuse_others(aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
         let instance = scene.integrator.as_ref().unwrap_or(&scene.path_tracer);
         let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
-        let calls_shade = integrator.calls_shade || has_shade(engine, scene);
-        let builder = if calls_shade { builder } else { builder.for_searches() };
-        let compiled = builder.build(scene.clone(), messages)?;
+        let compiled = builder.for_searches().build(scene.clone(), messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();
@@ -110,6 +110,7 @@ impl<'a> BatchSceneBuilder<'a> {
             alpha,
             lights,
             integrator,
+            shading_methods: ShadingMethods::default(),
             aovs: aovs.to_vec(),
         };
         made.warn_of_shade(messages);
@@ -166,6 +167,13 @@ impl BatchScene {
         };
         let staged = self.integrator.stages(&self.engine, instance, scene, &parts);
         self.integrator.staged = staged.map_err(Messages::one)?;
+        let is_shaded = |key: &GroupKey| {
+            self.integrator.calls_shade
+                || self.integrator.emits_shaded && key.is_shaded(&self.classes())
+        };
+        let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
+        let methods = ShadingMethods::new(self, &scene.materials, is_shaded, (values, of_surfaces));
+        self.shading_methods = methods.map_err(Messages::one)?;
         let made = self.make_groups(&self.integrator.queries());
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);

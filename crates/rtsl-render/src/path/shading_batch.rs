@@ -78,6 +78,8 @@ pub struct ShadingBatch {
 pub struct LightRows {
     /// Unit vectors towards them, in world space.
     pub direction: Rows,
+    /// The distances of the sampled points.
+    pub reach: Row,
     /// The lengths of shadow rays.
     pub distance: Row,
     /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, including that of
@@ -112,6 +114,7 @@ impl ShadingBatch {
             light_density: NONE,
             light: LightRows {
                 direction: [NONE; 3],
+                reach: NONE,
                 distance: NONE,
                 color: [NONE; 3],
                 density: NONE,

@@ -46,6 +46,8 @@ pub struct Path {
     pub key: u32,
     /// The index of its sample.
     pub sample: u32,
+    /// A bound of the weight of its radiance in the pixel.
+    pub importance: f32,
     /// The geometric normal at the ray's origin, on the side from which the previous ray came, in world space.
     pub geometric_normal: [f32; 3],
     /// The shading normal there.
@@ -71,6 +73,7 @@ impl Path {
         shading_normal: [0.0, 0.0, 1.0],
         key: 0,
         sample: 0,
+        importance: 1.0,
         is_blamed: false,
     };
 }

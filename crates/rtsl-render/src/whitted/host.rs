@@ -15,7 +15,7 @@ use rtsl_scene::MAX_TRACE_DEPTH;
 
 use super::area_light::sample;
 use super::light_samples::LightSamples;
-use super::spawned_rays::SpawnedRays;
+use super::shading::radiance;
 use super::workspace::{SpawnedPacket, Workspace};
 use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
@@ -36,8 +36,6 @@ pub struct ShadingHost<'a> {
     pub context: &'a mut LaneContext,
     /// The depth of the rays that are shaded.
     pub depth: u32,
-    /// Computes the radiance of spawned rays.
-    pub spawned: &'a dyn SpawnedRays,
 }
 
 impl Host for ShadingHost<'_> {
@@ -74,7 +72,7 @@ impl Host for ShadingHost<'_> {
             self.workspace.rays.traced += u64::from(lanes.count_ones());
             let SpawnedPacket { rays, context, .. } = &mut *packet;
             let (tracer, workspace, depth) = (self.tracer, &mut *self.workspace, self.depth + 1);
-            let traced = self.spawned.radiance(tracer, workspace, rays, lanes, context, depth);
+            let traced = radiance(tracer, workspace, rays, lanes, context, depth);
             self.context.take_not_finite(not_finite(&traced, lanes));
             for request in requests {
                 for (channel, color) in request.radiance.iter_mut().enumerate() {

@@ -6,55 +6,42 @@ use rtsl::{LaneBlock, Method};
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
 use super::host::ShadingHost;
-use super::spawned_rays::{PacketColors, SpawnedRays};
 use super::surface::{HitGroup, hit_groups, prepare};
 use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::light::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{eights, eights_alone, is_finite};
+use crate::lanes::eight::{LaneVectors, eights, eights_alone, is_finite};
 use crate::lanes::surface_offset::sums;
 use crate::tiles::LaneContext;
 
-/// Shades the hits of secondary rays recursively.
-pub struct ShadedRays;
+/// A colour for each lane, channel by channel.
+pub type PacketColors = LaneVectors;
 
-impl SpawnedRays for ShadedRays {
-    fn radiance(
-        &self,
-        tracer: &Tracer<'_>,
-        workspace: &mut Workspace,
-        rays: &RayPacket,
-        lanes: LaneMask,
-        context: &mut LaneContext,
-        depth: u32,
-    ) -> PacketColors {
-        let mut colors = [[0.0; LANES]; 3];
-        let hits = tracer.nearest(&mut workspace.search, rays, lanes);
-        add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
-        let mut host = ShadingHost { tracer, workspace, context, depth, spawned: self };
-        shade_hits(rays, &hits, lanes, &mut host, Emitters::Included, &mut colors);
-        colors
-    }
-}
-
-/// Controls if the emission of shapes besides their materials is added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Emitters {
-    /// Emission is added.
-    Included,
-    /// Emission is omitted.
-    LeftOut,
+/// Returns the radiance along the rays of `lanes`, whose depth is `depth`. Hits of secondary rays are shaded recursively.
+pub fn radiance(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    rays: &RayPacket,
+    lanes: LaneMask,
+    context: &mut LaneContext,
+    depth: u32,
+) -> PacketColors {
+    let mut colors = [[0.0; LANES]; 3];
+    let hits = tracer.nearest(&mut workspace.search, rays, lanes);
+    add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
+    let mut host = ShadingHost { tracer, workspace, context, depth };
+    shade_hits(rays, &hits, lanes, &mut host, &mut colors);
+    colors
 }
 
 /// Shades the hits of the rays of `lanes`.
-pub fn shade_hits(
+fn shade_hits(
     rays: &RayPacket,
     hits: &Hits,
     lanes: LaneMask,
     host: &mut ShadingHost<'_>,
-    emitters: Emitters,
     colors: &mut PacketColors,
 ) {
     let tracer = host.tracer;
@@ -64,7 +51,7 @@ pub fn shade_hits(
         prepare(tracer, group, rays, hits, &mut level, host.context);
     }
     level.set_depth(host.depth);
-    for shading in shadings(&groups, emitters) {
+    for shading in shadings(&groups) {
         shade(&shading, hits, &mut level, host, colors);
     }
     host.workspace.return_level(level);
@@ -173,7 +160,7 @@ impl Surface<'_> {
 }
 
 /// Groups lanes by shader: one call for each material.
-fn shadings<'a>(groups: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
+fn shadings<'a>(groups: &'a [HitGroup<'a>]) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
         let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);
@@ -188,7 +175,7 @@ fn shadings<'a>(groups: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'
             None => Surface::Own(group),
         };
         add(surface, Method::Shade, group.lanes);
-        if let Some(emitter) = group.object.emitter.filter(|_| emitters == Emitters::Included) {
+        if let Some(emitter) = group.object.emitter {
             add(Surface::Material(emitter), Method::Emission, group.lanes);
         }
     }

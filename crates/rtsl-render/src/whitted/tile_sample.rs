@@ -4,8 +4,7 @@ use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 use rtsl_scene::Settings;
 
-use super::shading::ShadedRays;
-use super::spawned_rays::{PacketColors, SpawnedRays};
+use super::shading::{PacketColors, radiance};
 use super::workspace::Workspace;
 use crate::compiled::tracer::Tracer;
 use crate::lanes::eight::not_finite;
@@ -32,7 +31,7 @@ pub fn sample_tile(
     let mut camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
     let CameraRays { rays, context, weights, .. } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
-    let mut colors = ShadedRays.radiance(tracer, workspace, rays, lanes, context, 0);
+    let mut colors = radiance(tracer, workspace, rays, lanes, context, 0);
     let finite = lanes & !not_finite(&colors, lanes);
     for (channel, weights) in colors.iter_mut().zip(weights) {
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);

@@ -3,21 +3,23 @@
 use std::cell::RefCell;
 
 use rtsl::Query;
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LaneWords, MAX_LANES, RayLanes};
-use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
+use rtsl::host::{
+    Host, LaneColors, LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes, MAX_LANES,
+    RayLanes,
+};
 use rtsl_math::dot;
 
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
+use super::super::rows::are_finite;
 use super::super::shadow_rays::ShadowRay;
 use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use super::numbers::{PathNumbers, Purpose, pairs, singles};
+use super::shaded_surface::ShadedSurface;
 use super::suspect::Suspect;
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
-use crate::compiled::tracer::Tracer;
+use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
-use crate::tiles::LaneContext;
-use crate::whitted::{PacketColors, SpawnedRays, Workspace};
 
 /// The object of a surface that no ray found.
 pub const NO_OBJECT: u32 = u32::MAX;
@@ -36,6 +38,12 @@ pub struct RayOfCall {
     searches: u32,
     /// The first method whose values were not finite.
     pub suspect: Option<Suspect>,
+    /// The surface that a material shades; its rays leave it.
+    pub surface: Option<ShadedSurface>,
+    /// A bound of the weight of its radiance in the pixel.
+    pub importance: f32,
+    /// True if it received light that was not finite, whose cause was reported.
+    pub is_spoilt: bool,
 }
 
 impl RayOfCall {
@@ -48,6 +56,17 @@ impl RayOfCall {
             first_hit: None,
             searches: 0,
             suspect: None,
+            surface: None,
+            importance: 1.0,
+            is_spoilt: false,
+        }
+    }
+
+    /// Creates the state of the ray of a path.
+    pub fn of_path(path: &Path) -> RayOfCall {
+        RayOfCall {
+            importance: path.importance,
+            ..RayOfCall::new(path.key, path.sample, path.time)
         }
     }
 
@@ -67,24 +86,57 @@ impl RayOfCall {
         (0..3).for_each(|channel| self.lit[channel] += color[channel]);
     }
 
-    /// Returns the path of a ray that `trace` traces, which ends at the limit.
+    /// Notes light that a ray received.
+    pub fn note_light(&mut self, color: [f32; 3]) {
+        self.is_spoilt |= !are_finite(&color);
+    }
+
+    /// Returns the path of a ray that `trace` traces, given its limit and the weight of its radiance; `None` if the
+    /// weight in the pixel is too little.
     pub fn begin_trace(
         &mut self,
         (origin, direction): ([f32; 3], [f32; 3]),
-        limit: f32,
-        epsilon: f32,
-    ) -> Path {
-        Path {
-            origin,
+        [limit, weight]: [f32; 2],
+        scene: &CompiledScene,
+    ) -> Option<Path> {
+        let key = self.numbers.begin_child();
+        let importance = self.importance * weight;
+        // NaN is not less.
+        let is_left_out = importance < scene.settings.cutoff;
+        (!is_left_out).then_some(Path {
+            origin: self.origin_off_surface(origin, direction),
             direction,
-            epsilon,
+            epsilon: scene.epsilon,
             distance: limit,
             limit,
             time: self.time,
-            key: self.numbers.begin_child(),
+            key,
             sample: self.numbers.sample,
+            importance,
             ..Path::NOWHERE
+        })
+    }
+
+    /// Returns a ray that asks whether anything is on it, for the first path.
+    pub fn shadow_ray(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        distance: f32,
+    ) -> ShadowRay {
+        ShadowRay {
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            distance,
+            time: self.time,
+            color: [1.0; 3],
+            path: 0,
+            key: self.numbers.begin(Purpose::ShadowRay),
+            sample: self.numbers.sample,
         }
+    }
+
+    fn origin_off_surface(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+        self.surface.map_or(origin, |surface| surface.leave(origin, direction))
     }
 
     /// Returns the path of a search with a ray of this origin, direction, least and greatest distance. A least distance
@@ -142,9 +194,10 @@ impl Host for SceneHost<'_> {
             let ray = self.ray_of(lanes, lane);
             let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
             let ends = (vector(&rays.origin), vector(&rays.direction));
-            let epsilon = self.tracer.scene.compiled.epsilon;
-            let path = self.rays[ray].begin_trace(ends, rays.limit[lane], epsilon);
-            let color = self.integrate_further(path);
+            let limits = [rays.limit[lane], rays.weight[lane]];
+            let path = self.rays[ray].begin_trace(ends, limits, &self.tracer.scene.compiled);
+            let color = path.map_or([0.0; 3], |path| self.integrate_further(path));
+            self.rays[ray].note_light(color);
             (0..3).for_each(|channel| radiance[channel][lane] = color[channel]);
         }
     }
@@ -160,6 +213,24 @@ impl Host for SceneHost<'_> {
             }
         }
         occluded
+    }
+
+    fn light_count(&mut self) -> u32 {
+        self.tracer.scene.lights.entries.len() as u32
+    }
+
+    fn light_sample(
+        &mut self,
+        lanes: LaneSet,
+        index: u32,
+        query: &LightQueryLanes,
+        light: &mut LightLanes,
+    ) -> u32 {
+        self.sample_light(lanes, index, query, light)
+    }
+
+    fn ambient(&mut self) -> [f32; 3] {
+        self.tracer.scene.compiled.ambient
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
@@ -288,17 +359,7 @@ impl SceneHost<'_> {
         (origin, direction): ([f32; 3], [f32; 3]),
         distance: f32,
     ) -> bool {
-        let RayOfCall { numbers, time, .. } = &mut self.rays[ray];
-        let shadow_ray = ShadowRay {
-            origin,
-            direction,
-            distance,
-            time: *time,
-            color: [1.0; 3],
-            path: 0,
-            key: numbers.begin(Purpose::ShadowRay),
-            sample: numbers.sample,
-        };
+        let shadow_ray = self.rays[ray].shadow_ray((origin, direction), distance);
         let memory = &mut *self.queries;
         // Contributions wait for their turn.
         let waiting = std::mem::take(&mut memory.shadow_rays);
@@ -340,7 +401,8 @@ pub struct Further<'a> {
 impl Further<'_> {
     /// Computes the radiance along the rays of paths, and returns the number of rays traced.
     pub fn integrate(&self, paths: &mut [Path], depth: u32) -> RayCounts {
-        if depth > MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth) {
+        if paths.is_empty() || depth > MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth)
+        {
             return RayCounts::default();
         }
         let taken = self.free.borrow_mut().pop();
@@ -353,33 +415,6 @@ impl Further<'_> {
         self.free.borrow_mut().push(memory);
         paths.copy_from_slice(&wavefront.paths);
         counts
-    }
-}
-
-impl SpawnedRays for Further<'_> {
-    fn radiance(
-        &self,
-        _: &Tracer<'_>,
-        workspace: &mut Workspace,
-        rays: &RayPacket,
-        lanes: LaneMask,
-        context: &mut LaneContext,
-        depth: u32,
-    ) -> PacketColors {
-        let mut colors = [[0.0; LANES]; 3];
-        let path = |lane: usize| {
-            let key = context.streams.keys()[lane];
-            Path::from_ray(rays, lane, key, context.streams.sample())
-        };
-        let mut paths: Vec<Path> = lanes_of(lanes).map(path).collect();
-        let mut counts = self.integrate(&mut paths, depth);
-        // The spawning kernel has counted these rays.
-        counts.traced = counts.traced.saturating_sub(paths.len() as u64);
-        workspace.rays += counts;
-        for (lane, path) in lanes_of(lanes).zip(&paths) {
-            (0..3).for_each(|channel| colors[channel][lane] = path.radiance[channel]);
-        }
-        colors
     }
 }
 

@@ -15,7 +15,10 @@
 mod evaluation;
 mod host;
 mod light;
+mod light_sample;
 mod numbers;
+mod shaded_surface;
+mod shading;
 mod staged;
 mod surface;
 mod suspect;
@@ -31,7 +34,7 @@ use rtsl::{
 use rtsl_scene::Scene;
 
 pub use evaluation::Evaluation;
-pub use staged::{StageParts, StagedIntegrator};
+pub use staged::{StageParts, StagedMethod};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.
@@ -40,12 +43,14 @@ pub struct Integrator {
     /// `radiance` on the interpreter.
     kernel: Kernel,
     /// The stages, if there is machine code.
-    pub staged: Option<StagedIntegrator>,
+    pub staged: Option<StagedMethod>,
     block: InstanceBlock,
     /// The first scratch arrays of the outputs that are features of pixels, if the class has them.
     features: FeatureArrays,
     /// True if it calls `shade` of materials.
     pub calls_shade: bool,
+    /// True if it asks for the emission of materials, which is what `shade` of those computes that have nothing else.
+    pub emits_shaded: bool,
     /// True if it samples directions of materials.
     pub scatters: bool,
 }
@@ -68,8 +73,8 @@ impl Integrator {
     pub fn new(engine: &Engine, instance: &Arc<Instance>) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
         let radiance = program.method(Method::Radiance)?;
-        let (calls_shade, scatters) =
-            (radiance.asks(Query::Shade), radiance.asks(Query::SampleBsdf));
+        let [calls_shade, emits_shaded, scatters] =
+            [Query::Shade, Query::Emission, Query::SampleBsdf].map(|query| radiance.asks(query));
         let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
         let array = |name: &str| {
             let mut outputs = program.class().outputs.iter();
@@ -81,7 +86,16 @@ impl Integrator {
         let [albedo, normal] = FEATURE_OUTPUTS.map(array);
         let features = FeatureArrays { albedo, normal };
         let block = program.block(instance);
-        Ok(Integrator { kernel, staged: None, block, features, calls_shade, scatters, program })
+        Ok(Integrator {
+            kernel,
+            staged: None,
+            block,
+            features,
+            calls_shade,
+            emits_shaded,
+            scatters,
+            program,
+        })
     }
 
     /// Compiles the stages for a scene; returns `None` if the engine makes no machine code.
@@ -94,10 +108,10 @@ impl Integrator {
         instance: &Instance,
         scene: &Scene,
         parts: &StageParts<'_>,
-    ) -> Result<Option<StagedIntegrator>, Diagnostic> {
+    ) -> Result<Option<StagedMethod>, Diagnostic> {
         let staged = engine
             .llvm()
-            .map(|_| StagedIntegrator::new(engine, &self.program, instance, scene, parts));
+            .map(|_| StagedMethod::of_integrator(engine, &self.program, instance, scene, parts));
         staged.transpose()
     }
 
@@ -111,7 +125,7 @@ impl Integrator {
 
     /// True if it reads the widths of camera rays.
     pub fn reads_widths(&self) -> bool {
-        self.staged.as_ref().is_none_or(StagedIntegrator::reads_widths)
+        self.staged.as_ref().is_none_or(StagedMethod::reads_widths)
     }
 
     /// Returns the name of the class.

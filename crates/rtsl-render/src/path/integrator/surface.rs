@@ -6,11 +6,10 @@ use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::memory::BatchMemory;
-use super::super::rows::get;
 use super::super::shading_batch::ShadingBatch;
 use super::super::surface_group::SurfaceGroup;
-use super::super::wavefront::{NO_INSTANCE, Path, PathHit};
-use super::host::{Further, SceneHost, number, store, vector};
+use super::super::wavefront::{Path, PathHit};
+use super::host::{SceneHost, number, store, vector};
 use super::numbers::Purpose;
 use crate::compiled::calls::Callee;
 use crate::compiled::variables::{variables, vector as vector_of};
@@ -41,16 +40,29 @@ impl SceneHost<'_> {
         operands: &[LaneWords],
         results: &mut [LaneWords],
     ) {
+        if query == Query::Shade {
+            return self.shade(lanes, operands, results);
+        }
         let mut asking = Vec::with_capacity(MAX_LANES);
         for lane in lanes.iter() {
             let ray = self.ray_of(lanes, lane);
-            asking.extend(self.hit_of(operands, lane).map(|hit| Asking { lane, ray, hit }));
+            let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][lane]);
+            let hit = self.tracer.scene.hit_of(object, instance, element);
+            asking.extend(hit.map(|hit| Asking { lane, ray, hit }));
         }
         let objects = &self.tracer.scene.objects;
         let group = |asking: &Asking| objects[asking.hit.object as usize].group;
         asking.sort_by_key(group);
         let question = Question { query, operands };
         for asking in asking.chunk_by(|one, other| group(one) == group(other)) {
+            let is_shaded = |group: &SurfaceGroup| group.material.is_shaded;
+            if query == Query::Emission
+                && self.tracer.groups.get(group(&asking[0]) as usize).is_some_and(is_shaded)
+            {
+                let active = asking.iter().fold(0, |set, asking| set | 1 << asking.lane);
+                self.shade(LaneSet { active, ..lanes }, operands, results);
+                continue;
+            }
             self.ask_group(group(&asking[0]), asking, question, results);
         }
     }
@@ -69,9 +81,6 @@ impl SceneHost<'_> {
         match query {
             Query::SurfaceProperties => self.store_properties(asking, results),
             Query::Emission => {
-                if group.material.is_shaded {
-                    return self.shade(asking, results);
-                }
                 let Some(kernel) = &group.material.emission else { return };
                 self.call_material(asking, group, Method::Emission, kernel);
                 self.store_vectors(asking, results, v.emission_color);
@@ -102,20 +111,8 @@ impl SceneHost<'_> {
                 self.store_numbers(asking, &mut results[6], v.pdf, at_least_zero);
                 self.store_numbers(asking, &mut results[7], v.relative_index, |index| index);
             }
-            Query::Shade => self.shade(asking, results),
             _ => {}
         }
-    }
-
-    /// Returns the hit that a lane's operands identify, if the scene has such a surface.
-    fn hit_of(&self, operands: &[LaneWords], lane: usize) -> Option<PathHit> {
-        let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][lane]);
-        let scene = self.tracer.scene;
-        let entry = scene.objects.get(object as usize)?;
-        scene.compiled.class(entry.class).index_of(object, element)?;
-        let instances = scene.compiled.geometry.instances.len();
-        let is_placed = instance == NO_INSTANCE || (instance as usize) < instances;
-        is_placed.then_some(PathHit { path: 0, object, element, instance })
     }
 
     /// Computes the properties of surfaces, as inputs of methods: for densities of light samples, as seen from the
@@ -233,32 +230,6 @@ impl SceneHost<'_> {
         }
     }
 
-    fn shade(&mut self, asking: &[Asking], results: &mut [LaneWords]) {
-        for (place, asking) in asking.iter().enumerate() {
-            self.shade_one(*asking, place, results);
-        }
-    }
-
-    fn shade_one(&mut self, asking: Asking, place: usize, results: &mut [LaneWords]) {
-        let Asking { lane, ray, hit } = asking;
-        let SceneHost { tracer, free, depth, .. } = self;
-        let further = Further { tracer, free };
-        let state = &mut self.rays[ray];
-        let depth = *depth + state.surfaces_before();
-        let path = Path {
-            time: state.time,
-            key: state.numbers.begin(Purpose::Shade),
-            sample: state.numbers.sample,
-            ..path_at(&self.queries.batch, place)
-        };
-        let BatchMemory { shade, rays, .. } = &mut *self.queries;
-        let Some(shade) = shade else { return };
-        let hit = PathHit { path: 0, ..hit };
-        let colors = tracer.shading(&[hit], depth, &[path], shade, &further);
-        *rays += std::mem::take(&mut shade.rays);
-        store(results, lane, &colors.map(|lanes| lanes[0]));
-    }
-
     /// Sets a state variable to the query's first operands after those of the surface.
     fn set_vectors(&mut self, asking: &[Asking], first: usize, operands: &[LaneWords]) {
         for axis in 0..3 {
@@ -316,16 +287,4 @@ pub fn property_rows(batch: &ShadingBatch) -> impl Iterator<Item = &[f32]> {
     let rows = rows.chain(components.map(|component| batch.state.floats(component)));
     let rows = rows.chain([&batch.offset[..]]);
     rows.chain(of_textures.map(|component| batch.state.floats(component)))
-}
-
-/// Returns the path of a lane whose surface is prepared in a batch.
-fn path_at(batch: &ShadingBatch, place: usize) -> Path {
-    Path {
-        origin: get(&batch.origin, place),
-        direction: get(&batch.direction, place),
-        epsilon: batch.epsilon[place],
-        distance: batch.distance[place],
-        limit: batch.limit[place],
-        ..Path::NOWHERE
-    }
 }

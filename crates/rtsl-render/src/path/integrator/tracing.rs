@@ -13,7 +13,7 @@ use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
 use super::Integrator;
 use super::host::{RayOfCall, SceneHost};
-use super::staged::{Blocks, Frames, PathSet, StagedIntegrator, StagedPaths, Wave, ray_components};
+use super::staged::{Blocks, Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -37,9 +37,9 @@ pub struct IntegratorMemory {
     /// The rays of the call.
     rays: Vec<RayOfCall>,
     /// The memory of queries, which are about one ray.
-    queries: Box<BatchMemory>,
+    pub(super) queries: Box<BatchMemory>,
     /// The memory of further levels, when they are not in use.
-    free: RefCell<Vec<IntegratorMemory>>,
+    pub(super) free: RefCell<Vec<IntegratorMemory>>,
 }
 
 /// The memory of stages.
@@ -49,11 +49,16 @@ struct StageMemory {
 }
 
 impl IntegratorMemory {
+    /// Returns the numbers of rays traced since the last call.
+    pub fn take_ray_counts(&mut self) -> RayCounts {
+        std::mem::take(&mut self.queries.rays)
+    }
+
     /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene) -> Self {
         let integrator = &scene.integrator;
         let stages = integrator.staged.as_ref().map(|staged| StageMemory {
-            frames: Frames::new(&staged.program),
+            frames: Frames::new(scene.stage_arrays(staged)),
             wave: Wave::default(),
         });
         IntegratorMemory {
@@ -100,9 +105,9 @@ impl PathTracer<'_> {
     }
 
     /// Begins a number of paths of this depth on the stages of the integrator; they have no rays yet.
-    fn begin_stages<'a>(
+    pub(super) fn begin_stages<'a>(
         &self,
-        (staged, exhausted): (&'a StagedIntegrator, &'a RuntimeErrors),
+        (staged, exhausted): (&'a StagedMethod, &'a RuntimeErrors),
         memory: &'a mut IntegratorMemory,
         (count, depth): (usize, u32),
     ) -> Option<StagedPaths<'a>>
@@ -111,7 +116,7 @@ impl PathTracer<'_> {
     {
         let IntegratorMemory { stages, queries, free, .. } = memory;
         let StageMemory { frames, wave } = stages.as_mut()?;
-        frames.make_room(&staged.program, count);
+        frames.make_room(count);
         wave.begin(frames, &staged.columns, count, depth);
         let (tracer, are_together) = (*self, depth == 0);
         Some(StagedPaths {
@@ -130,7 +135,7 @@ impl PathTracer<'_> {
     /// Runs the stages of the integrator for a wavefront's active paths.
     fn run_stages(
         &self,
-        staged: &StagedIntegrator,
+        staged: &StagedMethod,
         wavefront: &mut Wavefront,
         memory: &mut IntegratorMemory,
         depth: u32,
@@ -141,10 +146,15 @@ impl PathTracer<'_> {
         let begun = self.begin_stages((staged, &exhausted), memory, (chosen.len(), depth));
         let Some(mut run) = begun else { return RayCounts::default() };
         run.wave.load_paths(run.frames, &staged.columns, &chosen);
+        run.begin_rays();
+        for (ray, path) in run.wave.rays.iter_mut().zip(&chosen) {
+            ray.importance = path.importance;
+        }
         let all = PathSet::all(chosen.len());
         run.run(&all);
         let mut radiance = vec![[0.0; 3]; chosen.len()];
-        run.wave.radiance(&run.frames.paths.state, all.paths(), &mut radiance);
+        let state = (&run.frames.paths.state, variables().sample_color);
+        run.wave.radiance(state, all.paths(), &mut radiance);
         let counts = std::mem::take(&mut run.queries.rays);
         if exhausted.any() {
             self.report_exhausted(&chosen, depth, memory);
@@ -164,7 +174,7 @@ impl PathTracer<'_> {
     /// Runs the stages of the integrator for the camera rays of samples, and leaves the results in the memory.
     pub fn run_stages_for_samples(
         &self,
-        staged: &StagedIntegrator,
+        staged: &StagedMethod,
         memory: &mut BatchMemory,
         samples: &[TileSamples],
     ) {
@@ -177,6 +187,7 @@ impl PathTracer<'_> {
         let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
         let Some(mut run) = begun else { return };
         let active = run.load_samples(camera, samples);
+        run.begin_rays();
         counts.camera += active.paths().len() as u64;
         run.run(&active);
         *counts += std::mem::take(&mut run.queries.rays);
@@ -186,7 +197,8 @@ impl PathTracer<'_> {
             return self.report_exhausted(&all, 0, own);
         }
         let Blocks { state, scratch } = &run.frames.paths;
-        run.wave.radiance(state, active.paths(), &mut results.radiance);
+        let colors = (state, variables().sample_color);
+        run.wave.radiance(colors, active.paths(), &mut results.radiance);
         if self.with_features {
             for path in active.paths() {
                 let path = *path as usize;
@@ -224,7 +236,7 @@ impl PathTracer<'_> {
         for (lane, index) in active.iter().enumerate() {
             let path = &paths[*index as usize];
             set_ray(state, lane, path, depth);
-            rays.push(RayOfCall::new(path.key, path.sample, path.time));
+            rays.push(RayOfCall::of_path(path));
         }
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };

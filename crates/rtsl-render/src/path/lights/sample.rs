@@ -41,7 +41,7 @@ pub struct LightMemory {
     geometric_normal: Rows,
     shading_normal: Rows,
     pub(super) direction: Rows,
-    /// The distances of sampled points of shapes.
+    /// The distances of the sampled points.
     pub(super) reach: Row,
     /// The lengths of shadow rays.
     distance: Row,
@@ -167,8 +167,18 @@ impl LightMemory {
             self.lanes.scatter(from, to);
         }
         self.lanes.scatter(&self.distance, &mut light.distance);
+        self.lanes.scatter(&self.reach, &mut light.reach);
         self.lanes.scatter(&self.density, &mut light.density);
     }
+}
+
+/// The treatment of the densities of light that rays find as well.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Weights {
+    /// Colours are divided by them.
+    Divided,
+    /// Colours are radiances.
+    Left,
 }
 
 impl PathTracer<'_> {
@@ -185,7 +195,7 @@ impl PathTracer<'_> {
                     selection.choose(get(&batch.point, lane), *seed);
             }
         }
-        self.sample_by_class(batch, memory);
+        self.sample_by_class(batch, memory, Weights::Divided);
     }
 
     /// Samples the given lights, one for each lane of a batch, as if they were the only ones.
@@ -195,13 +205,33 @@ impl PathTracer<'_> {
         memory: &mut LightMemory,
         chosen: &[u32],
     ) {
+        self.choose(memory, chosen);
+        self.sample_by_class(batch, memory, Weights::Divided);
+    }
+
+    /// The same, but the colours of light that rays find as well are not divided by their densities.
+    pub fn sample_undivided(
+        &self,
+        batch: &mut ShadingBatch,
+        memory: &mut LightMemory,
+        chosen: &[u32],
+    ) {
+        self.choose(memory, chosen);
+        self.sample_by_class(batch, memory, Weights::Left);
+    }
+
+    fn choose(&self, memory: &mut LightMemory, chosen: &[u32]) {
         memory.chosen[..chosen.len()].copy_from_slice(chosen);
         memory.probability.fill(1.0);
-        self.sample_by_class(batch, memory);
     }
 
     /// Samples the selected lights, class by class.
-    fn sample_by_class(&self, batch: &mut ShadingBatch, memory: &mut LightMemory) {
+    fn sample_by_class(
+        &self,
+        batch: &mut ShadingBatch,
+        memory: &mut LightMemory,
+        weights: Weights,
+    ) {
         let lights = &self.scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
             let LightMemory { lanes, chosen, .. } = memory;
@@ -220,7 +250,9 @@ impl PathTracer<'_> {
                 self.sample_shapes(shapes, lights, memory);
                 !shapes.is_invisible
             };
-            dispatch!(Level::new(), simd => memory.weigh(simd));
+            if weights == Weights::Divided || !is_weighed {
+                dispatch!(Level::new(), simd => memory.weigh(simd));
+            }
             if !is_weighed {
                 memory.density.fill(0.0);
             }
@@ -322,6 +354,7 @@ impl PathTracer<'_> {
                 direction = eight.normalized_or(&world, &direction);
             }
             eight.blend_vectors(&direction, &mut memory.direction);
+            eight.blend(distance, &mut memory.reach);
             let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
             eight.blend(end, &mut memory.distance);
             eight.blend_vectors(&color, &mut memory.color);

@@ -1,8 +1,9 @@
 //! The frames of a wavefront's paths.
 
+use super::super::super::shading_batch::set_indices;
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
-use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, StagedProgram, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, new_state};
 
 /// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
 pub const CALL_PATHS: usize = 256;
@@ -30,6 +31,7 @@ pub struct Frames {
     /// The operands of requests and the times of paths that wait for an answer.
     pub requests: [Vec<f32>; 9],
     lanes: usize,
+    scratch_arrays: usize,
 }
 
 /// The arrays of paths.
@@ -41,18 +43,18 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    fn new(program: &StagedProgram, lanes: usize) -> Blocks {
-        let scratch = LaneBlock::new(program.scratch_arrays(), lanes);
+    fn new(scratch_arrays: usize, lanes: usize) -> Blocks {
+        let scratch = LaneBlock::new(scratch_arrays, lanes);
         Blocks { state: new_state(lanes), scratch }
     }
 }
 
 impl Frames {
-    /// Allocates the memory of calls; there is no room for paths yet.
-    pub fn new(program: &StagedProgram) -> Frames {
+    /// Allocates the memory of calls, for stages with at most so many scratch arrays; there is no room for paths yet.
+    pub fn new(scratch_arrays: usize) -> Frames {
         Frames {
-            paths: Blocks::new(program, 0),
-            call: Blocks::new(program, CALL_PATHS),
+            paths: Blocks::new(scratch_arrays, 0),
+            call: Blocks::new(scratch_arrays, CALL_PATHS),
             surfaces: LaneIndices::new(CALL_PATHS),
             mask: LaneMask::new(0),
             called: PathSet::default(),
@@ -62,18 +64,35 @@ impl Frames {
             by_group: PathSets::default(),
             requests: Default::default(),
             lanes: 0,
+            scratch_arrays,
         }
     }
 
     /// Allocates the memory for so many paths, if there is not enough.
-    pub fn make_room(&mut self, program: &StagedProgram, lanes: usize) {
+    pub fn make_room(&mut self, lanes: usize) {
         if lanes > self.lanes {
-            self.paths = Blocks::new(program, lanes);
+            self.paths = Blocks::new(self.scratch_arrays, lanes);
             self.surfaces = LaneIndices::new(lanes.max(CALL_PATHS));
             self.mask = LaneMask::new(lanes);
             self.groups.resize(lanes, 0);
             self.lanes = lanes;
         }
+    }
+
+    /// Sets the objects of these paths for a call: in place, or on a copy of their data. `index` is called for each path.
+    pub fn set_objects(
+        &mut self,
+        slots: &[u32],
+        in_place: bool,
+        mut index: impl FnMut(&u32) -> u32,
+    ) {
+        if !in_place {
+            return set_indices(&mut self.surfaces, slots.iter().map(index));
+        }
+        // Kernels need valid indices for all paths.
+        let indices = self.surfaces.as_mut_slice();
+        indices.fill(0);
+        slots.iter().for_each(|slot| indices[*slot as usize] = index(slot));
     }
 
     /// Copies what a kernel reads of these paths to the arrays of the call.

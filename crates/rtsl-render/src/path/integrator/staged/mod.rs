@@ -13,11 +13,11 @@ mod prepared_surfaces;
 mod run;
 mod search;
 mod stage_lights;
-mod staged_integrator;
+mod staged_method;
 mod wave;
 
 pub use frames::{Blocks, Frames};
 pub use path_set::PathSet;
 pub use run::StagedPaths;
-pub use staged_integrator::{StageParts, StagedIntegrator};
+pub use staged_method::{StageParts, StagedMethod};
 pub use wave::{Wave, ray_components};

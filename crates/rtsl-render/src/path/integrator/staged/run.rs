@@ -2,23 +2,23 @@
 
 use std::cell::RefCell;
 
-use rtsl::host::{Host, LaneSet, LaneWords, MAX_LANES};
-use rtsl::{CallArguments, END, Instances, Method, Query, ResumedBy, StageSurface};
+use rtsl::{CallArguments, END, Instances, ResumedBy, StageSurface};
 use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
-use super::super::super::shading_batch::set_indices;
 use super::super::super::shadow_rays::ShadowRay;
-use super::super::super::wavefront::{NO_INSTANCE, Path};
-use super::super::host::{Further, NO_OBJECT, RayOfCall, SceneHost};
+use super::super::super::wavefront::Path;
+use super::super::host::{Further, NO_OBJECT, SceneHost};
+use super::super::light_sample::LightPoint;
 use super::super::numbers::Purpose;
+use super::super::shading::Shading;
 use super::super::tracing::IntegratorMemory;
 use super::columns::Columns;
 use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
-use super::staged_integrator::{StagedIntegrator, Surface};
+use super::staged_method::{StagedMethod, Surface};
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -30,7 +30,7 @@ pub struct StagedPaths<'a> {
     pub tracer: PathTracer<'a>,
     /// The record of stages that exceeded their loop budget.
     pub exhausted: &'a RuntimeErrors,
-    pub staged: &'a StagedIntegrator,
+    pub staged: &'a StagedMethod,
     pub frames: &'a mut Frames,
     pub wave: &'a mut Wave,
     /// The memory of queries and searches.
@@ -74,11 +74,15 @@ impl StagedPaths<'_> {
         PathSet::of_packets(&active)
     }
 
-    /// Runs loaded paths, of which these are active, to their ends.
-    pub fn run(&mut self, active: &PathSet) {
+    /// Begins what hosts know of the loaded paths, if any host has to.
+    pub fn begin_rays(&mut self) {
         if self.staged.asks_host() || self.tracer.scene.has_alpha() {
             self.wave.begin_rays(self.frames, &self.staged.columns);
         }
+    }
+
+    /// Runs loaded paths, of which these are active, to their ends.
+    pub fn run(&mut self, active: &PathSet) {
         // The first stage reads the state of rays, which is not copied.
         self.call_in_place((0, 0), active);
         self.add_contributions();
@@ -149,13 +153,8 @@ impl StagedPaths<'_> {
 
     /// Returns the group of a surface; 0 if the scene has no such surface.
     fn group_of(&self, object: u32, instance: u32, element: u32) -> u32 {
-        let scene = self.tracer.scene;
-        let Some(entry) = scene.objects.get(object as usize) else { return 0 };
-        let instances = scene.compiled.geometry.instances.len();
-        let is_placed = instance == NO_INSTANCE || (instance as usize) < instances;
-        let has_element = scene.compiled.class(entry.class).index_of(object, element).is_some();
-        let group = self.staged.surface_of(object).group;
-        if is_placed && has_element { group } else { 0 }
+        let hit = self.tracer.scene.hit_of(object, instance, element);
+        hit.map_or(0, |hit| self.staged.surface_of(hit.object).group)
     }
 
     /// Answers what paths wait for, before they run a stage.
@@ -166,7 +165,7 @@ impl StagedPaths<'_> {
             ResumedBy::Occluded => self.find_occluded(paths.paths()),
             ResumedBy::Trace => self.trace(paths.paths()),
             ResumedBy::Shade => self.shade(paths.paths()),
-            ResumedBy::LightSample => {}
+            ResumedBy::LightSample => self.sample_lights(paths.paths()),
         }
     }
 
@@ -182,17 +181,9 @@ impl StagedPaths<'_> {
     fn find_occluded(&mut self, slots: &[u32]) {
         for slot in slots {
             let (origin, direction, [distance, _]) = self.requested(*slot);
-            let RayOfCall { numbers, time, .. } = &mut self.wave.rays[*slot as usize];
-            self.queries.shadow_rays.push(&ShadowRay {
-                origin,
-                direction,
-                distance,
-                time: *time,
-                color: [0.0; 3],
-                path: *slot,
-                key: numbers.begin(Purpose::ShadowRay),
-                sample: numbers.sample,
-            });
+            let ray = &mut self.wave.rays[*slot as usize];
+            let shadow_ray = ray.shadow_ray((origin, direction), distance);
+            self.queries.shadow_rays.push(&ShadowRay { path: *slot, ..shadow_ray });
         }
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
@@ -206,53 +197,78 @@ impl StagedPaths<'_> {
 
     /// Computes the radiance along the requested rays.
     fn trace(&mut self, slots: &[u32]) {
+        let scene = &self.tracer.scene.compiled;
         let mut paths: Vec<Path> = Vec::with_capacity(slots.len());
+        let mut places: Vec<u32> = Vec::with_capacity(slots.len());
         for slot in slots {
-            let (origin, direction, [limit, _]) = self.requested(*slot);
-            let epsilon = self.tracer.scene.compiled.epsilon;
-            paths.push(self.wave.rays[*slot as usize].begin_trace(
-                (origin, direction),
-                limit,
-                epsilon,
-            ));
+            let (origin, direction, limits) = self.requested(*slot);
+            let ray = &mut self.wave.rays[*slot as usize];
+            let path = ray.begin_trace((origin, direction), limits, scene);
+            places.extend(path.is_some().then_some(*slot));
+            paths.extend(path);
         }
         let StagedPaths { tracer, free, .. } = self;
         let further = Further { tracer, free };
         self.queries.rays += further.integrate(&mut paths, self.depth + 1);
         for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
             let answers = self.frames.paths.scratch.floats_mut(*array);
-            for (slot, path) in slots.iter().zip(&paths) {
+            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
+            for (slot, path) in places.iter().zip(&paths) {
                 answers[*slot as usize] = path.radiance[channel];
+            }
+        }
+        for (slot, path) in places.iter().zip(&paths) {
+            self.wave.rays[*slot as usize].note_light(path.radiance);
+        }
+    }
+
+    /// Shades the requested surfaces.
+    fn shade(&mut self, slots: &[u32]) {
+        let Columns { requests, answers, .. } = &self.staged.columns;
+        let scratch = &self.frames.paths.scratch;
+        let mut shadings: Vec<Shading> = Vec::with_capacity(slots.len());
+        let mut places: Vec<u32> = Vec::with_capacity(slots.len());
+        for slot in slots {
+            let word = |port: &u32| scratch.words(requests[*port as usize])[*slot as usize];
+            let surface: Vec<u32> = ResumedBy::Shade.request().iter().map(word).collect();
+            let ray = &mut self.wave.rays[*slot as usize];
+            let shading = Shading::new(self.tracer.scene, &surface, ray, self.depth);
+            places.extend(shading.is_some().then_some(*slot));
+            shadings.extend(shading);
+        }
+        let further = Further { tracer: &self.tracer, free: self.free };
+        self.queries.rays += further.shade(&mut shadings);
+        for (channel, array) in answers[..3].iter().enumerate() {
+            let answers = self.frames.paths.scratch.floats_mut(*array);
+            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
+            for (slot, shading) in places.iter().zip(&shadings) {
+                answers[*slot as usize] = shading.color[channel];
             }
         }
     }
 
-    /// Has the host call `shade` of the requested surfaces.
-    fn shade(&mut self, slots: &[u32]) {
+    /// Samples the requested lights.
+    fn sample_lights(&mut self, slots: &[u32]) {
         let Columns { requests, answers, .. } = &self.staged.columns;
-        for slots in slots.chunks(MAX_LANES) {
-            let scratch = &mut self.frames.paths.scratch;
-            let operands = ResumedBy::Shade.request().iter().map(|port| {
-                let words = scratch.words(requests[*port as usize]);
-                std::array::from_fn(|lane| slots.get(lane).map_or(0, |slot| words[*slot as usize]))
-            });
-            let operands: Vec<LaneWords> = operands.collect();
-            let mut results = [[0; MAX_LANES]; 3];
-            let active = u32::MAX >> (u32::BITS as usize - slots.len());
-            let mut host = SceneHost {
-                tracer: self.tracer,
-                rays: &mut self.wave.rays,
-                slots: Some(slots),
-                queries: self.queries,
-                free: self.free,
-                depth: self.depth,
-                notes_suspects: false,
-            };
-            host.query_lanes(LaneSet { base: 0, active }, Query::Shade, &operands, &mut results);
-            for (array, words) in answers.iter().zip(results) {
-                let answers = scratch.words_mut(*array);
-                slots.iter().zip(words).for_each(|(slot, bits)| answers[*slot as usize] = bits);
-            }
+        let scratch = &self.frames.paths.scratch;
+        let points: Vec<LightPoint> = slots
+            .iter()
+            .map(|slot| {
+                let word = |port: &u32| scratch.words(requests[*port as usize])[*slot as usize];
+                let operands: Vec<u32> =
+                    ResumedBy::LightSample.request().iter().map(word).collect();
+                LightPoint::new(*slot, &operands)
+            })
+            .collect();
+        let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
+        let mut columns: Vec<Vec<u32>> = vec![Vec::with_capacity(slots.len()); answers.len()];
+        for sample in samples {
+            let words = sample.map_or([0; 9], |sample| sample.words());
+            columns.iter_mut().zip(words).for_each(|(column, word)| column.push(word));
+        }
+        for (array, column) in answers.iter().zip(columns) {
+            let answers = self.frames.paths.scratch.words_mut(*array);
+            slots.iter().zip(column).for_each(|(slot, word)| answers[*slot as usize] = word);
         }
     }
 
@@ -356,6 +372,11 @@ impl StagedPaths<'_> {
             return;
         }
         let surface = self.staged.program.stages()[stage].surface;
+        if surface == StageSurface::None {
+            let indices = &self.wave.objects;
+            let index = |slot: &u32| indices[*slot as usize];
+            return self.frames.set_objects(slots, in_place, index);
+        }
         let [objects, _, elements] = self.staged.columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
@@ -365,13 +386,9 @@ impl StagedPaths<'_> {
             let Surface { index, has_elements, .. } = staged.surface_of(objects[slot]);
             if has_elements { index + elements[slot] } else { index }
         };
-        if !in_place {
-            return set_indices(&mut self.frames.surfaces, slots.iter().map(index));
-        }
-        // Kernels need valid indices for all paths.
-        let indices = self.frames.surfaces.as_mut_slice();
-        indices.fill(0);
-        slots.iter().for_each(|slot| indices[*slot as usize] = index(slot));
+        let indices: Vec<u32> = slots.iter().map(index).collect();
+        let mut indices = indices.into_iter();
+        self.frames.set_objects(slots, in_place, |_| indices.next().unwrap_or(0));
     }
 
     fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
@@ -398,9 +415,10 @@ impl StagedPaths<'_> {
             0 | 1 => Instances::Object(objects, 0),
             _ => Instances::Many(objects, surfaces),
         };
-        let class = tracer.scene.integrator.name();
-        // Who ran for too long is found out later.
-        let callee = Callee { class, method: Method::Radiance, errors: exhausted };
+        let program = &self.staged.program;
+        let (class, method) = (&program.program().class().name, program.method());
+        // The method that ran for too long is found later.
+        let callee = Callee { class, method, errors: exhausted };
         let accepted = None;
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);

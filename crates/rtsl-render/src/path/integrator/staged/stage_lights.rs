@@ -11,7 +11,7 @@ use rtsl_scene::{Scene, SceneObject};
 
 use super::super::super::lights::LightEntry;
 use super::super::super::wavefront::{NO_INSTANCE, PathHit};
-use super::staged_integrator::StageParts;
+use super::staged_method::StageParts;
 use crate::compiled::CompiledScene;
 
 /// Returns the lights of a scene.

@@ -26,6 +26,8 @@ pub struct Wave {
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
     pub rays: Vec<RayOfCall>,
+    /// The index of the object for which stages without a surface are called; empty if there is one for all.
+    pub objects: Vec<u32>,
 }
 
 /// A component of state, with its value for a path's ray, to read and to write.
@@ -52,8 +54,8 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { weights, lit, searches, first_hits, rays, .. } = self;
-        self.count = count;
+        let Wave { count: own_count, weights, lit, searches, first_hits, rays, objects } = self;
+        *own_count = count;
         for (column, value) in
             weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
         {
@@ -65,6 +67,7 @@ impl Wave {
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
+        objects.clear();
         for array in columns.counts {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
@@ -142,10 +145,15 @@ impl Wave {
         }
     }
 
-    /// Returns in `radiance` that of paths that have ended, by path.
-    pub fn radiance(&self, state: &LaneBlock, paths: &[u32], radiance: &mut [[f32; 3]]) {
+    /// Returns in `radiance` that of paths that have ended, by path, whose colours are at component `first` of the state.
+    pub fn radiance(
+        &self,
+        (state, first): (&LaneBlock, usize),
+        paths: &[u32],
+        radiance: &mut [[f32; 3]],
+    ) {
         for channel in 0..3 {
-            let color = state.floats(variables().sample_color + channel);
+            let color = state.floats(first + channel);
             let (weights, lit) = (&self.weights[channel], &self.lit[channel]);
             // A sum with 0 has no negative zeros.
             let of_path = |path: usize| 0.0 + weights[path] * (color[path] + lit[path]);

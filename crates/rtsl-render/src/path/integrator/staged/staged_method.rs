@@ -22,7 +22,7 @@ use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
 
 /// An integrator's stages with their kernels.
-pub struct StagedIntegrator {
+pub struct StagedMethod {
     /// The stages.
     pub program: StagedProgram,
     /// The arrays of their ports.
@@ -75,7 +75,7 @@ pub struct StageParts<'a> {
     /// The dependence of kernels on the values of parameters.
     pub values: ParameterValues,
     /// Earlier stages, whose kernels are used again if they serve the scene.
-    pub earlier: Option<&'a StagedIntegrator>,
+    pub earlier: Option<&'a StagedMethod>,
 }
 
 /// The objects for which kernels of a group are called.
@@ -90,18 +90,18 @@ impl StageGroup {
     }
 }
 
-impl StagedIntegrator {
+impl StagedMethod {
     /// Links and compiles the stages for the groups of a scene.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
-    pub fn new(
+    pub fn of_integrator(
         engine: &Engine,
         program: &Arc<Program>,
         integrator: &Instance,
         scene: &Scene,
         parts: &StageParts<'_>,
-    ) -> Result<StagedIntegrator, Diagnostic> {
+    ) -> Result<StagedMethod, Diagnostic> {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
         let lights = stage_lights(engine, scene, parts);
@@ -121,7 +121,32 @@ impl StagedIntegrator {
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
-        let table = KernelTable::new(engine, &program, &groups, parts)?;
+        let earlier = parts.earlier;
+        let table = KernelTable::new(engine, &program, &groups, (parts.outputs, earlier))?;
+        Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
+    }
+
+    /// Splits and compiles a method of materials that computes a colour.
+    ///
+    /// # Errors
+    /// If linking, splitting or code generation fails.
+    pub fn of_materials(
+        engine: &Engine,
+        program: StagedProgram,
+        objects: Arc<Objects>,
+        earlier: Option<&StagedMethod>,
+    ) -> Result<StagedMethod, Diagnostic> {
+        let groups = vec![StageGroup { class: None, objects }];
+        let table = KernelTable::new(engine, &program, &groups, (&[], earlier))?;
+        Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
+    }
+
+    fn with_kernels(
+        program: StagedProgram,
+        groups: Vec<StageGroup>,
+        table: KernelTable,
+        surfaces: Vec<Surface>,
+    ) -> StagedMethod {
         let kernels = &table.kernels;
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
@@ -129,13 +154,13 @@ impl StagedIntegrator {
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
-            || requests
-                .into_iter()
-                .any(|it| matches!(it, ResumedBy::Occluded | ResumedBy::Trace | ResumedBy::Shade));
+            || requests.into_iter().any(|it| {
+                !matches!(it, ResumedBy::Start | ResumedBy::NearestHit | ResumedBy::Dispatch)
+            });
         let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
         let read_answers = read_answers(&program, (&columns, has_elements), kernels);
-        Ok(StagedIntegrator {
+        StagedMethod {
             program,
             columns,
             groups,
@@ -146,7 +171,7 @@ impl StagedIntegrator {
             queries,
             read_answers,
             read_counts,
-        })
+        }
     }
 
     /// The answers to searches that anyone reads, with their arrays.
@@ -177,7 +202,7 @@ impl StagedIntegrator {
     /// True if the first stage reads the widths of rays.
     pub fn reads_widths(&self) -> bool {
         let v = variables();
-        let reads = &self.kernels.kernels[0][0].reads_state;
+        let reads = self.first_reads();
         reads.contains(&v.ray_width) || reads.contains(&v.ray_spread)
     }
 
@@ -190,6 +215,11 @@ impl StagedIntegrator {
     #[cfg(test)]
     pub fn code(&self) -> Vec<*const rtsl::Kernel> {
         self.kernels.kernels.iter().flatten().map(|it| Arc::as_ptr(&it.kernel)).collect()
+    }
+
+    /// The reads of state by the first stage, which is for no group.
+    pub fn first_reads(&self) -> &[usize] {
+        &self.kernels.kernels[0][0].reads_state
     }
 
     /// The number of groups, none included.
@@ -361,27 +391,27 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        parts: &StageParts<'_>,
+        (outputs, earlier): (&[&str], Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
         let counts: Vec<usize> = requests.iter().map(Vec::len).collect();
         let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
-        let outputs: Vec<String> = parts.outputs.iter().map(|name| (*name).to_owned()).collect();
-        let serves = |earlier: &&StagedIntegrator| {
+        let names: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
+        let serves = |earlier: &&StagedMethod| {
             let table = &earlier.kernels;
             let mut pairs = requests.iter().zip(&table.requests);
             earlier.program.is_like(program)
-                && (requests.len(), &outputs) == (table.requests.len(), &table.outputs)
+                && (requests.len(), &names) == (table.requests.len(), &table.outputs)
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
         };
-        if let Some(earlier) = parts.earlier.filter(serves) {
+        if let Some(earlier) = earlier.filter(serves) {
             let kernels = earlier.kernels.kernels.clone();
-            return Ok(KernelTable { kernels, requests, outputs });
+            return Ok(KernelTable { kernels, requests, outputs: names });
         }
-        let mut made = engine.stage_kernels(program, &requests, parts.outputs)?.into_iter();
+        let mut made = engine.stage_kernels(program, &requests, outputs)?.into_iter();
         let kernels = counts.into_iter().map(|count| made.by_ref().take(count).collect());
-        Ok(KernelTable { kernels: Arc::new(kernels.collect()), requests, outputs })
+        Ok(KernelTable { kernels: Arc::new(kernels.collect()), requests, outputs: names })
     }
 }
 
