@@ -78,6 +78,11 @@ impl BatchScene {
         integrator.program.scratch_arrays().max(self.shading_methods.stage_arrays())
     }
 
+    /// The least distance of hits of further rays, and the least weight with which they are traced.
+    pub(super) fn least_of_rays(&self) -> (f32, f32) {
+        (self.compiled.epsilon, self.compiled.settings.cutoff)
+    }
+
     /// Returns the hit of a surface by the indices of its object, instance and element, if the scene has such a surface.
     pub(super) fn hit_of(&self, object: u32, instance: u32, element: u32) -> Option<PathHit> {
         let entry = self.objects.get(object as usize)?;

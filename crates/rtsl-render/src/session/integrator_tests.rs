@@ -112,6 +112,16 @@ fn parameters_change_the_image_and_no_code_of_integrators() {
     assert_eq!(code(&session), before);
     let defines = ["red.kd=0.7,0.7,0.1", "lamp.intensity=9,50,10", "pattern.dark=true"];
     assert_eq!(changed, folder.render_with(Some("Path"), &defines));
+    // `Whitted` calls `shade`, whose stages are separate.
+    session.set_integrator("Whitted").unwrap();
+    finish(&mut session);
+    let before = code(&session);
+    session.set_control(red, "kd", &[0.3, 0.7, 0.9]).unwrap();
+    session.set_control(pattern, "dark", &[0.0]).unwrap();
+    let changed = finish(&mut session);
+    assert_eq!(code(&session), before);
+    let defines = ["red.kd=0.3,0.7,0.9", "lamp.intensity=9,50,10", "pattern.dark=false"];
+    assert_eq!(changed, folder.render_with(Some("Whitted"), &defines));
 }
 
 #[test]

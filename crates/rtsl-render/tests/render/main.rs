@@ -26,4 +26,5 @@ mod radiance;
 mod refit;
 mod scenes;
 mod scratch;
+mod shading;
 mod shapes;

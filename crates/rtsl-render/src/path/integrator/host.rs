@@ -18,7 +18,6 @@ use super::numbers::{PathNumbers, Purpose, pairs, singles};
 use super::shaded_surface::ShadedSurface;
 use super::suspect::Suspect;
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
-use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
 
 /// The object of a surface that no ray found.
@@ -91,22 +90,22 @@ impl RayOfCall {
         self.is_spoilt |= !are_finite(&color);
     }
 
-    /// Returns the path of a ray that `trace` traces, given its limit and the weight of its radiance; `None` if the
-    /// weight in the pixel is too little.
+    /// Returns the path of a ray that `trace` traces, given its limit and the weight of its radiance, and the least
+    /// distance of hits; `None` if the weight in the pixel is below the cutoff.
     pub fn begin_trace(
         &mut self,
         (origin, direction): ([f32; 3], [f32; 3]),
         [limit, weight]: [f32; 2],
-        scene: &CompiledScene,
+        (epsilon, cutoff): (f32, f32),
     ) -> Option<Path> {
         let key = self.numbers.begin_child();
         let importance = self.importance * weight;
         // NaN is not less.
-        let is_left_out = importance < scene.settings.cutoff;
+        let is_left_out = importance < cutoff;
         (!is_left_out).then_some(Path {
             origin: self.origin_off_surface(origin, direction),
             direction,
-            epsilon: scene.epsilon,
+            epsilon,
             distance: limit,
             limit,
             time: self.time,
@@ -195,7 +194,7 @@ impl Host for SceneHost<'_> {
             let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
             let ends = (vector(&rays.origin), vector(&rays.direction));
             let limits = [rays.limit[lane], rays.weight[lane]];
-            let path = self.rays[ray].begin_trace(ends, limits, &self.tracer.scene.compiled);
+            let path = self.rays[ray].begin_trace(ends, limits, self.tracer.scene.least_of_rays());
             let color = path.map_or([0.0; 3], |path| self.integrate_further(path));
             self.rays[ray].note_light(color);
             (0..3).for_each(|channel| radiance[channel][lane] = color[channel]);
@@ -440,4 +439,22 @@ pub fn vector(operands: &[LaneWords], first: usize, lane: usize) -> [f32; 3] {
 /// Stores the first results of a lane.
 pub fn store(results: &mut [LaneWords], lane: usize, values: &[f32]) {
     results.iter_mut().zip(values).for_each(|(result, value)| result[lane] = value.to_bits());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights of rays that follow each other are multiplied. One that is no number is not too little.
+    #[test]
+    fn rays_of_little_weight_are_left_out() {
+        let ends = ([0.0; 3], [0.0, 0.0, 1.0]);
+        let begin = |path: &Path, weight: f32| {
+            RayOfCall::of_path(path).begin_trace(ends, [f32::INFINITY, weight], (1e-4, 0.125))
+        };
+        let first = begin(&Path::NOWHERE, 0.25).unwrap();
+        assert_eq!(first.importance, 0.25);
+        assert!(begin(&first, 0.5).is_some() && begin(&first, 0.499).is_none());
+        assert!(begin(&first, f32::NAN).is_some());
+    }
 }

@@ -10,6 +10,9 @@ use super::super::shadow_rays::ShadowRay;
 use super::host::{RayOfCall, SceneHost};
 use super::numbers::Purpose;
 
+/// The number of operands of a request.
+pub const LIGHT_SCALARS: usize = 8;
+
 /// A point for which light is requested.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPoint {
@@ -39,7 +42,7 @@ pub struct LightAtPoint {
 
 impl LightPoint {
     /// Returns the point of a request with these operands: the light, point, axis and cosine.
-    pub fn new(ray: u32, operands: &[u32]) -> LightPoint {
+    pub fn new(ray: u32, operands: &[u32; LIGHT_SCALARS]) -> LightPoint {
         let number = |index: usize| f32::from_bits(operands[index]);
         LightPoint {
             ray,
@@ -70,8 +73,9 @@ impl LightPoint {
 
 impl LightAtPoint {
     /// Returns the answer to a request: whether there is light, then the light.
-    pub fn words(&self) -> [u32; 9] {
-        let LightAtPoint { direction: [x, y, z], distance, color: [r, g, b], density } = *self;
+    pub fn answer(light: &Option<LightAtPoint>) -> [u32; 9] {
+        let Some(light) = light else { return [0; 9] };
+        let LightAtPoint { direction: [x, y, z], distance, color: [r, g, b], density } = *light;
         let [x, y, z, distance, r, g, b, density] =
             [x, y, z, distance, r, g, b, density].map(f32::to_bits);
         [u32::MAX, x, y, z, distance, r, g, b, density]

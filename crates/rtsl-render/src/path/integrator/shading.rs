@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use rtsl::host::{LaneSet, LaneWords};
-use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, new_state};
+use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, SURFACE_SCALARS, new_state};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::path_tracer::PathTracer;
@@ -42,7 +42,7 @@ impl Shading {
     /// surface.
     pub fn new(
         scene: &BatchScene,
-        operands: &[u32],
+        operands: &[u32; SURFACE_SCALARS],
         ray: &mut RayOfCall,
         depth: u32,
     ) -> Option<Shading> {
@@ -74,7 +74,7 @@ impl SceneHost<'_> {
         let mut places = Vec::new();
         for lane in lanes.iter() {
             let ray = self.ray_of(lanes, lane);
-            let words: Vec<u32> = operands.iter().map(|words| words[lane]).collect();
+            let words = std::array::from_fn(|index| operands[index][lane]);
             let ray = &mut self.rays[ray];
             let shading = Shading::new(self.tracer.scene, &words, ray, self.depth);
             places.extend(shading.is_some().then_some(lane));
@@ -94,23 +94,19 @@ impl Further<'_> {
         let scene = self.tracer.scene;
         let group = |shading: &Shading| scene.objects[shading.hit.object as usize].group;
         let method = |shading: &Shading| scene.shading_methods.of_group(group(shading));
-        let mut order: Vec<usize> = (0..shadings.len()).collect();
-        order.sort_by_key(|index| {
-            let shading = &shadings[*index];
-            (method(shading), shading.depth, group(shading))
-        });
-        let mut counts = RayCounts::default();
-        let together = |one: &usize, other: &usize| {
-            let kind = |index: usize| (method(&shadings[index]), shadings[index].depth);
-            kind(*one) == kind(*other)
+        let kind = |index: usize| {
+            let shading = &shadings[index];
+            (method(shading), shading.depth, group(shading), index)
         };
-        let calls: Vec<Vec<usize>> = order.chunk_by(together).map(<[usize]>::to_vec).collect();
-        for call in calls {
-            let chosen: Vec<Shading> = call.iter().map(|index| shadings[*index]).collect();
-            let Some(method) = method(&chosen[0]) else { continue };
+        let mut order: Vec<_> = (0..shadings.len()).map(kind).collect();
+        order.sort_unstable();
+        let mut counts = RayCounts::default();
+        for call in order.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+            let chosen: Vec<Shading> = call.iter().map(|it| shadings[it.3]).collect();
+            let Some(method) = call[0].0 else { continue };
             let mut colors = vec![[0.0; 3]; chosen.len()];
             counts += self.call(scene.shading_methods.method(method), &chosen, &mut colors);
-            call.iter().zip(colors).for_each(|(index, color)| shadings[*index].color = color);
+            call.iter().zip(colors).for_each(|(it, color)| shadings[it.3].color = color);
         }
         counts
     }

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, ResumedBy, StageSurface};
+use rtsl::{CallArguments, END, Instances, ResumedBy, SURFACE_SCALARS, StageSurface};
 use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
@@ -10,7 +10,7 @@ use super::super::super::path_tracer::PathTracer;
 use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::Path;
 use super::super::host::{Further, NO_OBJECT, SceneHost};
-use super::super::light_sample::LightPoint;
+use super::super::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
 use super::super::numbers::Purpose;
 use super::super::shading::Shading;
 use super::super::tracing::IntegratorMemory;
@@ -197,26 +197,20 @@ impl StagedPaths<'_> {
 
     /// Computes the radiance along the requested rays.
     fn trace(&mut self, slots: &[u32]) {
-        let scene = &self.tracer.scene.compiled;
+        let least = self.tracer.scene.least_of_rays();
         let mut paths: Vec<Path> = Vec::with_capacity(slots.len());
         let mut places: Vec<u32> = Vec::with_capacity(slots.len());
         for slot in slots {
             let (origin, direction, limits) = self.requested(*slot);
             let ray = &mut self.wave.rays[*slot as usize];
-            let path = ray.begin_trace((origin, direction), limits, scene);
+            let path = ray.begin_trace((origin, direction), limits, least);
             places.extend(path.is_some().then_some(*slot));
             paths.extend(path);
         }
         let StagedPaths { tracer, free, .. } = self;
         let further = Further { tracer, free };
         self.queries.rays += further.integrate(&mut paths, self.depth + 1);
-        for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
-            let answers = self.frames.paths.scratch.floats_mut(*array);
-            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
-            for (slot, path) in places.iter().zip(&paths) {
-                answers[*slot as usize] = path.radiance[channel];
-            }
-        }
+        self.store_colors(slots, places.iter().zip(paths.iter().map(|path| path.radiance)));
         for (slot, path) in places.iter().zip(&paths) {
             self.wave.rays[*slot as usize].note_light(path.radiance);
         }
@@ -224,13 +218,12 @@ impl StagedPaths<'_> {
 
     /// Shades the requested surfaces.
     fn shade(&mut self, slots: &[u32]) {
-        let Columns { requests, answers, .. } = &self.staged.columns;
-        let scratch = &self.frames.paths.scratch;
+        let operands =
+            operands::<SURFACE_SCALARS>(self.frames, &self.staged.columns, ResumedBy::Shade);
         let mut shadings: Vec<Shading> = Vec::with_capacity(slots.len());
         let mut places: Vec<u32> = Vec::with_capacity(slots.len());
         for slot in slots {
-            let word = |port: &u32| scratch.words(requests[*port as usize])[*slot as usize];
-            let surface: Vec<u32> = ResumedBy::Shade.request().iter().map(word).collect();
+            let surface = operands.map(|column| column[*slot as usize]);
             let ray = &mut self.wave.rays[*slot as usize];
             let shading = Shading::new(self.tracer.scene, &surface, ray, self.depth);
             places.extend(shading.is_some().then_some(*slot));
@@ -238,37 +231,38 @@ impl StagedPaths<'_> {
         }
         let further = Further { tracer: &self.tracer, free: self.free };
         self.queries.rays += further.shade(&mut shadings);
-        for (channel, array) in answers[..3].iter().enumerate() {
-            let answers = self.frames.paths.scratch.floats_mut(*array);
-            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
-            for (slot, shading) in places.iter().zip(&shadings) {
-                answers[*slot as usize] = shading.color[channel];
-            }
-        }
+        let colors = places.iter().zip(shadings.iter().map(|shading| shading.color));
+        self.store_colors(slots, colors);
     }
 
     /// Samples the requested lights.
     fn sample_lights(&mut self, slots: &[u32]) {
-        let Columns { requests, answers, .. } = &self.staged.columns;
-        let scratch = &self.frames.paths.scratch;
-        let points: Vec<LightPoint> = slots
-            .iter()
-            .map(|slot| {
-                let word = |port: &u32| scratch.words(requests[*port as usize])[*slot as usize];
-                let operands: Vec<u32> =
-                    ResumedBy::LightSample.request().iter().map(word).collect();
-                LightPoint::new(*slot, &operands)
-            })
-            .collect();
+        let operands =
+            operands::<LIGHT_SCALARS>(self.frames, &self.staged.columns, ResumedBy::LightSample);
+        let point =
+            |slot: &u32| LightPoint::new(*slot, &operands.map(|column| column[*slot as usize]));
+        let points: Vec<LightPoint> = slots.iter().map(point).collect();
         let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
-        let mut columns: Vec<Vec<u32>> = vec![Vec::with_capacity(slots.len()); answers.len()];
-        for sample in samples {
-            let words = sample.map_or([0; 9], |sample| sample.words());
-            columns.iter_mut().zip(words).for_each(|(column, word)| column.push(word));
-        }
-        for (array, column) in answers.iter().zip(columns) {
+        let words: Vec<[u32; 9]> = samples.iter().map(LightAtPoint::answer).collect();
+        for (index, array) in self.staged.columns.answers.iter().enumerate() {
             let answers = self.frames.paths.scratch.words_mut(*array);
-            slots.iter().zip(column).for_each(|(slot, word)| answers[*slot as usize] = word);
+            slots
+                .iter()
+                .zip(&words)
+                .for_each(|(slot, words)| answers[*slot as usize] = words[index]);
+        }
+    }
+
+    /// Answers requests of paths with colours; those that have none get black.
+    fn store_colors<'p>(
+        &mut self,
+        slots: &[u32],
+        colors: impl Iterator<Item = (&'p u32, [f32; 3])> + Clone,
+    ) {
+        for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
+            let answers = self.frames.paths.scratch.floats_mut(*array);
+            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
+            colors.clone().for_each(|(slot, color)| answers[*slot as usize] = color[channel]);
         }
     }
 
@@ -423,4 +417,14 @@ impl StagedPaths<'_> {
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);
     }
+}
+
+/// Returns the columns of the operands of requests for an event.
+fn operands<'a, const COUNT: usize>(
+    frames: &'a Frames,
+    columns: &Columns,
+    event: ResumedBy,
+) -> [&'a [u32]; COUNT] {
+    let (scratch, ports) = (&frames.paths.scratch, event.request());
+    std::array::from_fn(|index| scratch.words(columns.requests[ports[index] as usize]))
 }
