@@ -19,7 +19,8 @@ use crate::tiles::LaneContext;
 /// A colour for each lane, channel by channel.
 pub type PacketColors = LaneVectors;
 
-/// Returns the radiance along the rays of `lanes`, whose depth is `depth`. Hits of secondary rays are shaded recursively.
+/// Returns the radiance along the rays of `lanes`, whose depth is `depth`. Hits of secondary rays are shaded
+/// recursively.
 pub fn radiance(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
