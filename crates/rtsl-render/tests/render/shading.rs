@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl::{Backend, EngineOptions};
+use rtsl::{Backend, EngineOptions, Messages};
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Execution, RenderRequest, RenderResult};
 use rtsl_scene::reader::MemoryFiles;
@@ -29,6 +29,9 @@ const CLASSES: &str = "class Everything : rt_Material;
         }
         rt_SampleColor = sum;
     }
+
+    class Endless : rt_Material;
+    void shade() { for (;;) rt_SampleColor = color(rand()); }
 
     class Rings : rt_Primitive, rt_Material;
     scratch float radius;
@@ -61,12 +64,15 @@ const WORLD: &str = "WorldBegin
 const CAMERA: &str = "LookAt 0 1 -6  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 40\n";
 
 fn rendered(text: &str, how: RenderRequest<'_>) -> RenderResult {
+    render(text, how).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn render(text: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messages> {
     let files = [("scene.pbrt", text), ("own.rtsl", CLASSES)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request =
         RenderRequest { scene: Path::new("scene.pbrt").into(), size: Some((13, 9)), ..how };
-    let result = render_scene_from(&request, &MemoryFiles(files.into()));
-    result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+    render_scene_from(&request, &MemoryFiles(files.into()))
 }
 
 fn bits(result: &RenderResult) -> Vec<u32> {
@@ -91,5 +97,20 @@ fn shade_has_one_result() {
             let found = make(Backend::Auto, width, threads);
             assert!(found == reference, "{integrator}, width {width}, {threads} threads");
         }
+    }
+}
+
+#[test]
+fn endless_loops_are_told_by_the_class_of_the_material() {
+    let text = format!(
+        "{CAMERA}Integrator \"Whitted\" \"integer budget\" 1000
+        WorldBegin Material \"Endless\" Shape \"Sphere\""
+    );
+    for backend in [Backend::Auto, Backend::Interpreter] {
+        let engine = EngineOptions { backend, ..EngineOptions::default() };
+        let request = RenderRequest { samples: Some(1), ..RenderRequest::default() };
+        let said = render(&text, RenderRequest { engine, ..request }).err();
+        let said = said.map_or_else(String::new, |messages| messages.to_text(false));
+        assert!(said.contains("`Endless`") && said.contains("shade"), "{said}");
     }
 }

@@ -79,22 +79,6 @@ impl Frames {
         }
     }
 
-    /// Sets the objects of these paths for a call: in place, or on a copy of their data. `index` is called for each path.
-    pub fn set_objects(
-        &mut self,
-        slots: &[u32],
-        in_place: bool,
-        mut index: impl FnMut(&u32) -> u32,
-    ) {
-        if !in_place {
-            return set_indices(&mut self.surfaces, slots.iter().map(index));
-        }
-        // Kernels need valid indices for all paths.
-        let indices = self.surfaces.as_mut_slice();
-        indices.fill(0);
-        slots.iter().for_each(|slot| indices[*slot as usize] = index(slot));
-    }
-
     /// Copies what a kernel reads of these paths to the arrays of the call.
     pub fn gather(&mut self, kernel: &StageKernel, slots: &[u32]) {
         for array in &kernel.reads {
@@ -129,4 +113,20 @@ impl Frames {
             ended.iter().for_each(|(lane, slot)| to[*slot] = from[*lane]);
         }
     }
+}
+
+/// Sets the indices of the objects for which a kernel is called for these paths: in place, or on a copy of their data.
+pub fn set_objects(
+    objects: &mut LaneIndices,
+    slots: &[u32],
+    in_place: bool,
+    index: impl Fn(&u32) -> u32,
+) {
+    if !in_place {
+        return set_indices(objects, slots.iter().map(index));
+    }
+    // Kernels need valid indices for all paths.
+    let objects = objects.as_mut_slice();
+    objects.fill(0);
+    slots.iter().for_each(|slot| objects[*slot as usize] = index(slot));
 }

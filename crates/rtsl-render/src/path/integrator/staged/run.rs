@@ -15,7 +15,7 @@ use super::super::numbers::Purpose;
 use super::super::shading::Shading;
 use super::super::tracing::IntegratorMemory;
 use super::columns::Columns;
-use super::frames::{Blocks, CALL_PATHS, Frames};
+use super::frames::{Blocks, CALL_PATHS, Frames, set_objects};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
 use super::staged_method::{StagedMethod, Surface};
@@ -369,7 +369,7 @@ impl StagedPaths<'_> {
         if surface == StageSurface::None {
             let indices = &self.wave.objects;
             let index = |slot: &u32| indices[*slot as usize];
-            return self.frames.set_objects(slots, in_place, index);
+            return set_objects(&mut self.frames.surfaces, slots, in_place, index);
         }
         let [objects, _, elements] = self.staged.columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
@@ -380,9 +380,7 @@ impl StagedPaths<'_> {
             let Surface { index, has_elements, .. } = staged.surface_of(objects[slot]);
             if has_elements { index + elements[slot] } else { index }
         };
-        let indices: Vec<u32> = slots.iter().map(index).collect();
-        let mut indices = indices.into_iter();
-        self.frames.set_objects(slots, in_place, |_| indices.next().unwrap_or(0));
+        set_objects(&mut self.frames.surfaces, slots, in_place, index);
     }
 
     fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
