@@ -9,7 +9,7 @@ use rtsl_ir::{
     VariableKind,
 };
 
-use crate::{Port, ResumedBy, SlotId, Stages};
+use crate::{MAX_ANSWERS, Port, ResumedBy, SlotId, Stages};
 
 /// Stages ready to run.
 #[derive(Clone, Debug)]
@@ -93,9 +93,6 @@ impl<'a> Driver<'a> {
     }
 }
 
-/// The greatest number of answers.
-const MAX_ANSWERS: usize = 9;
-
 /// A path between two stages.
 struct Path<'a, S: ?Sized> {
     places: &'a [Place],
@@ -125,7 +122,7 @@ impl<S: Storage + ?Sized> Path<'_, S> {
                 rays.weight[0] = f32::from_bits(self.request[7]);
                 let mut radiance = LaneColors::default();
                 host.trace(lanes, &rays, &mut radiance);
-                self.take(radiance.iter().map(|component| component[0]));
+                self.take(0, radiance.iter().map(|component| component[0]));
             }
             ResumedBy::LightSample => self.ask_light(lanes, host),
         }
@@ -149,14 +146,13 @@ impl<S: Storage + ?Sized> Path<'_, S> {
         }
         let LightLanes { direction, distance, color, pdf } = &light;
         let results = direction.iter().chain([distance]).chain(color).chain([pdf]);
-        self.take(results.map(|lanes| lanes[0]));
-        self.answers.rotate_right(1);
         self.answers[0] = 1;
+        self.take(1, results.map(|lanes| lanes[0]));
     }
 
-    /// Sets the first answers.
-    fn take(&mut self, numbers: impl Iterator<Item = f32>) {
-        let answers = self.answers.iter_mut().zip(numbers);
+    /// Sets the answers from this one on.
+    fn take(&mut self, first: usize, numbers: impl Iterator<Item = f32>) {
+        let answers = self.answers[first..].iter_mut().zip(numbers);
         answers.for_each(|(answer, number)| *answer = number.to_bits());
     }
 

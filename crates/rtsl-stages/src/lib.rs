@@ -1,4 +1,5 @@
-//! Splits the function of an integrator into *stages*, at the points where a path waits for the renderer.
+//! Splits the function of an integrator, or of a material that traces rays, into *stages*, at the points where a path
+//! waits for the renderer.
 //!
 //! An integrator computes the light that one path brings back: one function, which asks for the nearest hit of a ray,
 //! for the visibility along another, for what a material does at a surface. A renderer of a wavefront advances
@@ -109,6 +110,7 @@ pub mod verify;
 pub use live::MAX_COST;
 pub use split::{MAX_OPERATIONS, MAX_POINTS, MAX_SLOTS, SplitError, split};
 pub use stages::{
-    END, MAX_REQUEST, Port, ResumedBy, Sizes, Slot, SlotId, Stage, StageSizes, Stages, Surface,
+    END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, Sizes, Slot, SlotId, Stage, StageSizes, Stages,
+    Surface,
 };
 pub use text::ParseError;

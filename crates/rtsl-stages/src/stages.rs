@@ -5,6 +5,9 @@ use rtsl_ir::{Function, OpKind, Query, Scalar, Variable, VariableKind};
 /// The number of ports for the operands of suspensions.
 pub const MAX_REQUEST: u32 = 14;
 
+/// The greatest number of answers to a suspension.
+pub const MAX_ANSWERS: usize = ResumedBy::LightSample.answers().len();
+
 /// The number of these ports that hold f32; the others hold i32.
 const FLOATS_OF_REQUEST: u32 = 11;
 
@@ -83,7 +86,7 @@ impl ResumedBy {
     }
 
     /// Returns the types of the answers, in order.
-    pub fn answers(self) -> &'static [Scalar] {
+    pub const fn answers(self) -> &'static [Scalar] {
         use Scalar::{Bool, F32, I32};
         match self {
             ResumedBy::Start | ResumedBy::Dispatch => &[],
@@ -315,6 +318,7 @@ mod tests {
             ports.dedup();
             assert_eq!(ports.len(), event.request().len(), "{event:?}");
             assert!(ports.iter().all(|port| *port < MAX_REQUEST));
+            assert!(event.answers().len() <= MAX_ANSWERS);
         }
     }
 }

@@ -101,7 +101,9 @@ pub use rtsl_spec::{
     COLOR_COMPONENTS, Direction, Method, Role, StateType, StateVariable, lookup_state, rows,
     state_component_count, state_variables,
 };
-pub use rtsl_stages::{END, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface};
+pub use rtsl_stages::{
+    END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface,
+};
 pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};
 
 // The Rust texts of the README and of the book are tests.

@@ -169,7 +169,7 @@ impl BatchScene {
         self.integrator.staged = staged.map_err(Messages::one)?;
         let is_shaded = |key: &GroupKey| {
             self.integrator.calls_shade
-                || self.integrator.emits_shaded && key.is_shaded(&self.classes())
+                || self.integrator.asks_emission && key.is_shaded(&self.classes())
         };
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
         let methods = ShadingMethods::new(self, &scene.materials, is_shaded, (values, of_surfaces));

@@ -116,7 +116,7 @@ impl RayOfCall {
         })
     }
 
-    /// Returns a ray that asks whether anything is on it, for the first path.
+    /// Returns a ray that asks whether anything is on it, with 0 as its path.
     pub fn shadow_ray(
         &mut self,
         (origin, direction): ([f32; 3], [f32; 3]),

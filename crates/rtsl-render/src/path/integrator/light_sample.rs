@@ -1,6 +1,7 @@
 //! Samples of a light that a material names by its index, each with a shadow ray.
 
 use rtsl::host::{LaneFloats, LaneSet, LightLanes, LightQueryLanes};
+use rtsl::{MAX_ANSWERS, ResumedBy};
 use rtsl_math::{SIMD_LANES, dot};
 
 use super::super::memory::BatchMemory;
@@ -11,7 +12,7 @@ use super::host::{RayOfCall, SceneHost};
 use super::numbers::Purpose;
 
 /// The number of operands of a request.
-pub const LIGHT_SCALARS: usize = 8;
+pub const LIGHT_SCALARS: usize = ResumedBy::LightSample.request().len();
 
 /// A point for which light is requested.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +74,8 @@ impl LightPoint {
 
 impl LightAtPoint {
     /// Returns the answer to a request: whether there is light, then the light.
-    pub fn answer(light: &Option<LightAtPoint>) -> [u32; 9] {
-        let Some(light) = light else { return [0; 9] };
+    pub fn answer(light: &Option<LightAtPoint>) -> [u32; MAX_ANSWERS] {
+        let Some(light) = light else { return [0; MAX_ANSWERS] };
         let LightAtPoint { direction: [x, y, z], distance, color: [r, g, b], density } = *light;
         let [x, y, z, distance, r, g, b, density] =
             [x, y, z, distance, r, g, b, density].map(f32::to_bits);

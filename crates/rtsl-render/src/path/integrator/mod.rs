@@ -49,8 +49,8 @@ pub struct Integrator {
     features: FeatureArrays,
     /// True if it calls `shade` of materials.
     pub calls_shade: bool,
-    /// True if it asks for the emission of materials, which is what `shade` of those computes that have nothing else.
-    pub emits_shaded: bool,
+    /// True if it asks for the emission of materials. Those that have nothing but `shade` emit what it computes.
+    pub asks_emission: bool,
     /// True if it samples directions of materials.
     pub scatters: bool,
 }
@@ -73,7 +73,7 @@ impl Integrator {
     pub fn new(engine: &Engine, instance: &Arc<Instance>) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
         let radiance = program.method(Method::Radiance)?;
-        let [calls_shade, emits_shaded, scatters] =
+        let [calls_shade, asks_emission, scatters] =
             [Query::Shade, Query::Emission, Query::SampleBsdf].map(|query| radiance.asks(query));
         let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
         let array = |name: &str| {
@@ -92,7 +92,7 @@ impl Integrator {
             block,
             features,
             calls_shade,
-            emits_shaded,
+            asks_emission,
             scatters,
             program,
         })

@@ -1,11 +1,11 @@
 //! The scratch arrays through which stages meet the runtime.
 
-use rtsl::{MAX_REQUEST, Port, StageSurface, StagedProgram};
+use rtsl::{MAX_ANSWERS, MAX_REQUEST, Port, StageSurface, StagedProgram};
 
 /// The scratch arrays of the ports of stages, by index.
 pub struct Columns {
     /// The answer to what a path waits for.
-    pub answers: [usize; 9],
+    pub answers: [usize; MAX_ANSWERS],
     /// The operands of a request.
     pub requests: [usize; MAX_REQUEST as usize],
     /// Object, instance and element of a surface that a suspension names.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, ResumedBy, SURFACE_SCALARS, StageSurface};
+use rtsl::{CallArguments, END, Instances, MAX_ANSWERS, ResumedBy, SURFACE_SCALARS, StageSurface};
 use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
@@ -243,7 +243,7 @@ impl StagedPaths<'_> {
             |slot: &u32| LightPoint::new(*slot, &operands.map(|column| column[*slot as usize]));
         let points: Vec<LightPoint> = slots.iter().map(point).collect();
         let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
-        let words: Vec<[u32; 9]> = samples.iter().map(LightAtPoint::answer).collect();
+        let words: Vec<[u32; MAX_ANSWERS]> = samples.iter().map(LightAtPoint::answer).collect();
         for (index, array) in self.staged.columns.answers.iter().enumerate() {
             let answers = self.frames.paths.scratch.words_mut(*array);
             slots

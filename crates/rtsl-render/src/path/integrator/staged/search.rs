@@ -1,5 +1,6 @@
 //! Searches for the nearest hits of the rays that paths request.
 
+use rtsl::ResumedBy;
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::super::super::memory::BatchMemory;
@@ -19,7 +20,7 @@ use crate::compiled::tracer::Tracer;
 type Answer = [u32; 5];
 
 /// The number of operands of a search.
-const REQUEST: usize = 8;
+const REQUEST: usize = ResumedBy::NearestHit.request().len();
 
 /// The answer if nothing was hit.
 const NOTHING: Answer = [0, NO_OBJECT, NO_INSTANCE, 0, 0];

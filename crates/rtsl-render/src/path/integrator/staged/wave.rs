@@ -54,8 +54,8 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { count: own_count, weights, lit, searches, first_hits, rays, objects } = self;
-        *own_count = count;
+        let Wave { weights, lit, searches, first_hits, rays, objects, .. } = self;
+        self.count = count;
         for (column, value) in
             weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
         {
