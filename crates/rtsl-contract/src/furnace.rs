@@ -104,6 +104,7 @@ impl Host for Furnace {
             Query::LightEmission
             | Query::LightPdf
             | Query::SampleLight
+            | Query::SampleIndexedLight
             | Query::SkyCount
             | Query::SkyEmission
             | Query::SkyPdf

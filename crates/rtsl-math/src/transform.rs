@@ -210,6 +210,7 @@ impl Affine {
 }
 
 /// The scalar product.
+#[inline]
 pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

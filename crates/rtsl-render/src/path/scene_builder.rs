@@ -15,13 +15,13 @@ use rtsl_scene::{Renderer, Scene};
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts};
+use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts, stage_lights};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::is_shaded;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
-use super::shading_methods::ShadingMethods;
+use super::shading_methods::{ShadingMethods, ShadingParts};
 use super::surface_group::GroupKey;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
@@ -165,14 +165,17 @@ impl BatchScene {
             values,
             earlier: earlier.and_then(|earlier| earlier.integrator.staged.as_ref()),
         };
-        let staged = self.integrator.stages(&self.engine, instance, scene, &parts);
+        let lights = stage_lights(&self.engine, scene, &parts);
+        let staged = self.integrator.stages(&self.engine, (instance, scene), &parts, &lights);
         self.integrator.staged = staged.map_err(Messages::one)?;
         let is_shaded = |key: &GroupKey| {
             self.integrator.calls_shade
                 || self.integrator.asks_emission && key.is_shaded(&self.classes())
         };
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
-        let methods = ShadingMethods::new(self, &scene.materials, is_shaded, (values, of_surfaces));
+        let parts =
+            ShadingParts { scene: self, materials: &scene.materials, lights: &lights, values };
+        let methods = ShadingMethods::new(&parts, is_shaded, of_surfaces);
         self.shading_methods = methods.map_err(Messages::one)?;
         let made = self.make_groups(&self.integrator.queries());
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;

@@ -3,7 +3,8 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, SURFACE_SCALARS, new_state};
+use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::Sampler;
 
 use super::random_numbers::RandomNumbers;
@@ -74,6 +75,17 @@ pub struct ShadingBatch {
     pub random: RandomNumbers,
 }
 
+/// What the path of a surface has besides the operands of queries.
+#[derive(Clone, Copy, Debug)]
+pub struct RayOfSurface {
+    /// The time within the shutter.
+    pub time: f32,
+    /// The key of the random sequence for the shape's methods.
+    pub key: u32,
+    /// The index of the sample.
+    pub sample: u32,
+}
+
 /// Light samples for the points of a batch.
 pub struct LightRows {
     /// Unit vectors towards them, in world space.
@@ -138,6 +150,41 @@ impl ShadingBatch {
         self.set_hits(hits.iter().copied());
         if self.count > 0 {
             dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
+        }
+        self.start_random_numbers(purpose);
+    }
+
+    /// Loads surfaces by the operands of queries about them: `operand` returns the operand at an index for a lane, and
+    /// `ray` what the path of a lane has besides. The last lane is repeated, as by [`Self::load`].
+    pub fn load_operands(
+        &mut self,
+        hits: impl Iterator<Item = PathHit>,
+        operand: impl Fn(usize, usize) -> u32,
+        ray: impl Fn(usize) -> RayOfSurface,
+        purpose: u32,
+    ) {
+        self.set_hits(hits);
+        let count = self.count;
+        let all = count.next_multiple_of(SIMD_LANES);
+        let ShadingBatch { origin, direction, epsilon, limit, distance, width, spread, .. } = self;
+        let [x, y, z] = origin;
+        let [u, v, n] = direction;
+        // The first three operands are the hit.
+        let rows = [distance, epsilon, limit, x, y, z, u, v, n, width, spread];
+        const { assert!(SURFACE_SCALARS == 3 + 11) };
+        for (index, row) in (3..).zip(rows) {
+            for (lane, number) in row[..count].iter_mut().enumerate() {
+                *number = f32::from_bits(operand(index, lane));
+            }
+            if count > 0 {
+                let last = row[count - 1];
+                row[count..all].fill(last);
+            }
+        }
+        for lane in 0..all {
+            let RayOfSurface { time, key, sample } = ray(lane.min(count - 1));
+            self.width[lane] += self.spread[lane] * self.distance[lane];
+            (self.time[lane], self.keys[lane], self.samples[lane]) = (time, key, sample);
         }
         self.start_random_numbers(purpose);
     }

@@ -1,10 +1,10 @@
 //! The methods that shade surfaces: `shade` of materials, which may trace rays and sample lights one by one.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program,
+    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, StageLights,
     StagedProgram, Variant,
 };
 
@@ -33,16 +33,19 @@ pub struct ShadingMethod {
     source: Source,
     /// The instances.
     pub objects: Arc<Objects>,
-    /// The code for a host that the interpreter asks.
-    pub code: ShadingCode,
+    /// The stages; `None` for engines without machine code.
+    staged: Option<Box<StagedMethod>>,
+    /// The whole method on the interpreter, once it is called.
+    interpreted: OnceLock<Kernel>,
 }
 
-/// The code of a method that shades.
-pub enum ShadingCode {
-    /// The stages.
-    Staged(Box<StagedMethod>),
-    /// The whole method on the interpreter, for engines without machine code.
-    Interpreted(Kernel),
+/// The parts of a scene from which the methods are made.
+pub struct ShadingParts<'a> {
+    pub scene: &'a BatchScene,
+    pub materials: &'a [Arc<Instance>],
+    /// The lights that methods name by their indices.
+    pub lights: &'a StageLights<'a>,
+    pub values: ParameterValues,
 }
 
 /// The source of a method's instances: shapes of a traversal class that are their own materials, or materials.
@@ -62,16 +65,17 @@ impl Source {
 }
 
 impl ShadingMethods {
-    /// Compiles the methods of the groups for which `is_shaded` holds.
+    /// Compiles the methods of the groups for which `is_shaded` holds. Code of `earlier` methods is used again if it
+    /// serves.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
     pub fn new(
-        scene: &BatchScene,
-        materials: &[Arc<Instance>],
+        parts: &ShadingParts<'_>,
         is_shaded: impl Fn(&GroupKey) -> bool,
-        (values, earlier): (ParameterValues, Option<&ShadingMethods>),
+        earlier: Option<&ShadingMethods>,
     ) -> Result<ShadingMethods, Diagnostic> {
+        let scene = parts.scene;
         let mut made = ShadingMethods::default();
         let mut indices: BTreeMap<Source, Option<usize>> = BTreeMap::new();
         for key in &scene.keys {
@@ -83,8 +87,7 @@ impl ShadingMethods {
                     let program = scene.classes().material_of(key);
                     let method = shading_method(program).map(|method| {
                         let earlier = earlier.and_then(|it| it.like(program, method));
-                        let place = (source, method);
-                        ShadingMethod::new(scene, materials, program, place, (values, earlier))
+                        ShadingMethod::new(parts, program, (source, method), earlier)
                     });
                     let index = method.is_some().then_some(made.methods.len());
                     made.methods.extend(method.transpose()?);
@@ -129,19 +132,12 @@ impl ShadingMethods {
 
 impl ShadingMethod {
     fn new(
-        scene: &BatchScene,
-        materials: &[Arc<Instance>],
+        parts: &ShadingParts<'_>,
         program: &Arc<Program>,
         (source, method): (Source, Method),
-        (values, earlier): (ParameterValues, Option<&StagedMethod>),
+        earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
-        let made = |objects: Arc<Objects>, code: ShadingCode| ShadingMethod {
-            program: program.clone(),
-            method,
-            source,
-            objects,
-            code,
-        };
+        let ShadingParts { scene, materials, lights, values } = *parts;
         let own = match source {
             Source::Shapes(class) => Some(scene.compiled.class(class).objects.clone()),
             Source::Materials(_) => None,
@@ -150,25 +146,47 @@ impl ShadingMethod {
             let (class, _) = scene.materials.place(index);
             (source == Source::Materials(MaterialSource::Class(class))).then_some(&**material)
         });
+        let instances: Vec<&Instance> = instances.collect();
+        let differing = || Arc::new(program.differing_objects(instances.iter().copied()));
+        let objects = own.clone().unwrap_or_else(differing);
+        let made = |staged: Option<StagedMethod>| ShadingMethod {
+            program: program.clone(),
+            method,
+            source,
+            objects: objects.clone(),
+            staged: staged.map(Box::new),
+            interpreted: OnceLock::new(),
+        };
         if scene.engine.llvm().is_none() {
-            let objects = own.unwrap_or_else(|| Arc::new(program.differing_objects(instances)));
-            let variant = Variant::new(CallMode::Stream).of_objects(objects.form().clone());
-            let kernel = program.interpreted_kernel(method, variant)?;
-            return Ok(made(objects, ShadingCode::Interpreted(kernel)));
+            let made = made(None);
+            made.interpreted()?;
+            return Ok(made);
         }
+        // The data of shapes has no lights.
+        let lights = own.is_none().then_some(lights);
         let sampler = scene.compiled.settings.sampler;
-        let staged = StagedProgram::of_material(program, method, sampler, values)?;
-        let objects = own.unwrap_or_else(|| Arc::new(staged.materials(instances)));
-        let staged = StagedMethod::of_materials(&scene.engine, staged, objects.clone(), earlier)?;
-        Ok(made(objects, ShadingCode::Staged(Box::new(staged))))
+        let staged = StagedProgram::of_material(program, method, (sampler, lights), values)?;
+        let objects = own.unwrap_or_else(|| Arc::new(staged.materials(instances.iter().copied())));
+        let staged = StagedMethod::of_materials(&scene.engine, staged, objects, earlier)?;
+        Ok(made(Some(staged)))
     }
 
     /// Returns the stages, if there is machine code.
     pub fn staged(&self) -> Option<&StagedMethod> {
-        match &self.code {
-            ShadingCode::Staged(staged) => Some(staged),
-            ShadingCode::Interpreted(_) => None,
+        self.staged.as_deref()
+    }
+
+    /// Returns the whole method on the interpreter, called for [`Self::objects`].
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn interpreted(&self) -> Result<&Kernel, Diagnostic> {
+        if let Some(kernel) = self.interpreted.get() {
+            return Ok(kernel);
         }
+        let variant = Variant::new(CallMode::Stream).of_objects(self.objects.form().clone());
+        let kernel = self.program.interpreted_kernel(self.method, variant)?;
+        Ok(self.interpreted.get_or_init(|| kernel))
     }
 
     /// The first component of state with the colour.

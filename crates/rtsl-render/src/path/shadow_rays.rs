@@ -109,11 +109,13 @@ impl ShadowRays {
         [0, 1, 2].map(|channel: usize| self.colors[channel][index])
     }
 
-    fn origin(&self, index: usize) -> [f32; 3] {
+    /// Returns the origin of a ray.
+    pub fn origin(&self, index: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.ends[axis][index])
     }
 
-    fn direction(&self, index: usize) -> [f32; 3] {
+    /// Returns the direction of a ray.
+    pub fn direction(&self, index: usize) -> [f32; 3] {
         [3, 4, 5].map(|axis: usize| self.ends[axis][index])
     }
 

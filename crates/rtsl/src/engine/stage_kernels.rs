@@ -14,6 +14,7 @@ use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
+use crate::link::indexed_lights::is_shaded_column;
 use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
@@ -239,5 +240,7 @@ impl PreparedSurface {
 
 /// True for scratch that stages have beside that of the integrator.
 fn is_of_stages(variable: &Variable) -> bool {
-    Port::of(variable).is_some() || PATH_COLUMNS.contains(&variable.name.as_str())
+    Port::of(variable).is_some()
+        || PATH_COLUMNS.contains(&variable.name.as_str())
+        || is_shaded_column(variable)
 }

@@ -101,8 +101,8 @@ impl Linker {
         let zero = code.float(0.0)?;
         let is_usable = code.compare(CompareOp::Greater, sampled.density, zero)?;
         let color = code.each(|it, channel| it.select(is_usable, color[channel], zero))?;
-        let SampledPoint { direction, reach, density, .. } = sampled;
-        Ok(SampledColor { direction, end: reach, color, density })
+        let SampledPoint { direction, distance, reach, density, .. } = sampled;
+        Ok(SampledColor { direction, distance, end: reach, color, density })
     }
 
     /// Samples a point of the shape.

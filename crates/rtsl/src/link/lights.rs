@@ -38,6 +38,10 @@ pub(crate) struct LightLinks {
     pub selection: Option<LightSelection>,
     /// The classes of the lights that are selected.
     pub classes: Vec<LightClassLink>,
+    /// The lights that materials name by their indices, in this order; empty if hosts sample them.
+    pub entries: Vec<usize>,
+    /// Their classes.
+    pub entry_classes: Vec<LightClassLink>,
 }
 
 impl LightLinks {
@@ -58,6 +62,8 @@ impl LightLinks {
         forms[0] == forms[1]
             && self.skies == other.skies
             && self.classes == other.classes
+            && self.entries == other.entries
+            && self.entry_classes == other.entry_classes
             && has_like_selection
     }
 
@@ -136,6 +142,8 @@ pub(super) struct LitPoint {
 /// A sample of a light in the world, which is not weighed.
 pub(super) struct SampledColor {
     pub direction: Vector,
+    /// The distance of the sampled point.
+    pub distance: Value,
     /// The length of the shadow ray.
     pub end: Value,
     pub color: Vector,
@@ -161,13 +169,16 @@ impl Linker {
                 let count = rtsl_ir::Constant::I32(links.skies.len() as i32);
                 Ok(Some(vec![self.constant(to, count)?]))
             }
-            Query::SampleLight => match links.selection.as_ref().zip(links.areas.as_ref()) {
-                Some((selection, areas)) => {
-                    let links = (links, areas.as_slice(), selection);
+            Query::SampleLight => match &links.selection {
+                Some(selection) if links.areas.is_some() => {
+                    let links = (links, selection);
                     Ok(Some(self.light_sample(caller, (links, sampler), operands, to)?))
                 }
-                None => Ok(None),
+                _ => Ok(None),
             },
+            Query::SampleIndexedLight => {
+                Ok(Some(self.indexed_sample(caller, (links, sampler), operands, to)?))
+            }
             Query::SkyPdf if links.selection.is_none() => Ok(None),
             Query::SkyEmission | Query::SkyPdf => {
                 let zero = Arithmetic { linker: &mut *self, to: &mut *to }.float(0.0)?;
@@ -258,10 +269,7 @@ impl Linker {
     fn light_sample(
         &mut self,
         caller: &Site<'_>,
-        ((links, areas, selection), sampler): (
-            (&LightLinks, &[AreaLightLink], &LightSelection),
-            &Sampler,
-        ),
+        ((links, selection), sampler): ((&LightLinks, &LightSelection), &Sampler),
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
@@ -292,10 +300,10 @@ impl Linker {
                 let code = &mut Arithmetic { linker, to: &mut then.ops };
                 let chosen = ChosenLight::new(code, class, (selected.number, first))?;
                 linker.chosen_light = Some(Arc::new(chosen));
-                let lights = (links, areas, class.lights[0]);
+                let light = (links, class.lights[0]);
                 let of = (&lit, key, sampler);
                 let sample =
-                    linker.sample_of(caller, lights, of, selected.probability, &mut then.ops);
+                    linker.sample_of(caller, light, of, selected.probability, &mut then.ops);
                 linker.chosen_light = None;
                 sample
             })?;
@@ -317,16 +325,29 @@ impl Linker {
         code.found_or_zeros(sample.expect("there are lights"))
     }
 
-    /// Returns direction, distance, colour and density of a sample of one light, which has been selected with a
-    /// probability.
+    /// Returns direction, length of the shadow ray, colour and density of a sample of one light, which has been selected
+    /// with a probability.
     fn sample_of(
         &mut self,
         caller: &Site<'_>,
-        (links, areas, index): (&LightLinks, &[AreaLightLink], usize),
-        (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        light: (&LightLinks, usize),
+        of: (&LitPoint, Value, &Sampler),
         probability: Value,
         to: &mut Vec<Op>,
     ) -> Linking<Sample> {
+        let (sample, is_weighed) = self.sampled_color(caller, light, of, to)?;
+        Arithmetic { linker: self, to }.weighed(&sample, probability, is_weighed)
+    }
+
+    /// Returns a sample of one light for a point, with numbers of the sequence with a key, and whether rays find the
+    /// light too.
+    pub(super) fn sampled_color(
+        &mut self,
+        caller: &Site<'_>,
+        (links, index): (&LightLinks, usize),
+        (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        to: &mut Vec<Op>,
+    ) -> Linking<(SampledColor, bool)> {
         self.begin_numbers(key, *sampler, to)?;
         let sampled = match links.lights.get(index) {
             Some(light) => {
@@ -334,14 +355,14 @@ impl Linker {
                 sample.map(|sample| (sample, light.is_weighed))
             }
             None => {
+                let areas = links.areas.as_deref().expect("lights that are shapes are linked");
                 let light = &areas[index - links.lights.len()];
                 let sample = self.area_light_sample(caller, light, lit, to);
                 sample.map(|sample| (sample, light.is_weighed))
             }
         };
         self.copied_numbers = None;
-        let (sample, is_weighed) = sampled?;
-        Arithmetic { linker: self, to }.weighed(&sample, probability, is_weighed)
+        sampled
     }
 
     /// Returns a sample of a light without a shape.
@@ -358,6 +379,7 @@ impl Linker {
             let nothing = [zero; 3];
             return Ok(SampledColor {
                 direction: nothing,
+                distance: zero,
                 end: zero,
                 color: nothing,
                 density: zero,
@@ -462,13 +484,18 @@ impl Arithmetic<'_> {
         let reach = self.float(1.0 - LIGHT_MARGIN)?;
         let end = self.multiply(distance, reach)?;
         let end = self.binary(BinaryOp::Subtract, end, offset)?;
-        Ok(SampledColor { direction, end, color, density })
+        Ok(SampledColor { direction, distance, end, color, density })
     }
 
     /// Divides the colour of a sample by its density, the probability of the light included. Returns direction, length
     /// of the shadow ray, colour and density.
-    fn weighed(&mut self, sample: &SampledColor, part: Value, is_weighed: bool) -> Linking<Sample> {
-        let SampledColor { direction, end, color, density: own } = sample;
+    pub fn weighed(
+        &mut self,
+        sample: &SampledColor,
+        part: Value,
+        is_weighed: bool,
+    ) -> Linking<Sample> {
+        let SampledColor { direction, end, color, density: own, .. } = sample;
         let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
         let density = self.multiply(*own, part)?;
         // With a NaN density the sample is NaN, not a delta.

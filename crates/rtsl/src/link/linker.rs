@@ -20,7 +20,7 @@ use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 use super::chosen_light::ChosenLight;
 use super::class_tree::{ClassTree, element_path};
 use super::linked_method::LinkedMethod;
-use super::sequences::{CopiedNumbers, Purpose};
+use super::sequences::CopiedNumbers;
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -64,8 +64,8 @@ pub(super) struct Linker {
     pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
     /// The random numbers of the method that is being copied, if operations compute them.
     pub copied_numbers: Option<CopiedNumbers>,
-    /// The locals that count a path's random sequences.
-    pub counters: BTreeMap<Purpose, VariableId>,
+    /// The locals with the counts of a path's random sequences and numbers, by their scratch arrays.
+    pub counters: BTreeMap<&'static str, VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
     pub chosen_light: Option<Arc<ChosenLight>>,
     /// The local with the contribution of a stage.

@@ -7,6 +7,7 @@ pub(crate) mod chosen_light;
 pub(crate) mod class_tree;
 pub(crate) mod contribution;
 pub(crate) mod hit;
+pub(crate) mod indexed_lights;
 pub(crate) mod light_selection;
 pub(crate) mod lights;
 pub(crate) mod linked_method;

@@ -1,14 +1,16 @@
-//! The random sequences of a path's calls: of light samples, and of methods of materials that draw numbers.
+//! The random sequences of a path's calls: of light samples, and of methods of materials that draw numbers; and the
+//! numbers that the method that was split draws itself.
 //!
 //! A path begins a sequence for each such call. It counts them, for each purpose, from a multiple for each search on;
-//! the counts pass from stage to stage in scratch arrays.
+//! the counts pass from stage to stage in scratch arrays. So does the count of the method's own numbers, which searches
+//! do not change.
 
 use rtsl_ir::{
     Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableId, VariableKind,
 };
 use rtsl_math::sampling::{
-    NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_SHAPES,
-    Sampler,
+    NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_RAND,
+    NUMBERS_OF_SHAPES, Sampler,
 };
 
 use super::arithmetic::Arithmetic;
@@ -21,6 +23,9 @@ pub(crate) enum Purpose {
     LightSample,
     MaterialCall,
 }
+
+/// The scratch array that counts the numbers of `rand()` in the method that was split.
+pub(crate) const DRAWN_COLUMN: &str = "path.drawn";
 
 impl Purpose {
     pub const ALL: [Purpose; 2] = [Purpose::LightSample, Purpose::MaterialCall];
@@ -85,15 +90,15 @@ impl Linker {
 
     /// Loads the counts of sequences when the stage begins, and stores them when it ends.
     pub(super) fn pass_on_counts(&mut self) -> Linking<()> {
-        for (purpose, counter) in self.counters.clone() {
+        for (column, counter) in self.counters.clone() {
             let mut ops = Vec::new();
             let code = &mut Arithmetic { linker: &mut *self, to: &mut ops };
-            let before = code.column(purpose.column(), Scalar::U32)?;
+            let before = code.column(column, Scalar::U32)?;
             code.count_to(counter, before)?;
             let mut body = std::mem::take(&mut self.out.body);
             ops.append(&mut body.ops);
             let after = Arithmetic { linker: &mut *self, to: &mut ops }.counted(counter)?;
-            let name = purpose.column().to_owned();
+            let name = column.to_owned();
             let kind = VariableKind::Scratch;
             let column = self.intern_variable(Variable { kind, name, scalar: Scalar::U32, len: 1 });
             self.out.outputs.push(Output { variable: column, component: 0 });
@@ -103,13 +108,13 @@ impl Linker {
         Ok(())
     }
 
-    /// Returns the local that counts a path's sequences.
-    fn counter(&mut self, purpose: Purpose) -> VariableId {
-        if let Some(counter) = self.counters.get(&purpose) {
+    /// Returns the local with the count of a path that passes from stage to stage in a scratch array.
+    fn counter(&mut self, column: &'static str) -> VariableId {
+        if let Some(counter) = self.counters.get(column) {
             return *counter;
         }
-        let counter = self.new_local(purpose.column().to_owned());
-        self.counters.insert(purpose, counter);
+        let counter = self.new_local(column.to_owned());
+        self.counters.insert(column, counter);
         counter
     }
 
@@ -122,7 +127,7 @@ impl Linker {
 impl Arithmetic<'_> {
     /// Begins a path's sequence of numbers, and returns its key.
     pub fn begin_sequence(&mut self, purpose: Purpose) -> Linking<Value> {
-        let counter = self.linker.counter(purpose);
+        let counter = self.linker.counter(purpose.column());
         let count = self.counted(counter)?;
         let one = self.word(1)?;
         let count = self.add(count, one)?;
@@ -132,6 +137,19 @@ impl Arithmetic<'_> {
         let key = self.hash_with(key, of_path)?;
         let key = self.hash(key, count)?;
         self.hash_with(key, of_call)
+    }
+
+    /// Returns the next number of `rand()`.
+    pub fn drawn_number(&mut self, sampler: &Sampler) -> Linking<Value> {
+        let counter = self.linker.counter(DRAWN_COLUMN);
+        let dimension = self.counted(counter)?;
+        let one = self.word(1)?;
+        let next = self.add(dimension, one)?;
+        self.count_to(counter, next)?;
+        let key = self.column(KEY_COLUMN, Scalar::U32)?;
+        let key = self.hash_with(key, NUMBERS_OF_RAND)?;
+        let sample = self.column(SAMPLE_COLUMN, Scalar::U32)?;
+        self.number_of_stream(sampler, key, dimension, sample)
     }
 
     /// Loads a count from its local.

@@ -41,6 +41,8 @@ pub(crate) struct SurfaceLinks {
     pub sampler: Option<Sampler>,
     /// The lights, if operations compute their samples.
     pub lights: Option<Arc<LightLinks>>,
+    /// True if operations compute the samples of lights that a material names by their indices.
+    pub names_lights: bool,
     /// True if the stage stores its contribution, of which there is at most one.
     pub stores_contribution: bool,
 }
@@ -141,10 +143,24 @@ impl Linker {
                 let Some(found) = links.found.filter(|_| is_found) else { return Ok(None) };
                 Ok(Some(vec![self.constant(to, Constant::Bool(found))?]))
             }
-            OpKind::Rand => match self.copied_numbers {
-                Some(numbers) => Ok(Some(vec![self.next_number(numbers, to)?])),
-                None => Ok(None),
+            OpKind::Rand => match (self.copied_numbers, &links.sampler) {
+                (Some(numbers), _) => Ok(Some(vec![self.next_number(numbers, to)?])),
+                (None, Some(sampler)) if numbers::has_operations(sampler) => {
+                    let code = &mut Arithmetic { linker: self, to };
+                    Ok(Some(vec![code.drawn_number(sampler)?]))
+                }
+                (None, _) => Ok(None),
             },
+            OpKind::LightCount => match &links.lights {
+                Some(lights) if links.names_lights => {
+                    let code = &mut Arithmetic { linker: self, to };
+                    Ok(Some(vec![code.light_count(lights)?]))
+                }
+                _ => Ok(None),
+            },
+            OpKind::Ambient if links.names_lights => {
+                Ok(Some(Arithmetic { linker: self, to }.ambient()?))
+            }
             OpKind::Query(query, operands) => match links.answers.get(query) {
                 None => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();

@@ -13,6 +13,7 @@ use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
 use crate::link::chosen_light::light_prefix;
+use crate::link::indexed_lights::AMBIENT;
 use crate::link::light_selection::{LightSelection, NODES};
 use crate::link::lights::{LightLink, LightLinks, MAX_LIGHTS};
 
@@ -29,6 +30,10 @@ pub struct StageLights<'a> {
     pub selection: Option<LightSelection>,
     /// The least distance of hits of rays from sampled lights.
     pub epsilon: f32,
+    /// The lights that materials name by their indices, in this order; `None` if hosts sample them.
+    pub entries: Option<Vec<usize>>,
+    /// The ambient light.
+    pub ambient: [f32; 3],
 }
 
 /// A shape in the world with an emitter.
@@ -75,6 +80,7 @@ pub(crate) struct LinkedLights {
     layouts: Vec<Layout>,
     /// The data of each light, then what all share.
     pub blocks: Vec<InstanceBlock>,
+    has_indices: bool,
 }
 
 impl LinkedLights {
@@ -102,6 +108,9 @@ impl LinkedLights {
         let selected = lights.selection.as_ref().filter(|_| is_sampled);
         let classes =
             selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights(), values));
+        let entries = lights.entries.clone().filter(|_| is_sampled).unwrap_or_default();
+        let entry_classes = light_classes(&parts, &entries, values);
+        let has_indices = lights.entries.is_some() && is_sampled;
         let programs = parts.iter().flat_map(|part| part.programs.iter().cloned()).collect();
         let (layouts, mut blocks): (Vec<_>, Vec<_>) =
             parts.into_iter().map(|part| (part.layout, part.block)).unzip();
@@ -112,8 +121,15 @@ impl LinkedLights {
             skies: lights.skies.clone(),
             selection: lights.selection.clone(),
             classes,
+            entries,
+            entry_classes,
         };
-        Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks })
+        Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks, has_indices })
+    }
+
+    /// True if stages sample the lights that materials name by their indices.
+    pub fn has_indices(&self) -> bool {
+        self.has_indices
     }
 
     /// True if the lights have the same code, whatever their data.
@@ -127,7 +143,7 @@ impl LinkedLights {
         let selection = self.links.selection.as_ref();
         let nodes = selection.map_or(0, |selection| selection.scalars().len() as u32);
         // No two members begin at the same word.
-        let shared = [(EPSILON, 1), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
+        let shared = [(EPSILON, 1), (AMBIENT, 3), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
         add_members(layout, shared.map(|(name, scalars)| (name.to_owned(), scalars)));
     }
 }
@@ -143,7 +159,8 @@ impl StageLights<'_> {
     /// Returns the data that lights share, in the order of the layout.
     fn shared_block(&self) -> InstanceBlock {
         let nodes = self.selection.as_ref().map_or_else(Vec::new, LightSelection::scalars);
-        let words: Vec<u32> = [self.epsilon].into_iter().chain(nodes).map(f32::to_bits).collect();
+        let scalars = [self.epsilon].into_iter().chain(self.ambient).chain(nodes);
+        let words: Vec<u32> = scalars.map(f32::to_bits).collect();
         InstanceBlock::new(&words, Vec::new())
     }
 }

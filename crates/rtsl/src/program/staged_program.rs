@@ -17,9 +17,10 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
+use crate::link::indexed_lights::{SHADED_SCALARS, separate_shadow_rays, shaded_column};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
-use crate::link::sequences::Purpose;
+use crate::link::sequences::{DRAWN_COLUMN, Purpose};
 use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
 
@@ -105,14 +106,15 @@ impl StagedProgram {
     }
 
     /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages store
-    /// the colour only. `values` are those of the materials.
+    /// the colour only. Kernels sample the lights that it names if their methods permit it, or if there are none hosts
+    /// do. `values` are those of the materials.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
     pub fn of_material(
         program: &Arc<Program>,
         method: Method,
-        sampler: Sampler,
+        (sampler, lights): (Sampler, Option<&StageLights<'_>>),
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let mut function = Function::clone(&program.method(method)?.function);
@@ -121,7 +123,13 @@ impl StagedProgram {
             let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
             *kind == VariableKind::State && COLORS.contains(&name.as_str())
         });
-        StagedProgram::split(program, method, &function, (sampler, None, values))
+        let lights = lights.filter(|_| has_operations(&sampler));
+        let lights = lights.and_then(|lights| LinkedLights::new(lights, &sampler, values));
+        let lights = lights.filter(LinkedLights::has_indices);
+        if lights.is_some() {
+            separate_shadow_rays(&mut function);
+        }
+        StagedProgram::split(program, method, &function, (sampler, lights, values))
     }
 
     fn split(
@@ -204,6 +212,17 @@ impl StagedProgram {
         Purpose::ALL.map(|purpose| self.layout.scratch[purpose.column()] as usize)
     }
 
+    /// The scratch array that counts the numbers of `rand()`.
+    pub fn drawn_array(&self) -> usize {
+        self.layout.scratch[DRAWN_COLUMN] as usize
+    }
+
+    /// The scratch arrays with the surface that a material shades: the point, the offset at which rays that leave it
+    /// begin, the geometric and the shading normal on the side from which the ray came.
+    pub fn shaded_arrays(&self) -> [usize; SHADED_SCALARS] {
+        std::array::from_fn(|index| self.layout.scratch[&shaded_column(index)] as usize)
+    }
+
     /// The scratch arrays with the contribution of a stage that has at most one, black if it has none: the origin, the
     /// direction and the length of a ray, and the colour that arrives if nothing is on it.
     pub fn contribution_arrays(&self) -> [usize; CONTRIBUTION_SCALARS] {
@@ -237,7 +256,7 @@ impl StagedProgram {
             parts.extend(class.blocks(&surface));
             joined(&parts)
         });
-        self.objects_of(&self.layout_for(Some(class)), own.words().len(), blocks.collect())
+        self.objects_of(&self.layout_for(Some(class)), 0..own.words().len(), blocks.collect())
     }
 
     /// Returns the objects for which kernels of a material's method are called.
@@ -245,31 +264,49 @@ impl StagedProgram {
     /// # Panics
     /// If an instance belongs to another program.
     pub fn materials<'a>(&self, materials: impl IntoIterator<Item = &'a Instance>) -> Objects {
-        let blocks = materials.into_iter().map(|material| self.program.block(material));
-        self.objects_of(&self.layout, 0, blocks.collect())
+        let lights = self.lights.iter().flat_map(|lights| lights.blocks.iter().cloned());
+        let lights: Vec<InstanceBlock> = lights.collect();
+        let block = |material: &Instance| {
+            let own = self.program.block(material);
+            joined(&[&[own][..], &lights].concat())
+        };
+        let blocks: Vec<InstanceBlock> = materials.into_iter().map(block).collect();
+        let of_material = self.program.layout().block_words as usize;
+        let all = blocks.first().map_or(of_material, |block| block.words().len());
+        self.objects_of(&self.layout, of_material..all, blocks)
     }
 
-    /// Returns objects with these blocks, which share the first `shared` words.
-    fn objects_of(&self, layout: &Layout, shared: usize, blocks: Vec<InstanceBlock>) -> Objects {
+    /// Returns objects with these blocks, which share the words in a range.
+    fn objects_of(
+        &self,
+        layout: &Layout,
+        shared: Range<usize>,
+        blocks: Vec<InstanceBlock>,
+    ) -> Objects {
         let differs = |word: u32| {
             let word = |block: &InstanceBlock| block.words()[word as usize];
             blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
         };
         let differing = layout
             .variables()
-            .filter(|place| self.may_differ(place, shared, &blocks) || place.clone().any(differs));
+            .filter(|place| self.may_differ(place, &shared, &blocks) || place.clone().any(differs));
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
 
-    /// True if objects may differ in a variable at this place later, although they have the same words now: after
-    /// `shared` words that all of them have, and without data that hosts bind.
-    fn may_differ(&self, place: &Range<u32>, shared: usize, objects: &[InstanceBlock]) -> bool {
+    /// True if objects may differ in a variable at this place later, although they have the same words now: outside
+    /// those that all of them share, and without data that hosts bind.
+    fn may_differ(
+        &self,
+        place: &Range<u32>,
+        shared: &Range<usize>,
+        objects: &[InstanceBlock],
+    ) -> bool {
         let is_bound = |object: &InstanceBlock| {
             object.buffers().iter().any(|buffer| place.contains(&buffer.offset))
         };
         self.values == ParameterValues::Changing
             && objects.len() > 1
-            && place.start as usize >= shared
+            && !shared.contains(&(place.start as usize))
             && !is_bound(&objects[0])
     }
 
@@ -311,6 +348,7 @@ impl StagedProgram {
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
+            names_lights: self.method != Method::Radiance && self.lights.is_some(),
             stores_contribution: is_single(&stage.function),
             ..links
         };
@@ -332,13 +370,14 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 6] = [
+pub(crate) const PATH_COLUMNS: [&str; 7] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     KEY_COLUMN,
     SAMPLE_COLUMN,
     Purpose::LightSample.column(),
     Purpose::MaterialCall.column(),
+    DRAWN_COLUMN,
 ];
 
 /// Returns the names of the scratch arrays of stages, each of one scalar.
@@ -352,7 +391,9 @@ fn columns(stages: &Stages) -> Vec<String> {
     let own = PATH_COLUMNS.map(str::to_owned);
     let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
     let properties = (0..property_count()).map(property_column);
-    ports.map(Port::name).chain(own).chain(contribution).chain(properties).collect()
+    let shaded = (0..SHADED_SCALARS).map(shaded_column);
+    let of_ports = ports.map(Port::name).chain(own);
+    of_ports.chain(contribution).chain(properties).chain(shaded).collect()
 }
 
 /// Returns the blocks of parts as one, in their order.

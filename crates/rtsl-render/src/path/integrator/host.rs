@@ -100,9 +100,7 @@ impl RayOfCall {
     ) -> Option<Path> {
         let key = self.numbers.begin_child();
         let importance = self.importance * weight;
-        // NaN is not less.
-        let is_left_out = importance < cutoff;
-        (!is_left_out).then_some(Path {
+        is_traced(importance, cutoff).then_some(Path {
             origin: self.origin_off_surface(origin, direction),
             direction,
             epsilon,
@@ -163,6 +161,12 @@ impl RayOfCall {
     pub fn note_first_hit(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
         self.first_hit = hit.map(|hit| first_hit(direction, hit));
     }
+}
+
+/// True unless the weight of a ray's radiance in the pixel is below the cutoff. NaN is not.
+pub fn is_traced(importance: f32, cutoff: f32) -> bool {
+    let is_left_out = importance < cutoff;
+    !is_left_out
 }
 
 /// Returns distance and object of a surface that a ray with this direction hits at a parameter.
@@ -266,6 +270,7 @@ impl Host for SceneHost<'_> {
             | Query::SampleBsdf
             | Query::Shade => self.ask_surfaces(lanes, query, operands, results),
             Query::SampleLight => self.sample_lights(lanes, operands, results),
+            Query::SampleIndexedLight => self.sample_indexed_lights(lanes, operands, results),
             Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
             Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
             Query::Contribute => self.contribute(lanes, operands),
@@ -384,10 +389,10 @@ impl SceneHost<'_> {
     fn integrate_further(&mut self, path: Path) -> [f32; 3] {
         let SceneHost { tracer, free, depth, .. } = self;
         let further = Further { tracer, free };
-        let mut paths = [path];
-        let counts = further.integrate(&mut paths, *depth + 1);
+        let mut radiance = [[0.0; 3]];
+        let counts = further.integrate(&[path], *depth + 1, &mut radiance);
         self.queries.rays += counts;
-        paths[0].radiance
+        radiance[0]
     }
 }
 
@@ -398,22 +403,34 @@ pub struct Further<'a> {
 }
 
 impl Further<'_> {
-    /// Computes the radiance along the rays of paths, and returns the number of rays traced.
-    pub fn integrate(&self, paths: &mut [Path], depth: u32) -> RayCounts {
-        if paths.is_empty() || depth > MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth)
-        {
+    /// Computes the radiance along the rays of paths, whose depth is given, and returns the number of rays traced. Beyond
+    /// the greatest depth `radiance` keeps its values.
+    pub fn integrate(&self, paths: &[Path], depth: u32, radiance: &mut [[f32; 3]]) -> RayCounts {
+        if paths.is_empty() || !self.is_traced_at(depth) {
             return RayCounts::default();
         }
+        self.with_memory(|memory| {
+            let mut counts = self.tracer.integrate_further(paths, (memory, depth), radiance);
+            counts.traced += paths.len() as u64;
+            counts
+        })
+    }
+
+    /// Calls `work` with memory for a further level.
+    pub fn with_memory(
+        &self,
+        work: impl FnOnce(&mut IntegratorMemory) -> RayCounts,
+    ) -> RayCounts {
         let taken = self.free.borrow_mut().pop();
         let mut memory = taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene));
-        let mut wavefront = Wavefront::default();
-        wavefront.paths.extend_from_slice(paths);
-        wavefront.active.extend(0..paths.len() as u32);
-        let mut counts = self.tracer.integrate(&mut wavefront, &mut memory, depth);
-        counts.traced += paths.len() as u64;
+        let counts = work(&mut memory);
         self.free.borrow_mut().push(memory);
-        paths.copy_from_slice(&wavefront.paths);
         counts
+    }
+
+    /// True if rays of this depth are traced.
+    pub fn is_traced_at(&self, depth: u32) -> bool {
+        depth <= MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth)
     }
 }
 

@@ -1,14 +1,16 @@
 //! Samples of a light that a material names by its index, each with a shadow ray.
 
-use rtsl::host::{LaneFloats, LaneSet, LightLanes, LightQueryLanes};
+use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, ResumedBy};
 use rtsl_math::{SIMD_LANES, dot};
 
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::rows::{BATCH_LANES, are_finite, get, set};
+use super::super::scene::BatchScene;
+use super::super::shading_batch::ShadingBatch;
 use super::super::shadow_rays::ShadowRay;
-use super::host::{RayOfCall, SceneHost};
+use super::host::{RayOfCall, SceneHost, store};
 use super::numbers::Purpose;
 
 /// The number of operands of a request.
@@ -60,6 +62,12 @@ impl LightPoint {
         LightPoint { ray, light, point, axis, cosine: query.cosine[lane] }
     }
 
+    /// True if a sample of the point's light is not black, and comes from within the cone.
+    fn is_lit_by(&self, sample: &LightAtPoint, scene: &BatchScene) -> bool {
+        let is_light = (self.light as usize) < scene.lights.entries.len();
+        is_light && sample.color != [0.0; 3] && self.is_within(sample.direction)
+    }
+
     fn has_cone(&self) -> bool {
         self.cosine != f32::NEG_INFINITY
     }
@@ -73,6 +81,16 @@ impl LightPoint {
 }
 
 impl LightAtPoint {
+    /// Returns the sample of a lane of a batch.
+    fn of_batch(batch: &ShadingBatch, lane: usize) -> LightAtPoint {
+        LightAtPoint {
+            direction: get(&batch.light.direction, lane),
+            distance: batch.light.reach[lane],
+            color: get(&batch.light.color, lane),
+            density: batch.light.density[lane],
+        }
+    }
+
     /// Returns the answer to a request: whether there is light, then the light.
     pub fn answer(light: &Option<LightAtPoint>) -> [u32; MAX_ANSWERS] {
         let Some(light) = light else { return [0; MAX_ANSWERS] };
@@ -117,6 +135,38 @@ impl SceneHost<'_> {
     }
 }
 
+impl SceneHost<'_> {
+    /// Answers queries for lights at points of shaded surfaces, without shadow rays.
+    pub fn sample_indexed_lights(
+        &mut self,
+        lanes: LaneSet,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        let point = |lane: usize| {
+            let words = std::array::from_fn(|index| operands[index][lane]);
+            LightPoint::new(self.ray_of(lanes, lane) as u32, &words)
+        };
+        let points: Vec<LightPoint> = lanes.iter().map(point).collect();
+        if self.tracer.scene.lights.is_empty() || points.is_empty() {
+            return;
+        }
+        self.tracer.load_samples(&points, (self.rays, self.queries));
+        for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
+            let batch = &self.queries.batch;
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, self.tracer.scene) {
+                results[0][lane] = 1;
+                let limit = batch.light.distance[place];
+                store(&mut results[1..], lane, &sample.direction);
+                store(&mut results[4..], lane, &[sample.distance, limit]);
+                store(&mut results[6..], lane, &sample.color);
+                store(&mut results[9..], lane, &[sample.density]);
+            }
+        }
+    }
+}
+
 impl PathTracer<'_> {
     /// Samples lights for points; returns the light that reaches each of them.
     pub fn sample_for_shade(
@@ -140,24 +190,15 @@ impl PathTracer<'_> {
         answers: &mut [Option<LightAtPoint>],
         (rays, queries): (&mut [RayOfCall], &mut BatchMemory),
     ) {
-        let lights = self.scene.lights.entries.len() as u32;
-        if lights == 0 || points.is_empty() {
+        if self.scene.lights.is_empty() || points.is_empty() {
             return;
         }
-        load_points(points, rays, queries);
-        let chosen: Vec<u32> = points.iter().map(|point| point.light.min(lights - 1)).collect();
-        let BatchMemory { batch, light, shadow_rays, .. } = &mut *queries;
-        self.sample_undivided(batch, light, &chosen);
+        self.load_samples(points, (rays, queries));
+        let BatchMemory { batch, shadow_rays, .. } = &mut *queries;
         let mut samples = Vec::with_capacity(points.len());
         for (place, point) in points.iter().enumerate() {
-            let sample = LightAtPoint {
-                direction: get(&batch.light.direction, place),
-                distance: batch.light.reach[place],
-                color: get(&batch.light.color, place),
-                density: batch.light.density[place],
-            };
-            let is_usable = point.light < lights && sample.color != [0.0; 3];
-            if is_usable && point.is_within(sample.direction) {
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, self.scene) {
                 let ray = &mut rays[point.ray as usize];
                 let ends = (point.point, sample.direction);
                 let shadow_ray = ray.shadow_ray(ends, batch.light.distance[place]);
@@ -173,10 +214,23 @@ impl PathTracer<'_> {
             let color = samples[place].color;
             if !are_finite(&color) {
                 rays[points[place].ray as usize].note_light(color);
-                self.report_light(chosen[place]);
+                self.report_light(points[place].light);
             }
         }
         shadow_rays.clear();
+    }
+
+    /// Samples the lights of points, which are not too many for a batch.
+    fn load_samples(
+        &self,
+        points: &[LightPoint],
+        (rays, queries): (&mut [RayOfCall], &mut BatchMemory),
+    ) {
+        load_points(points, rays, queries);
+        let last = self.scene.lights.entries.len() as u32 - 1;
+        let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
+        let BatchMemory { batch, light, .. } = &mut *queries;
+        self.sample_undivided(batch, light, &chosen);
     }
 
     /// Reports a light whose samples are not finite, if causes are reported.

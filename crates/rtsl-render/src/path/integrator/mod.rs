@@ -29,12 +29,12 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, InstanceBlock, Kernel, Method, ParameterType, Program,
-    Query,
+    Query, StageLights,
 };
 use rtsl_scene::Scene;
 
 pub use evaluation::Evaluation;
-pub use staged::{StageParts, StagedMethod};
+pub use staged::{StageParts, StagedMethod, stage_lights};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.
@@ -105,13 +105,14 @@ impl Integrator {
     pub fn stages(
         &self,
         engine: &Engine,
-        instance: &Instance,
-        scene: &Scene,
+        (instance, scene): (&Instance, &Scene),
         parts: &StageParts<'_>,
+        lights: &StageLights<'_>,
     ) -> Result<Option<StagedMethod>, Diagnostic> {
+        let integrator = (&self.program, instance);
         let staged = engine
             .llvm()
-            .map(|_| StagedMethod::of_integrator(engine, &self.program, instance, scene, parts));
+            .map(|_| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));
         staged.transpose()
     }
 

@@ -4,11 +4,9 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneWords, MAX_LANES};
 use rtsl_math::sampling::{
     ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS,
-    NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
+    NUMBERS_OF_RAND, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
 };
 
-/// Selects the numbers of a path that `rand()` draws.
-const NUMBERS_OF_RAND: u32 = 0x203;
 /// Selects the sequences of its searches.
 const NUMBERS_OF_SEARCHES: u32 = 0x209;
 
@@ -46,6 +44,11 @@ const SEQUENCES_OF_SEARCH: u32 = 1 << 10;
 /// Returns the count of sequences that a path begins with after so many searches.
 pub fn count_after(searches: u32) -> u32 {
     searches.wrapping_mul(SEQUENCES_OF_SEARCH)
+}
+
+/// Returns the key of a path's sequence of a purpose with this count, given the key of the path.
+pub fn sequence_key(key: u32, purpose: Purpose, count: u32) -> u32 {
+    hash(hash(key, purpose.selector()), count)
 }
 
 /// The random numbers of a path.
@@ -97,7 +100,7 @@ impl PathNumbers {
     pub fn begin(&mut self, purpose: Purpose) -> u32 {
         let count = &mut self.counts[purpose as usize];
         *count = count.wrapping_add(1);
-        hash(hash(self.key, purpose.selector()), *count)
+        sequence_key(self.key, purpose, *count)
     }
 
     /// Returns the key of the path of the next ray that `trace()` traces.

@@ -2,7 +2,7 @@
 
 use rtsl_math::dot;
 
-use super::super::rows::get;
+use super::super::rows::{BATCH_LANES, Row, get};
 use super::super::shading_batch::ShadingBatch;
 
 /// The surface that a material shades, in world space.
@@ -30,17 +30,23 @@ impl ShadedSurface {
         }
     }
 
+    /// Returns the numbers of the surfaces of a prepared batch, column by column: point, offset, geometric and shading
+    /// normal.
+    pub fn columns(batch: &ShadingBatch) -> impl Iterator<Item = impl Iterator<Item = f32> + '_> {
+        let ShadingBatch { point, offset, geometric_normal, shading_normal, side, .. } = batch;
+        let seen = |row: &'_ Row, is_turned: bool, lane: usize| {
+            if is_turned { row[lane] * side[lane] } else { row[lane] }
+        };
+        let as_they_are = point.iter().chain([offset]).map(|row| (row, false));
+        let normals = geometric_normal.iter().chain(shading_normal).map(|row| (row, true));
+        let columns = as_they_are.chain(normals);
+        columns.map(move |(row, is_turned)| (0..BATCH_LANES).map(move |lane| seen(row, is_turned, lane)))
+    }
+
     /// Returns the origin of a ray: if it begins on the surface, within rounding, off it on the side that the ray leads
     /// to. Materials may have moved it along the surface. Other origins stay unchanged.
     pub fn leave(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        let normal = self.geometric_normal;
-        let axes = [0, 1, 2];
-        let height = dot(axes.map(|axis| origin[axis] - self.point[axis]), normal);
-        if height.abs() > self.offset || height.is_nan() {
-            return origin;
-        }
-        let offset = self.offset.copysign(dot(direction, normal));
-        axes.map(|axis| origin[axis] + normal[axis] * offset)
+        leaving((self.point, self.geometric_normal, self.offset), origin, direction)
     }
 
     /// Returns the geometric and the shading normal on the side for which light is requested: that from which the ray
@@ -50,6 +56,22 @@ impl ShadedSurface {
         let side = if is_behind { -1.0 } else { 1.0 };
         [self.geometric_normal, self.shading_normal].map(|normal| normal.map(|it| it * side))
     }
+}
+
+/// As [`ShadedSurface::leave`], given the point, the geometric normal and the offset.
+#[inline(always)]
+pub fn leaving(
+    (point, normal, offset): ([f32; 3], [f32; 3], f32),
+    origin: [f32; 3],
+    direction: [f32; 3],
+) -> [f32; 3] {
+    let axes = [0, 1, 2];
+    let height = dot(axes.map(|axis: usize| origin[axis] - point[axis]), normal);
+    if height.abs() > offset || height.is_nan() {
+        return origin;
+    }
+    let offset = offset.copysign(dot(direction, normal));
+    axes.map(|axis: usize| origin[axis] + normal[axis] * offset)
 }
 
 #[cfg(test)]

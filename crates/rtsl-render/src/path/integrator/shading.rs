@@ -6,107 +6,132 @@
 use std::ops::Range;
 
 use rtsl::host::{LaneSet, LaneWords};
-use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, SURFACE_SCALARS, new_state};
+use rtsl::{Instances, LaneBlock, LaneIndices, SURFACE_SCALARS, new_state};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::path_tracer::PathTracer;
-use super::super::rows::{BATCH_LANES, are_finite};
+use super::super::rows::{BATCH_LANES, all_finite, are_finite};
 use super::super::scene::BatchScene;
-use super::super::shading_batch::{ShadingBatch, set_indices};
-use super::super::shading_methods::{ShadingCode, ShadingMethod};
-use super::super::wavefront::{Path, PathHit};
+use super::super::shading_batch::{RayOfSurface, ShadingBatch, set_indices};
+use super::super::shading_methods::ShadingMethod;
+use super::super::wavefront::PathHit;
 use super::host::{Further, RayOfCall, SceneHost, store};
 use super::numbers::Purpose;
 use super::shaded_surface::ShadedSurface;
-use super::staged::{Blocks, PathSet, StagedMethod};
+use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::{variables, vector};
 use crate::statistics::RayCounts;
 
-/// A surface to be shaded.
+/// A request for the light of a shaded surface. The operands of its query are in columns, of which it has a place.
 #[derive(Clone, Copy, Debug)]
-pub struct Shading {
-    /// The surface.
+pub struct ShadingRequest {
+    /// The index of the surface in the columns.
+    pub place: u32,
+    /// The index of the method that shades it, among those of the scene.
+    method: u32,
+    /// The group of the surface.
+    group: u32,
     hit: PathHit,
-    /// The ray that found it, with the random sequence of the call.
-    path: Path,
-    /// The number of surfaces that the path has met before.
-    depth: u32,
-    /// The radiance towards the ray's origin.
-    pub color: [f32; 3],
+    /// The ray that found it.
+    ray: RayOfShading,
 }
 
-impl Shading {
-    /// Returns what a query with these operands asks for, of a ray of this depth; `None` if the scene has no such
-    /// surface.
+/// What the light of a shaded surface depends on besides the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct RayOfShading {
+    /// The number of surfaces that the path has met before.
+    pub depth: u32,
+    /// The time within the shutter.
+    pub time: f32,
+    /// The key of the random sequence of the call.
+    pub key: u32,
+    /// The index of the sample.
+    pub sample: u32,
+    /// A bound of the weight of the light in the pixel.
+    pub importance: f32,
+}
+
+/// The columns with the operands of queries for the light of shaded surfaces.
+pub type ShadingOperands<'a> = [&'a [u32]; SURFACE_SCALARS];
+
+impl ShadingRequest {
+    /// Returns the request of a ray for the surface at a place; `None` if the scene has no such surface, or it is black.
     pub fn new(
         scene: &BatchScene,
-        operands: &[u32; SURFACE_SCALARS],
-        ray: &mut RayOfCall,
-        depth: u32,
-    ) -> Option<Shading> {
-        let number = |index: usize| f32::from_bits(operands[index]);
-        let key = ray.numbers.begin(Purpose::Shade);
-        let hit = scene.hit_of(operands[0], operands[1], operands[2])?;
-        let path = Path {
-            distance: number(3),
-            epsilon: number(4),
-            limit: number(5),
-            origin: [6, 7, 8].map(number),
-            direction: [9, 10, 11].map(number),
-            width: number(12),
-            spread: number(13),
-            time: ray.time,
-            key,
-            sample: ray.numbers.sample,
-            importance: ray.importance,
-            ..Path::NOWHERE
-        };
-        Some(Shading { hit, path, depth: depth + ray.surfaces_before(), color: [0.0; 3] })
+        (operands, place): (&ShadingOperands<'_>, usize),
+        ray: RayOfShading,
+    ) -> Option<ShadingRequest> {
+        let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][place]);
+        let hit = scene.hit_of(object, instance, element)?;
+        let group = scene.objects[hit.object as usize].group;
+        let method = scene.shading_methods.of_group(group)? as u32;
+        Some(ShadingRequest { place: place as u32, method, group, hit, ray })
+    }
+
+    fn ray_of_surface(&self) -> RayOfSurface {
+        let RayOfShading { time, key, sample, .. } = self.ray;
+        RayOfSurface { time, key, sample }
+    }
+
+    /// What a host knows of the call, for this surface.
+    fn ray_of_call(&self, surface: ShadedSurface) -> RayOfCall {
+        let RayOfShading { time, key, sample, importance, .. } = self.ray;
+        let mut ray = RayOfCall::new(key, sample, time);
+        ray.importance = importance;
+        ray.surface = Some(surface);
+        ray
     }
 }
 
 impl SceneHost<'_> {
     /// Answers queries for the light of shaded surfaces.
     pub fn shade(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
-        let mut shadings = Vec::new();
-        let mut places = Vec::new();
+        let operands: ShadingOperands<'_> = std::array::from_fn(|index| &operands[index][..]);
+        let mut requests = Vec::new();
         for lane in lanes.iter() {
             let ray = self.ray_of(lanes, lane);
-            let words = std::array::from_fn(|index| operands[index][lane]);
             let ray = &mut self.rays[ray];
-            let shading = Shading::new(self.tracer.scene, &words, ray, self.depth);
-            places.extend(shading.is_some().then_some(lane));
-            shadings.extend(shading);
+            let ray = RayOfShading {
+                key: ray.numbers.begin(Purpose::Shade),
+                depth: self.depth + ray.surfaces_before(),
+                time: ray.time,
+                sample: ray.numbers.sample,
+                importance: ray.importance,
+            };
+            requests.extend(ShadingRequest::new(self.tracer.scene, (&operands, lane), ray));
         }
         let further = Further { tracer: &self.tracer, free: self.free };
-        self.queries.rays += further.shade(&mut shadings);
-        for (lane, shading) in places.into_iter().zip(shadings) {
-            store(results, lane, &shading.color);
-        }
+        self.queries.rays += further.shade(&operands, &mut requests, |place, color| {
+            store(results, place, &color);
+        });
     }
 }
 
 impl Further<'_> {
-    /// Shades surfaces, and returns the number of rays traced.
-    pub fn shade(&self, shadings: &mut [Shading]) -> RayCounts {
-        let scene = self.tracer.scene;
-        let group = |shading: &Shading| scene.objects[shading.hit.object as usize].group;
-        let method = |shading: &Shading| scene.shading_methods.of_group(group(shading));
-        let kind = |index: usize| {
-            let shading = &shadings[index];
-            (method(shading), shading.depth, group(shading), index)
-        };
-        let mut order: Vec<_> = (0..shadings.len()).map(kind).collect();
-        order.sort_unstable();
+    /// Shades surfaces, and returns the number of rays traced. `store` is called with the place and the light of each.
+    pub fn shade(
+        &self,
+        operands: &ShadingOperands<'_>,
+        requests: &mut [ShadingRequest],
+        mut store: impl FnMut(usize, [f32; 3]),
+    ) -> RayCounts {
+        // The order of places keeps what is adjacent in memory adjacent in calls.
+        requests.sort_unstable_by_key(|it| (it.method, it.ray.depth, it.group, it.place));
         let mut counts = RayCounts::default();
-        for call in order.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
-            let chosen: Vec<Shading> = call.iter().map(|it| shadings[it.3]).collect();
-            let Some(method) = call[0].0 else { continue };
-            let mut colors = vec![[0.0; 3]; chosen.len()];
-            counts += self.call(scene.shading_methods.method(method), &chosen, &mut colors);
-            call.iter().zip(colors).for_each(|(it, color)| shadings[it.3].color = color);
+        let mut colors = Vec::new();
+        let call = |request: &ShadingRequest| (request.method, request.ray.depth);
+        let is_of_call =
+            |one: &ShadingRequest, other: &ShadingRequest| call(one) == call(other);
+        for requests in requests.chunk_by(is_of_call) {
+            colors.clear();
+            colors.resize(requests.len(), [0.0; 3]);
+            counts += self.call((operands, requests), &mut colors);
+            for (request, color) in requests.iter().zip(&colors) {
+                store(request.place as usize, *color);
+            }
         }
         counts
     }
@@ -114,35 +139,31 @@ impl Further<'_> {
     /// Calls one method for surfaces that are sorted by group, at one depth.
     fn call(
         &self,
-        method: &ShadingMethod,
-        shadings: &[Shading],
+        (operands, requests): (&ShadingOperands<'_>, &[ShadingRequest]),
         colors: &mut [[f32; 3]],
     ) -> RayCounts {
-        let taken = self.free.borrow_mut().pop();
-        let mut memory = taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene));
-        let call = ShadingCall { further: self, method, shadings };
-        match &method.code {
-            ShadingCode::Staged(staged) => call.run_stages(staged, &mut memory, colors),
-            ShadingCode::Interpreted(kernel) => call.interpret(kernel, &mut memory, colors),
-        }
-        let counts = memory.take_ray_counts();
-        self.free.borrow_mut().push(memory);
-        counts
+        let method = self.tracer.scene.shading_methods.method(requests[0].method as usize);
+        let call = ShadingCall { tracer: *self.tracer, method, operands, requests };
+        self.with_memory(|memory| {
+            match method.staged() {
+                Some(staged) => call.run_stages(staged, memory, colors),
+                None => call.interpret(memory, colors),
+            }
+            memory.take_ray_counts()
+        })
     }
 }
 
 /// A call of a method for surfaces of one depth, which are sorted by group.
+#[derive(Clone, Copy)]
 struct ShadingCall<'a> {
-    further: &'a Further<'a>,
+    tracer: PathTracer<'a>,
     method: &'a ShadingMethod,
-    shadings: &'a [Shading],
+    operands: &'a ShadingOperands<'a>,
+    requests: &'a [ShadingRequest],
 }
 
 impl ShadingCall<'_> {
-    fn tracer(&self) -> &PathTracer<'_> {
-        self.further.tracer
-    }
-
     /// Runs the method's stages.
     fn run_stages(
         &self,
@@ -150,15 +171,37 @@ impl ShadingCall<'_> {
         memory: &mut IntegratorMemory,
         colors: &mut [[f32; 3]],
     ) {
-        let (tracer, count) = (self.tracer(), self.shadings.len());
-        let place = (count, self.shadings[0].depth);
-        let Some(mut run) = tracer.begin_stages((staged, tracer.errors), memory, place) else {
-            return;
-        };
+        let count = self.requests.len();
+        let exhausted = RuntimeErrors::default();
+        let begun = self.tracer.begin_stages((staged, &exhausted), memory, (count, self.depth()));
+        let Some(mut run) = begun else { return };
+        self.load(staged, &mut run);
+        let all = PathSet::all(count);
+        run.run(&all);
+        let color = self.method.color();
+        run.wave.radiance((&run.frames.paths.state, color), all.paths(), colors);
+        let mut is_spoilt = std::mem::take(&mut run.wave.spawning.is_spoilt);
+        let by_lights = run.wave.rays.iter().map(|ray| ray.is_spoilt);
+        is_spoilt.iter_mut().zip(by_lights).for_each(|(it, by_lights)| *it |= by_lights);
+        if exhausted.any() {
+            self.find_exhausted(memory);
+        } else if self.tracer.finds_causes && !all_finite(colors.as_flattened()) {
+            let lost = self.requests.iter().zip(&*colors).zip(&is_spoilt);
+            let lost = lost.filter(|((_, color), is_spoilt)| !**is_spoilt && !are_finite(color));
+            let lost: Vec<ShadingRequest> = lost.map(|((request, _), _)| *request).collect();
+            self.report_causes(&lost, memory);
+        }
+    }
+
+    /// Loads the surfaces as paths of the stages.
+    fn load(&self, staged: &StagedMethod, run: &mut StagedPaths<'_>) {
+        let count = self.requests.len();
         let Blocks { state, scratch } = &mut run.frames.paths;
         self.arrays().for_each(|array| scratch.words_mut(array)[..count].fill(0));
         let color = self.method.color();
         (color..color + 3).for_each(|component| state.words_mut(component)[..count].fill(0));
+        let Columns { time, key, sample, shaded, .. } = staged.columns;
+        let asks_host = staged.asks_host() || self.tracer.scene.has_alpha();
         for surfaces in self.batches() {
             let batch = &mut *run.queries.batch;
             self.prepare(&surfaces, batch);
@@ -172,19 +215,55 @@ impl ShadingCall<'_> {
                 let kept = &batch.kept_scratch;
                 self.arrays().for_each(|it| copy(kept.words(it), scratch.words_mut(it)));
             }
-            run.wave.rays.extend(self.rays(&surfaces, batch));
+            for (array, numbers) in shaded.into_iter().zip(ShadedSurface::columns(batch)) {
+                let column = &mut scratch.floats_mut(array)[surfaces.clone()];
+                column.iter_mut().zip(numbers).for_each(|(to, number)| *to = number);
+            }
+            if asks_host {
+                run.wave.rays.extend(self.rays(&surfaces, batch));
+            }
         }
+        let rays = || self.requests.iter().map(|request| request.ray);
+        let times = scratch.floats_mut(time).iter_mut().zip(rays());
+        times.for_each(|(to, ray)| *to = ray.time);
+        scratch.words_mut(key).iter_mut().zip(rays()).for_each(|(to, ray)| *to = ray.key);
+        scratch.words_mut(sample).iter_mut().zip(rays()).for_each(|(to, ray)| *to = ray.sample);
+        let bounds = run.wave.spawning.importance.iter_mut().zip(rays());
+        bounds.for_each(|(to, ray)| *to = ray.importance);
         run.wave.objects.extend(self.objects(0..count));
-        let all = PathSet::all(count);
-        run.run(&all);
-        run.wave.radiance((&run.frames.paths.state, color), all.paths(), colors);
-        for (ray, color) in run.wave.rays.iter().zip(&*colors) {
-            self.report_lost(ray, *color);
+    }
+
+    /// Evaluates surfaces again, whose light is not finite though all that they received from traced rays is, and reports
+    /// what caused it: the host is asked for each light then.
+    #[cold]
+    fn report_causes(&self, lost: &[ShadingRequest], memory: &mut IntegratorMemory) {
+        for request in lost {
+            if self.tracer.errors.may_find_cause() {
+                let requests = std::slice::from_ref(request);
+                ShadingCall { requests, ..*self }.interpret(memory, &mut [[0.0; 3]]);
+            }
+        }
+    }
+
+    /// Evaluates surfaces again until a method exceeds its loop budget, and reports that: the one that is shaded if no
+    /// other is found.
+    #[cold]
+    fn find_exhausted(&self, memory: &mut IntegratorMemory) {
+        for requests in self.requests.chunks(1) {
+            if self.tracer.errors.any() {
+                return;
+            }
+            ShadingCall { requests, ..*self }.interpret(memory, &mut [[0.0; 3]]);
+        }
+        if !self.tracer.errors.any() {
+            self.tracer.errors.report(self.callee().class, self.method.method);
         }
     }
 
     /// Runs the whole method on the interpreter.
-    fn interpret(&self, kernel: &Kernel, memory: &mut IntegratorMemory, colors: &mut [[f32; 3]]) {
+    fn interpret(&self, memory: &mut IntegratorMemory, colors: &mut [[f32; 3]]) {
+        // It was linked for the stages, or when the scene was prepared.
+        let Ok(kernel) = self.method.interpreted() else { return };
         let mut scratch = LaneBlock::new(self.arrays().len(), BATCH_LANES);
         let mut objects = LaneIndices::new(BATCH_LANES);
         for surfaces in self.batches() {
@@ -203,12 +282,12 @@ impl ShadingCall<'_> {
             set_indices(&mut objects, self.objects(surfaces.clone()));
             let IntegratorMemory { queries, free, .. } = &mut *memory;
             let host = &mut SceneHost {
-                tracer: *self.tracer(),
+                tracer: self.tracer,
                 rays: &mut rays,
                 slots: None,
                 queries,
                 free,
-                depth: self.shadings[0].depth,
+                depth: self.depth(),
                 notes_suspects: false,
             };
             let instances = Instances::Many(&self.method.objects, &objects);
@@ -225,8 +304,7 @@ impl ShadingCall<'_> {
     fn batches(&self) -> Vec<Range<usize>> {
         let mut batches = Vec::new();
         let mut start = 0;
-        let same = |one: &Shading, other: &Shading| self.group(one) == self.group(other);
-        for group in self.shadings.chunk_by(same) {
+        for group in self.requests.chunk_by(|one, other| one.group == other.group) {
             for batch in group.chunks(BATCH_LANES) {
                 batches.push(start..start + batch.len());
                 start += batch.len();
@@ -237,16 +315,17 @@ impl ShadingCall<'_> {
 
     /// Computes the properties of surfaces, as inputs of the method.
     fn prepare(&self, surfaces: &Range<usize>, batch: &mut ShadingBatch) {
-        let shadings = &self.shadings[surfaces.clone()];
-        let paths: Vec<Path> = shadings.iter().map(|shading| shading.path).collect();
-        let hits = (0..).zip(shadings).map(|(path, shading)| PathHit { path, ..shading.hit });
-        batch.load(&paths, &hits.collect::<Vec<_>>(), NUMBERS_OF_SHAPES);
-        let Some(group) = self.tracer().groups.get(self.group(&shadings[0]) as usize) else {
-            return;
-        };
-        self.tracer().prepare_surfaces(group, batch);
-        let depth = shadings[0].depth as f32;
-        batch.state.floats_mut(variables().ray_depth)[..shadings.len()].fill(depth);
+        let requests = &self.requests[surfaces.clone()];
+        batch.load_operands(
+            requests.iter().map(|request| request.hit),
+            |index, lane| self.operands[index][requests[lane].place as usize],
+            |lane| requests[lane].ray_of_surface(),
+            NUMBERS_OF_SHAPES,
+        );
+        let Some(group) = self.tracer.groups.get(requests[0].group as usize) else { return };
+        self.tracer.prepare_surfaces(group, batch);
+        let depth = self.depth() as f32;
+        batch.state.floats_mut(variables().ray_depth)[..requests.len()].fill(depth);
     }
 
     /// Returns what a host knows of the calls for the surfaces of a prepared batch.
@@ -255,18 +334,16 @@ impl ShadingCall<'_> {
         surfaces: &Range<usize>,
         batch: &ShadingBatch,
     ) -> impl Iterator<Item = RayOfCall> {
-        let shadings = self.shadings[surfaces.clone()].iter().enumerate();
-        shadings.map(|(lane, shading)| {
-            let mut ray = RayOfCall::of_path(&shading.path);
-            ray.surface = Some(ShadedSurface::of_lane(batch, lane));
-            ray
+        let requests = self.requests[surfaces.clone()].iter().enumerate();
+        requests.map(|(lane, request)| {
+            request.ray_of_call(ShadedSurface::of_lane(batch, lane))
         })
     }
 
     /// Returns the index of the object that shades each surface.
     fn objects(&self, surfaces: Range<usize>) -> impl Iterator<Item = u32> {
-        let scene = self.tracer().scene;
-        self.shadings[surfaces].iter().map(|it| self.method.object_of(scene, &it.hit))
+        let scene = self.tracer.scene;
+        self.requests[surfaces].iter().map(|it| self.method.object_of(scene, &it.hit))
     }
 
     /// The scratch arrays of the class.
@@ -274,18 +351,19 @@ impl ShadingCall<'_> {
         0..self.method.program.layout().scratch_arrays as usize
     }
 
-    fn group(&self, shading: &Shading) -> u32 {
-        self.tracer().scene.objects[shading.hit.object as usize].group
+    /// The depth of the rays that found the surfaces.
+    fn depth(&self) -> u32 {
+        self.requests[0].ray.depth
     }
 
     fn callee(&self) -> Callee<'_> {
         let (program, method) = (&self.method.program, self.method.method);
-        Callee { class: &program.class().name, method, errors: self.tracer().errors }
+        Callee { class: &program.class().name, method, errors: self.tracer.errors }
     }
 
     /// Reports the method if its colour is not finite, though all light that it received is.
     fn report_lost(&self, ray: &RayOfCall, color: [f32; 3]) {
-        if self.tracer().finds_causes && !ray.is_spoilt && !are_finite(&color) {
+        if self.tracer.finds_causes && !ray.is_spoilt && !are_finite(&color) {
             self.callee().report_not_finite(1);
         }
     }

@@ -128,6 +128,7 @@ impl SceneHost<'_> {
             Query::NearestHit
             | Query::SurfaceProperties
             | Query::LightPdf
+            | Query::SampleIndexedLight
             | Query::SkyCount
             | Query::Contribute
             | Query::Sample

@@ -8,7 +8,7 @@ use rtsl_bvh::LANES;
 use super::super::features::PathFeatures;
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
-use super::super::rows::are_finite;
+use super::super::rows::{all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
 use super::Integrator;
@@ -80,9 +80,6 @@ impl PathTracer<'_> {
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
-        if let Some(staged) = &self.scene.integrator.staged {
-            return self.run_stages(staged, wavefront, memory, depth);
-        }
         let Wavefront { paths, active, features, .. } = wavefront;
         let mut counts = RayCounts::default();
         for active in active.chunks(RAYS_OF_CALL) {
@@ -132,41 +129,66 @@ impl PathTracer<'_> {
         })
     }
 
-    /// Runs the stages of the integrator for a wavefront's active paths.
+    /// Computes the radiance along the rays of paths that other paths have spawned.
+    pub(super) fn integrate_further(
+        &self,
+        paths: &[Path],
+        (memory, depth): (&mut IntegratorMemory, u32),
+        radiance: &mut [[f32; 3]],
+    ) -> RayCounts {
+        if let Some(staged) = &self.scene.integrator.staged {
+            return self.run_stages(staged, paths, (memory, depth), radiance);
+        }
+        let mut wavefront = Wavefront::default();
+        wavefront.paths.extend_from_slice(paths);
+        wavefront.active.extend(0..paths.len() as u32);
+        let counts = self.integrate(&mut wavefront, memory, depth);
+        radiance.iter_mut().zip(&wavefront.paths).for_each(|(to, path)| *to = path.radiance);
+        counts
+    }
+
+    /// Runs the stages of the integrator for paths.
     fn run_stages(
         &self,
         staged: &StagedMethod,
-        wavefront: &mut Wavefront,
-        memory: &mut IntegratorMemory,
-        depth: u32,
+        paths: &[Path],
+        (memory, depth): (&mut IntegratorMemory, u32),
+        radiance: &mut [[f32; 3]],
     ) -> RayCounts {
-        let Wavefront { paths, active, .. } = wavefront;
-        let chosen: Vec<Path> = active.iter().map(|index| paths[*index as usize]).collect();
+        let load = |run: &mut StagedPaths<'_>| {
+            run.wave.load_paths(run.frames, &staged.columns, paths);
+        };
+        self.run_loaded(staged, load, (memory, depth), radiance)
+    }
+
+    /// Runs the stages of the integrator for as many paths as there is `radiance`, which `load` loads.
+    pub(super) fn run_loaded(
+        &self,
+        staged: &StagedMethod,
+        load: impl FnOnce(&mut StagedPaths<'_>),
+        (memory, depth): (&mut IntegratorMemory, u32),
+        radiance: &mut [[f32; 3]],
+    ) -> RayCounts {
         let exhausted = RuntimeErrors::default();
-        let begun = self.begin_stages((staged, &exhausted), memory, (chosen.len(), depth));
+        let begun = self.begin_stages((staged, &exhausted), memory, (radiance.len(), depth));
         let Some(mut run) = begun else { return RayCounts::default() };
-        run.wave.load_paths(run.frames, &staged.columns, &chosen);
+        load(&mut run);
         run.begin_rays();
-        for (ray, path) in run.wave.rays.iter_mut().zip(&chosen) {
-            ray.importance = path.importance;
-        }
-        let all = PathSet::all(chosen.len());
+        let all = PathSet::all(radiance.len());
         run.run(&all);
-        let mut radiance = vec![[0.0; 3]; chosen.len()];
         let state = (&run.frames.paths.state, variables().sample_color);
-        run.wave.radiance(state, all.paths(), &mut radiance);
+        run.wave.radiance(state, all.paths(), radiance);
         let counts = std::mem::take(&mut run.queries.rays);
         if exhausted.any() {
-            self.report_exhausted(&chosen, depth, memory);
+            let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
+            self.report_exhausted(&paths, depth, memory);
             return counts;
         }
-        for (path, radiance) in chosen.iter().zip(&radiance) {
-            if !are_finite(radiance) {
-                self.report_cause(path, depth, memory);
-            }
-        }
-        for (index, radiance) in active.drain(..).zip(radiance) {
-            paths[index as usize].radiance = radiance;
+        if !all_finite(radiance.as_flattened()) {
+            let is_lost = |path: &u32| !are_finite(&radiance[*path as usize]);
+            let lost = all.paths().iter().copied().filter(is_lost);
+            let lost: Vec<Path> = run.paths(lost).collect();
+            lost.iter().for_each(|path| self.report_cause(path, depth, memory));
         }
         counts
     }

@@ -22,6 +22,10 @@ pub struct Columns {
     pub sample: usize,
     /// The counts of random sequences by purposes.
     pub counts: [usize; 2],
+    /// The count of numbers that `rand()` has drawn.
+    pub drawn: usize,
+    /// The surface that a material shades: point, offset, geometric and shading normal.
+    pub shaded: [usize; 10],
     /// The contribution of a stage: a ray's origin, direction and length, and the colour.
     pub contribution: [usize; 10],
 }
@@ -39,6 +43,8 @@ impl Columns {
             key: program.key_array(),
             sample: program.sample_array(),
             counts: program.count_arrays(),
+            drawn: program.drawn_array(),
+            shaded: program.shaded_arrays(),
             contribution: program.contribution_arrays(),
         }
     }

@@ -10,14 +10,18 @@ mod frames;
 mod path_set;
 mod path_sets;
 mod prepared_surfaces;
+mod requests;
 mod run;
 mod search;
+mod spawning;
 mod stage_lights;
 mod staged_method;
 mod wave;
 
+pub use columns::Columns;
 pub use frames::{Blocks, Frames};
 pub use path_set::PathSet;
 pub use run::StagedPaths;
+pub use stage_lights::stage_lights;
 pub use staged_method::{StageParts, StagedMethod};
 pub use wave::{Wave, ray_components};

@@ -5,7 +5,7 @@ use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::rows::BATCH_LANES;
-use super::super::super::shading_batch::ShadingBatch;
+use super::super::super::shading_batch::RayOfSurface;
 use super::super::super::wavefront::PathHit;
 use super::super::surface::property_rows;
 use super::frames::{CALL_PATHS, Frames};
@@ -84,32 +84,19 @@ impl StagedPaths<'_> {
         let operands: [Operand<'_>; SURFACE_SCALARS] =
             std::array::from_fn(|index| operand_of(self.frames, surface.operands[index]));
         let Frames { paths, .. } = &*self.frames;
-        let times = paths.scratch.words(self.staged.columns.time);
+        let times = paths.scratch.floats(self.staged.columns.time);
         let samples = paths.scratch.words(self.staged.columns.sample);
+        let path = |lane: usize| called[lane].path;
         let BatchMemory { batch, .. } = &mut *self.queries;
-        batch.set_hits(called.iter().map(|called| called.hit));
-        let ShadingBatch {
-            origin, direction, epsilon, limit, distance, width, spread, time, ..
-        } = &mut **batch;
-        let [_, _, _, t, least, greatest, ox, oy, oz, dx, dy, dz, w, s] = operands;
-        let [x, y, z] = origin;
-        let [u, v, n] = direction;
-        let rows = [distance, epsilon, limit, x, y, z, u, v, n, width, spread, time];
-        let operands = [t, least, greatest, ox, oy, oz, dx, dy, dz, w, s, Operand::Array(times)];
-        for (row, operand) in rows.into_iter().zip(operands) {
-            for (number, called) in row.iter_mut().zip(called) {
-                *number = f32::from_bits(operand.of(called.path));
-            }
-            // The last vector is complete.
-            let (count, last) = (called.len(), row[called.len() - 1]);
-            row[count..count.next_multiple_of(8)].fill(last);
-        }
-        for lane in 0..called.len().next_multiple_of(8) {
-            batch.width[lane] += batch.spread[lane] * batch.distance[lane];
-            batch.keys[lane] = 0;
-            batch.samples[lane] = samples[called[lane.min(called.len() - 1)].path as usize];
-        }
-        batch.start_random_numbers(NUMBERS_OF_SHAPES);
+        batch.load_operands(
+            called.iter().map(|called| called.hit),
+            |index, lane| operands[index].of(path(lane)),
+            |lane| {
+                let path = path(lane) as usize;
+                RayOfSurface { time: times[path], key: 0, sample: samples[path] }
+            },
+            NUMBERS_OF_SHAPES,
+        );
         let depths = batch.state.floats_mut(variables().ray_depth);
         for (depth, called) in depths.iter_mut().zip(called) {
             let before = self.wave.searches[called.path as usize].saturating_sub(1);

@@ -2,19 +2,15 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, MAX_ANSWERS, ResumedBy, SURFACE_SCALARS, StageSurface};
+use rtsl::{CallArguments, END, Instances, ResumedBy, StageSurface};
 use rtsl_bvh::LANES;
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
-use super::super::super::shadow_rays::ShadowRay;
 use super::super::super::wavefront::Path;
-use super::super::host::{Further, NO_OBJECT, SceneHost};
-use super::super::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
+use super::super::host::{NO_OBJECT, SceneHost};
 use super::super::numbers::Purpose;
-use super::super::shading::Shading;
 use super::super::tracing::IntegratorMemory;
-use super::columns::Columns;
 use super::frames::{Blocks, CALL_PATHS, Frames, set_objects};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
@@ -169,103 +165,6 @@ impl StagedPaths<'_> {
         }
     }
 
-    /// Returns the origin and the direction of a requested ray, and its last two operands.
-    pub fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
-        let requests = &self.staged.columns.requests;
-        let scratch = &self.frames.paths.scratch;
-        let number = |index: usize| scratch.floats(requests[index])[slot as usize];
-        ([0, 1, 2].map(number), [3, 4, 5].map(number), [6, 7].map(number))
-    }
-
-    /// Finds out which of the requested rays are blocked.
-    fn find_occluded(&mut self, slots: &[u32]) {
-        for slot in slots {
-            let (origin, direction, [distance, _]) = self.requested(*slot);
-            let ray = &mut self.wave.rays[*slot as usize];
-            let shadow_ray = ray.shadow_ray((origin, direction), distance);
-            self.queries.shadow_rays.push(&ShadowRay { path: *slot, ..shadow_ray });
-        }
-        let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
-        slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
-        self.tracer.trace_shadow_rays(self.queries);
-        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
-        for index in reached {
-            answers[shadow_rays.paths[*index as usize] as usize] = 0;
-        }
-        shadow_rays.clear();
-    }
-
-    /// Computes the radiance along the requested rays.
-    fn trace(&mut self, slots: &[u32]) {
-        let least = self.tracer.scene.least_of_rays();
-        let mut paths: Vec<Path> = Vec::with_capacity(slots.len());
-        let mut places: Vec<u32> = Vec::with_capacity(slots.len());
-        for slot in slots {
-            let (origin, direction, limits) = self.requested(*slot);
-            let ray = &mut self.wave.rays[*slot as usize];
-            let path = ray.begin_trace((origin, direction), limits, least);
-            places.extend(path.is_some().then_some(*slot));
-            paths.extend(path);
-        }
-        let StagedPaths { tracer, free, .. } = self;
-        let further = Further { tracer, free };
-        self.queries.rays += further.integrate(&mut paths, self.depth + 1);
-        self.store_colors(slots, places.iter().zip(paths.iter().map(|path| path.radiance)));
-        for (slot, path) in places.iter().zip(&paths) {
-            self.wave.rays[*slot as usize].note_light(path.radiance);
-        }
-    }
-
-    /// Shades the requested surfaces.
-    fn shade(&mut self, slots: &[u32]) {
-        let operands =
-            operands::<SURFACE_SCALARS>(self.frames, &self.staged.columns, ResumedBy::Shade);
-        let mut shadings: Vec<Shading> = Vec::with_capacity(slots.len());
-        let mut places: Vec<u32> = Vec::with_capacity(slots.len());
-        for slot in slots {
-            let surface = operands.map(|column| column[*slot as usize]);
-            let ray = &mut self.wave.rays[*slot as usize];
-            let shading = Shading::new(self.tracer.scene, &surface, ray, self.depth);
-            places.extend(shading.is_some().then_some(*slot));
-            shadings.extend(shading);
-        }
-        let further = Further { tracer: &self.tracer, free: self.free };
-        self.queries.rays += further.shade(&mut shadings);
-        let colors = places.iter().zip(shadings.iter().map(|shading| shading.color));
-        self.store_colors(slots, colors);
-    }
-
-    /// Samples the requested lights.
-    fn sample_lights(&mut self, slots: &[u32]) {
-        let operands =
-            operands::<LIGHT_SCALARS>(self.frames, &self.staged.columns, ResumedBy::LightSample);
-        let point =
-            |slot: &u32| LightPoint::new(*slot, &operands.map(|column| column[*slot as usize]));
-        let points: Vec<LightPoint> = slots.iter().map(point).collect();
-        let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
-        let words: Vec<[u32; MAX_ANSWERS]> = samples.iter().map(LightAtPoint::answer).collect();
-        for (index, array) in self.staged.columns.answers.iter().enumerate() {
-            let answers = self.frames.paths.scratch.words_mut(*array);
-            slots
-                .iter()
-                .zip(&words)
-                .for_each(|(slot, words)| answers[*slot as usize] = words[index]);
-        }
-    }
-
-    /// Answers requests of paths with colours; those that have none get black.
-    fn store_colors<'p>(
-        &mut self,
-        slots: &[u32],
-        colors: impl Iterator<Item = (&'p u32, [f32; 3])> + Clone,
-    ) {
-        for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
-            let answers = self.frames.paths.scratch.floats_mut(*array);
-            slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
-            colors.clone().for_each(|(slot, color)| answers[*slot as usize] = color[channel]);
-        }
-    }
-
     /// Adds the contributions that nothing blocks.
     fn add_contributions(&mut self) {
         self.tracer.trace_shadow_rays(self.queries);
@@ -415,14 +314,4 @@ impl StagedPaths<'_> {
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(&kernel.kernel, call);
     }
-}
-
-/// Returns the columns of the operands of requests for an event.
-fn operands<'a, const COUNT: usize>(
-    frames: &'a Frames,
-    columns: &Columns,
-    event: ResumedBy,
-) -> [&'a [u32]; COUNT] {
-    let (scratch, ports) = (&frames.paths.scratch, event.request());
-    std::array::from_fn(|index| scratch.words(columns.requests[ports[index] as usize]))
 }

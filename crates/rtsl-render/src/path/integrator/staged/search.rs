@@ -155,7 +155,7 @@ impl StagedPaths<'_> {
     /// Counts a search of each path, and tells the stages.
     fn count_searches(&mut self, slots: &[u32]) {
         let scratch = &mut self.frames.paths.scratch;
-        let Wave { searches, rays, .. } = &mut *self.wave;
+        let Wave { searches, rays, spawning, .. } = &mut *self.wave;
         let mut further = 0;
         for slot in slots {
             let searches = &mut searches[*slot as usize];
@@ -168,6 +168,9 @@ impl StagedPaths<'_> {
             for slot in slots {
                 counts[*slot as usize] = count_after(searches[*slot as usize]);
             }
+        }
+        for slot in slots {
+            spawning.begin_search(*slot, searches[*slot as usize]);
         }
         if !rays.is_empty() {
             slots.iter().for_each(|slot| rays[*slot as usize].count_search());

@@ -43,6 +43,8 @@ pub fn stage_lights<'a>(
         skies: lights.skies.iter().map(|sky| sky.light as usize).collect(),
         selection,
         epsilon: compiled.epsilon,
+        entries: is_few.then_some(indices),
+        ambient: compiled.ambient,
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram,
+    Query, ResumedBy, ShapeClass, StageKernel, StageLights, StageRequest, StageSurface, StagedProgram,
     SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -17,7 +17,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
-use super::stage_lights::{shape_objects, stage_lights};
+use super::stage_lights::shape_objects;
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
 
@@ -97,15 +97,13 @@ impl StagedMethod {
     /// If linking, splitting or code generation fails.
     pub fn of_integrator(
         engine: &Engine,
-        program: &Arc<Program>,
-        integrator: &Instance,
+        (program, integrator): (&Arc<Program>, &Instance),
         scene: &Scene,
-        parts: &StageParts<'_>,
+        (parts, lights): (&StageParts<'_>, &StageLights<'_>),
     ) -> Result<StagedMethod, Diagnostic> {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
-        let lights = stage_lights(engine, scene, parts);
-        let program = StagedProgram::new(program, sampler, &lights, *values)?;
+        let program = StagedProgram::new(program, sampler, lights, *values)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
@@ -152,11 +150,9 @@ impl StagedMethod {
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
         let reads_depths = reads(&columns.depth);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
-        let requests = program.stages().iter().map(|stage| stage.resumed_by);
+        let mut resumed_by = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
-            || requests.into_iter().any(|it| {
-                !matches!(it, ResumedBy::Start | ResumedBy::NearestHit | ResumedBy::Dispatch)
-            });
+            || resumed_by.any(|it| it == ResumedBy::LightSample);
         let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
         let read_answers = read_answers(&program, (&columns, has_elements), kernels);

@@ -8,6 +8,7 @@ use super::super::super::wavefront::Path;
 use super::super::host::RayOfCall;
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
+use super::spawning::Spawning;
 use crate::compiled::variables::variables;
 use crate::tiles::{CameraRays, SampleStreams};
 
@@ -26,6 +27,8 @@ pub struct Wave {
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
     pub rays: Vec<RayOfCall>,
+    /// What the rays and calls of `shade` that paths spawn depend on.
+    pub spawning: Spawning,
     /// The index of the object for which stages without a surface are called; empty if there is one for all.
     pub objects: Vec<u32>,
 }
@@ -54,7 +57,7 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { weights, lit, searches, first_hits, rays, objects, .. } = self;
+        let Wave { weights, lit, searches, first_hits, rays, spawning, objects, .. } = self;
         self.count = count;
         for (column, value) in
             weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
@@ -67,8 +70,9 @@ impl Wave {
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
+        spawning.begin(count);
         objects.clear();
-        for array in columns.counts {
+        for array in columns.counts.into_iter().chain([columns.drawn]) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
@@ -94,6 +98,8 @@ impl Wave {
         for (channel, weights) in self.weights.iter_mut().enumerate() {
             weights.iter_mut().zip(paths).for_each(|(to, path)| *to = path.throughput[channel]);
         }
+        let bounds = self.spawning.importance.iter_mut();
+        bounds.zip(paths).for_each(|(to, path)| *to = path.importance);
     }
 
     /// Loads a packet of camera rays, from the path `start` on.
@@ -133,7 +139,12 @@ impl Wave {
         let scratch = &frames.paths.scratch;
         let (keys, samples) = (scratch.words(columns.key), scratch.words(columns.sample));
         let times = scratch.floats(columns.time);
-        let ray = |path: usize| RayOfCall::new(keys[path], samples[path], times[path]);
+        let importance = &self.spawning.importance;
+        let ray = |path: usize| {
+            let mut ray = RayOfCall::new(keys[path], samples[path], times[path]);
+            ray.importance = importance[path];
+            ray
+        };
         self.rays.extend((0..self.count).map(ray));
     }
 
@@ -189,6 +200,7 @@ impl Wave {
         let mut made = Path {
             key: scratch.words(columns.key)[at],
             sample: scratch.words(columns.sample)[at],
+            importance: self.spawning.importance[at],
             ..Path::NOWHERE
         };
         for (component, _, number) in ray_components() {

@@ -1,0 +1,266 @@
+//! Answers to the requests of paths other than searches.
+
+use rtsl::{LaneBlock, MAX_ANSWERS, Method, ResumedBy, SURFACE_SCALARS};
+
+use super::super::super::memory::BatchMemory;
+use super::super::host::{Further, is_traced};
+use super::super::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
+use super::super::numbers::Purpose;
+use super::super::shaded_surface::leaving;
+use super::super::shading::{RayOfShading, ShadingRequest};
+use super::columns::Columns;
+use super::frames::{Blocks, Frames};
+use super::run::StagedPaths;
+use super::staged_method::StagedMethod;
+use super::wave::ray_components;
+use crate::compiled::variables::variables;
+
+/// The number of operands of a request for a ray: its origin and direction.
+const ENDS: usize = 6;
+
+/// The indices of the offset and of the geometric normal of a shaded surface; the point comes first.
+const OFFSET: usize = 3;
+const NORMAL: usize = 4;
+
+/// The arrays of paths that request rays.
+#[derive(Clone, Copy)]
+struct Requested<'a> {
+    scratch: &'a LaneBlock,
+    columns: &'a Columns,
+    /// True if the paths shade surfaces, which their rays leave.
+    leaves_surfaces: bool,
+}
+
+impl<'a> Requested<'a> {
+    fn of(frames: &'a Frames, staged: &'a StagedMethod) -> Requested<'a> {
+        Requested {
+            scratch: &frames.paths.scratch,
+            columns: &staged.columns,
+            leaves_surfaces: staged.program.method() != Method::Radiance,
+        }
+    }
+
+    /// Appends the origins and directions of the rays of some paths to columns, which have this many rays already.
+    fn append_ends(&self, slots: &[u32], ends: &mut [Vec<f32>; ENDS], before: usize) {
+        for (column, request) in ends.iter_mut().zip(&self.columns.requests) {
+            let request = self.scratch.floats(*request);
+            column.extend(slots.iter().map(|slot| request[*slot as usize]));
+        }
+        if !self.leaves_surfaces {
+            return;
+        }
+        let shaded = self.columns.shaded.map(|array| self.scratch.floats(array));
+        for (index, slot) in (before..).zip(slots) {
+            let vector = |first: usize| {
+                [0, 1, 2].map(|axis: usize| shaded[first + axis][*slot as usize])
+            };
+            let surface = (vector(0), vector(NORMAL), shaded[OFFSET][*slot as usize]);
+            let end = |first: usize| [0, 1, 2].map(|axis: usize| ends[first + axis][index]);
+            let origin = leaving(surface, end(0), end(3));
+            (0..3).for_each(|axis| ends[axis][index] = origin[axis]);
+        }
+    }
+
+    /// Loads the rays of some paths as paths of other stages, without their keys.
+    fn load(&self, slots: &[u32], epsilon: f32, to: (&mut Frames, &Columns)) {
+        let (Frames { paths: Blocks { state, scratch }, .. }, columns) = to;
+        let v = variables();
+        let mut ends: [Vec<f32>; ENDS] = Default::default();
+        self.append_ends(slots, &mut ends, 0);
+        for (component, ..) in ray_components() {
+            state.floats_mut(component)[..slots.len()].fill(0.0);
+        }
+        for axis in 0..3 {
+            state.floats_mut(v.ray_origin + axis)[..slots.len()].copy_from_slice(&ends[axis]);
+            state.floats_mut(v.ray_direction + axis)[..slots.len()]
+                .copy_from_slice(&ends[3 + axis]);
+        }
+        state.floats_mut(v.epsilon)[..slots.len()].fill(epsilon);
+        let gather = |from: &[u32], to: &mut [u32]| {
+            to.iter_mut().zip(slots).for_each(|(to, slot)| *to = from[*slot as usize]);
+        };
+        let limits = self.scratch.words(self.columns.requests[ENDS]);
+        gather(limits, state.words_mut(v.hit_distance));
+        let times = self.scratch.words(self.columns.time);
+        gather(times, state.words_mut(v.time_seed));
+        gather(times, scratch.words_mut(columns.time));
+        gather(self.scratch.words(self.columns.sample), scratch.words_mut(columns.sample));
+    }
+}
+
+impl StagedPaths<'_> {
+    /// Returns the origin and the direction of a requested ray, and its last two operands.
+    pub fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
+        let requests = &self.staged.columns.requests;
+        let scratch = &self.frames.paths.scratch;
+        let number = |index: usize| scratch.floats(requests[index])[slot as usize];
+        ([0, 1, 2].map(number), [3, 4, 5].map(number), [6, 7].map(number))
+    }
+
+    /// Finds out which of the requested rays are blocked.
+    pub fn find_occluded(&mut self, slots: &[u32]) {
+        self.request_shadow_rays(slots);
+        let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
+        slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
+        self.tracer.trace_shadow_rays(self.queries);
+        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            answers[shadow_rays.paths[*index as usize] as usize] = 0;
+        }
+        shadow_rays.clear();
+    }
+
+    /// Collects the shadow rays that paths request, while no others wait.
+    fn request_shadow_rays(&mut self, slots: &[u32]) {
+        let requested = Requested::of(self.frames, self.staged);
+        let scratch = requested.scratch;
+        let shadow_rays = &mut self.queries.shadow_rays;
+        let [ends @ .., distances] = &mut shadow_rays.ends;
+        let ends: &mut [Vec<f32>; ENDS] = ends;
+        requested.append_ends(slots, ends, 0);
+        let gather = |array: usize| {
+            let column = scratch.floats(array);
+            slots.iter().map(|slot| column[*slot as usize])
+        };
+        distances.extend(gather(requested.columns.requests[ENDS]));
+        shadow_rays.times.extend(gather(requested.columns.time));
+        shadow_rays.colors.iter_mut().for_each(|column| column.resize(slots.len(), 1.0));
+        shadow_rays.paths.extend_from_slice(slots);
+        shadow_rays.sequences.resize(slots.len(), [0; 2]);
+        if self.tracer.scene.has_alpha() {
+            for (slot, sequence) in slots.iter().zip(&mut shadow_rays.sequences) {
+                let numbers = &mut self.wave.rays[*slot as usize].numbers;
+                *sequence = [numbers.begin(Purpose::ShadowRay), numbers.sample];
+            }
+        }
+    }
+
+    /// Computes the radiance along the requested rays.
+    pub fn trace(&mut self, slots: &[u32]) {
+        let depth = self.depth + 1;
+        let (traced, keys, importance) = self.begin_children(slots);
+        let further = Further { tracer: &self.tracer, free: self.free };
+        let mut colors = vec![[0.0; 3]; traced.len()];
+        if let Some(staged) = &self.tracer.scene.integrator.staged
+            && further.is_traced_at(depth)
+            && !traced.is_empty()
+        {
+            let requested = Requested::of(self.frames, self.staged);
+            let epsilon = self.tracer.scene.compiled.epsilon;
+            let counts = further.with_memory(|memory| {
+                let load = |run: &mut StagedPaths<'_>| {
+                    requested.load(&traced, epsilon, (run.frames, &staged.columns));
+                    let own_keys = run.frames.paths.scratch.words_mut(staged.columns.key);
+                    own_keys[..keys.len()].copy_from_slice(&keys);
+                    run.wave.spawning.importance.copy_from_slice(&importance);
+                };
+                let mut counts =
+                    self.tracer.run_loaded(staged, load, (memory, depth), &mut colors);
+                counts.traced += traced.len() as u64;
+                counts
+            });
+            self.queries.rays += counts;
+        }
+        self.store_colors(slots, (&traced, &colors));
+        for (slot, color) in traced.iter().zip(&colors) {
+            let is_spoilt = color.iter().any(|channel| !channel.is_finite());
+            self.wave.spawning.is_spoilt[*slot as usize] |= is_spoilt;
+        }
+    }
+
+    /// Begins the paths of requested rays: returns the paths that spawn those of enough weight, and the keys and the
+    /// bounds of weights of these.
+    fn begin_children(&mut self, slots: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<f32>) {
+        let cutoff = self.tracer.scene.compiled.settings.cutoff;
+        let StagedPaths { frames, wave, staged, .. } = self;
+        let scratch = &frames.paths.scratch;
+        let weights = scratch.floats(staged.columns.requests[ENDS + 1]);
+        let keys = scratch.words(staged.columns.key);
+        let (mut traced, mut keys_of, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        for slot in slots {
+            let at = *slot as usize;
+            let key = wave.spawning.begin_child(*slot, keys[at]);
+            let importance = wave.spawning.importance[at] * weights[at];
+            if is_traced(importance, cutoff) {
+                traced.push(*slot);
+                keys_of.push(key);
+                bounds.push(importance);
+            }
+        }
+        (traced, keys_of, bounds)
+    }
+
+    /// Shades the requested surfaces.
+    pub fn shade(&mut self, slots: &[u32]) {
+        let StagedPaths { frames, wave, staged, tracer, .. } = self;
+        let scratch = &frames.paths.scratch;
+        let Columns { time, key, sample, .. } = staged.columns;
+        let (times, keys, samples) =
+            (scratch.floats(time), scratch.words(key), scratch.words(sample));
+        let operands = operands::<SURFACE_SCALARS>(frames, &staged.columns, ResumedBy::Shade);
+        let mut requests: Vec<ShadingRequest> = Vec::with_capacity(slots.len());
+        for slot in slots {
+            let at = *slot as usize;
+            let key = match wave.rays.get_mut(at) {
+                Some(ray) => ray.numbers.begin(Purpose::Shade),
+                None => wave.spawning.begin_shade(*slot, keys[at]),
+            };
+            let ray = RayOfShading {
+                key,
+                time: times[at],
+                sample: samples[at],
+                importance: wave.spawning.importance[at],
+                depth: self.depth + wave.searches[at].saturating_sub(1),
+            };
+            requests.extend(ShadingRequest::new(tracer.scene, (&operands, at), ray));
+        }
+        let further = Further { tracer, free: self.free };
+        let (mut places, mut colors) = (Vec::new(), Vec::new());
+        self.queries.rays += further.shade(&operands, &mut requests, |place, color| {
+            places.push(place as u32);
+            colors.push(color);
+        });
+        self.store_colors(slots, (&places, &colors));
+    }
+
+    /// Samples the requested lights.
+    pub fn sample_lights(&mut self, slots: &[u32]) {
+        let operands =
+            operands::<LIGHT_SCALARS>(self.frames, &self.staged.columns, ResumedBy::LightSample);
+        let point =
+            |slot: &u32| LightPoint::new(*slot, &operands.map(|column| column[*slot as usize]));
+        let points: Vec<LightPoint> = slots.iter().map(point).collect();
+        let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
+        let words: Vec<[u32; MAX_ANSWERS]> = samples.iter().map(LightAtPoint::answer).collect();
+        for (index, array) in self.staged.columns.answers.iter().enumerate() {
+            let answers = self.frames.paths.scratch.words_mut(*array);
+            slots
+                .iter()
+                .zip(&words)
+                .for_each(|(slot, words)| answers[*slot as usize] = words[index]);
+        }
+    }
+
+    /// Answers requests of paths with the colours of some of them; the others get black.
+    fn store_colors(&mut self, slots: &[u32], (places, colors): (&[u32], &[[f32; 3]])) {
+        for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
+            let answers = self.frames.paths.scratch.floats_mut(*array);
+            if places.len() < slots.len() {
+                slots.iter().for_each(|slot| answers[*slot as usize] = 0.0);
+            }
+            for (slot, color) in places.iter().zip(colors) {
+                answers[*slot as usize] = color[channel];
+            }
+        }
+    }
+}
+
+/// Returns the columns of the operands of requests for an event.
+fn operands<'a, const COUNT: usize>(
+    frames: &'a Frames,
+    columns: &Columns,
+    event: ResumedBy,
+) -> [&'a [u32]; COUNT] {
+    let (scratch, ports) = (&frames.paths.scratch, event.request());
+    std::array::from_fn(|index| scratch.words(columns.requests[ports[index] as usize]))
+}

@@ -1,0 +1,52 @@
+//! What the rays and the calls of `shade` that paths spawn depend on.
+
+use rtsl_math::sampling::child_key;
+
+use super::super::numbers::{Purpose, count_after, sequence_key};
+
+/// What the rays and the calls of `shade` that paths spawn depend on, by path.
+#[derive(Default)]
+pub struct Spawning {
+    /// Bounds of the weights of the paths' radiance in their pixels.
+    pub importance: Vec<f32>,
+    /// True for paths that received light that was not finite, whose cause was reported.
+    pub is_spoilt: Vec<bool>,
+    /// The numbers of rays traced by `trace()`.
+    children: Vec<u32>,
+    /// The counts of calls of `shade`, from a multiple for each search on.
+    shades: Vec<u32>,
+}
+
+impl Spawning {
+    /// Begins a number of paths.
+    pub fn begin(&mut self, count: usize) {
+        let Spawning { importance, is_spoilt, children, shades } = self;
+        importance.clear();
+        importance.resize(count, 1.0);
+        is_spoilt.clear();
+        is_spoilt.resize(count, false);
+        for counts in [children, shades] {
+            counts.clear();
+            counts.resize(count, 0);
+        }
+    }
+
+    /// Returns the key of the path of the next ray that `trace()` traces, given that of its parent.
+    pub fn begin_child(&mut self, path: u32, key: u32) -> u32 {
+        let children = &mut self.children[path as usize];
+        *children = children.wrapping_add(1);
+        child_key(key, *children)
+    }
+
+    /// Begins the sequences of what follows a search.
+    pub fn begin_search(&mut self, path: u32, searches: u32) {
+        self.shades[path as usize] = count_after(searches);
+    }
+
+    /// Returns the key of the sequence of the next call of `shade`, given that of the path.
+    pub fn begin_shade(&mut self, path: u32, key: u32) -> u32 {
+        let shades = &mut self.shades[path as usize];
+        *shades = shades.wrapping_add(1);
+        sequence_key(key, Purpose::Shade, *shades)
+    }
+}
