@@ -104,7 +104,6 @@ impl Host for Furnace {
             Query::LightEmission
             | Query::LightPdf
             | Query::SampleLight
-            | Query::SampleIndexedLight
             | Query::SkyCount
             | Query::SkyEmission
             | Query::SkyPdf

@@ -39,11 +39,6 @@ pub enum Query {
     /// was selected; it is 0 if no ray can find the light. The colour is divided by the density of the sample; for a
     /// delta light by that probability.
     SampleLight,
-    /// The light with an index, less than [`OpKind::LightCount`](crate::OpKind::LightCount), for a point of the surface
-    /// that is shaded, from within a cone whose axis may have any length; the cosine -infinity means no cone. Directions
-    /// that rays can find have a density, and the radiance as their colour; others have the density 0, and the whole
-    /// contribution as their colour. A ray from the point is blocked if anything is on it before the limit.
-    SampleIndexedLight,
     /// The number of lights that rays find when they leave the scene.
     SkyCount,
     /// The radiance of such a light for a ray that leaves the scene.
@@ -112,7 +107,7 @@ struct Shape {
 
 impl Query {
     /// All queries.
-    pub const ALL: [Query; 17] = [
+    pub const ALL: [Query; 16] = [
         Query::NearestHit,
         Query::SurfaceProperties,
         Query::Emission,
@@ -123,7 +118,6 @@ impl Query {
         Query::SampleBsdf,
         Query::Shade,
         Query::SampleLight,
-        Query::SampleIndexedLight,
         Query::SkyCount,
         Query::SkyEmission,
         Query::SkyPdf,
@@ -213,7 +207,6 @@ impl Query {
             | Query::SampleBsdf
             | Query::Shade
             | Query::SampleLight
-            | Query::SampleIndexedLight
             | Query::SkyEmission
             | Query::SkyPdf
             | Query::Contribute => Effect::Host,
@@ -282,18 +275,6 @@ impl Query {
                     ("seed", Scalar::F32, 1),
                 ],
                 &[("found", Scalar::Bool, 1), DIRECTION, DISTANCE, COLOR, DENSITY],
-            ),
-            Query::SampleIndexedLight => of(
-                "sample_indexed_light",
-                &[INDEX, POINT, ("axis", Scalar::F32, 3), ("cosine", Scalar::F32, 1)],
-                &[
-                    ("found", Scalar::Bool, 1),
-                    DIRECTION,
-                    DISTANCE,
-                    ("limit", Scalar::F32, 1),
-                    COLOR,
-                    DENSITY,
-                ],
             ),
             Query::SkyCount => of("sky_count", &[], &[("count", Scalar::I32, 1)]),
             Query::SkyEmission => of("sky_emission", &[INDEX, POINT, DIRECTION], &[COLOR]),

@@ -218,7 +218,7 @@ impl Port {
     }
 
     /// Returns the type of the request's operand with this index.
-    pub(crate) const fn request_scalar(index: u32) -> Scalar {
+    pub const fn request_scalar(index: u32) -> Scalar {
         if index < FLOATS_OF_REQUEST { Scalar::F32 } else { Scalar::I32 }
     }
 

@@ -61,6 +61,7 @@ pub use instance::instance::Instance;
 pub use instance::parameters::place_words;
 pub use instance::value::{Numbers, Value};
 pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;
+pub use link::indexed_lights::SHADOW_LIMIT;
 pub use link::light_selection::{LightContent, LightNode, LightSelection};
 pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
 pub use link::linked_method::LinkedMethod;

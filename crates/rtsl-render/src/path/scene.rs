@@ -83,6 +83,12 @@ impl BatchScene {
         (self.compiled.epsilon, self.compiled.settings.cutoff)
     }
 
+    /// True if hosts have to know the random sequences of paths on these stages.
+    pub(super) fn needs_rays(&self, staged: &StagedMethod) -> bool {
+        let asks_for_lights = staged.samples_lights() && self.shading_methods.lights().is_none();
+        staged.asks_host() || asks_for_lights || self.has_alpha()
+    }
+
     /// Returns the hit of a surface by the indices of its object, instance and element, if the scene has such a surface.
     pub(super) fn hit_of(&self, object: u32, instance: u32, element: u32) -> Option<PathHit> {
         let entry = self.objects.get(object as usize)?;

@@ -173,8 +173,13 @@ impl BatchScene {
                 || self.integrator.asks_emission && key.is_shaded(&self.classes())
         };
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
-        let parts =
-            ShadingParts { scene: self, materials: &scene.materials, lights: &lights, values };
+        let parts = ShadingParts {
+            scene: self,
+            materials: &scene.materials,
+            integrator: (self.integrator.program(), instance),
+            lights: &lights,
+            values,
+        };
         let methods = ShadingMethods::new(&parts, is_shaded, of_surfaces);
         self.shading_methods = methods.map_err(Messages::one)?;
         let made = self.make_groups(&self.integrator.queries());

@@ -21,6 +21,8 @@ pub struct ShadingMethods {
     methods: Vec<ShadingMethod>,
     /// For each group the index of its method; `None` if its surfaces are not shaded, or black.
     of_groups: Vec<Option<usize>>,
+    /// The stage that samples the lights that methods name; `None` if hosts do, or no method names any.
+    lights: Option<Box<StagedMethod>>,
 }
 
 /// The method that shades surfaces of one class of materials.
@@ -43,6 +45,8 @@ pub struct ShadingMethod {
 pub struct ShadingParts<'a> {
     pub scene: &'a BatchScene,
     pub materials: &'a [Arc<Instance>],
+    /// The integrator.
+    pub integrator: (&'a Arc<Program>, &'a Instance),
     /// The lights that methods name by their indices.
     pub lights: &'a StageLights<'a>,
     pub values: ParameterValues,
@@ -97,6 +101,9 @@ impl ShadingMethods {
             };
             made.of_groups.push(index);
         }
+        if made.staged().any(StagedMethod::samples_lights) {
+            made.lights = light_stage(parts, earlier)?.map(Box::new);
+        }
         Ok(made)
     }
 
@@ -110,16 +117,25 @@ impl ShadingMethods {
         &self.methods[index]
     }
 
+    /// Returns the stage that samples lights for paths that wait for that; `None` if hosts do.
+    pub fn lights(&self) -> Option<&StagedMethod> {
+        self.lights.as_deref()
+    }
+
+    fn staged(&self) -> impl Iterator<Item = &StagedMethod> {
+        self.methods.iter().filter_map(ShadingMethod::staged)
+    }
+
     /// The greatest number of scratch arrays of the stages.
     pub fn stage_arrays(&self) -> usize {
-        let arrays = self.methods.iter().filter_map(ShadingMethod::staged);
+        let arrays = self.staged().chain(self.lights());
         arrays.map(|staged| staged.program.scratch_arrays()).max().unwrap_or(0)
     }
 
     /// The addresses of the code.
     #[cfg(test)]
     pub fn code(&self) -> impl Iterator<Item = *const Kernel> + '_ {
-        self.methods.iter().filter_map(ShadingMethod::staged).flat_map(StagedMethod::code)
+        self.staged().chain(self.lights()).flat_map(StagedMethod::code)
     }
 
     fn like(&self, program: &Arc<Program>, method: Method) -> Option<&StagedMethod> {
@@ -130,6 +146,22 @@ impl ShadingMethods {
     }
 }
 
+/// Compiles the stage that samples lights; `None` if their methods need a host.
+fn light_stage(
+    parts: &ShadingParts<'_>,
+    earlier: Option<&ShadingMethods>,
+) -> Result<Option<StagedMethod>, Diagnostic> {
+    let ShadingParts { scene, integrator: (program, integrator), lights, values, .. } = *parts;
+    let sampler = scene.compiled.settings.sampler;
+    let staged = StagedProgram::of_lights(program, sampler, lights, values);
+    let compile = |staged: StagedProgram| {
+        let objects = Arc::new(staged.objects(integrator, None, []));
+        let earlier = earlier.and_then(ShadingMethods::lights);
+        StagedMethod::without_surfaces(&scene.engine, staged, objects, earlier)
+    };
+    staged.map(compile).transpose()
+}
+
 impl ShadingMethod {
     fn new(
         parts: &ShadingParts<'_>,
@@ -137,7 +169,7 @@ impl ShadingMethod {
         (source, method): (Source, Method),
         earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
-        let ShadingParts { scene, materials, lights, values } = *parts;
+        let ShadingParts { scene, materials, values, .. } = *parts;
         let own = match source {
             Source::Shapes(class) => Some(scene.compiled.class(class).objects.clone()),
             Source::Materials(_) => None,
@@ -162,12 +194,10 @@ impl ShadingMethod {
             made.interpreted()?;
             return Ok(made);
         }
-        // The data of shapes has no lights.
-        let lights = own.is_none().then_some(lights);
         let sampler = scene.compiled.settings.sampler;
-        let staged = StagedProgram::of_material(program, method, (sampler, lights), values)?;
+        let staged = StagedProgram::of_material(program, method, sampler, values)?;
         let objects = own.unwrap_or_else(|| Arc::new(staged.materials(instances.iter().copied())));
-        let staged = StagedMethod::of_materials(&scene.engine, staged, objects, earlier)?;
+        let staged = StagedMethod::without_surfaces(&scene.engine, staged, objects, earlier)?;
         Ok(made(Some(staged)))
     }
 

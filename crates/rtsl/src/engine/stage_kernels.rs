@@ -174,7 +174,9 @@ impl StageKernel {
         let (mut reads, mut read_state) = (BTreeSet::new(), BTreeSet::new());
         let mut queries = BTreeSet::new();
         function.body.for_each_op(&mut |op| {
-            made.asks_host |= asks_host(&op.kind);
+            // What is the same for all rays does not depend on their sequences.
+            let is_uniform = matches!(op.kind, OpKind::LightCount | OpKind::Ambient);
+            made.asks_host |= asks_host(&op.kind) && !is_uniform;
             if let OpKind::Query(query, _) = &op.kind {
                 queries.insert(*query);
             }

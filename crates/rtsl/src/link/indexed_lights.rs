@@ -1,24 +1,26 @@
-//! Samples of the lights that `illuminance` of a material names by their indices, as operations.
+//! Samples of the lights that `illuminance` of a material names by their indices.
 //!
-//! A sample includes a shadow ray. Before a method is split into stages, [`separate_shadow_rays`] makes two operations
-//! of each sample: the light at the point, which stages compute, and a ray that asks whether anything is on the way.
+//! Paths wait for such a sample ([`ResumedBy::LightSample`]). One function, which is linked once for a scene, computes
+//! those of all paths that wait, whatever their materials; renderers trace the shadow rays then. Renderers compute the
+//! same for lights that are not linked, with the same bits.
 
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value,
-    Variable, VariableKind,
+    BinaryOp, CompareOp, Constant, Function, Op, Output, Region, Scalar, UnaryOp, Value, Variable,
+    VariableKind,
 };
 use rtsl_math::sampling::Sampler;
+use rtsl_source::Diagnostic;
+use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
 
 use super::arithmetic::{Arithmetic, Vector};
 use super::chosen_light::ChosenLight;
+use super::class_tree::ClassTree;
 use super::lights::{LightLinks, LitPoint};
-use super::linker::{Linker, Linking, Site};
+use super::linker::{Linked, Linker, Linking, Site};
 use super::sequences::Purpose;
-
-/// The member with the ambient light.
-pub(crate) const AMBIENT: &str = "light.rt_Ambient";
+use super::stage::SurfaceLinks;
 
 /// The number of scalars of the surface that a material shades.
 pub(crate) const SHADED_SCALARS: usize = 10;
@@ -38,58 +40,52 @@ pub(crate) fn is_shaded_column(variable: &Variable) -> bool {
     (0..SHADED_SCALARS).any(|index| variable.name == shaded_column(index))
 }
 
-/// Makes a query and a shadow ray of each sample of a light.
-pub(crate) fn separate_shadow_rays(function: &mut Function) {
-    let mut body = std::mem::take(&mut function.body);
-    separate_in(function, &mut body);
-    function.body = body;
-}
+/// The number of answers to a request, and that of its operands but the index.
+const ANSWERS: &[Scalar] = ResumedBy::LightSample.answers();
+const REQUEST: &[u32] = ResumedBy::LightSample.request();
 
-fn separate_in(function: &mut Function, region: &mut Region) {
-    for mut op in std::mem::take(&mut region.ops) {
-        op.kind.regions_mut().for_each(|inner| separate_in(function, inner));
-        match op.kind {
-            OpKind::LightSample { index, point, normal, cosine } => {
-                let operands = [&[index][..], &point, &normal, &[cosine]].concat();
-                separate(function, (&op, point), operands, &mut region.ops);
-            }
-            _ => region.ops.push(op),
-        }
+/// The port after those of answers, with the greatest parameter at which something on the shadow ray blocks it.
+pub const SHADOW_LIMIT: Port = Port::Answer(MAX_ANSWERS as u32);
+
+/// Links the function that samples lights for paths which request that: it reads the operands of requests, and stores
+/// the answers, of which the first is true if there is light unless something is on the shadow ray.
+///
+/// # Errors
+/// If linking passes a limit.
+pub(crate) fn link_lights(
+    tree: &ClassTree,
+    (links, sampler): (&LightLinks, Sampler),
+) -> Result<Linked, Diagnostic> {
+    let mut linker = Linker::new(Function::new("illuminance"));
+    linker.surface = Some(Arc::new(SurfaceLinks { sampler: Some(sampler), ..Default::default() }));
+    let none = Function::new("illuminance");
+    let mut out = Function::new("illuminance");
+    let caller = Site::new(tree, &none, String::new(), &mut out);
+    let mut body = Region::default();
+    let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
+    let mut operands = Vec::new();
+    for port in REQUEST {
+        let scalar = Port::request_scalar(*port);
+        operands.push(code.column(&Port::Request(*port).name(), scalar)?);
     }
-}
-
-/// Adds the operations for a sample, which has these operands.
-fn separate(
-    function: &mut Function,
-    (sample, point): (&Op, Vector),
-    operands: Vec<Value>,
-    to: &mut Vec<Op>,
-) {
-    let query = Query::SampleIndexedLight;
-    let scalars: Vec<Scalar> = query.result_scalars().collect();
-    let light = function.new_values(&scalars);
-    to.push(Op { results: light, precise: false, kind: OpKind::Query(query, operands) });
-    let [found, x, y, z, distance, limit, red, green, blue, density] =
-        std::array::from_fn(|index| light.get(index as u32));
-    let mut then = Region::default();
-    let ray = OpKind::Occluded { origin: point, direction: [x, y, z], limit };
-    let occluded = function.push(&mut then.ops, Scalar::Bool, ray);
-    let reaches =
-        function.push(&mut then.ops, Scalar::Bool, OpKind::Unary(UnaryOp::Not, occluded));
-    let mut otherwise = Region::default();
-    let none = OpKind::Constant(Constant::Bool(false));
-    let none = function.push(&mut otherwise.ops, Scalar::Bool, none);
-    // What the light is does not depend on whether it reaches the point.
-    let light = [x, y, z, distance, red, green, blue, density];
-    then.yields = [&[reaches][..], &light].concat();
-    otherwise.yields = [&[none][..], &light].concat();
-    let kind = OpKind::If { condition: found, then, otherwise };
-    to.push(Op { results: sample.results, precise: false, kind });
+    let sample = linker.indexed_sample(&caller, (links, &sampler), &operands, &mut body.ops)?;
+    let [light @ .., limit] = sample.as_slice() else { unreachable!("samples have limits") };
+    let answers = (0..).map(Port::Answer).zip(ANSWERS).zip(light);
+    let limit = ((SHADOW_LIMIT, &Scalar::F32), limit);
+    for ((port, scalar), value) in answers.chain([limit]) {
+        let (kind, name) = (VariableKind::Scratch, port.name());
+        let variable = linker.intern_variable(Variable { kind, name, scalar: *scalar, len: 1 });
+        linker.out.outputs.push(Output { variable, component: 0 });
+        body.yields.push(*value);
+    }
+    linker.out.body = body;
+    linker.pass_on_counts()?;
+    Ok(linker.finish())
 }
 
 impl Linker {
-    /// Samples the light with an index.
-    pub(super) fn indexed_sample(
+    /// Samples the light with an index. Returns the answers to a request, then the limit of the shadow ray.
+    fn indexed_sample(
         &mut self,
         caller: &Site<'_>,
         (links, sampler): (&LightLinks, &Sampler),
@@ -109,7 +105,9 @@ impl Linker {
         let sample = self.sample_by_class(caller, (links, sampler), (&lit, key, number), to)?;
         let code = &mut Arithmetic { linker: self, to };
         let is_usable = code.is_usable_sample(&sample, cone, is_in_cone)?;
-        Ok([&[is_usable][..], &sample].concat())
+        let [x, y, z, distance, limit, red, green, blue, density] =
+            sample.try_into().expect("a sample has nine scalars");
+        Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
     }
 
     /// Returns direction, distance, length of the shadow ray, colour and density of a sample of the light with a number
@@ -249,21 +247,9 @@ impl Arithmetic<'_> {
         self.and(is_lit, is_within)
     }
 
-    /// The results of a query in a scene without lights.
+    /// The answers to a request in a scene without lights, and a limit.
     fn no_light(&mut self) -> Linking<Vec<Value>> {
-        let zeros = Query::SampleIndexedLight.result_scalars().map(Constant::zero);
+        let zeros = ANSWERS.iter().chain([&Scalar::F32]).map(|scalar| Constant::zero(*scalar));
         zeros.map(|zero| self.linker.constant(self.to, zero)).collect()
-    }
-
-    /// The number of lights.
-    pub fn light_count(&mut self, links: &LightLinks) -> Linking<Value> {
-        self.linker.constant(self.to, Constant::I32(links.entries.len() as i32))
-    }
-
-    /// The ambient light.
-    pub fn ambient(&mut self) -> Linking<Vec<Value>> {
-        let kind = VariableKind::Member;
-        let member = Variable { kind, name: AMBIENT.to_owned(), scalar: Scalar::F32, len: 3 };
-        (0..3).map(|channel| self.load(member.clone(), channel)).collect()
     }
 }

@@ -38,7 +38,7 @@ pub(crate) struct LightLinks {
     pub selection: Option<LightSelection>,
     /// The classes of the lights that are selected.
     pub classes: Vec<LightClassLink>,
-    /// The lights that materials name by their indices, in this order; empty if hosts sample them.
+    /// The lights that materials name by their indices, in this order.
     pub entries: Vec<usize>,
     /// Their classes.
     pub entry_classes: Vec<LightClassLink>,
@@ -176,9 +176,6 @@ impl Linker {
                 }
                 _ => Ok(None),
             },
-            Query::SampleIndexedLight => {
-                Ok(Some(self.indexed_sample(caller, (links, sampler), operands, to)?))
-            }
             Query::SkyPdf if links.selection.is_none() => Ok(None),
             Query::SkyEmission | Query::SkyPdf => {
                 let zero = Arithmetic { linker: &mut *self, to: &mut *to }.float(0.0)?;

@@ -41,8 +41,6 @@ pub(crate) struct SurfaceLinks {
     pub sampler: Option<Sampler>,
     /// The lights, if operations compute their samples.
     pub lights: Option<Arc<LightLinks>>,
-    /// True if operations compute the samples of lights that a material names by their indices.
-    pub names_lights: bool,
     /// True if the stage stores its contribution, of which there is at most one.
     pub stores_contribution: bool,
 }
@@ -151,16 +149,6 @@ impl Linker {
                 }
                 (None, _) => Ok(None),
             },
-            OpKind::LightCount => match &links.lights {
-                Some(lights) if links.names_lights => {
-                    let code = &mut Arithmetic { linker: self, to };
-                    Ok(Some(vec![code.light_count(lights)?]))
-                }
-                _ => Ok(None),
-            },
-            OpKind::Ambient if links.names_lights => {
-                Ok(Some(Arithmetic { linker: self, to }.ambient()?))
-            }
             OpKind::Query(query, operands) => match links.answers.get(query) {
                 None => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();

@@ -13,7 +13,6 @@ use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
 use crate::link::chosen_light::light_prefix;
-use crate::link::indexed_lights::AMBIENT;
 use crate::link::light_selection::{LightSelection, NODES};
 use crate::link::lights::{LightLink, LightLinks, MAX_LIGHTS};
 
@@ -32,8 +31,6 @@ pub struct StageLights<'a> {
     pub epsilon: f32,
     /// The lights that materials name by their indices, in this order; `None` if hosts sample them.
     pub entries: Option<Vec<usize>>,
-    /// The ambient light.
-    pub ambient: [f32; 3],
 }
 
 /// A shape in the world with an emitter.
@@ -127,7 +124,7 @@ impl LinkedLights {
         Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks, has_indices })
     }
 
-    /// True if stages sample the lights that materials name by their indices.
+    /// True if the lights that materials name by their indices are linked.
     pub fn has_indices(&self) -> bool {
         self.has_indices
     }
@@ -143,7 +140,7 @@ impl LinkedLights {
         let selection = self.links.selection.as_ref();
         let nodes = selection.map_or(0, |selection| selection.scalars().len() as u32);
         // No two members begin at the same word.
-        let shared = [(EPSILON, 1), (AMBIENT, 3), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
+        let shared = [(EPSILON, 1), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
         add_members(layout, shared.map(|(name, scalars)| (name.to_owned(), scalars)));
     }
 }
@@ -159,8 +156,7 @@ impl StageLights<'_> {
     /// Returns the data that lights share, in the order of the layout.
     fn shared_block(&self) -> InstanceBlock {
         let nodes = self.selection.as_ref().map_or_else(Vec::new, LightSelection::scalars);
-        let scalars = [self.epsilon].into_iter().chain(self.ambient).chain(nodes);
-        let words: Vec<u32> = scalars.map(f32::to_bits).collect();
+        let words: Vec<u32> = [self.epsilon].into_iter().chain(nodes).map(f32::to_bits).collect();
         InstanceBlock::new(&words, Vec::new())
     }
 }

@@ -8,7 +8,7 @@ use rtsl_ir::{Function, Scalar, Variable, VariableKind};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
-use rtsl_stages::{MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
+use rtsl_stages::{MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
 
 use super::program::Program;
 use super::stage_lights::{LinkedLights, StageLights};
@@ -17,7 +17,7 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
-use crate::link::indexed_lights::{SHADED_SCALARS, separate_shadow_rays, shaded_column};
+use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
@@ -27,8 +27,9 @@ use crate::{errors, nesting};
 /// The stages of a method, from which kernels are made. Those of an integrator have one for each class of surfaces that
 /// a stage meets; those of a material know no surfaces, whose properties are state.
 ///
-/// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages
-/// meet the host, and those of the paths' times, depths, keys, samples and counts of light samples.
+/// All stages share one layout of scratch: the arrays of the [ports](Port) through which stages meet the host, those of
+/// the paths' times, depths, keys, samples and counts, which have the same places in all programs, then those of the
+/// class, and those of the frame.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
@@ -106,15 +107,14 @@ impl StagedProgram {
     }
 
     /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages store
-    /// the colour only. Kernels sample the lights that it names if their methods permit it, or if there are none hosts
-    /// do. `values` are those of the materials.
+    /// the colour only. `values` are those of the materials.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
     pub fn of_material(
         program: &Arc<Program>,
         method: Method,
-        (sampler, lights): (Sampler, Option<&StageLights<'_>>),
+        sampler: Sampler,
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let mut function = Function::clone(&program.method(method)?.function);
@@ -123,13 +123,30 @@ impl StagedProgram {
             let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
             *kind == VariableKind::State && COLORS.contains(&name.as_str())
         });
-        let lights = lights.filter(|_| has_operations(&sampler));
-        let lights = lights.and_then(|lights| LinkedLights::new(lights, &sampler, values));
-        let lights = lights.filter(LinkedLights::has_indices);
-        if lights.is_some() {
-            separate_shadow_rays(&mut function);
-        }
-        StagedProgram::split(program, method, &function, (sampler, lights, values))
+        StagedProgram::split(program, method, &function, (sampler, None, values))
+    }
+
+    /// Returns the stage that samples lights for the paths that wait for [`ResumedBy::LightSample`], in the arrays of
+    /// whatever program; `None` if hosts have to. `program` is that of the integrator, before whose data the lights'
+    /// comes.
+    pub fn of_lights(
+        program: &Arc<Program>,
+        sampler: Sampler,
+        lights: &StageLights<'_>,
+        values: ParameterValues,
+    ) -> Option<StagedProgram> {
+        let lights = LinkedLights::new(lights, &sampler, values);
+        let lights = lights.filter(|it| it.has_indices() && has_operations(&sampler))?;
+        let stage = Stage {
+            function: Function::new("illuminance"),
+            resumed_by: ResumedBy::LightSample,
+            surface: Surface::None,
+            live: Vec::new(),
+        };
+        let stages =
+            Stages { name: "illuminance".to_owned(), slots: Vec::new(), stages: vec![stage] };
+        let of = (sampler, Some(lights), values);
+        Some(StagedProgram::with_stages(program, Method::Illumination, stages, of))
     }
 
     fn split(
@@ -140,14 +157,32 @@ impl StagedProgram {
     ) -> Result<StagedProgram, Diagnostic> {
         let stages = nesting::with_deep_stack(|| rtsl_stages::split(function));
         let stages = stages.map_err(|error| errors::splitting(&function.name, &error))?;
+        Ok(StagedProgram::with_stages(program, method, stages, (sampler, lights, values)))
+    }
+
+    fn with_stages(
+        program: &Arc<Program>,
+        method: Method,
+        stages: Stages,
+        (sampler, lights, values): (Sampler, Option<LinkedLights>, ParameterValues),
+    ) -> StagedProgram {
         let mut layout = program.layout().clone();
-        for name in columns(&stages) {
-            layout.scratch.insert(name, layout.scratch_arrays);
-            layout.scratch_arrays += 1;
-        }
+        let shared = shared_columns();
+        let of_class = shared.len() as u32;
+        layout.scratch.values_mut().for_each(|array| *array += of_class);
+        let end = of_class + layout.scratch_arrays;
+        layout.scratch.extend(shared.into_iter().zip(0..));
+        let slots = (0..stages.slots.len() as u32).map(|slot| Port::Frame(SlotId(slot)).name());
+        layout.scratch.extend(slots.zip(end..));
+        layout.scratch_arrays = end + stages.slots.len() as u32;
         lights.iter().for_each(|lights| lights.add_to(&mut layout));
         let program = program.clone();
-        Ok(StagedProgram { program, method, stages, layout, sampler, lights, values })
+        StagedProgram { program, method, stages, layout, sampler, lights, values }
+    }
+
+    /// Returns the scratch array for that of the class with an index.
+    pub fn class_array(&self, index: usize) -> usize {
+        shared_columns().len() + index
     }
 
     /// True if kernels for another program's requests serve [like](StageRequest::is_like) requests of this one. Their
@@ -256,7 +291,7 @@ impl StagedProgram {
             parts.extend(class.blocks(&surface));
             joined(&parts)
         });
-        self.objects_of(&self.layout_for(Some(class)), 0..own.words().len(), blocks.collect())
+        self.objects_of(&self.layout_for(Some(class)), own.words().len(), blocks.collect())
     }
 
     /// Returns the objects for which kernels of a material's method are called.
@@ -264,49 +299,31 @@ impl StagedProgram {
     /// # Panics
     /// If an instance belongs to another program.
     pub fn materials<'a>(&self, materials: impl IntoIterator<Item = &'a Instance>) -> Objects {
-        let lights = self.lights.iter().flat_map(|lights| lights.blocks.iter().cloned());
-        let lights: Vec<InstanceBlock> = lights.collect();
-        let block = |material: &Instance| {
-            let own = self.program.block(material);
-            joined(&[&[own][..], &lights].concat())
-        };
-        let blocks: Vec<InstanceBlock> = materials.into_iter().map(block).collect();
-        let of_material = self.program.layout().block_words as usize;
-        let all = blocks.first().map_or(of_material, |block| block.words().len());
-        self.objects_of(&self.layout, of_material..all, blocks)
+        let blocks = materials.into_iter().map(|material| self.program.block(material));
+        self.objects_of(&self.layout, 0, blocks.collect())
     }
 
-    /// Returns objects with these blocks, which share the words in a range.
-    fn objects_of(
-        &self,
-        layout: &Layout,
-        shared: Range<usize>,
-        blocks: Vec<InstanceBlock>,
-    ) -> Objects {
+    /// Returns objects with these blocks, which share the first `shared` words.
+    fn objects_of(&self, layout: &Layout, shared: usize, blocks: Vec<InstanceBlock>) -> Objects {
         let differs = |word: u32| {
             let word = |block: &InstanceBlock| block.words()[word as usize];
             blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
         };
         let differing = layout
             .variables()
-            .filter(|place| self.may_differ(place, &shared, &blocks) || place.clone().any(differs));
+            .filter(|place| self.may_differ(place, shared, &blocks) || place.clone().any(differs));
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
 
-    /// True if objects may differ in a variable at this place later, although they have the same words now: outside
-    /// those that all of them share, and without data that hosts bind.
-    fn may_differ(
-        &self,
-        place: &Range<u32>,
-        shared: &Range<usize>,
-        objects: &[InstanceBlock],
-    ) -> bool {
+    /// True if objects may differ in a variable at this place later, although they have the same words now: after
+    /// `shared` words that all of them have, and without data that hosts bind.
+    fn may_differ(&self, place: &Range<u32>, shared: usize, objects: &[InstanceBlock]) -> bool {
         let is_bound = |object: &InstanceBlock| {
             object.buffers().iter().any(|buffer| place.contains(&buffer.offset))
         };
         self.values == ParameterValues::Changing
             && objects.len() > 1
-            && !shared.contains(&(place.start as usize))
+            && place.start as usize >= shared
             && !is_bound(&objects[0])
     }
 
@@ -338,6 +355,10 @@ impl StagedProgram {
         surface: Option<&SurfaceClass>,
         may_draw: bool,
     ) -> Result<Function, Diagnostic> {
+        if let (Method::Illumination, Some(lights)) = (self.method, &self.lights) {
+            let lights = (&*lights.links, self.sampler);
+            return Ok(link_lights(self.program.tree(), lights)?.function);
+        }
         let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.
         let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
@@ -348,7 +369,6 @@ impl StagedProgram {
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
-            names_lights: self.method != Method::Radiance && self.lights.is_some(),
             stores_contribution: is_single(&stage.function),
             ..links
         };
@@ -380,20 +400,19 @@ pub(crate) const PATH_COLUMNS: [&str; 7] = [
     DRAWN_COLUMN,
 ];
 
-/// Returns the names of the scratch arrays of stages, each of one scalar.
-fn columns(stages: &Stages) -> Vec<String> {
-    let slots = (0..stages.slots.len() as u32).map(|slot| Port::Frame(SlotId(slot)));
-    let answers = ResumedBy::ALL.into_iter().map(|event| event.answers().len()).max();
-    let answers = (0..answers.unwrap_or(0) as u32).map(Port::Answer);
+/// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but those
+/// of the class and the frame.
+fn shared_columns() -> Vec<String> {
+    let answers = (0..MAX_ANSWERS as u32).map(Port::Answer);
     let requests = (0..MAX_REQUEST).map(Port::Request);
     let surface = (0..3).map(Port::Surface);
-    let ports = slots.chain(answers).chain(requests).chain(surface).chain([Port::Next]);
+    let others = surface.chain([SHADOW_LIMIT, Port::Next]);
+    let ports = answers.chain(requests).chain(others).map(Port::name);
     let own = PATH_COLUMNS.map(str::to_owned);
     let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
     let properties = (0..property_count()).map(property_column);
     let shaded = (0..SHADED_SCALARS).map(shaded_column);
-    let of_ports = ports.map(Port::name).chain(own);
-    of_ports.chain(contribution).chain(properties).chain(shaded).collect()
+    ports.chain(own).chain(contribution).chain(properties).chain(shaded).collect()
 }
 
 /// Returns the blocks of parts as one, in their order.

@@ -270,7 +270,6 @@ impl Host for SceneHost<'_> {
             | Query::SampleBsdf
             | Query::Shade => self.ask_surfaces(lanes, query, operands, results),
             Query::SampleLight => self.sample_lights(lanes, operands, results),
-            Query::SampleIndexedLight => self.sample_indexed_lights(lanes, operands, results),
             Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
             Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
             Query::Contribute => self.contribute(lanes, operands),

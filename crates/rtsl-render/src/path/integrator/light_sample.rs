@@ -1,6 +1,6 @@
 //! Samples of a light that a material names by its index, each with a shadow ray.
 
-use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
+use rtsl::host::{LaneFloats, LaneSet, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, ResumedBy};
 use rtsl_math::{SIMD_LANES, dot};
 
@@ -10,7 +10,7 @@ use super::super::rows::{BATCH_LANES, are_finite, get, set};
 use super::super::scene::BatchScene;
 use super::super::shading_batch::ShadingBatch;
 use super::super::shadow_rays::ShadowRay;
-use super::host::{RayOfCall, SceneHost, store};
+use super::host::{RayOfCall, SceneHost};
 use super::numbers::Purpose;
 
 /// The number of operands of a request.
@@ -135,38 +135,6 @@ impl SceneHost<'_> {
     }
 }
 
-impl SceneHost<'_> {
-    /// Answers queries for lights at points of shaded surfaces, without shadow rays.
-    pub fn sample_indexed_lights(
-        &mut self,
-        lanes: LaneSet,
-        operands: &[LaneWords],
-        results: &mut [LaneWords],
-    ) {
-        let point = |lane: usize| {
-            let words = std::array::from_fn(|index| operands[index][lane]);
-            LightPoint::new(self.ray_of(lanes, lane) as u32, &words)
-        };
-        let points: Vec<LightPoint> = lanes.iter().map(point).collect();
-        if self.tracer.scene.lights.is_empty() || points.is_empty() {
-            return;
-        }
-        self.tracer.load_samples(&points, (self.rays, self.queries));
-        for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
-            let batch = &self.queries.batch;
-            let sample = LightAtPoint::of_batch(batch, place);
-            if point.is_lit_by(&sample, self.tracer.scene) {
-                results[0][lane] = 1;
-                let limit = batch.light.distance[place];
-                store(&mut results[1..], lane, &sample.direction);
-                store(&mut results[4..], lane, &[sample.distance, limit]);
-                store(&mut results[6..], lane, &sample.color);
-                store(&mut results[9..], lane, &[sample.density]);
-            }
-        }
-    }
-}
-
 impl PathTracer<'_> {
     /// Samples lights for points; returns the light that reaches each of them.
     pub fn sample_for_shade(
@@ -234,7 +202,7 @@ impl PathTracer<'_> {
     }
 
     /// Reports a light whose samples are not finite, if causes are reported.
-    fn report_light(&self, entry: u32) {
+    pub fn report_light(&self, entry: u32) {
         if self.finds_causes {
             let scene = self.scene;
             let (class, method) = scene.lights.sampled_method(entry, &scene.materials);

@@ -65,6 +65,14 @@ struct FeatureArrays {
     normal: Option<usize>,
 }
 
+impl FeatureArrays {
+    /// Returns the arrays in the scratch of stages.
+    fn in_stages(self, staged: &StagedMethod) -> FeatureArrays {
+        let array = |array: Option<usize>| array.map(|array| staged.program.class_array(array));
+        FeatureArrays { albedo: array(self.albedo), normal: array(self.normal) }
+    }
+}
+
 impl Integrator {
     /// Prepares an instance for the interpreter.
     ///
@@ -114,6 +122,11 @@ impl Integrator {
             .llvm()
             .map(|_| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));
         staged.transpose()
+    }
+
+    /// The program of the class.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
     }
 
     /// The queries about surfaces that kernels leave to a host.

@@ -180,16 +180,15 @@ impl ShadingCall<'_> {
         run.run(&all);
         let color = self.method.color();
         run.wave.radiance((&run.frames.paths.state, color), all.paths(), colors);
-        let mut is_spoilt = std::mem::take(&mut run.wave.spawning.is_spoilt);
-        let by_lights = run.wave.rays.iter().map(|ray| ray.is_spoilt);
-        is_spoilt.iter_mut().zip(by_lights).for_each(|(it, by_lights)| *it |= by_lights);
+        if !all_finite(colors.as_flattened()) {
+            let by_lights = |index: usize| run.wave.rays.get(index).is_some_and(|it| it.is_spoilt);
+            let is_spoilt = |index: usize| run.wave.spawning.is_spoilt[index] || by_lights(index);
+            for (index, color) in colors.iter().enumerate() {
+                self.report_lost(is_spoilt(index), *color);
+            }
+        }
         if exhausted.any() {
             self.find_exhausted(memory);
-        } else if self.tracer.finds_causes && !all_finite(colors.as_flattened()) {
-            let lost = self.requests.iter().zip(&*colors).zip(&is_spoilt);
-            let lost = lost.filter(|((_, color), is_spoilt)| !**is_spoilt && !are_finite(color));
-            let lost: Vec<ShadingRequest> = lost.map(|((request, _), _)| *request).collect();
-            self.report_causes(&lost, memory);
         }
     }
 
@@ -197,11 +196,12 @@ impl ShadingCall<'_> {
     fn load(&self, staged: &StagedMethod, run: &mut StagedPaths<'_>) {
         let count = self.requests.len();
         let Blocks { state, scratch } = &mut run.frames.paths;
-        self.arrays().for_each(|array| scratch.words_mut(array)[..count].fill(0));
+        let in_stages = |array: usize| staged.program.class_array(array);
+        self.arrays().for_each(|it| scratch.words_mut(in_stages(it))[..count].fill(0));
         let color = self.method.color();
         (color..color + 3).for_each(|component| state.words_mut(component)[..count].fill(0));
         let Columns { time, key, sample, shaded, .. } = staged.columns;
-        let asks_host = staged.asks_host() || self.tracer.scene.has_alpha();
+        let needs_rays = self.tracer.scene.needs_rays(staged);
         for surfaces in self.batches() {
             let batch = &mut *run.queries.batch;
             self.prepare(&surfaces, batch);
@@ -213,13 +213,14 @@ impl ShadingCall<'_> {
             }
             if self.method.shares_scratch() {
                 let kept = &batch.kept_scratch;
-                self.arrays().for_each(|it| copy(kept.words(it), scratch.words_mut(it)));
+                self.arrays()
+                    .for_each(|it| copy(kept.words(it), scratch.words_mut(in_stages(it))));
             }
             for (array, numbers) in shaded.into_iter().zip(ShadedSurface::columns(batch)) {
                 let column = &mut scratch.floats_mut(array)[surfaces.clone()];
                 column.iter_mut().zip(numbers).for_each(|(to, number)| *to = number);
             }
-            if asks_host {
+            if needs_rays {
                 run.wave.rays.extend(self.rays(&surfaces, batch));
             }
         }
@@ -231,18 +232,6 @@ impl ShadingCall<'_> {
         let bounds = run.wave.spawning.importance.iter_mut().zip(rays());
         bounds.for_each(|(to, ray)| *to = ray.importance);
         run.wave.objects.extend(self.objects(0..count));
-    }
-
-    /// Evaluates surfaces again, whose light is not finite though all that they received from traced rays is, and reports
-    /// what caused it: the host is asked for each light then.
-    #[cold]
-    fn report_causes(&self, lost: &[ShadingRequest], memory: &mut IntegratorMemory) {
-        for request in lost {
-            if self.tracer.errors.may_find_cause() {
-                let requests = std::slice::from_ref(request);
-                ShadingCall { requests, ..*self }.interpret(memory, &mut [[0.0; 3]]);
-            }
-        }
     }
 
     /// Evaluates surfaces again until a method exceeds its loop budget, and reports that: the one that is shaded if no
@@ -295,7 +284,7 @@ impl ShadingCall<'_> {
             self.callee().call_for_first(kernel, count, instances, blocks, None, host);
             for (lane, color) in colors[surfaces].iter_mut().enumerate() {
                 *color = vector(&state, self.method.color(), lane);
-                self.report_lost(&rays[lane], *color);
+                self.report_lost(rays[lane].is_spoilt, *color);
             }
         }
     }
@@ -362,8 +351,8 @@ impl ShadingCall<'_> {
     }
 
     /// Reports the method if its colour is not finite, though all light that it received is.
-    fn report_lost(&self, ray: &RayOfCall, color: [f32; 3]) {
-        if self.tracer.finds_causes && !ray.is_spoilt && !are_finite(&color) {
+    fn report_lost(&self, is_spoilt: bool, color: [f32; 3]) {
+        if self.tracer.finds_causes && !is_spoilt && !are_finite(&color) {
             self.callee().report_not_finite(1);
         }
     }

@@ -128,7 +128,6 @@ impl SceneHost<'_> {
             Query::NearestHit
             | Query::SurfaceProperties
             | Query::LightPdf
-            | Query::SampleIndexedLight
             | Query::SkyCount
             | Query::Contribute
             | Query::Sample

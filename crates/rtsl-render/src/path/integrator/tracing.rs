@@ -11,7 +11,7 @@ use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
-use super::Integrator;
+use super::FeatureArrays;
 use super::host::{RayOfCall, SceneHost};
 use super::staged::{Blocks, Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
@@ -93,7 +93,7 @@ impl PathTracer<'_> {
                 self.add_radiance(path, state, (&rays[lane], lane));
                 if let Some(features) = features.get_mut(*index as usize) {
                     let first_hit = rays[lane].first_hit;
-                    *features = features_of(&self.scene.integrator, scratch, (first_hit, lane));
+                    *features = features_of(self.scene.integrator.features, scratch, (first_hit, lane));
                 }
             }
         }
@@ -222,11 +222,12 @@ impl PathTracer<'_> {
         let colors = (state, variables().sample_color);
         run.wave.radiance(colors, active.paths(), &mut results.radiance);
         if self.with_features {
+            let arrays = self.scene.integrator.features.in_stages(staged);
             for path in active.paths() {
                 let path = *path as usize;
                 let first_hit = run.wave.first_hits[path];
                 let hit = (first_hit, path);
-                results.features[path] = features_of(&self.scene.integrator, scratch, hit);
+                results.features[path] = features_of(arrays, scratch, hit);
             }
         }
         let lost = run.wave.lost(active.paths(), &results.radiance);
@@ -297,7 +298,7 @@ impl PathTracer<'_> {
 
 /// Returns the features of a lane's first surface.
 fn features_of(
-    integrator: &Integrator,
+    features: FeatureArrays,
     scratch: &LaneBlock,
     (first_hit, lane): (Option<(f32, f32)>, usize),
 ) -> PathFeatures {
@@ -306,8 +307,8 @@ fn features_of(
     let PathFeatures { distance, object, .. } = PathFeatures::NONE;
     let (distance, object) = first_hit.unwrap_or((distance, object));
     PathFeatures {
-        albedo: output(integrator.features.albedo),
-        normal: output(integrator.features.normal),
+        albedo: output(features.albedo),
+        normal: output(features.normal),
         distance,
         object,
     }

@@ -1,6 +1,6 @@
 //! The scratch arrays through which stages meet the runtime.
 
-use rtsl::{MAX_ANSWERS, MAX_REQUEST, Port, StageSurface, StagedProgram};
+use rtsl::{MAX_ANSWERS, MAX_REQUEST, Port, SHADOW_LIMIT, StageSurface, StagedProgram};
 
 /// The scratch arrays of the ports of stages, by index.
 pub struct Columns {
@@ -26,6 +26,8 @@ pub struct Columns {
     pub drawn: usize,
     /// The surface that a material shades: point, offset, geometric and shading normal.
     pub shaded: [usize; 10],
+    /// The length of the shadow ray of a light sample.
+    pub shadow_limit: usize,
     /// The contribution of a stage: a ray's origin, direction and length, and the colour.
     pub contribution: [usize; 10],
 }
@@ -45,6 +47,7 @@ impl Columns {
             counts: program.count_arrays(),
             drawn: program.drawn_array(),
             shaded: program.shaded_arrays(),
+            shadow_limit: program.array(SHADOW_LIMIT),
             contribution: program.contribution_arrays(),
         }
     }

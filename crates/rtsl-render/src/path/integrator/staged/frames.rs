@@ -28,6 +28,8 @@ pub struct Frames {
     pub groups: Vec<u32>,
     /// The paths of a stage by these groups.
     pub by_group: PathSets,
+    /// The paths that a sampled light may reach.
+    pub lit: Vec<u32>,
     /// The operands of requests and the times of paths that wait for an answer.
     pub requests: [Vec<f32>; 9],
     lanes: usize,
@@ -62,6 +64,7 @@ impl Frames {
             by_stage: PathSets::default(),
             groups: Vec::new(),
             by_group: PathSets::default(),
+            lit: Vec::new(),
             requests: Default::default(),
             lanes: 0,
             scratch_arrays,

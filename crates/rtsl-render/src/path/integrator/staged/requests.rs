@@ -3,6 +3,8 @@
 use rtsl::{LaneBlock, MAX_ANSWERS, Method, ResumedBy, SURFACE_SCALARS};
 
 use super::super::super::memory::BatchMemory;
+use super::super::super::rows::are_finite;
+use super::super::super::shadow_rays::ShadowRays;
 use super::super::host::{Further, is_traced};
 use super::super::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
 use super::super::numbers::Purpose;
@@ -10,6 +12,7 @@ use super::super::shaded_surface::leaving;
 use super::super::shading::{RayOfShading, ShadingRequest};
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
+use super::path_set::PathSet;
 use super::run::StagedPaths;
 use super::staged_method::StagedMethod;
 use super::wave::ray_components;
@@ -21,6 +24,19 @@ const ENDS: usize = 6;
 /// The indices of the offset and of the geometric normal of a shaded surface; the point comes first.
 const OFFSET: usize = 3;
 const NORMAL: usize = 4;
+
+/// The port of the index of a light in requests for samples.
+const LIGHT_INDEX: usize = ResumedBy::LightSample.request()[0] as usize;
+
+/// The arrays with rays.
+struct RayColumns {
+    /// Origin and direction.
+    ends: [usize; ENDS],
+    /// The greatest parameter.
+    limit: usize,
+    /// The time within the shutter.
+    time: usize,
+}
 
 /// The arrays of paths that request rays.
 #[derive(Clone, Copy)]
@@ -40,17 +56,32 @@ impl<'a> Requested<'a> {
         }
     }
 
-    /// Appends the origins and directions of the rays of some paths to columns, which have this many rays already.
-    fn append_ends(&self, slots: &[u32], ends: &mut [Vec<f32>; ENDS], before: usize) {
-        for (column, request) in ends.iter_mut().zip(&self.columns.requests) {
-            let request = self.scratch.floats(*request);
-            column.extend(slots.iter().map(|slot| request[*slot as usize]));
+    /// Appends shadow rays of some paths to columns that have none yet.
+    fn append_rays(&self, slots: &[u32], ray: &RayColumns, to: &mut ShadowRays) {
+        let [ends @ .., limits] = &mut to.ends;
+        self.append_ends(slots, &ray.ends, ends);
+        let gather = |array: usize| {
+            let column = self.scratch.floats(array);
+            slots.iter().map(|slot| column[*slot as usize])
+        };
+        limits.extend(gather(ray.limit));
+        to.times.extend(gather(ray.time));
+        to.colors.iter_mut().for_each(|column| column.resize(slots.len(), 1.0));
+        to.paths.extend_from_slice(slots);
+        to.sequences.resize(slots.len(), [0; 2]);
+    }
+
+    /// Appends the origins and directions of the rays of some paths to columns that have none yet.
+    fn append_ends(&self, slots: &[u32], of: &[usize; ENDS], ends: &mut [Vec<f32>; ENDS]) {
+        for (column, array) in ends.iter_mut().zip(of) {
+            let numbers = self.scratch.floats(*array);
+            column.extend(slots.iter().map(|slot| numbers[*slot as usize]));
         }
         if !self.leaves_surfaces {
             return;
         }
         let shaded = self.columns.shaded.map(|array| self.scratch.floats(array));
-        for (index, slot) in (before..).zip(slots) {
+        for (index, slot) in slots.iter().enumerate() {
             let vector = |first: usize| {
                 [0, 1, 2].map(|axis: usize| shaded[first + axis][*slot as usize])
             };
@@ -66,7 +97,8 @@ impl<'a> Requested<'a> {
         let (Frames { paths: Blocks { state, scratch }, .. }, columns) = to;
         let v = variables();
         let mut ends: [Vec<f32>; ENDS] = Default::default();
-        self.append_ends(slots, &mut ends, 0);
+        let of = std::array::from_fn(|index| self.columns.requests[index]);
+        self.append_ends(slots, &of, &mut ends);
         for (component, ..) in ray_components() {
             state.floats_mut(component)[..slots.len()].fill(0.0);
         }
@@ -99,10 +131,15 @@ impl StagedPaths<'_> {
 
     /// Finds out which of the requested rays are blocked.
     pub fn find_occluded(&mut self, slots: &[u32]) {
-        self.request_shadow_rays(slots);
+        let Columns { requests, time, .. } = self.staged.columns;
+        let ends = std::array::from_fn(|index| requests[index]);
+        let ray = RayColumns { ends, limit: requests[ENDS], time };
+        let requested = Requested::of(self.frames, self.staged);
+        requested.append_rays(slots, &ray, &mut self.queries.shadow_rays);
+        self.count_shadow_rays(slots);
+        self.tracer.trace_shadow_rays(self.queries);
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
-        self.tracer.trace_shadow_rays(self.queries);
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
             answers[shadow_rays.paths[*index as usize] as usize] = 0;
@@ -110,25 +147,11 @@ impl StagedPaths<'_> {
         shadow_rays.clear();
     }
 
-    /// Collects the shadow rays that paths request, while no others wait.
-    fn request_shadow_rays(&mut self, slots: &[u32]) {
-        let requested = Requested::of(self.frames, self.staged);
-        let scratch = requested.scratch;
-        let shadow_rays = &mut self.queries.shadow_rays;
-        let [ends @ .., distances] = &mut shadow_rays.ends;
-        let ends: &mut [Vec<f32>; ENDS] = ends;
-        requested.append_ends(slots, ends, 0);
-        let gather = |array: usize| {
-            let column = scratch.floats(array);
-            slots.iter().map(|slot| column[*slot as usize])
-        };
-        distances.extend(gather(requested.columns.requests[ENDS]));
-        shadow_rays.times.extend(gather(requested.columns.time));
-        shadow_rays.colors.iter_mut().for_each(|column| column.resize(slots.len(), 1.0));
-        shadow_rays.paths.extend_from_slice(slots);
-        shadow_rays.sequences.resize(slots.len(), [0; 2]);
+    /// Begins the random sequences of the shadow rays that these paths request, which alpha textures need.
+    fn count_shadow_rays(&mut self, slots: &[u32]) {
         if self.tracer.scene.has_alpha() {
-            for (slot, sequence) in slots.iter().zip(&mut shadow_rays.sequences) {
+            let sequences = &mut self.queries.shadow_rays.sequences;
+            for (slot, sequence) in slots.iter().zip(sequences) {
                 let numbers = &mut self.wave.rays[*slot as usize].numbers;
                 *sequence = [numbers.begin(Purpose::ShadowRay), numbers.sample];
             }
@@ -224,7 +247,49 @@ impl StagedPaths<'_> {
     }
 
     /// Samples the requested lights.
-    pub fn sample_lights(&mut self, slots: &[u32]) {
+    pub fn sample_lights(&mut self, paths: &PathSet) {
+        match self.tracer.scene.shading_methods.lights() {
+            Some(lights) => {
+                self.call_stage(lights, (0, 0), paths);
+                self.find_reached(paths.paths());
+            }
+            None => self.ask_for_lights(paths.paths()),
+        }
+    }
+
+    /// Finds out which samples of lights reach the points that request them.
+    fn find_reached(&mut self, slots: &[u32]) {
+        let Columns { answers, shadow_limit, requests, time, .. } = self.staged.columns;
+        let mut lit = std::mem::take(&mut self.frames.lit);
+        let found = self.frames.paths.scratch.words(answers[0]);
+        lit.clear();
+        lit.extend(slots.iter().copied().filter(|slot| found[*slot as usize] != 0));
+        let requested = Requested::of(self.frames, self.staged);
+        let [ox, oy, oz, ..] = requests;
+        let [_, dx, dy, dz, ..] = answers;
+        let ray = RayColumns { ends: [ox, oy, oz, dx, dy, dz], limit: shadow_limit, time };
+        requested.append_rays(&lit, &ray, &mut self.queries.shadow_rays);
+        self.count_shadow_rays(&lit);
+        self.tracer.trace_shadow_rays(self.queries);
+        let scratch = &mut self.frames.paths.scratch;
+        slots.iter().for_each(|slot| scratch.words_mut(answers[0])[*slot as usize] = 0);
+        let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            let slot = shadow_rays.paths[*index as usize];
+            scratch.words_mut(answers[0])[slot as usize] = u32::MAX;
+            let color = [5, 6, 7].map(|channel| scratch.floats(answers[channel])[slot as usize]);
+            if !are_finite(&color) {
+                self.wave.spawning.is_spoilt[slot as usize] = true;
+                let index = self.staged.columns.requests[LIGHT_INDEX];
+                self.tracer.report_light(scratch.words(index)[slot as usize]);
+            }
+        }
+        shadow_rays.clear();
+        self.frames.lit = lit;
+    }
+
+    /// Asks the host for the requested lights.
+    fn ask_for_lights(&mut self, slots: &[u32]) {
         let operands =
             operands::<LIGHT_SCALARS>(self.frames, &self.staged.columns, ResumedBy::LightSample);
         let point =

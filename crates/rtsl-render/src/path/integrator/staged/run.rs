@@ -72,7 +72,7 @@ impl StagedPaths<'_> {
 
     /// Begins what hosts know of the loaded paths, if any host has to.
     pub fn begin_rays(&mut self) {
-        if self.staged.asks_host() || self.tracer.scene.has_alpha() {
+        if self.tracer.scene.needs_rays(self.staged) {
             self.wave.begin_rays(self.frames, &self.staged.columns);
         }
     }
@@ -80,7 +80,7 @@ impl StagedPaths<'_> {
     /// Runs loaded paths, of which these are active, to their ends.
     pub fn run(&mut self, active: &PathSet) {
         // The first stage reads the state of rays, which is not copied.
-        self.call_in_place((0, 0), active);
+        self.call_in_place(self.staged, (0, 0), active);
         self.add_contributions();
         let mut by_stage = std::mem::take(&mut self.frames.by_stage);
         let mut by_group = std::mem::take(&mut self.frames.by_group);
@@ -161,7 +161,7 @@ impl StagedPaths<'_> {
             ResumedBy::Occluded => self.find_occluded(paths.paths()),
             ResumedBy::Trace => self.trace(paths.paths()),
             ResumedBy::Shade => self.shade(paths.paths()),
-            ResumedBy::LightSample => self.sample_lights(paths.paths()),
+            ResumedBy::LightSample => self.sample_lights(paths),
         }
     }
 
@@ -215,17 +215,27 @@ impl StagedPaths<'_> {
     /// Runs a stage for paths with surfaces of one group: in place where these are half of the lanes of vectors, for
     /// copying costs more than lanes that are off, else on a copy of their data.
     fn call(&mut self, (stage, group): (usize, usize), paths: &PathSet) {
+        self.call_stage(self.staged, (stage, group), paths);
+    }
+
+    /// The same for a stage of any program.
+    pub fn call_stage(
+        &mut self,
+        staged: &StagedMethod,
+        (stage, group): (usize, usize),
+        paths: &PathSet,
+    ) {
         if paths.is_dense() {
-            return self.call_in_place((stage, group), paths);
+            return self.call_in_place(staged, (stage, group), paths);
         }
-        let (kernel, _) = self.staged.kernel(stage, group);
-        let next = self.staged.columns.next;
+        let (kernel, _) = staged.kernel(stage, group);
+        let next = staged.columns.next;
         for slots in paths.paths().chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
             self.prepare_surfaces(kernel, Place::Copied(slots), slots);
-            self.set_surfaces((stage, group), slots, false);
+            self.set_surfaces(staged, (stage, group), slots, false);
             self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
-            self.call_kernel((stage, group), Place::Copied(slots));
+            self.call_kernel(staged, (stage, group), Place::Copied(slots));
             if kernel.contributes {
                 self.take_contributions(Place::Copied(slots));
             }
@@ -234,18 +244,24 @@ impl StagedPaths<'_> {
     }
 
     /// Runs a stage on the arrays of all paths.
-    fn call_in_place(&mut self, (stage, group): (usize, usize), paths: &PathSet) {
+    fn call_in_place(
+        &mut self,
+        staged: &StagedMethod,
+        (stage, group): (usize, usize),
+        paths: &PathSet,
+    ) {
         let count = self.wave.count;
         let is_masked = paths.paths().len() < count;
         if is_masked {
             paths.store_mask(&mut self.frames.mask);
         }
-        self.set_surfaces((stage, group), paths.paths(), true);
+        self.set_surfaces(staged, (stage, group), paths.paths(), true);
         self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
         let place = Place::All { paths, count, is_masked };
-        self.prepare_surfaces(self.staged.kernel(stage, group).0, place, paths.paths());
-        self.call_kernel((stage, group), place);
-        if self.staged.kernel(stage, group).0.contributes {
+        let (kernel, _) = staged.kernel(stage, group);
+        self.prepare_surfaces(kernel, place, paths.paths());
+        self.call_kernel(staged, (stage, group), place);
+        if kernel.contributes {
             self.take_contributions(place);
         }
     }
@@ -259,21 +275,26 @@ impl StagedPaths<'_> {
     }
 
     /// Sets the index of each path's surface among those of its group, if the group has several.
-    fn set_surfaces(&mut self, (stage, group): (usize, usize), slots: &[u32], in_place: bool) {
-        let (_, objects) = self.staged.kernel(stage, group);
+    fn set_surfaces(
+        &mut self,
+        staged: &StagedMethod,
+        (stage, group): (usize, usize),
+        slots: &[u32],
+        in_place: bool,
+    ) {
+        let (_, objects) = staged.kernel(stage, group);
         if objects.len() < 2 {
             return;
         }
-        let surface = self.staged.program.stages()[stage].surface;
+        let surface = staged.program.stages()[stage].surface;
         if surface == StageSurface::None {
             let indices = &self.wave.objects;
             let index = |slot: &u32| indices[*slot as usize];
             return set_objects(&mut self.frames.surfaces, slots, in_place, index);
         }
-        let [objects, _, elements] = self.staged.columns.surface(surface);
+        let [objects, _, elements] = staged.columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
-        let staged = self.staged;
         let index = |slot: &u32| {
             let slot = *slot as usize;
             let Surface { index, has_elements, .. } = staged.surface_of(objects[slot]);
@@ -282,8 +303,13 @@ impl StagedPaths<'_> {
         set_objects(&mut self.frames.surfaces, slots, in_place, index);
     }
 
-    fn call_kernel(&mut self, (stage, group): (usize, usize), place: Place<'_>) {
-        let (kernel, objects) = self.staged.kernel(stage, group);
+    fn call_kernel(
+        &mut self,
+        staged: &StagedMethod,
+        (stage, group): (usize, usize),
+        place: Place<'_>,
+    ) {
+        let (kernel, objects) = staged.kernel(stage, group);
         let StagedPaths { tracer, exhausted, frames, wave, queries, free, depth, .. } = self;
         let rays = &mut *wave.rays;
         let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
@@ -306,7 +332,7 @@ impl StagedPaths<'_> {
             0 | 1 => Instances::Object(objects, 0),
             _ => Instances::Many(objects, surfaces),
         };
-        let program = &self.staged.program;
+        let program = &staged.program;
         let (class, method) = (&program.program().class().name, program.method());
         // The method that ran for too long is found later.
         let callee = Callee { class, method, errors: exhausted };

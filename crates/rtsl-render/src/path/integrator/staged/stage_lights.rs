@@ -44,7 +44,6 @@ pub fn stage_lights<'a>(
         selection,
         epsilon: compiled.epsilon,
         entries: is_few.then_some(indices),
-        ambient: compiled.ambient,
     }
 }
 

@@ -124,11 +124,11 @@ impl StagedMethod {
         Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
     }
 
-    /// Splits and compiles a method of materials that computes a colour.
+    /// Compiles stages that know no surfaces, called for these objects.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
-    pub fn of_materials(
+    pub fn without_surfaces(
         engine: &Engine,
         program: StagedProgram,
         objects: Arc<Objects>,
@@ -150,9 +150,7 @@ impl StagedMethod {
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
         let reads_depths = reads(&columns.depth);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
-        let mut resumed_by = program.stages().iter().map(|stage| stage.resumed_by);
-        let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
-            || resumed_by.any(|it| it == ResumedBy::LightSample);
+        let asks_host = kernels.iter().flatten().any(|it| it.asks_host);
         let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
         let read_answers = read_answers(&program, (&columns, has_elements), kernels);
@@ -185,7 +183,12 @@ impl StagedMethod {
         self.reads_depths
     }
 
-    /// True if a host has to know the random sequences of paths.
+    /// True if paths wait for samples of lights.
+    pub fn samples_lights(&self) -> bool {
+        self.program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::LightSample)
+    }
+
+    /// True if kernels make requests of a host that has to know the random sequences of paths.
     pub fn asks_host(&self) -> bool {
         self.asks_host
     }
