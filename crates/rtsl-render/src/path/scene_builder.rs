@@ -166,21 +166,23 @@ impl BatchScene {
             earlier: earlier.and_then(|earlier| earlier.integrator.staged.as_ref()),
         };
         let lights = stage_lights(&self.engine, scene, &parts);
-        let staged = self.integrator.stages(&self.engine, (instance, scene), &parts, &lights);
-        self.integrator.staged = staged.map_err(Messages::one)?;
-        let is_shaded = |key: &GroupKey| {
-            self.integrator.calls_shade
-                || self.integrator.asks_emission && key.is_shaded(&self.classes())
-        };
-        let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
-        let parts = ShadingParts {
+        let of_methods = ShadingParts {
             scene: self,
             materials: &scene.materials,
             integrator: (self.integrator.program(), instance),
             lights: &lights,
             values,
         };
-        let methods = ShadingMethods::new(&parts, is_shaded, of_surfaces);
+        let is_shaded = |key: &GroupKey| {
+            self.integrator.calls_shade
+                || self.integrator.asks_emission && key.is_shaded(&self.classes())
+        };
+        let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
+        let (staged, methods) = rayon::join(
+            || self.integrator.stages(&self.engine, (instance, scene), &parts, &lights),
+            || ShadingMethods::new(&of_methods, is_shaded, of_surfaces),
+        );
+        self.integrator.staged = staged.map_err(Messages::one)?;
         self.shading_methods = methods.map_err(Messages::one)?;
         let made = self.make_groups(&self.integrator.queries());
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;

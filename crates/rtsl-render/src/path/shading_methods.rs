@@ -1,8 +1,8 @@
 //! The methods that shade surfaces: `shade` of materials, which may trace rays and sample lights one by one.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
 use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, StageLights,
     StagedProgram, Variant,
@@ -80,27 +80,24 @@ impl ShadingMethods {
         earlier: Option<&ShadingMethods>,
     ) -> Result<ShadingMethods, Diagnostic> {
         let scene = parts.scene;
-        let mut made = ShadingMethods::default();
-        let mut indices: BTreeMap<Source, Option<usize>> = BTreeMap::new();
-        for key in &scene.keys {
+        let mut wanted: Vec<(Source, Method, &Arc<Program>)> = Vec::new();
+        let of_groups = scene.keys.iter().map(|key| {
             let source = Source::of(key);
-            let index = match indices.get(&source) {
-                _ if !is_shaded(key) => None,
-                Some(index) => *index,
-                None => {
-                    let program = scene.classes().material_of(key);
-                    let method = shading_method(program).map(|method| {
-                        let earlier = earlier.and_then(|it| it.like(program, method));
-                        ShadingMethod::new(parts, program, (source, method), earlier)
-                    });
-                    let index = method.is_some().then_some(made.methods.len());
-                    made.methods.extend(method.transpose()?);
-                    indices.insert(source, index);
-                    index
-                }
-            };
-            made.of_groups.push(index);
-        }
+            let program = scene.classes().material_of(key);
+            let method = shading_method(program).filter(|_| is_shaded(key))?;
+            let known = wanted.iter().position(|(other, ..)| *other == source);
+            Some(known.unwrap_or_else(|| {
+                wanted.push((source, method, program));
+                wanted.len() - 1
+            }))
+        });
+        let of_groups = of_groups.collect();
+        let methods = wanted.par_iter().map(|(source, method, program)| {
+            let earlier = earlier.and_then(|it| it.like(program, *method));
+            ShadingMethod::new(parts, program, (*source, *method), earlier)
+        });
+        let methods = methods.collect::<Result<Vec<_>, _>>()?;
+        let mut made = ShadingMethods { methods, of_groups, lights: None };
         if made.staged().any(StagedMethod::samples_lights) {
             made.lights = light_stage(parts, earlier)?.map(Box::new);
         }
