@@ -100,6 +100,49 @@ fn shade_has_one_result() {
     }
 }
 
+/// Renders a scene by the class `Whitted` with stages of these widths, and compares it with the interpreter.
+fn assert_one_result(text: &str) {
+    let make = |backend: Backend, width: u32| {
+        let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+        let request = RenderRequest { samples: Some(2), ..RenderRequest::default() };
+        bits(&rendered(text, RenderRequest { engine, ..request }))
+    };
+    let reference = make(Backend::Interpreter, 1);
+    assert!(reference.iter().any(|bits| f32::from_bits(*bits) > 0.0));
+    for width in [1, 8, 16] {
+        assert!(make(Backend::Auto, width) == reference, "width {width}:\n{text}");
+    }
+}
+
+/// Each path names the lights one after another: those of one class differ in their members, some are shapes, some
+/// are found by no ray, one never reaches a surface, and one is transformed.
+#[test]
+fn lights_that_shade_names_have_one_result() {
+    let point = |index: usize| {
+        format!("LightSource \"point\" \"rgb I\" [{index} 2 1] \"point3 from\" [{index} 4 -3]\n")
+    };
+    let several = "LightSource \"distant\" \"rgb L\" [1 2 3] \"point3 from\" [1 3 -1]
+        LightSource \"spot\" \"rgb I\" [9 1 4] \"point3 from\" [1 3 -2] \"float coneangle\" 50
+        LightSource \"point\" \"rgb I\" [0 0 0]
+        AttributeBegin Scale 2 1 1 LightSource \"point\" \"rgb I\" [4 5 6] \"point3 from\" [1 3 0] AttributeEnd
+        AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [2 3 4] Translate 2 3 0
+          Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n";
+    // Samplers whose numbers have no operations, and more than sixteen lights, are left to the host.
+    for (sampler, lights) in [
+        ("\"independent\"", format!("{}{several}{}", point(1), point(3))),
+        ("\"stratified\" \"integer xsamples\" 4 \"integer ysamples\" 1", several.to_owned()),
+        ("\"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 1", point(2)),
+        ("\"sobol\"", (0..15).map(point).collect()),
+        ("\"sobol\"", String::new()),
+    ] {
+        let world = WORLD.replace("WorldBegin", &format!("WorldBegin\n{lights}"));
+        let head = format!("Sampler {sampler}\nIntegrator \"Whitted\"");
+        assert_one_result(&format!("{CAMERA}{head}\n{world}"));
+    }
+    let without = "WorldBegin Material \"Everything\" Shape \"Sphere\"";
+    assert_one_result(&format!("{CAMERA}Integrator \"Whitted\"\n{without} Shape \"Rings\""));
+}
+
 #[test]
 fn endless_loops_are_told_by_the_class_of_the_material() {
     let text = format!(

@@ -240,6 +240,7 @@ mod tests {
     use super::*;
     use crate::codegen::kernel_compiler::KernelCompiler;
     use crate::link::light_selection::{LightContent, LightNode};
+    use crate::link::stage::asks_host;
     use crate::program::staged_program::{StageRequest, StagedProgram};
     use crate::program::surface_class::{SurfaceClass, SurfaceObject};
     use crate::{Backend, Compiler, CompilerOptions, Engine, EngineOptions, Value, library};
@@ -350,6 +351,40 @@ mod tests {
 
     fn sampler(columns: u32) -> Sampler {
         Sampler { kind: SamplerKind::Stratified { jitter: true }, columns, rows: 1, seed: 0 }
+    }
+
+    /// Returns the requests of a host in the stage that samples lights which materials name: two spheres, if there is
+    /// one.
+    fn left_requests(sampler: Sampler) -> Option<usize> {
+        let engine = Engine::new(options()).unwrap().0;
+        let integrator = Instance::new(&class("Whitted"), []).unwrap();
+        let ball = Instance::new(&class("Sphere"), []).unwrap();
+        let emitter = Instance::new(&class("Emissive"), []).unwrap();
+        let areas = (0..2).map(|light| StageAreaLight {
+            program: engine.program(&ball),
+            shape: object(engine.program(&ball).block(&ball), light),
+            is_placed: false,
+            emitter_program: engine.program(&emitter),
+            emitter: &emitter,
+            is_weighed: true,
+        });
+        let areas = Some(areas.collect());
+        let lights = StageLights { areas, entries: Some(vec![1, 0]), ..StageLights::default() };
+        let program = engine.program(&integrator);
+        let staged = StagedProgram::of_lights(&program, sampler, &lights, ParameterValues::Final)?;
+        let objects = Arc::new(staged.objects(&integrator, None, []));
+        let request = StageRequest { stage: 0, surface: None, objects, mode: CallMode::Packet };
+        let compiler = KernelCompiler::new(options()).unwrap().0;
+        let (function, ..) = staged.link(&request, true, &compiler).unwrap();
+        let mut left = 0;
+        function.body.for_each_op(&mut |op| left += usize::from(asks_host(&op.kind)));
+        Some(left)
+    }
+
+    #[test]
+    fn lights_that_materials_name_are_sampled_by_a_stage() {
+        assert_eq!(left_requests(sampler(4)), Some(0));
+        assert_eq!(left_requests(sampler(3)), None);
     }
 
     #[test]

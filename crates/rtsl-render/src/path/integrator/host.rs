@@ -416,10 +416,7 @@ impl Further<'_> {
     }
 
     /// Calls `work` with memory for a further level.
-    pub fn with_memory(
-        &self,
-        work: impl FnOnce(&mut IntegratorMemory) -> RayCounts,
-    ) -> RayCounts {
+    pub fn with_memory(&self, work: impl FnOnce(&mut IntegratorMemory) -> RayCounts) -> RayCounts {
         let taken = self.free.borrow_mut().pop();
         let mut memory = taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene));
         let counts = work(&mut memory);

@@ -40,7 +40,9 @@ impl ShadedSurface {
         let as_they_are = point.iter().chain([offset]).map(|row| (row, false));
         let normals = geometric_normal.iter().chain(shading_normal).map(|row| (row, true));
         let columns = as_they_are.chain(normals);
-        columns.map(move |(row, is_turned)| (0..BATCH_LANES).map(move |lane| seen(row, is_turned, lane)))
+        columns.map(move |(row, is_turned)| {
+            (0..BATCH_LANES).map(move |lane| seen(row, is_turned, lane))
+        })
     }
 
     /// Returns the origin of a ray: if it begins on the surface, within rounding, off it on the side that the ray leads

@@ -123,8 +123,7 @@ impl Further<'_> {
         let mut counts = RayCounts::default();
         let mut colors = Vec::new();
         let call = |request: &ShadingRequest| (request.method, request.ray.depth);
-        let is_of_call =
-            |one: &ShadingRequest, other: &ShadingRequest| call(one) == call(other);
+        let is_of_call = |one: &ShadingRequest, other: &ShadingRequest| call(one) == call(other);
         for requests in requests.chunk_by(is_of_call) {
             colors.clear();
             colors.resize(requests.len(), [0.0; 3]);
@@ -213,8 +212,7 @@ impl ShadingCall<'_> {
             }
             if self.method.shares_scratch() {
                 let kept = &batch.kept_scratch;
-                self.arrays()
-                    .for_each(|it| copy(kept.words(it), scratch.words_mut(in_stages(it))));
+                self.arrays().for_each(|it| copy(kept.words(it), scratch.words_mut(in_stages(it))));
             }
             for (array, numbers) in shaded.into_iter().zip(ShadedSurface::columns(batch)) {
                 let column = &mut scratch.floats_mut(array)[surfaces.clone()];
@@ -324,9 +322,7 @@ impl ShadingCall<'_> {
         batch: &ShadingBatch,
     ) -> impl Iterator<Item = RayOfCall> {
         let requests = self.requests[surfaces.clone()].iter().enumerate();
-        requests.map(|(lane, request)| {
-            request.ray_of_call(ShadedSurface::of_lane(batch, lane))
-        })
+        requests.map(|(lane, request)| request.ray_of_call(ShadedSurface::of_lane(batch, lane)))
     }
 
     /// Returns the index of the object that shades each surface.

@@ -93,7 +93,8 @@ impl PathTracer<'_> {
                 self.add_radiance(path, state, (&rays[lane], lane));
                 if let Some(features) = features.get_mut(*index as usize) {
                     let first_hit = rays[lane].first_hit;
-                    *features = features_of(self.scene.integrator.features, scratch, (first_hit, lane));
+                    *features =
+                        features_of(self.scene.integrator.features, scratch, (first_hit, lane));
                 }
             }
         }

@@ -82,9 +82,8 @@ impl<'a> Requested<'a> {
         }
         let shaded = self.columns.shaded.map(|array| self.scratch.floats(array));
         for (index, slot) in slots.iter().enumerate() {
-            let vector = |first: usize| {
-                [0, 1, 2].map(|axis: usize| shaded[first + axis][*slot as usize])
-            };
+            let vector =
+                |first: usize| [0, 1, 2].map(|axis: usize| shaded[first + axis][*slot as usize]);
             let surface = (vector(0), vector(NORMAL), shaded[OFFSET][*slot as usize]);
             let end = |first: usize| [0, 1, 2].map(|axis: usize| ends[first + axis][index]);
             let origin = leaving(surface, end(0), end(3));
@@ -177,8 +176,7 @@ impl StagedPaths<'_> {
                     own_keys[..keys.len()].copy_from_slice(&keys);
                     run.wave.spawning.importance.copy_from_slice(&importance);
                 };
-                let mut counts =
-                    self.tracer.run_loaded(staged, load, (memory, depth), &mut colors);
+                let mut counts = self.tracer.run_loaded(staged, load, (memory, depth), &mut colors);
                 counts.traced += traced.len() as u64;
                 counts
             });

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageLights, StageRequest, StageSurface, StagedProgram,
-    SurfaceClass, SurfaceObject,
+    Query, ResumedBy, ShapeClass, StageKernel, StageLights, StageRequest, StageSurface,
+    StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
