@@ -59,6 +59,13 @@ pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRend
     job.finish(start.elapsed(), cancelled, rays, threads.count())
 }
 
+/// The time after which the rest of a render is estimated.
+const JUDGED_AFTER: Duration = Duration::from_millis(50);
+
+/// The rest of a render that repays optimised kernels, in times for compiling the first ones: optimised stages take about
+/// three times as long to compile, and a tenth less time to render.
+const LONG_REST: f64 = 20.0;
+
 /// A render in progress.
 struct Job<'a> {
     scene: &'a BatchScene,
@@ -104,7 +111,12 @@ impl<'a> Job<'a> {
         let (next, memories) = threads.for_each_tile(
             (0, count),
             || BatchMemory::new(self.scene),
-            || !self.must_stop(start),
+            || {
+                if self.is_long(start, count) {
+                    self.scene.optimise();
+                }
+                !self.must_stop(start)
+            },
             |memory, index| {
                 // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
                 let (pass, group) = (index / groups, index % groups);
@@ -119,6 +131,13 @@ impl<'a> Job<'a> {
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays);
         (next < count, rays)
+    }
+
+    /// True if the rest of so many wavefronts, at the pace of those done, repays optimised kernels.
+    fn is_long(&self, start: Instant, count: usize) -> bool {
+        let (elapsed, done) = (start.elapsed(), self.done.load(Ordering::Relaxed));
+        let rest = elapsed.as_secs_f64() * (count - done) as f64 / done.max(1) as f64;
+        elapsed >= JUDGED_AFTER && rest >= LONG_REST * self.scene.compile_time.as_secs_f64()
     }
 
     /// Reports that one more of so many wavefronts is done.

@@ -57,9 +57,8 @@ impl BatchScene {
 
     /// The addresses of the code of the integrator's stages.
     #[cfg(test)]
-    pub(crate) fn code(&self) -> Vec<*const rtsl::Kernel> {
-        let stages = self.integrator.staged.iter().flat_map(|staged| staged.code());
-        stages.chain(self.shading_methods.code()).collect()
+    pub(crate) fn code(&self) -> Vec<*const rtsl::TieredKernel> {
+        self.stages().flat_map(StagedMethod::code).collect()
     }
 
     /// True if the features of first surfaces are needed.
@@ -81,6 +80,17 @@ impl BatchScene {
     /// The least distance of hits of further rays, and the least weight with which they are traced.
     pub(super) fn least_of_rays(&self) -> (f32, f32) {
         (self.compiled.epsilon, self.compiled.settings.cutoff)
+    }
+
+    /// Has the background optimise the kernels of all stages, if it has not begun. Rendering uses each as soon as it is
+    /// ready.
+    pub fn optimise(&self) {
+        self.stages().for_each(|staged| staged.optimise(&self.engine));
+    }
+
+    /// The stages of the integrator, and those of the methods that it calls.
+    pub(super) fn stages(&self) -> impl Iterator<Item = &StagedMethod> {
+        self.integrator.staged.iter().chain(self.shading_methods.stages())
     }
 
     /// True if hosts have to know the random sequences of paths on these stages.

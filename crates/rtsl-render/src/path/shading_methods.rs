@@ -119,20 +119,19 @@ impl ShadingMethods {
         self.lights.as_deref()
     }
 
+    /// All stages.
+    pub fn stages(&self) -> impl Iterator<Item = &StagedMethod> {
+        self.staged().chain(self.lights())
+    }
+
     fn staged(&self) -> impl Iterator<Item = &StagedMethod> {
         self.methods.iter().filter_map(ShadingMethod::staged)
     }
 
     /// The greatest number of scratch arrays of the stages.
     pub fn stage_arrays(&self) -> usize {
-        let arrays = self.staged().chain(self.lights());
+        let arrays = self.stages();
         arrays.map(|staged| staged.program.scratch_arrays()).max().unwrap_or(0)
-    }
-
-    /// The addresses of the code.
-    #[cfg(test)]
-    pub fn code(&self) -> impl Iterator<Item = *const Kernel> + '_ {
-        self.staged().chain(self.lights()).flat_map(StagedMethod::code)
     }
 
     fn like(&self, program: &Arc<Program>, method: Method) -> Option<&StagedMethod> {

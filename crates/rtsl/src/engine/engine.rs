@@ -86,6 +86,10 @@ impl Engine {
         Llvm::release_memory();
     }
 
+    pub(super) fn background(&self) -> &Background {
+        &self.background
+    }
+
     pub(super) fn compiler(&self) -> &Arc<KernelCompiler> {
         &self.compiler
     }

@@ -5,3 +5,4 @@ pub(crate) mod background;
 pub(crate) mod engine;
 pub(crate) mod specialised;
 pub(crate) mod stage_kernels;
+pub(crate) mod tiered_kernel;

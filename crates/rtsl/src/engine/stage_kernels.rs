@@ -9,7 +9,9 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::lookup_state;
 use rtsl_stages::Port;
 
+use super::background::Answer;
 use super::engine::{Engine, into_modules, on_threads};
+use super::tiered_kernel::TieredKernel;
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
@@ -25,7 +27,7 @@ use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, 
 #[derive(Debug)]
 pub struct StageKernel {
     /// The kernel.
-    pub kernel: Arc<Kernel>,
+    pub kernel: Arc<TieredKernel>,
     /// The scratch arrays of the stage that it reads.
     pub reads: Vec<usize>,
     /// The scratch arrays of ports that it stores.
@@ -64,7 +66,18 @@ pub enum PreparedOperand {
     Constant(u32),
 }
 
+/// The kernels of stages, and what is left to be optimised.
+#[derive(Debug)]
+pub struct StageKernels {
+    /// The kernels, in the order of their requests.
+    pub kernels: Vec<StageKernel>,
+    unoptimised: Vec<(Arc<TieredKernel>, Arc<Linked>)>,
+    /// The work of the background, once it has begun.
+    begun: OnceLock<Vec<Answer<()>>>,
+}
+
 /// A linked stage on its way to code.
+#[derive(Debug)]
 struct Linked {
     function: Function,
     layout: Layout,
@@ -75,7 +88,7 @@ struct Linked {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names.
+    /// store those of these names. Their code is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -84,7 +97,7 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
         outputs: &[&str],
-    ) -> Result<Vec<StageKernel>, Diagnostic> {
+    ) -> Result<StageKernels, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
@@ -98,7 +111,17 @@ impl Engine {
         }
         let kernels = self.compile_stages(&linked)?;
         let made = kernels.into_iter().zip(&linked);
-        Ok(made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect())
+        let kernels: Vec<StageKernel> =
+            made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect();
+        let unoptimised = match self.compiler().has_cheaper_code() {
+            true => kernels
+                .iter()
+                .map(|it| it.kernel.clone())
+                .zip(linked.into_iter().map(Arc::new))
+                .collect(),
+            false => Vec::new(),
+        };
+        Ok(StageKernels { kernels, unoptimised, begun: OnceLock::new() })
     }
 
     fn link_stages(
@@ -119,17 +142,14 @@ impl Engine {
     }
 
     fn compile_stages(&self, linked: &[Linked]) -> Result<Vec<Kernel>, Diagnostic> {
-        let source = |index: usize| {
-            let Linked { function, layout, variant, .. } = &linked[index];
-            KernelSource::new(function, variant, layout, self.width())
-        };
+        let source = |index: usize| linked[index].source(self.width());
         let sizes: Vec<usize> = linked.iter().map(|it| it.function.values.len()).collect();
         let modules = into_modules(&sizes, processors());
         let made = each_on_threads(modules.len(), |module| {
             let sources: Vec<_> = modules[module].iter().map(|index| source(*index)).collect();
-            self.compiler().kernels(&sources).or_else(|_| {
+            self.compiler().first_kernels(&sources).or_else(|_| {
                 // One by one, so that an error names the right one, and one may be narrower than the others.
-                let alone = |source: &KernelSource<'_>| self.compiler().kernels(&[*source]);
+                let alone = |source: &KernelSource<'_>| self.compiler().first_kernels(&[*source]);
                 let kernels = sources.iter().map(alone).collect::<Result<Vec<_>, _>>()?;
                 Ok(kernels.into_iter().flatten().collect())
             })
@@ -140,6 +160,42 @@ impl Engine {
         }
         kernels.sort_unstable_by_key(|(index, _)| *index);
         Ok(kernels.into_iter().map(|(_, kernel)| kernel).collect())
+    }
+}
+
+impl StageKernels {
+    /// Has a background thread of the engine optimise the kernels, at the first call. Calls use each as soon as it is
+    /// ready. Dropping this value cancels what has not begun.
+    pub fn optimise(&self, engine: &Engine) {
+        self.begun.get_or_init(|| {
+            let width = engine.width();
+            let begin = |(kernel, linked): &(Arc<TieredKernel>, Arc<Linked>)| {
+                let (kernel, linked) = (kernel.clone(), linked.clone());
+                let compiler = engine.compiler().clone();
+                engine.background().start(move || {
+                    let made = compiler.kernels(&[linked.source(width)])?;
+                    made.into_iter().for_each(|made| kernel.set_optimised(made));
+                    // The render needs the memory now.
+                    Engine::cool_down();
+                    Ok(())
+                })
+            };
+            self.unoptimised.iter().map(begin).collect()
+        });
+    }
+
+    /// Waits until the background has optimised all kernels, or failed to.
+    pub fn wait(&self) {
+        for work in self.begun.get().into_iter().flatten() {
+            work.wait();
+        }
+    }
+}
+
+impl Linked {
+    fn source(&self, width: u32) -> KernelSource<'_> {
+        let Linked { function, layout, variant, .. } = self;
+        KernelSource::new(function, variant, layout, width)
     }
 }
 
@@ -160,7 +216,7 @@ impl StageKernel {
     fn new(kernel: Kernel, linked: &Linked) -> StageKernel {
         let Linked { function, layout, prepared, .. } = linked;
         let mut made = StageKernel {
-            kernel: Arc::new(kernel),
+            kernel: Arc::new(TieredKernel::new(kernel)),
             reads: Vec::new(),
             ports: Vec::new(),
             contributes: false,

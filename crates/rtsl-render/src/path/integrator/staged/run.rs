@@ -338,6 +338,6 @@ impl StagedPaths<'_> {
         let callee = Callee { class, method, errors: exhausted };
         let accepted = None;
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
-        callee.call(&kernel.kernel, call);
+        callee.call(kernel.kernel.get(), call);
     }
 }

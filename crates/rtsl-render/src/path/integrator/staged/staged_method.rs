@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageLights, StageRequest, StageSurface,
-    StagedProgram, SurfaceClass, SurfaceObject,
+    Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageRequest,
+    StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -41,9 +41,11 @@ pub struct StagedMethod {
 
 /// The kernels of stages, with what they were made for.
 struct KernelTable {
-    /// By stage and group; the stages without surfaces have a kernel for no group only.
-    kernels: Arc<Vec<Vec<StageKernel>>>,
-    /// The requests, in the order of stages and groups.
+    /// In the order of stages and groups; the stages without surfaces have a kernel for no group only.
+    made: Arc<StageKernels>,
+    /// The index of the first kernel of each stage.
+    firsts: Vec<usize>,
+    /// The requests, in the order of the kernels.
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
@@ -145,12 +147,12 @@ impl StagedMethod {
         table: KernelTable,
         surfaces: Vec<Surface>,
     ) -> StagedMethod {
-        let kernels = &table.kernels;
+        let kernels = table.all();
         let columns = Columns::new(&program);
-        let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
+        let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
         let reads_depths = reads(&columns.depth);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
-        let asks_host = kernels.iter().flatten().any(|it| it.asks_host);
+        let asks_host = kernels.iter().any(|it| it.asks_host);
         let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
         let read_answers = read_answers(&program, (&columns, has_elements), kernels);
@@ -207,18 +209,30 @@ impl StagedMethod {
 
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.
     pub fn kernel(&self, stage: usize, group: usize) -> (&StageKernel, &Objects) {
-        (&self.kernels.kernels[stage][group], &self.groups[group].objects)
+        (self.kernels.get(stage, group), &self.groups[group].objects)
+    }
+
+    /// Has the background optimise the kernels, if it has not begun.
+    pub fn optimise(&self, engine: &Engine) {
+        self.kernels.made.optimise(engine);
+    }
+
+    /// Waits until the kernels are optimised; returns false if one could not be.
+    #[cfg(test)]
+    pub fn is_optimised(&self) -> bool {
+        self.kernels.made.wait();
+        self.kernels.all().iter().all(|it| it.kernel.is_optimised())
     }
 
     /// The addresses of the code.
     #[cfg(test)]
-    pub fn code(&self) -> Vec<*const rtsl::Kernel> {
-        self.kernels.kernels.iter().flatten().map(|it| Arc::as_ptr(&it.kernel)).collect()
+    pub fn code(&self) -> Vec<*const rtsl::TieredKernel> {
+        self.kernels.all().iter().map(|it| Arc::as_ptr(&it.kernel)).collect()
     }
 
     /// The reads of state by the first stage, which is for no group.
     pub fn first_reads(&self) -> &[usize] {
-        &self.kernels.kernels[0][0].reads_state
+        &self.kernels.get(0, 0).reads_state
     }
 
     /// The number of groups, none included.
@@ -350,10 +364,10 @@ fn surfaces_of<'a>(
 }
 
 /// Returns the queries about surfaces that kernels leave to a host.
-fn queries(program: &StagedProgram, kernels: &[Vec<StageKernel>]) -> BTreeSet<Query> {
+fn queries(program: &StagedProgram, kernels: &[StageKernel]) -> BTreeSet<Query> {
     let shades = program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::Shade);
     let shaded = shades.then_some(Query::Shade);
-    let kernels = kernels.iter().flatten();
+    let kernels = kernels.iter();
     let prepared = kernels.clone().any(|kernel| kernel.prepared.is_some());
     let prepared = prepared.then_some(Query::SurfaceProperties);
     let asked = kernels.flat_map(|kernel| kernel.queries.iter().copied());
@@ -365,7 +379,7 @@ fn queries(program: &StagedProgram, kernels: &[Vec<StageKernel>]) -> BTreeSet<Qu
 fn read_answers(
     program: &StagedProgram,
     (columns, has_elements): (&Columns, bool),
-    kernels: &[Vec<StageKernel>],
+    kernels: &[StageKernel],
 ) -> Vec<(usize, usize)> {
     let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface));
     // Surfaces are known by their objects, those of meshes by their elements as well.
@@ -374,10 +388,10 @@ fn read_answers(
             [object].into_iter().chain(has_elements.then_some(element))
         })
         .collect();
-    let prepared = kernels.iter().flatten().filter_map(|kernel| kernel.prepared.as_ref());
+    let prepared = kernels.iter().filter_map(|kernel| kernel.prepared.as_ref());
     let prepared: BTreeSet<usize> = prepared.flat_map(PreparedSurface::arrays).collect();
     let is_read = |array: &usize| {
-        let is_read = kernels.iter().flatten().any(|it| it.reads.contains(array));
+        let is_read = kernels.iter().any(|it| it.reads.contains(array));
         is_read || sorted.contains(array) || prepared.contains(array)
     };
     let answers = columns.answers.iter().copied().enumerate();
@@ -394,7 +408,11 @@ impl KernelTable {
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
-        let counts: Vec<usize> = requests.iter().map(Vec::len).collect();
+        let mut firsts = vec![0];
+        firsts.extend(requests.iter().scan(0, |end, of_stage| {
+            *end += of_stage.len();
+            Some(*end)
+        }));
         let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
         let names: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
         let serves = |earlier: &&StagedMethod| {
@@ -404,13 +422,19 @@ impl KernelTable {
                 && (requests.len(), &names) == (table.requests.len(), &table.outputs)
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
         };
-        if let Some(earlier) = earlier.filter(serves) {
-            let kernels = earlier.kernels.kernels.clone();
-            return Ok(KernelTable { kernels, requests, outputs: names });
-        }
-        let mut made = engine.stage_kernels(program, &requests, outputs)?.into_iter();
-        let kernels = counts.into_iter().map(|count| made.by_ref().take(count).collect());
-        Ok(KernelTable { kernels: Arc::new(kernels.collect()), requests, outputs: names })
+        let made = match earlier.filter(serves) {
+            Some(earlier) => earlier.kernels.made.clone(),
+            None => Arc::new(engine.stage_kernels(program, &requests, outputs)?),
+        };
+        Ok(KernelTable { made, firsts, requests, outputs: names })
+    }
+
+    fn all(&self) -> &[StageKernel] {
+        &self.made.kernels
+    }
+
+    fn get(&self, stage: usize, group: usize) -> &StageKernel {
+        &self.made.kernels[self.firsts[stage] + group]
     }
 }
 

@@ -1,0 +1,34 @@
+//! Kernels that exist soon, and later faster.
+
+use std::sync::OnceLock;
+
+use crate::codegen::kernel::Kernel;
+
+/// A kernel whose code was generated without optimisation by LLVM, which takes a fraction of the time, and once a
+/// background thread has made it, the optimised one. Both give the same bits.
+#[derive(Debug)]
+pub struct TieredKernel {
+    first: Kernel,
+    optimised: OnceLock<Kernel>,
+}
+
+impl TieredKernel {
+    pub(crate) fn new(first: Kernel) -> TieredKernel {
+        TieredKernel { first, optimised: OnceLock::new() }
+    }
+
+    /// Returns the fastest kernel made so far.
+    pub fn get(&self) -> &Kernel {
+        self.optimised.get().unwrap_or(&self.first)
+    }
+
+    /// True if the optimised kernel is made.
+    pub fn is_optimised(&self) -> bool {
+        self.optimised.get().is_some()
+    }
+
+    pub(crate) fn set_optimised(&self, kernel: Kernel) {
+        // The first one serves as well.
+        let _ = self.optimised.set(kernel);
+    }
+}
