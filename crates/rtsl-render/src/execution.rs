@@ -16,8 +16,8 @@ pub struct Execution<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// Disables specialisation, which long renders of the interactive renderer use otherwise.
-    pub general_kernels_only: bool,
+    /// Disables the optimisation of kernels in the background of long renders.
+    pub first_kernels_only: bool,
 }
 
 impl Execution<'_> {

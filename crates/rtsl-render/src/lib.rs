@@ -18,7 +18,6 @@ pub mod session;
 pub mod statistics;
 pub(crate) mod surfaces;
 pub(crate) mod tiles;
-pub mod whitted;
 
 // Users know the renderers by the names that select them.
 pub use execution::{Execution, Rendered};
@@ -28,4 +27,3 @@ pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};
 pub use rtsl::Messages;
 pub use rtsl_scene::Renderer;
 pub use statistics::Statistics;
-pub use whitted as interactive;

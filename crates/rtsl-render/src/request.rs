@@ -11,15 +11,14 @@ use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::runtime_errors::MAX_CAUSES;
-use crate::compiled::{BuildStep, CompiledScene, SceneBuilder};
+use crate::compiled::{BuildStep, CompiledScene};
 use crate::execution::{Execution, Rendered};
 use crate::path::{
     self, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, is_feature,
 };
-use crate::progress::{Progress, TilesDone};
+use crate::progress::Progress;
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
-use crate::whitted::{self, RenderOptions};
 
 /// The scene and the options of a render.
 #[derive(Clone, Default)]
@@ -52,11 +51,11 @@ pub struct RenderRequest<'a> {
     pub engine: EngineOptions,
     /// The AOVs to render.
     pub aovs: Vec<Aov>,
-    /// True if the path renderer also makes the AOVs that help a denoiser, after those requested.
+    /// True if the AOVs that help a denoiser are made, too, after those requested.
     pub for_denoiser: bool,
-    /// The noise, relative to their luminance, at which tiles of the path renderer take no more samples.
+    /// The noise, relative to their luminance, at which tiles take no more samples.
     pub noise_target: Option<f32>,
-    /// The checkpoint of the path renderer, to resume the render later.
+    /// The checkpoint, to resume the render later.
     pub checkpoint: Option<CheckpointRequest>,
     /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
@@ -76,8 +75,8 @@ pub struct CheckpointRequest {
 }
 
 impl RenderRequest<'_> {
-    /// The AOVs that the path renderer makes.
-    fn batch_aovs(&self) -> Vec<Aov> {
+    /// The AOVs that are made.
+    fn all_aovs(&self) -> Vec<Aov> {
         let helps =
             DENOISER_AOVS.iter().filter(|aov| self.for_denoiser && !self.aovs.contains(aov));
         self.aovs.iter().chain(helps).copied().collect()
@@ -151,47 +150,33 @@ pub fn render_scene_from(
         }
         LoadedScene::new(request, &files)
     })?;
-    let renderer = loaded.choose_renderer();
+    loaded.choose_renderer();
     let Settings { width, height, .. } = loaded.scene.settings;
-    let need = need(request, renderer, (width, height));
+    let need = need(request, (width, height));
     check_render((width, height), need).map_err(Messages::one)?;
-    match renderer {
-        Renderer::Interactive => render_interactively(request, loaded, start),
-        Renderer::Batch => {
-            let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
-                path: checkpoint.path.clone(),
-                every: checkpoint.every,
-                resume: checkpoint.resume,
-                fingerprint: fingerprint(request, &loaded, &files),
-            });
-            if let Some(checkpoints) = &checkpoints {
-                check_place(request, checkpoints)?;
-            }
-            render_paths(request, loaded, checkpoints.as_ref(), start)
-        }
+    let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
+        path: checkpoint.path.clone(),
+        every: checkpoint.every,
+        resume: checkpoint.resume,
+        fingerprint: fingerprint(request, &loaded, &files),
+    });
+    if let Some(checkpoints) = &checkpoints {
+        check_place(request, checkpoints)?;
     }
+    render_loaded(request, loaded, checkpoints.as_ref(), start)
 }
 
 /// The peak memory of a render besides the scene: the film and all images while they are made, or the images and their
 /// encoded form while they are written.
-fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -> Need {
-    let aovs = match renderer {
-        Renderer::Batch => request.batch_aovs(),
-        Renderer::Interactive => request.aovs.clone(),
-    };
+fn need(request: &RenderRequest<'_>, size: (usize, usize)) -> Need {
+    let aovs = request.all_aovs();
     let image = Amount::of::<[f32; 3]>(size.0.saturating_mul(size.1));
     let images = image.times(1 + aovs.len());
-    let film = match renderer {
-        Renderer::Batch => {
-            let with_features = aovs.iter().any(|aov| is_feature(*aov));
-            let keeps =
-                request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
-            let checkpoint =
-                if keeps { Checkpoints::memory(size, with_features) } else { Amount::default() };
-            BatchFilm::memory(size, with_features) + checkpoint.max(images)
-        }
-        Renderer::Interactive => images,
-    };
+    let with_features = aovs.iter().any(|aov| is_feature(*aov));
+    let keeps = request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
+    let checkpoint =
+        if keeps { Checkpoints::memory(size, with_features) } else { Amount::default() };
+    let film = BatchFilm::memory(size, with_features) + checkpoint.max(images);
     let denoised = if request.for_denoiser { image.times(DENOISER_AOVS.len() + 1) } else { image };
     // An encoder reorders the numbers, for an EXR all of them.
     let written = images + images.max(denoised);
@@ -235,7 +220,7 @@ fn fingerprint(
     }
     let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
     fingerprint.set("noise target", noise);
-    let has_features = request.batch_aovs().iter().any(|aov| is_feature(*aov));
+    let has_features = request.all_aovs().iter().any(|aov| is_feature(*aov));
     fingerprint.set("features of pixels", if has_features { "kept" } else { "not kept" });
     fingerprint
 }
@@ -253,35 +238,13 @@ fn arithmetic(math: Math, engine: &Engine) -> String {
     everywhere.to_owned()
 }
 
-fn render_interactively(
-    request: &RenderRequest<'_>,
-    loaded: LoadedScene,
-    start: Instant,
-) -> Result<RenderResult, Messages> {
-    let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
-    Engine::cool_down();
-    let cold_start_seconds = start.elapsed().as_secs_f64();
-    let tiles_done =
-        |done, of| request.tell(Progress::Rendering(TilesDone { done, of, skipped: 0 }));
-    let rendered = whitted::render(
-        &scene,
-        RenderOptions {
-            execution: request.execution,
-            progress: request.progress.is_some().then_some(&tiles_done),
-            aovs: &request.aovs,
-        },
-    )?;
-    let statistics = of_scene(Statistics { cold_start_seconds, ..statistics }, &scene);
-    Ok(result(rendered, scene.settings, statistics, warnings))
-}
-
-fn render_paths(
+fn render_loaded(
     request: &RenderRequest<'_>,
     loaded: LoadedScene,
     checkpoints: Option<&Checkpoints>,
     start: Instant,
 ) -> Result<RenderResult, Messages> {
-    let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_paths(request, loaded)?;
+    let Prepared { scene, statistics, mut warnings, .. } = Prepared::new(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |tiles| request.tell(Progress::Rendering(tiles));
@@ -407,20 +370,21 @@ impl LoadedScene {
         Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
     }
 
-    /// Chooses the renderer and records it in the settings.
-    fn choose_renderer(&mut self) -> Renderer {
+    /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
+    pub(crate) fn choose_renderer(&mut self) {
         let LoadedScene { scene, engine, .. } = self;
-        let renderer = scene.settings.renderer.unwrap_or_else(|| {
-            if path::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
+        let has_shade = |scene: &Scene| path::has_shade(engine, scene);
+        scene.settings.renderer = Some(match scene.settings.renderer {
+            Some(renderer) => renderer,
+            None if has_shade(scene) => Renderer::Interactive,
+            None => Renderer::Batch,
         });
-        scene.settings.renderer = Some(renderer);
-        renderer
     }
 }
 
 /// A scene prepared for rendering.
-pub(crate) struct Prepared<Ready> {
-    pub(crate) scene: Ready,
+pub(crate) struct Prepared {
+    pub(crate) scene: BatchScene,
     /// Statistics of the preparation.
     pub(crate) statistics: Statistics,
     /// The number of primitives: shapes, and the elements of those that have any.
@@ -428,46 +392,9 @@ pub(crate) struct Prepared<Ready> {
     pub(crate) warnings: Messages,
 }
 
-impl Prepared<CompiledScene> {
-    /// Prepares the scene for the interactive renderer.
-    pub(crate) fn for_shading(
-        request: &RenderRequest<'_>,
-        loaded: LoadedScene,
-    ) -> Result<Self, Messages> {
-        Prepared::new(request, loaded, |scene, engine, warnings, told| {
-            let scene = SceneBuilder::new(engine).listener(told).build(scene, warnings)?;
-            let times = [scene.compile_time, scene.build_time];
-            Ok((scene, times))
-        })
-    }
-}
-
-impl Prepared<BatchScene> {
-    /// Prepares the scene for the path renderer.
-    pub(crate) fn for_paths(
-        request: &RenderRequest<'_>,
-        loaded: LoadedScene,
-    ) -> Result<Self, Messages> {
-        Prepared::new(request, loaded, |scene, engine, warnings, told| {
-            let scene = BatchScene::new(&scene, engine, &request.batch_aovs(), warnings, told)?;
-            let times = [scene.compile_time, scene.compiled.build_time];
-            Ok((scene, times))
-        })
-    }
-}
-
-impl<Ready> Prepared<Ready> {
-    /// Prepares the scene by `compile`, which returns the times for kernels and the hierarchy.
-    fn new(
-        request: &RenderRequest<'_>,
-        loaded: LoadedScene,
-        compile: impl FnOnce(
-            Scene,
-            &Engine,
-            &mut Messages,
-            &dyn Fn(BuildStep),
-        ) -> Result<(Ready, [Duration; 2]), Messages>,
-    ) -> Result<Self, Messages> {
+impl Prepared {
+    /// Prepares the scene.
+    pub(crate) fn new(request: &RenderRequest<'_>, loaded: LoadedScene) -> Result<Self, Messages> {
         let LoadedScene { scene, engine, mut warnings, load_time, check_time, engine_time } =
             loaded;
         let elements = scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
@@ -476,12 +403,12 @@ impl<Ready> Prepared<Ready> {
             BuildStep::Kernels { shaders } => request.tell(Progress::Compiling { shaders }),
             BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
         };
-        let (scene, [compile_time, build_time]) = compile(scene, &engine, &mut warnings, &told)?;
+        let scene = BatchScene::new(&scene, &engine, &request.all_aovs(), &mut warnings, &told)?;
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
             check_seconds: check_time.as_secs_f64(),
-            compile_seconds: (engine_time + compile_time).as_secs_f64(),
-            build_seconds: build_time.as_secs_f64(),
+            compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
+            build_seconds: scene.compiled.build_time.as_secs_f64(),
             width: engine.width(),
             target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
                 format!("{} {}", llvm.host().triple(), llvm.host().cpu())

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rtsl::Instance;
 use rtsl_math::{MovingTransform, Transform};
 
-use super::Settings;
+use super::{Renderer, Settings};
 
 /// A scene.
 #[derive(Clone, Debug)]
@@ -16,6 +16,9 @@ pub struct Scene {
     pub integrator: Option<Arc<Instance>>,
     /// The path tracer of the standard library with the settings of the scene, for scenes that name no class.
     pub path_tracer: Arc<Instance>,
+    /// The integrator of the standard library that shows what `shade` of materials computes, for the interactive
+    /// renderer.
+    pub whitted: Arc<Instance>,
     /// The camera.
     pub camera: Arc<Instance>,
     /// From the camera's space to the world's, at shutter open.
@@ -39,6 +42,14 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Returns the integrator that makes the picture: the class that the scene names, or that of the renderer.
+    pub fn integrator(&self) -> &Arc<Instance> {
+        self.integrator.as_ref().unwrap_or(match self.settings.renderer {
+            Some(Renderer::Interactive) => &self.whitted,
+            Some(Renderer::Batch) | None => &self.path_tracer,
+        })
+    }
+
     /// Returns the camera, the materials and the lights, in this order.
     pub fn shading_instances(&self) -> impl Iterator<Item = &Arc<Instance>> {
         let lights = self.lights.iter().map(|light| &light.light);

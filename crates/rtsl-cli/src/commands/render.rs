@@ -77,10 +77,9 @@ pub struct RenderArguments {
     // Generated from the list of AOVs, so that it is complete.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov, help = aov_help())]
     aov: Vec<Aov>,
-    /// Disable specialised kernels for the scene's values, which renders of more than a second use. Never changes the
-    /// picture.
-    #[arg(long)]
-    no_specialise: bool,
+    /// Do not optimise kernels in the background of a long render. Never changes the picture.
+    #[arg(long, alias = "no-specialise")]
+    no_optimise: bool,
     /// Write statistics of the render as JSON.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -196,7 +195,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
             threads: arguments.threads,
             cancel: Some(interrupted),
             time_limit: arguments.time,
-            general_kernels_only: arguments.no_specialise,
+            first_kernels_only: arguments.no_optimise,
         },
         engine: arguments.engine.options(),
         aovs: arguments.aov.clone(),

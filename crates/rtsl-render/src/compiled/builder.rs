@@ -20,7 +20,6 @@ use super::object::Object;
 use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::inverse;
 use super::shaders::{Purpose, Shader, ShaderTable, is_own_material};
-use super::specialisation::Specialisation;
 
 /// A step of preparing a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,14 +196,7 @@ impl Assembly<'_> {
             width: self.table.engine().width(),
             compile_time: Duration::ZERO,
             build_time: Duration::ZERO,
-            specialisation: self.specialisation(&scene),
         })
-    }
-
-    fn specialisation(&self, scene: &Scene) -> Specialisation {
-        let lights = scene.lights.iter().map(|light| &light.light);
-        let instances = [&scene.camera].into_iter().chain(lights).chain(&scene.materials);
-        Specialisation::new(self.table.engine(), instances.cloned().collect())
     }
 
     fn light(&self, light: &PlacedLight) -> Light {

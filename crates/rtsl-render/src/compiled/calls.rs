@@ -100,11 +100,6 @@ impl CallBlocks {
         }
     }
 
-    /// Sets the first `arrays` arrays of scratch to zero.
-    pub fn clear_scratch(&mut self, arrays: usize) {
-        (0..arrays).for_each(|array| self.scratch.words_mut(array).fill(0));
-    }
-
     /// Prepares the mask for `lanes` if the call needs one, and returns the number of rays of the call.
     // Without a mask, full packets use the code specialised for them.
     #[inline(always)]
@@ -155,8 +150,6 @@ pub struct KernelCall<'a> {
     pub callee: Callee<'a>,
     /// The instance, or instances.
     pub instances: Instances<'a>,
-    /// The number of scratch arrays that the kernel may use.
-    pub scratch_arrays: usize,
 }
 
 impl KernelCall<'_> {
@@ -180,9 +173,8 @@ impl<'a> KernelCall<'a> {
         instances: Instances<'a>,
         errors: &'a RuntimeErrors,
     ) -> Self {
-        let scratch_arrays = program.layout().scratch_arrays as usize;
         let callee = Callee { class: &program.class().name, method, errors };
-        KernelCall { kernel, callee, instances, scratch_arrays }
+        KernelCall { kernel, callee, instances }
     }
 }
 
@@ -195,7 +187,7 @@ impl CompiledScene {
         errors: &'a RuntimeErrors,
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
-        let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;
+        let kernel = shader.kernel(method)?;
         let instances = Instances::One(&instance.block);
         Some(KernelCall::new(&shader.program, kernel, method, instances, errors))
     }

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rtsl::Engine;
 use rtsl_bvh::Geometry;
 use rtsl_math::{Affine, MovingTransform};
-use rtsl_scene::{Scene, Settings};
+use rtsl_scene::Settings;
 
 use super::area_light::AreaLight;
 use super::extents::Extents;
@@ -15,9 +14,8 @@ use super::object::Object;
 use super::object_class::ObjectClass;
 use super::placed_objects::GroupItems;
 use super::placement::Placement;
-use super::shader_instance::{ShaderInstance, Specialised};
+use super::shader_instance::ShaderInstance;
 use super::shaders::{Shader, SurfaceNeeds};
-use super::specialisation::Specialisation;
 
 /// A scene prepared for rendering.
 pub struct CompiledScene {
@@ -66,68 +64,9 @@ pub struct CompiledScene {
     pub compile_time: Duration,
     /// The time for bounds and the acceleration structure.
     pub build_time: Duration,
-    /// Compiles kernels specialised for the scene's values; dropped last.
-    pub specialisation: Specialisation,
 }
 
 impl CompiledScene {
-    /// Requests specialised kernels. Rendering uses each as soon as it is ready.
-    pub fn specialise(&self) {
-        self.specialisation.begin(self.specialisable().map(|it| (self.shader(it), it)));
-    }
-
-    /// Waits until all kernels that [`CompiledScene::specialise`] requested are ready; returns their number.
-    pub fn wait_for_specialised(&self) -> usize {
-        let instances = self.specialisable().filter_map(|it| it.specialised.0.get());
-        let kernels = instances.flatten().map(|(_, kernel)| kernel);
-        kernels.inspect(|kernel| kernel.wait()).filter(|kernel| kernel.is_specialised()).count()
-    }
-
-    /// The instances of [`Specialisation::new`].
-    fn specialisable(&self) -> impl Iterator<Item = &ShaderInstance> {
-        let lights = self.lights.iter().map(|light| &light.instance);
-        [&self.camera].into_iter().chain(lights).chain(&self.materials)
-    }
-
-    /// Replaces the values of the instances in which `scene` differs from `earlier`, from which this was compiled.
-    /// Nothing is compiled. Returns false without any effect if that does not suffice, because a shape or the class of
-    /// an instance changed.
-    pub fn replace_values(&mut self, earlier: &Scene, scene: &Scene, engine: &Engine) -> bool {
-        if !scene.has_same_shapes(earlier) || scene.ambient != earlier.ambient {
-            return false;
-        }
-        let before = earlier.shading_instances();
-        let changed = before.zip(scene.shading_instances()).zip(self.shading_instances());
-        let changed =
-            changed.enumerate().filter(|(_, ((before, now), _))| !Arc::ptr_eq(before, now));
-        let mut blocks = Vec::new();
-        for (index, ((_, now), placed)) in changed {
-            let program = engine.program(now);
-            if !Arc::ptr_eq(&program, &self.shader(placed).program) {
-                return false;
-            }
-            blocks.push((index, program.block(now)));
-        }
-        for (index, block) in blocks {
-            if let Some(placed) = self.shading_instances_mut().nth(index) {
-                placed.block = Arc::new(block);
-                placed.specialised = Specialised::default();
-            }
-        }
-        true
-    }
-
-    /// The camera, the materials and the lights, in the order of [`Scene::shading_instances`].
-    fn shading_instances(&self) -> impl Iterator<Item = &ShaderInstance> {
-        let lights = self.lights.iter().map(|light| &light.instance);
-        [&self.camera].into_iter().chain(&self.materials).chain(lights)
-    }
-
-    fn shading_instances_mut(&mut self) -> impl Iterator<Item = &mut ShaderInstance> {
-        let lights = self.lights.iter_mut().map(|light| &mut light.instance);
-        [&mut self.camera].into_iter().chain(&mut self.materials).chain(lights)
-    }
-
     /// Returns the least distance of a camera ray's hit, unless the camera sets another.
     pub fn camera_epsilon(&self) -> f32 {
         self.settings.epsilon.unwrap_or(self.usual_camera_epsilon)

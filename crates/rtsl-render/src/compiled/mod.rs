@@ -19,7 +19,6 @@ pub(crate) mod placement;
 pub(crate) mod runtime_errors;
 mod shader_instance;
 pub(crate) mod shaders;
-pub(crate) mod specialisation;
 pub(crate) mod tracer;
 pub(crate) mod variables;
 pub(crate) mod work_counts;

@@ -11,7 +11,7 @@ use rtsl_scene::{Scene, SceneObject};
 
 use super::intersect_variants::{hit_variant, packet_variant};
 use super::placement::inverse;
-use super::shader_instance::{ShaderInstance, Specialised};
+use super::shader_instance::ShaderInstance;
 
 /// A class with the kernels that a scene calls.
 pub struct Shader {
@@ -343,7 +343,7 @@ impl<'a> ShaderTable<'a> {
         let program = self.engine.program(instance);
         let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
         let (shader, block) = (shader.unwrap_or(0), Arc::new(program.block(instance)));
-        ShaderInstance { shader, block, specialised: Specialised::default() }
+        ShaderInstance { shader, block }
     }
 
     /// Returns an object of the scene, or each of its elements if it has any, prepared for its shader; empty if they
@@ -362,7 +362,7 @@ impl<'a> ShaderTable<'a> {
                 words[*word as usize] = elements.word(element, position);
             }
             let block = Arc::new(InstanceBlock::new(&words, shared.buffers().to_vec()));
-            ShaderInstance { shader: whole.shader, block, specialised: Specialised::default() }
+            ShaderInstance { shader: whole.shader, block }
         });
         items.collect()
     }

@@ -5,7 +5,7 @@
 //! operations are those of the functions for one vector, in the same order, so that the bits are the same.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x8, mask32x8};
 use rtsl::LaneBlock;
 use rtsl_bvh::{LaneMask, Lanes};
 use rtsl_math::{Affine, SIMD_LANES, USUAL_SQUARES};
@@ -29,13 +29,7 @@ pub struct Eight<S: Simd> {
     stores_all: bool,
 }
 
-/// Iterates over the groups of eight that contain some of `lanes`. Stores do not change other lanes.
-#[inline(always)]
-pub fn eights<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
-    Eights { simd, lanes, stores_all: false }
-}
-
-/// The same if other lanes are unused, so that stores may change them.
+/// Iterates over the groups of eight that contain some of `lanes`. Others are unused: stores may change them.
 // On Zen 3 a masked store takes 12 cycles; LLVM makes one of every load, select and store.
 #[inline(always)]
 pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
@@ -69,7 +63,7 @@ impl<S: Simd> Iterator for FirstEights<S> {
     }
 }
 
-/// See [`eights`].
+/// See [`eights_alone`].
 pub struct Eights<S> {
     simd: S,
     /// The lanes not processed yet.
@@ -186,18 +180,6 @@ impl<S: Simd> Eight<S> {
         self.blend(value[2], &mut to[2]);
     }
 
-    /// Returns the active lanes in the mask, as lanes of the packet.
-    #[inline(always)]
-    pub fn lanes(self, mask: mask32x8<S>) -> LaneMask {
-        (mask.to_bitmask() & self.bits) << self.start
-    }
-
-    /// Returns those of the eight lanes that are in a mask of the packet.
-    #[inline(always)]
-    pub fn mask(self, lanes: LaneMask) -> mask32x8<S> {
-        mask32x8::from_bitmask(self.simd, lanes >> self.start & 0xFF)
-    }
-
     /// Applies [`normalize_or`](rtsl_math::normalize_or) to each.
     #[inline(always)]
     pub fn normalized_or(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
@@ -306,23 +288,9 @@ pub fn is_lit<S: Simd>(color: &Vectors<S>) -> mask32x8<S> {
     !is_dark
 }
 
-/// Returns a mask of the vectors whose components are all finite.
-#[inline(always)]
-pub fn is_finite<S: Simd>(v: &Vectors<S>) -> mask32x8<S> {
-    let is_finite = |x: f32x8<S>| x.abs().simd_lt(f32::INFINITY);
-    is_finite(v[0]) & is_finite(v[1]) & is_finite(v[2])
-}
-
-/// Returns the lanes of `lanes` with a component that is not finite.
-pub fn not_finite(vectors: &LaneVectors, lanes: LaneMask) -> LaneMask {
-    dispatch!(Level::new(), simd => {
-        let lost = eights(simd, lanes).map(|eight| eight.lanes(!is_finite(&eight.vectors(vectors))));
-        lost.fold(0, |all, lost| all | lost)
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use fearless_simd::{Level, dispatch};
     use proptest::prelude::*;
 
     use rtsl_bvh::LANES;
@@ -337,7 +305,7 @@ mod tests {
     fn normalized(v: &LaneVectors) -> LaneVectors {
         let mut all = [[0.0; LANES]; 3];
         dispatch!(Level::new(), simd => {
-            for eight in eights(simd, LaneMask::MAX) {
+            for eight in eights_alone(simd, LaneMask::MAX) {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
                 let normalized = eight.normalized_or(&eight.vectors(v), &up);
                 eight.blend_vectors(&normalized, &mut all);
@@ -359,17 +327,5 @@ mod tests {
                 prop_assert_eq!(normalised[axis][lane].to_bits(), expected[axis].to_bits());
             }
         }
-    }
-
-    #[test]
-    fn only_the_lanes_named_change() {
-        let mut to = [1.0; LANES];
-        dispatch!(Level::new(), simd => {
-            for eight in eights(simd, 0x8000_0000_0000_0102) {
-                eight.blend(eight.splat(2.0), &mut to);
-            }
-        });
-        let changed: Vec<usize> = (0..LANES).filter(|lane| to[*lane] == 2.0).collect();
-        assert_eq!(changed, [1, 8, 63]);
     }
 }

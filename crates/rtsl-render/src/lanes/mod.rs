@@ -4,7 +4,6 @@ pub mod delta_light;
 pub mod eight;
 pub mod fours;
 pub mod lane_maps;
-pub mod lane_streams;
 pub mod mask_bits;
 pub mod request_lanes;
 pub mod sequences;

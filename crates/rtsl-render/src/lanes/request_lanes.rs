@@ -1,17 +1,6 @@
 //! Conversion between the lanes of requests, which cover a window of lanes each, and those of a packet.
 
 use rtsl::host::{LaneSet, MAX_LANES};
-use rtsl_bvh::LaneMask;
-
-/// Returns the requesting lanes of a packet.
-pub fn mask_of(lanes: LaneSet) -> LaneMask {
-    LaneMask::from(lanes.active) << lanes.base
-}
-
-/// Returns the bits of a packet's lanes that belong to a request.
-pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
-    (mask >> lanes.base) as u32 & lanes.active
-}
 
 /// Copies a request's lanes to those of a packet or batch.
 #[inline(always)]

@@ -1,6 +1,6 @@
 //! Positions of lanes in their random sequences, and the numbers that requests of kernels get from them.
 //!
-//! Both renderers answer `rand()` by [`Sequences::next`], so that one place handles requests, which are windows of
+//! Hosts answer `rand()` by [`Sequences::next`], so that one place handles requests, which are windows of
 //! lanes of any width at any start.
 
 use fearless_simd::{Level, Simd, dispatch};
@@ -40,7 +40,7 @@ impl<const LANES: usize> Sequences<LANES> {
     pub fn next(
         &mut self,
         sampler: &Sampler,
-        samples: Samples<'_, LANES>,
+        samples: &[u32; LANES],
         lanes: LaneSet,
         values: &mut LaneFloats,
     ) {
@@ -58,7 +58,7 @@ impl<const LANES: usize> Sequences<LANES> {
         &mut self,
         _: S,
         sampler: &Sampler,
-        samples: Samples<'_, LANES>,
+        samples: &[u32; LANES],
         lanes: LaneSet,
         values: &mut LaneFloats,
     ) {
@@ -67,42 +67,23 @@ impl<const LANES: usize> Sequences<LANES> {
             ([0; MAX_LANES], [0; MAX_LANES], [0.0; MAX_LANES]);
         from_packet(lanes, &self.keys, &mut keys);
         from_packet(lanes, &self.dimensions, &mut dimensions);
-        let samples = samples.of_request(lanes);
+        let mut samples_of_lanes = [0; MAX_LANES];
+        from_packet(lanes, samples, &mut samples_of_lanes);
         for start in (0..MAX_LANES).step_by(SIMD_LANES) {
             if lanes.active >> start == 0 {
                 break;
             }
             for lane in start..start + SIMD_LANES {
-                numbers[lane] =
-                    sampler.number_of_stream::<SPREAD>(keys[lane], dimensions[lane], samples[lane]);
+                numbers[lane] = sampler.number_of_stream::<SPREAD>(
+                    keys[lane],
+                    dimensions[lane],
+                    samples_of_lanes[lane],
+                );
                 dimensions[lane] = u32::wrapping_add(dimensions[lane], lanes.active >> lane & 1);
             }
         }
         *values = numbers;
         to_packet(lanes, &dimensions, &mut self.dimensions);
-    }
-}
-
-/// The sample indices of lanes.
-#[derive(Clone, Copy, Debug)]
-pub enum Samples<'a, const LANES: usize> {
-    /// All lanes have this one.
-    Same(u32),
-    /// Each lane has a different one.
-    Each(&'a [u32; LANES]),
-}
-
-impl<const LANES: usize> Samples<'_, LANES> {
-    #[inline(always)]
-    fn of_request(self, lanes: LaneSet) -> [u32; MAX_LANES] {
-        match self {
-            Samples::Same(sample) => [sample; MAX_LANES],
-            Samples::Each(samples) => {
-                let mut of_request = [0; MAX_LANES];
-                from_packet(lanes, samples, &mut of_request);
-                of_request
-            }
-        }
     }
 }
 
@@ -132,7 +113,7 @@ mod tests {
     }
 
     /// Draws three numbers for all lanes, one after another, but only two for lane 5, in requests of `width` lanes.
-    fn numbers(sampler: &Sampler, samples: Samples<'_, LANES>, width: usize) -> [[u32; LANES]; 3] {
+    fn numbers(sampler: &Sampler, samples: &[u32; LANES], width: usize) -> [[u32; LANES]; 3] {
         let mut sequences = sequences(sampler);
         [0, 1, 2].map(|time| {
             let mut numbers = [0; LANES];
@@ -153,16 +134,15 @@ mod tests {
     }
 
     /// The number of this dimension for a lane.
-    fn number(sampler: &Sampler, samples: Samples<'_, LANES>, lane: usize, dimension: u32) -> u32 {
-        let sample = samples.of_request(LaneSet { base: lane as u32, active: 1 })[0];
-        sampler.single_number(sampler.stream_key(lane as u32), dimension, sample).to_bits()
+    fn number(sampler: &Sampler, samples: &[u32; LANES], lane: usize, dimension: u32) -> u32 {
+        sampler.single_number(sampler.stream_key(lane as u32), dimension, samples[lane]).to_bits()
     }
 
     #[test]
     fn every_lane_gets_its_numbers_whoever_asks_along() {
         let each = std::array::from_fn(|lane| lane as u32 % 15);
         for sampler in &SAMPLERS {
-            for samples in [Samples::Same(7), Samples::Each(&each)] {
+            for samples in [&[7; LANES], &each] {
                 let number = |lane, dimension| number(sampler, samples, lane, dimension);
                 let expected = [0, 1, 2].map(|time| {
                     std::array::from_fn(|lane| match (lane, time) {

@@ -52,17 +52,6 @@ pub fn surface_offsets<S: Simd>(
     offset.simd_lt(f32::INFINITY).select(offset, eight.splat(0.0))
 }
 
-/// Returns the origins of rays that leave points in these directions, off the surface by this distance.
-#[inline(always)]
-pub fn off_surfaces<S: Simd>(
-    point: &Vectors<S>,
-    normal: &Vectors<S>,
-    direction: &Vectors<S>,
-    offset: f32x8<S>,
-) -> Vectors<S> {
-    sums(point, &scaled(normal, offset.copysign(dots(direction, normal))))
-}
-
 /// Returns the lengths of shadow rays towards lights without a shape, given their distances and the offsets of their
 /// origins: a little shorter, so that the surface on which a light is mounted does not occlude it.
 #[inline(always)]

@@ -9,9 +9,9 @@ use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::spread::Spread;
 use crate::compiled::tracer::Tracer;
+use crate::path::{BatchMemory, PathTracer, tiles_of_wavefront};
 use crate::statistics::RayCounts;
-use crate::tiles::{RenderThreads, Tile, camera_rays};
-use crate::whitted::{Workspace, rays_of, sample_tile};
+use crate::tiles::{RenderThreads, Tile, TileSamples, camera_packet};
 
 /// The number and the duration of repetitions.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ pub struct Effort {
 
 /// The subject and the effort of a measurement.
 pub struct Clock<'a> {
-    pub tracer: Tracer<'a>,
+    pub tracer: PathTracer<'a>,
     pub threads: RenderThreads,
     /// The tiles of the image.
     pub tiles: Vec<Tile>,
@@ -38,22 +38,26 @@ const BATCH: usize = 16;
 impl Clock<'_> {
     /// Measures each kind of ray that the scene supports.
     pub fn rays(&self) -> Vec<RayMeasurement> {
-        let sets = RaySets::new(&self.tracer, &self.tiles);
-        let primary = self.measure("primary", self.tiles.len(), |workspace, index| {
-            let (tile, settings) = (self.tiles[index], &self.tracer.scene.settings);
-            let lanes = tile.lanes(settings.width, settings.height);
-            let camera = camera_rays(&self.tracer, &mut workspace.camera, tile, 0);
-            let hits = self.tracer.nearest(&mut workspace.search, &camera.rays, lanes).lanes(lanes);
-            workspace.camera.keep(camera);
-            (lanes, hits)
+        let sets = RaySets::new(&self.tracer.asking_everything(), &self.tiles);
+        let tracer = self.searches();
+        let primary = self.measure("primary", self.tiles.len(), |memory, index| {
+            let samples = TileSamples { tile: self.tiles[index], first: 0, count: 1 };
+            let settings = &tracer.scene.settings;
+            let lanes = samples.lanes(0, (settings.width, settings.height));
+            let camera = camera_packet(&tracer, &mut memory.camera, &samples, 0);
+            let hits = tracer.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
+            memory.camera.keep(camera);
+            (lanes, hits.lanes(lanes))
         });
-        let shadow = self.measure("shadow", sets.shadow.len(), |workspace, index| {
+        let shadow = self.measure("shadow", sets.shadow.len(), |memory, index| {
             let Packet { rays, lanes } = &sets.shadow[index];
-            (*lanes, self.tracer.any_hit(&mut workspace.search, rays, *lanes))
+            (*lanes, tracer.any_hit(&mut memory.searcher.memory, rays, *lanes))
         });
         let nearest = |kind: &'static str, packets: &[Packet]| {
-            self.measure(kind, packets.len(), |workspace, index| {
-                (packets[index].lanes, self.nearest(workspace, &packets[index]))
+            self.measure(kind, packets.len(), |memory, index| {
+                let Packet { rays, lanes } = &packets[index];
+                let hits = tracer.nearest(&mut memory.searcher.memory, rays, *lanes);
+                (*lanes, hits.lanes(*lanes))
             })
         };
         let secondary = nearest("secondary", &sets.secondary);
@@ -61,12 +65,17 @@ impl Clock<'_> {
         [primary, shadow, secondary, random].into_iter().flatten().collect()
     }
 
-    /// Measures frames.
+    /// Measures frames: one sample of each pixel.
     pub fn frame(&self) -> FrameMeasurement {
         let mut rays = RayCounts::default();
+        let tiles = self.tiles.len();
+        let together = tiles_of_wavefront(1, tiles, self.threads.count());
         let times = self.repeat(|| {
-            rays = self.run(self.tiles.len(), |workspace, index| {
-                sample_tile(&self.tracer, workspace, self.tiles[index], 0);
+            rays = self.run(tiles.div_ceil(together), |memory, index| {
+                let tiles = &self.tiles[index * together..tiles.min((index + 1) * together)];
+                let samples =
+                    tiles.iter().map(|tile| TileSamples { tile: *tile, first: 0, count: 1 });
+                self.tracer.trace_samples(memory, &samples.collect::<Vec<_>>());
             });
         });
         let milliseconds = Spread::of(times.iter().map(|time| time * 1e3));
@@ -78,8 +87,8 @@ impl Clock<'_> {
         }
     }
 
-    fn nearest(&self, workspace: &mut Workspace, Packet { rays, lanes }: &Packet) -> LaneMask {
-        self.tracer.nearest(&mut workspace.search, rays, *lanes).lanes(*lanes)
+    fn searches(&self) -> Tracer<'_> {
+        Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors }
     }
 
     /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit. Returns `None` if
@@ -88,14 +97,14 @@ impl Clock<'_> {
         &self,
         kind: &'static str,
         count: usize,
-        trace: impl Fn(&mut Workspace, usize) -> (LaneMask, LaneMask) + Sync,
+        trace: impl Fn(&mut BatchMemory, usize) -> (LaneMask, LaneMask) + Sync,
     ) -> Option<RayMeasurement> {
         let (rays, hits) = (AtomicU64::new(0), AtomicU64::new(0));
         let times = self.repeat(|| {
-            self.run(count.div_ceil(BATCH), |workspace, batch| {
+            self.run(count.div_ceil(BATCH), |memory, batch| {
                 let (mut traced, mut found) = (0, 0);
                 for index in batch * BATCH..count.min((batch + 1) * BATCH) {
-                    let (lanes, hit) = trace(workspace, index);
+                    let (lanes, hit) = trace(memory, index);
                     traced += u64::from(lanes.count_ones());
                     found += u64::from(hit.count_ones());
                 }
@@ -114,11 +123,13 @@ impl Clock<'_> {
         })
     }
 
-    fn run(&self, count: usize, work: impl Fn(&mut Workspace, usize) + Sync) -> RayCounts {
+    fn run(&self, count: usize, work: impl Fn(&mut BatchMemory, usize) + Sync) -> RayCounts {
         let proceed = || !self.tracer.errors.any();
-        let memory = || Workspace::new(self.tracer.scene);
-        let (_, workspaces) = self.threads.for_each_tile((0, count), memory, proceed, work);
-        rays_of(&workspaces)
+        let memory = || BatchMemory::new(self.tracer.scene);
+        let (_, memories) = self.threads.for_each_tile((0, count), memory, proceed, work);
+        let mut rays = RayCounts::default();
+        memories.iter().for_each(|memory| rays += memory.rays);
+        rays
     }
 
     /// Returns the seconds of each repetition.

@@ -16,11 +16,12 @@ mod report;
 mod spread;
 
 use rtsl::{Engine, Messages};
+use rtsl_scene::Settings;
 use rtsl_scene::reader::DiskFiles;
 
 use self::clock::Clock;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::compiled::tracer::Tracer;
+use crate::path::PathTracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
@@ -40,26 +41,24 @@ pub fn measure_scene(
     // First, so that the compiler's library does not count as memory of the scene.
     Engine::warm_up();
     let before = resident_memory_bytes();
-    let loaded = LoadedScene::new(request, &DiskFiles)?;
-    let Prepared { scene, statistics, primitives, warnings } =
-        Prepared::for_shading(request, loaded)?;
+    let mut loaded = LoadedScene::new(request, &DiskFiles)?;
+    loaded.choose_renderer();
+    let Prepared { scene, statistics, primitives, warnings } = Prepared::new(request, loaded)?;
     let memory_bytes = resident_memory_bytes().saturating_sub(before);
     let peak_memory_bytes = peak_memory_bytes();
-    if !request.execution.general_kernels_only {
-        scene.specialise();
-        scene.wait_for_specialised();
-    }
+    scene.wait_for_optimised();
     let errors = RuntimeErrors::default();
-    let size = [scene.settings.width, scene.settings.height];
+    let Settings { width, height, .. } = scene.compiled.settings;
+    let size = [width, height];
     let clock = Clock {
-        tracer: Tracer { scene: &scene, errors: &errors },
+        tracer: PathTracer::new(&scene, &errors),
         threads: RenderThreads::new(request.execution.threads)?,
         tiles: tiles_of(size[0], size[1]),
         effort,
     };
     let rays = clock.rays();
     let frame = clock.frame();
-    let exhausted = exhausted_budgets(&scene, &errors);
+    let exhausted = exhausted_budgets(&scene.compiled, &errors);
     if exhausted.has_errors() {
         return Err(exhausted);
     }

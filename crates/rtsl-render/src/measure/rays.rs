@@ -1,13 +1,12 @@
 //! The rays that are timed, generated once.
 
-use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
-use rtsl_bvh::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_bvh::{Bounds, LANES, LaneMask, RayPacket};
 use rtsl_math::dot;
 use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
-use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
-use crate::whitted::{ShadingHost, Workspace, hit_groups, prepare};
+use crate::path::{BatchMemory, HitSurfaces, PathTracer, ShadedSurface};
+use crate::tiles::{Tile, TileSamples, camera_packet};
 
 /// A packet with its active lanes.
 pub struct Packet {
@@ -27,130 +26,98 @@ pub struct RaySets {
 const MAX_PACKETS: usize = 4096;
 
 impl RaySets {
-    /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset.
-    pub fn new(tracer: &Tracer<'_>, tiles: &[Tile]) -> Self {
-        let mut workspace = Workspace::new(tracer.scene);
+    /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset. The tracer has kernels
+    /// for all queries.
+    pub fn new(tracer: &PathTracer<'_>, tiles: &[Tile]) -> Self {
+        let mut memory = BatchMemory::new(tracer.scene);
         let mut sets = RaySets::default();
         let count = tiles.len().min(MAX_PACKETS);
         for index in 0..count {
             let tile = tiles[index * tiles.len() / count];
-            sets.add_tile(tracer, &mut workspace, tile, index);
+            sets.add_tile(tracer, &mut memory, tile, index);
         }
-        let world = tracer.scene.geometry.groups.first().and_then(|world| world.bounds());
+        let compiled = &tracer.scene.compiled;
+        let world = compiled.geometry.groups.first().and_then(|world| world.bounds());
         if let Some(world) = world {
-            sets.random = (0..count)
-                .map(|index| random(world, tracer.scene.camera_epsilon(), index))
-                .collect();
+            sets.random =
+                (0..count).map(|index| random(world, compiled.camera_epsilon(), index)).collect();
         }
         sets
     }
 
     fn add_tile(
         &mut self,
-        tracer: &Tracer<'_>,
-        workspace: &mut Workspace,
+        tracer: &PathTracer<'_>,
+        memory: &mut BatchMemory,
         tile: Tile,
         index: usize,
     ) {
-        let settings = &tracer.scene.settings;
-        let mut camera = camera_rays(tracer, &mut workspace.camera, tile, 0);
-        let CameraRays { rays, context, .. } = &mut *camera;
-        let mut level = workspace.take_level();
-        let lanes = tile.lanes(settings.width, settings.height);
-        let hits = tracer.nearest(&mut workspace.search, rays, lanes);
-        for group in &hit_groups(tracer.scene, &hits, lanes) {
-            prepare(tracer, group, rays, &hits, &mut level, context);
-        }
-        workspace.return_level(level);
-        let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays };
-        let secondary = surface.secondary(tracer, context, index);
-        let shadow = surface.shadow(tracer, workspace, context, index);
-        workspace.camera.keep(camera);
-        self.secondary.extend(Some(secondary).filter(|packet| packet.lanes != 0));
+        let scene = &tracer.scene.compiled;
+        let searches = Tracer { scene, errors: tracer.errors };
+        let samples = TileSamples { tile, first: 0, count: 1 };
+        let lanes = samples.lanes(0, (scene.settings.width, scene.settings.height));
+        let camera = camera_packet(&searches, &mut memory.camera, &samples, 0);
+        let hits = searches.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
+        let surfaces = tracer.surfaces_of_hits(memory, (&camera.rays, lanes), &hits);
+        let leaving = Leaving { tracer, surfaces: &surfaces, time: &camera.rays.time };
+        self.secondary.extend(Some(leaving.secondary(index)).filter(|packet| packet.lanes != 0));
+        let shadow = leaving.shadow(memory, index);
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
+        memory.camera.keep(camera);
     }
 }
 
-/// The distance before lights at which shadow rays end, relative to their distance.
-const BEFORE_LIGHT: f32 = 1e-3;
-
-/// The hits of a packet's rays.
-struct Surface<'a> {
-    rays: &'a RayPacket,
-    hits: &'a Hits,
-    lanes: LaneMask,
+/// Rays that leave the surfaces that a packet's rays hit.
+struct Leaving<'a> {
+    tracer: &'a PathTracer<'a>,
+    surfaces: &'a HitSurfaces,
+    time: &'a [f32; LANES],
 }
 
-impl Surface<'_> {
-    fn point(&self, lane: usize) -> [f32; 3] {
-        let (origin, direction) = (self.rays.origin_of(lane), self.rays.direction_of(lane));
-        std::array::from_fn(|axis| origin[axis] + direction[axis] * self.hits.distance[lane])
-    }
-
-    /// The normal on the side that the ray came from.
-    fn normal(&self, context: &LaneContext, lane: usize) -> [f32; 3] {
-        let normal = context.geometric_normal(lane);
-        let behind = dot(normal, self.rays.direction_of(lane)) > 0.0;
-        normal.map(|x| if behind { -x } else { x })
-    }
-
+impl Leaving<'_> {
     /// Rays with cosine-distributed directions: the sum of a unit normal and a random unit vector.
-    fn secondary(&self, tracer: &Tracer<'_>, context: &LaneContext, index: usize) -> Packet {
+    fn secondary(&self, index: usize) -> Packet {
         let mut random = RandomNumbers::new(RandomNumbers::OF_SECONDARY_RAYS, index);
-        let mut rays = RayPacket::default();
-        for lane in lanes_of(self.lanes) {
-            let (normal, sphere) = (self.normal(context, lane), random.on_sphere());
+        let mut packet = self.no_rays();
+        for (lane, surface) in self.surfaces.iter().enumerate() {
+            let Some(surface) = surface else { continue };
+            let (normal, sphere) = (surface.normal(), random.on_sphere());
             let direction = std::array::from_fn(|axis| normal[axis] + sphere[axis]);
-            rays.set(lane, self.point(lane), direction);
-            rays.epsilon[lane] = tracer.scene.epsilon;
-            rays.limit[lane] = f32::INFINITY;
-            rays.time[lane] = self.rays.time[lane];
+            self.add(&mut packet, (lane, surface), direction, f32::INFINITY);
         }
-        context.leave_surfaces(&mut rays, self.lanes);
-        Packet { rays, lanes: self.lanes }
+        packet
     }
 
     /// Rays towards one of the lights, another for each packet, in the lanes for which the light is above the surface.
-    fn shadow(
-        &self,
-        tracer: &Tracer<'_>,
-        workspace: &mut Workspace,
-        context: &mut LaneContext,
-        index: usize,
-    ) -> Option<Packet> {
-        let time = context.time;
-        let mut host = ShadingHost { tracer, workspace, context, depth: 0 };
-        let lights = host.light_count();
-        let light = (index as u32).checked_rem(lights)?;
-        let mut packet = Packet { rays: RayPacket { time, ..RayPacket::default() }, lanes: 0 };
-        for base in (0..LANES).step_by(MAX_LANES) {
-            let active = (self.lanes >> base & ((1 << MAX_LANES) - 1)) as u32;
-            let set = LaneSet { base: base as u32, active };
-            let mut samples = LightLanes::default();
-            host.light_sample(set, light, &self.query(base), &mut samples);
-            for lane in set.iter().filter(|lane| samples.distance[*lane] > 0.0) {
-                let (from, to) = (base + lane, samples.direction.map(|axis| axis[lane]));
-                if dot(self.normal(host.context, from), to) > 0.0 {
-                    packet.rays.set(from, self.point(from), to);
-                    packet.rays.epsilon[from] = tracer.scene.epsilon;
-                    packet.rays.limit[from] = samples.distance[lane] * (1.0 - BEFORE_LIGHT);
-                    packet.lanes |= 1 << from;
-                }
+    fn shadow(&self, memory: &mut BatchMemory, index: usize) -> Option<Packet> {
+        let light = (index as u32).checked_rem(self.tracer.light_count())?;
+        let rays = self.tracer.light_rays(memory, light, (self.surfaces, self.time));
+        let mut packet = self.no_rays();
+        for (lane, (surface, ray)) in self.surfaces.iter().zip(rays).enumerate() {
+            let Some((surface, (direction, limit))) = surface.as_ref().zip(ray) else { continue };
+            if dot(surface.normal(), direction) > 0.0 {
+                self.add(&mut packet, (lane, surface), direction, limit);
             }
         }
-        host.context.leave_surfaces(&mut packet.rays, packet.lanes);
         Some(packet)
     }
 
-    /// The points of the lanes from `base` on, as light requests.
-    fn query(&self, base: usize) -> LightQueryLanes {
-        let cosine = [f32::NEG_INFINITY; MAX_LANES];
-        let mut query = LightQueryLanes { cosine, ..LightQueryLanes::default() };
-        for lane in 0..MAX_LANES {
-            let point = self.point(base + lane);
-            (0..3).for_each(|axis| query.point[axis][lane] = point[axis]);
-        }
-        query
+    fn no_rays(&self) -> Packet {
+        let epsilon = [self.tracer.scene.compiled.epsilon; LANES];
+        let rays = RayPacket { time: *self.time, epsilon, ..RayPacket::default() };
+        Packet { rays, lanes: 0 }
+    }
+
+    fn add(
+        &self,
+        packet: &mut Packet,
+        (lane, surface): (usize, &ShadedSurface),
+        direction: [f32; 3],
+        limit: f32,
+    ) {
+        packet.rays.set(lane, surface.leave(surface.point(), direction), direction);
+        packet.rays.limit[lane] = limit;
+        packet.lanes |= 1 << lane;
     }
 }
 

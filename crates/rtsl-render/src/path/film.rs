@@ -12,6 +12,7 @@ use rtsl_scene::Imaging;
 use super::features::FeatureSums;
 use super::samples::{Samples, TileResults};
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
+use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a separate lock.
@@ -40,10 +41,23 @@ pub struct TileRecord {
     pub dropped: u64,
     /// The time for its samples.
     pub time: Duration,
+    /// The work for its samples, if it is counted.
+    work: Option<Box<TileWork>>,
     /// True if it needs no more samples.
     pub is_done: bool,
     /// Samples that arrived before earlier ones, by the index of the first.
     early: BTreeMap<u32, (Samples, Duration)>,
+}
+
+/// The counted work for samples of a tile.
+#[derive(Clone, Debug)]
+pub struct TileWork {
+    /// For each pixel the number of nodes and leaves that its camera rays visited.
+    pub visits: [u32; LANES],
+    /// The number of samples of each pixel for which they were counted.
+    pub samples: u32,
+    /// The use of lanes, also for rays that camera rays spawn.
+    pub lane_use: LaneUse,
 }
 
 /// The number of samples after which a tile's noise is first estimated. Fewer samples might all miss a rarely hit
@@ -59,6 +73,7 @@ impl TileRecord {
             taken: 0,
             dropped: 0,
             time: Duration::ZERO,
+            work: None,
             is_done: false,
             early: BTreeMap::new(),
         }
@@ -199,6 +214,19 @@ impl BatchFilm {
         }
     }
 
+    /// Adds the work for samples of a tile.
+    pub fn add_work(&self, tile: usize, work: &TileWork) {
+        let record = &mut *self.record(tile);
+        let none =
+            || Box::new(TileWork { visits: [0; LANES], samples: 0, lane_use: LaneUse::NONE });
+        let sum = record.work.get_or_insert_with(none);
+        for (sum, visits) in sum.visits.iter_mut().zip(work.visits) {
+            *sum = sum.saturating_add(visits);
+        }
+        sum.samples += work.samples;
+        sum.lane_use += work.lane_use;
+    }
+
     /// Returns the means of the samples; black without samples.
     ///
     /// # Errors
@@ -265,8 +293,14 @@ fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3
         Aov::Samples => [record.taken as f32; 3],
         Aov::Variance => [record.variance(lane) as f32; 3],
         Aov::Time => [(record.time.as_nanos() as f64 / (count * LANES as f64)) as f32; 3],
-        // This renderer does not count them.
-        Aov::Nodes | Aov::Lanes => [0.0; 3],
+        Aov::Nodes => {
+            let visits = |work: &TileWork| work.visits[lane] as f32 / work.samples.max(1) as f32;
+            [record.work.as_deref().map_or(0.0, visits); 3]
+        }
+        Aov::Lanes => {
+            let lane_use = record.work.as_deref().and_then(|work| work.lane_use.part());
+            [lane_use.unwrap_or(0.0); 3]
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRays;
 use super::wavefront::Wavefront;
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{CameraMemory, SampleStreams};
+use crate::tiles::CameraMemory;
 
 /// The memory of one thread.
 pub struct BatchMemory {
@@ -28,7 +28,7 @@ pub struct BatchMemory {
     /// The memory of searches.
     pub searcher: Searcher,
     /// The memory of camera rays.
-    pub camera: CameraMemory<SampleStreams>,
+    pub camera: CameraMemory,
     /// The memory of the integrator; `None` in the memory of its queries.
     pub integrator: Option<Box<IntegratorMemory>>,
     /// The results of the last samples.

@@ -6,7 +6,7 @@ use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{Sampler, hash, unit_float};
 
 use super::rows::BATCH_LANES;
-use crate::lanes::sequences::{Samples, Sequences, end_of};
+use crate::lanes::sequences::{Sequences, end_of};
 
 /// Sequences of random numbers, one for each lane of a batch. It is the host of methods that call no host function but
 /// `rand()`.
@@ -64,6 +64,6 @@ pub fn lone_random_number(key: u32, purpose: u32, sample: u32) -> f32 {
 impl Host for RandomNumbers {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         debug_assert!(end_of(lanes) <= self.count, "{lanes:?} of {} lanes", self.count);
-        self.sequences.next(&self.sampler, Samples::Each(&self.samples), lanes, values);
+        self.sequences.next(&self.sampler, &self.samples, lanes, values);
     }
 }

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use rtsl::Messages;
 use rtsl_bvh::LANES;
+use rtsl_image::Aov;
 use rtsl_memory::OutOfMemory;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
-use super::film::BatchFilm;
+use super::film::{BatchFilm, TileWork};
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
@@ -112,7 +113,7 @@ impl<'a> Job<'a> {
             (0, count),
             || BatchMemory::new(self.scene),
             || {
-                if self.is_long(start, count) {
+                if !self.options.execution.first_kernels_only && self.is_long(start, count) {
                     self.scene.optimise();
                 }
                 !self.must_stop(start)
@@ -175,9 +176,15 @@ impl<'a> Job<'a> {
         // Samples that were aborted are not added.
         if !self.errors.any() {
             let time = begun.elapsed() / samples.len() as u32;
+            let lane_use = std::mem::take(&mut memory.lane_use);
             let mut start = 0;
             for (index, samples) in indices.into_iter().zip(&samples) {
                 let end = start + samples.packets() * LANES;
+                if scene.aovs.iter().any(|aov| matches!(aov, Aov::Nodes | Aov::Lanes)) {
+                    let visits = tracer.count_visits(memory, samples);
+                    let work = TileWork { visits, samples: samples.count, lane_use };
+                    self.film.add_work(index, &work);
+                }
                 self.film.add(index, samples.first, memory.samples.of_tile(start..end), time);
                 start = end;
             }

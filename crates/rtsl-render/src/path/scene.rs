@@ -88,6 +88,12 @@ impl BatchScene {
         self.stages().for_each(|staged| staged.optimise(&self.engine));
     }
 
+    /// Waits until the background has optimised the kernels of all stages.
+    pub fn wait_for_optimised(&self) {
+        self.optimise();
+        self.stages().for_each(StagedMethod::wait_for_optimised);
+    }
+
     /// The stages of the integrator, and those of the methods that it calls.
     pub(super) fn stages(&self) -> impl Iterator<Item = &StagedMethod> {
         self.integrator.staged.iter().chain(self.shading_methods.stages())

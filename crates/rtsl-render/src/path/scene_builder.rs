@@ -11,7 +11,7 @@ use rtsl::{
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
-use rtsl_scene::{Renderer, Scene};
+use rtsl_scene::Scene;
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
@@ -26,18 +26,6 @@ use super::surface_group::GroupKey;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, SceneBuilder};
-
-/// The AOVs that this renderer supports.
-const AOVS: [Aov; 8] = [
-    Aov::Albedo,
-    Aov::Distance,
-    Aov::Normal,
-    Aov::Object,
-    Aov::Class,
-    Aov::Samples,
-    Aov::Variance,
-    Aov::Time,
-];
 
 /// Prepares scenes for path tracing.
 #[derive(Clone, Copy)]
@@ -76,12 +64,11 @@ impl<'a> BatchSceneBuilder<'a> {
     /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors
-    /// If an AOV is not supported, a class lacks a method that its use needs, or a kernel cannot be compiled.
+    /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
     pub fn build(&self, scene: &Scene, messages: &mut Messages) -> Result<BatchScene, Messages> {
         let BatchSceneBuilder { scene: builder, aovs, values, earlier } = *self;
         let engine = builder.engine();
-        Aov::refuse_others(aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
-        let instance = scene.integrator.as_ref().unwrap_or(&scene.path_tracer);
+        let instance = scene.integrator();
         let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
         let compiled = builder.for_searches().build(scene.clone(), messages)?;
         let start = Instant::now();

@@ -46,7 +46,7 @@ impl PathTracer<'_> {
         for (samples, packet) in packets_of(samples) {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
             let camera = camera_packet(&tracer, camera_memory, samples, packet);
-            let CameraRays { rays, context, weights, footprints } = &*camera;
+            let CameraRays { rays, streams, weights, footprints } = &*camera;
             let begun = wavefront.paths.len() as u32;
             wavefront.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
             counts.camera += u64::from(lanes.count_ones());
@@ -54,7 +54,7 @@ impl PathTracer<'_> {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
-                ..Path::from_ray(rays, lane, context.keys()[lane], context.samples()[lane])
+                ..Path::from_ray(rays, lane, streams.keys()[lane], streams.samples()[lane])
             }));
             for lane in lanes_of(self.lost_by_camera(&camera.weights, lanes)) {
                 let path = &mut wavefront.paths[begun as usize + lane];

@@ -8,10 +8,10 @@ use rtsl_image::Image;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::scatter::Scatter;
+use super::tile_sample::{TileSample, TileSums, mean};
 use super::view_mode::{Display, PixelFacts};
 use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
-use crate::whitted::{TileSample, TileSums, mean};
 
 /// A film. Each tile has a separate lock, so that threads do not wait for one another.
 pub struct Film {

@@ -34,10 +34,7 @@ fn folder_of_mine(name: &str) -> Folder {
 
 /// The addresses of the code of the integrator's stages.
 fn code(session: &Session) -> Vec<*const rtsl::TieredKernel> {
-    match &session.renderer {
-        SessionRenderer::Integrator(scene) => scene.code(),
-        SessionRenderer::Interactive(_) => Vec::new(),
-    }
+    session.renderer.scene().code()
 }
 
 #[test]

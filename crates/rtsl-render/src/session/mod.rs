@@ -5,7 +5,7 @@
 //! the next call renders a whole frame, at a lower resolution if a full frame would take too long, so that the image is
 //! always consistent; then samples are added, pass by pass, up to the scene's number.
 //!
-//! Samples are those of an offline render: after all passes the film has the bits of [`crate::whitted::render`], or of
+//! Samples are those of an offline render: after all passes the film has the bits of [`crate::batch::render`],
 //! [`crate::path::render`] if the session shows an integrator.
 
 mod control;
@@ -17,6 +17,7 @@ mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;
 mod status;
+mod tile_sample;
 mod view_mode;
 
 pub use control::{Control, ControlKind, Thing};

@@ -2,7 +2,7 @@
 
 use rtsl_bvh::{LANES, Lanes, lanes_of};
 
-use crate::whitted::TileSample;
+use super::tile_sample::TileSample;
 
 /// Sums over the samples of a tile.
 #[derive(Clone, Copy, Debug)]

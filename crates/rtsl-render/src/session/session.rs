@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
 use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
-use rtsl_math::sampling::hash;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{
@@ -22,11 +21,12 @@ use super::picked::Picked;
 use super::renderer::SessionRenderer;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
+use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
+use crate::path::BatchMemory;
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{RenderThreads, TILE, Tile, TileSamples, camera_rays};
-use crate::whitted::{Workspace, hit_groups};
+use crate::tiles::{RenderThreads, TILE, Tile, TileSamples, camera_packet};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
@@ -123,8 +123,8 @@ impl Session {
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
         warnings.push(SourceMap::new(), engine_warnings);
-        let has_integrator = has_integrator(&source, &scene);
-        let renderer = SessionRenderer::new(&scene, has_integrator, &engine, None, &mut warnings)?;
+        choose_renderer(&source, &mut scene);
+        let renderer = SessionRenderer::new(&scene, &engine, None, &mut warnings)?;
         let threads = RenderThreads::new(options.threads)?;
         let settings = &scene.settings;
         let exposure = exposure_scale(settings.exposure + options.exposure);
@@ -368,22 +368,28 @@ impl Session {
         let errors = RuntimeErrors::default();
         let compiled = self.renderer.compiled();
         let tracer = Tracer { scene: compiled, errors: &errors };
-        let mut workspace = Workspace::new(compiled);
+        let mut memory = BatchMemory::new(self.renderer.scene());
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
-        let rays = &camera_rays(&tracer, &mut workspace.camera, tile, 0).rays;
-        let hits = tracer.nearest(&mut workspace.search, rays, 1 << lane);
-        let group = hit_groups(compiled, &hits, 1 << lane).pop()?;
-        let index = group.index as usize;
+        // With one sample of each pixel, lanes of packets are those of tiles.
+        let samples = TileSamples { tile, first: 0, count: 1 };
+        let rays = &camera_packet(&tracer, &mut memory.camera, &samples, 0).rays;
+        let hits = tracer.nearest(&mut memory.searcher.memory, rays, 1 << lane);
+        if hits.lanes(1 << lane) == 0 {
+            return None;
+        }
+        let hit = HitObject::of(&compiled.geometry, &compiled.items, hits.id[lane])?;
+        let index = hit.member.object as usize;
+        let object = &compiled.objects[index];
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
         let t = f64::from(hits.distance[lane]);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shape = *self.origins.objects.get(index)?;
-        let material = group.object.material;
+        let material = object.material;
         let shader = match material {
             Some(material) => &compiled.materials[material as usize],
-            None => &group.object.primitive,
+            None => &object.primitive,
         };
         Some(Picked {
             shape,
@@ -411,27 +417,23 @@ impl Session {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
         check_size(&scene, self.options.threads)?;
-        let has_integrator = has_integrator(&self.source, &scene);
-        let same_integrator = has_integrator == self.renderer.has_integrator()
-            && scene.has_same_integrator(&self.scene)
-            && scene.settings == self.scene.settings;
+        choose_renderer(&self.source, &mut scene);
+        let same_integrator =
+            scene.has_same_integrator(&self.scene) && scene.settings == self.scene.settings;
         let same_shapes = scene.has_same_shapes(&self.scene);
         if same_integrator && same_shapes && scene.has_same_shading(&self.scene) {
             return Ok(Reloaded { changed: false, warnings });
         }
-        if !(same_integrator && self.renderer.replace_values(&self.scene, &scene, &self.engine)) {
-            let engine = match scene.settings.loop_budget == self.scene.settings.loop_budget {
-                true => self.engine.clone(),
-                false => {
-                    let options = self.options.engine_for(&scene.settings);
-                    Engine::new(options).map_err(Messages::one)?.0
-                }
-            };
-            let earlier = Some((&self.renderer, &self.scene));
-            self.renderer =
-                SessionRenderer::new(&scene, has_integrator, &engine, earlier, &mut warnings)?;
-            self.engine = engine;
-        }
+        let engine = match scene.settings.loop_budget == self.scene.settings.loop_budget {
+            true => self.engine.clone(),
+            false => {
+                let options = self.options.engine_for(&scene.settings);
+                Engine::new(options).map_err(Messages::one)?.0
+            }
+        };
+        let earlier = Some((&self.renderer, &self.scene));
+        self.renderer = SessionRenderer::new(&scene, &engine, earlier, &mut warnings)?;
+        self.engine = engine;
         self.adopt(scene, origins)?;
         Ok(Reloaded { changed: true, warnings })
     }
@@ -546,14 +548,13 @@ impl Session {
         let together = if is_frame { renderer.tiles_of_visit(count, threads) } else { 1 };
         let (next, memories) = self.threads.for_each_tile(
             (first.div_ceil(together), count.div_ceil(together)),
-            || renderer.memory(),
+            || BatchMemory::new(renderer.scene()),
             || !errors.any() && in_time(),
             |memory, place| {
                 let tiles = &tiles[place * together..count.min((place + 1) * together)];
                 let samples = next_samples(renderer, film, tiles, is_frame);
-                let counts_lanes = counts_lanes(display.mode(), tiles[0], samples[0].first);
                 let start = Instant::now();
-                let taken = renderer.take_samples(errors, memory, &samples, counts_lanes);
+                let taken = renderer.take_samples(errors, memory, &samples);
                 let time = start.elapsed() / samples.len() as u32;
                 for ((index, samples), taken) in tiles.iter().zip(samples).zip(taken) {
                     let lane_use = taken.lane_use;
@@ -570,7 +571,7 @@ impl Session {
             },
         );
         let mut rays = RayCounts::default();
-        memories.iter().for_each(|memory| rays += memory.rays());
+        memories.iter().for_each(|memory| rays += memory.rays);
         (count.min(next * together), rays)
     }
 
@@ -620,17 +621,6 @@ fn next_samples(
     tiles.iter().map(of_tile).collect()
 }
 
-/// True if the use of lanes is counted for a sample of a tile. For the status, a few tiles suffice; if times are
-/// displayed, counting must not slow any tile down.
-fn counts_lanes(mode: ViewMode, tile: usize, sample: u32) -> bool {
-    const ONE_OF: u32 = 16;
-    match mode {
-        ViewMode::Lanes => true,
-        ViewMode::Time => false,
-        ViewMode::Image | ViewMode::Nodes => hash(tile as u32, sample).is_multiple_of(ONE_OF),
-    }
-}
-
 fn lock(lane_use: &Mutex<LaneUse>) -> MutexGuard<'_, LaneUse> {
     lane_use.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -640,11 +630,14 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
     Film::new(width, height).map_err(|error| Messages::one(error.diagnostic()))
 }
 
-/// True if an integrator makes the picture: one that the scene names by its class, or one that was selected. The names
-/// of the format leave the choice to the viewer, which prefers the interactive renderer.
-fn has_integrator(source: &SceneSource<'_>, scene: &Scene) -> bool {
+/// Selects the renderer: names of the format leave the choice to the viewer, which prefers the interactive renderer,
+/// unless one was selected.
+fn choose_renderer(source: &SceneSource<'_>, scene: &mut Scene) {
     let is_selected = source.selected_integrator().is_some();
-    scene.integrator.is_some() || is_selected && scene.settings.renderer == Some(Renderer::Batch)
+    let is_batch = is_selected && scene.settings.renderer == Some(Renderer::Batch);
+    if scene.integrator.is_none() && !is_batch {
+        scene.settings.renderer = Some(Renderer::Interactive);
+    }
 }
 
 fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {

@@ -70,20 +70,6 @@ impl<'a> SurfaceTransforms<'a> {
         }
     }
 
-    /// Returns the transforms of one object for all lanes, which hit this element of it, or any if `has_elements`.
-    #[inline(always)]
-    pub fn of_object(scene: &'a CompiledScene, hit: ObjectHit, has_elements: bool) -> Self {
-        let ObjectHit { object: index, element, instance } = hit;
-        let object = &scene.objects[index as usize];
-        SurfaceTransforms {
-            scene,
-            object: Some(object),
-            extents: (!has_elements).then(|| scene.extents.lengths(index, element)),
-            is_placed: !object.inverse.is_identity(),
-            instances: Instances::one(scene, instance),
-        }
-    }
-
     /// True if the objects, or their group, are not in world space.
     pub fn are_local(&self) -> bool {
         self.is_placed || !matches!(self.instances, Instances::World)

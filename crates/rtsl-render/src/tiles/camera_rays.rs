@@ -8,49 +8,25 @@ use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket, moved_packet_by};
 use rtsl_math::sampling::Sampler;
 
 use super::camera_inputs::CameraInputs;
-use super::lane_context::LaneContext;
-use super::tile::Tile;
 use super::tile_samples::TileSamples;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone};
-use crate::lanes::lane_streams::LaneStreams;
-use crate::lanes::sequences::{Samples, Sequences};
+use crate::lanes::sequences::Sequences;
 
-/// Camera rays with their contexts and weights.
-pub struct CameraRays<Context = LaneContext> {
+/// Camera rays with their random numbers and weights.
+pub struct CameraRays {
     /// The rays.
     pub rays: RayPacket,
-    /// Random numbers and, for a renderer of packets, what else belongs to rays.
-    pub context: Context,
+    /// The random numbers, from which requests of the camera are answered.
+    pub streams: SampleStreams,
     /// The weights of radiance.
     pub weights: LaneVectors,
     /// The widths of the rays at their origins, and the increase of width per unit of length: the distances to the rays
     /// of the pixels beside and above. 0 if they are not needed.
     pub footprints: [Lanes; 2],
-}
-
-/// The context of camera rays, which answers requests of the camera.
-pub trait CameraContext: Host + Clone {
-    /// Creates the context of no rays yet.
-    fn new(sampler: Sampler) -> Self;
-
-    /// Reuses it for the rays of these inputs.
-    fn begin(&mut self, inputs: &CameraInputs);
-}
-
-/// A packet's rays are of one sample.
-impl CameraContext for LaneContext {
-    fn new(sampler: Sampler) -> Self {
-        LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES])
-    }
-
-    fn begin(&mut self, inputs: &CameraInputs) {
-        let streams = LaneStreams::new(inputs.stream_keys, inputs.samples[0]);
-        LaneContext::begin(self, streams, inputs.time);
-    }
 }
 
 /// The random numbers of rays of any samples.
@@ -62,6 +38,11 @@ pub struct SampleStreams {
 }
 
 impl SampleStreams {
+    /// Begins the numbers of the rays of these inputs.
+    fn begin(&mut self, inputs: &CameraInputs) {
+        (self.sequences, self.samples) = (Sequences::new(inputs.stream_keys), inputs.samples);
+    }
+
     /// Returns the keys of the rays' sequences.
     pub fn keys(&self) -> &[u32; LANES] {
         self.sequences.keys()
@@ -75,26 +56,17 @@ impl SampleStreams {
 
 impl Host for SampleStreams {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        self.sequences.next(&self.sampler, Samples::Each(&self.samples), lanes, values);
+        self.sequences.next(&self.sampler, &self.samples, lanes, values);
     }
 }
 
-impl CameraContext for SampleStreams {
-    fn new(sampler: Sampler) -> Self {
-        SampleStreams { sampler, sequences: Sequences::new([0; LANES]), samples: [0; LANES] }
-    }
-
-    fn begin(&mut self, inputs: &CameraInputs) {
-        (self.sequences, self.samples) = (Sequences::new(inputs.stream_keys), inputs.samples);
-    }
-}
-
-impl<Context: CameraContext> CameraRays<Context> {
+impl CameraRays {
     /// No rays yet.
     fn new(sampler: Sampler) -> Self {
+        let sequences = Sequences::new([0; LANES]);
         CameraRays {
             rays: RayPacket::default(),
-            context: Context::new(sampler),
+            streams: SampleStreams { sampler, sequences, samples: [0; LANES] },
             weights: [[1.0; LANES]; 3],
             footprints: [[0.0; LANES]; 2],
         }
@@ -102,15 +74,15 @@ impl<Context: CameraContext> CameraRays<Context> {
 }
 
 /// The memory of one thread for camera rays.
-pub struct CameraMemory<Context = LaneContext> {
+pub struct CameraMemory {
     blocks: CallBlocks,
     /// True if the widths of rays are needed.
     with_footprints: bool,
     /// Unused memory for rays.
-    free: Option<Box<CameraRays<Context>>>,
+    free: Option<Box<CameraRays>>,
 }
 
-impl<Context> CameraMemory<Context> {
+impl CameraMemory {
     /// Allocates the memory for the camera of a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         let blocks = CallBlocks::new(scene.scratch_arrays);
@@ -124,28 +96,18 @@ impl<Context> CameraMemory<Context> {
     }
 
     /// Returns rays for reuse.
-    pub fn keep(&mut self, rays: Box<CameraRays<Context>>) {
+    pub fn keep(&mut self, rays: Box<CameraRays>) {
         self.free = Some(rays);
     }
 }
 
-/// Generates the rays of one sample of a tile. [`CameraMemory::keep`] takes them back.
-pub fn camera_rays(
+/// Generates a packet of the rays of some samples of a tile. [`CameraMemory::keep`] takes them back.
+pub fn camera_packet(
     tracer: &Tracer<'_>,
     memory: &mut CameraMemory,
-    tile: Tile,
-    sample: u32,
-) -> Box<CameraRays> {
-    camera_packet(tracer, memory, &TileSamples { tile, first: sample, count: 1 }, 0)
-}
-
-/// Generates a packet of the rays of some samples of a tile. [`CameraMemory::keep`] takes them back.
-pub fn camera_packet<Context: CameraContext>(
-    tracer: &Tracer<'_>,
-    memory: &mut CameraMemory<Context>,
     samples: &TileSamples,
     packet: usize,
-) -> Box<CameraRays<Context>> {
+) -> Box<CameraRays> {
     let settings = &tracer.scene.settings;
     let CameraMemory { blocks, with_footprints, free } = memory;
     let mut camera = free.take().unwrap_or_else(|| Box::new(CameraRays::new(settings.sampler)));
@@ -154,10 +116,10 @@ pub fn camera_packet<Context: CameraContext>(
     let lens = variables().lens_coord;
     let with_lens = call.as_ref().is_some_and(|call| call.touches(lens) || call.touches(lens + 1));
     let inputs = CameraInputs::new(settings, samples, packet, with_lens);
-    camera.context.begin(&inputs);
+    camera.streams.begin(&inputs);
     inputs.set(tracer.scene, &mut blocks.state);
     if let Some(call) = call {
-        blocks.call(&call, lanes, None, &mut camera.context);
+        blocks.call(&call, lanes, None, &mut camera.streams);
     }
     dispatch!(Level::new(), simd => take_rays(simd, tracer.scene, blocks, &inputs, &mut camera));
     if let Some(motion) = &tracer.scene.camera_motion {
@@ -171,12 +133,12 @@ pub fn camera_packet<Context: CameraContext>(
 
 /// Takes rays from the results of the camera, and transforms them to the world if the camera does not move.
 #[inline(always)]
-fn take_rays<S: Simd, Context>(
+fn take_rays<S: Simd>(
     simd: S,
     scene: &CompiledScene,
     blocks: &CallBlocks,
     inputs: &CameraInputs,
-    camera: &mut CameraRays<Context>,
+    camera: &mut CameraRays,
 ) {
     let CameraRays { rays, weights, .. } = camera;
     let (v, state) = (variables(), &blocks.state);
@@ -204,12 +166,12 @@ fn take_rays<S: Simd, Context>(
 
 /// Measures the distances of rays to those of the pixels beside and above, and multiplies them by the part of a pixel
 /// that a sample stands for. The camera's blocks still contain the inputs of the rays.
-fn set_footprints<Context: CameraContext>(
+fn set_footprints(
     tracer: &Tracer<'_>,
     blocks: &mut CallBlocks,
     inputs: &CameraInputs,
     lanes: LaneMask,
-    camera: &mut CameraRays<Context>,
+    camera: &mut CameraRays,
 ) {
     let scene = tracer.scene;
     let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) else {
@@ -226,7 +188,7 @@ fn set_footprints<Context: CameraContext>(
         };
         place(step, blocks);
         // The random numbers that this call draws must not advance the rays' sequences.
-        blocks.call(&call, lanes, None, &mut camera.context.clone());
+        blocks.call(&call, lanes, None, &mut camera.streams.clone());
         let mut others = [[[0.0; LANES]; 3]; 2];
         dispatch!(Level::new(), simd => {
             store_rays(simd, &blocks.state, &mut others);

@@ -2,13 +2,11 @@
 
 mod camera_inputs;
 mod camera_rays;
-mod lane_context;
 mod render_threads;
 mod tile;
 mod tile_samples;
 
-pub use camera_rays::{CameraMemory, CameraRays, SampleStreams, camera_packet, camera_rays};
-pub use lane_context::LaneContext;
+pub use camera_rays::{CameraMemory, CameraRays, camera_packet};
 pub use render_threads::RenderThreads;
 pub use tile::{TILE, Tile, tiles_of};
 pub use tile_samples::{TileSamples, packets_of};

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use rtsl::EngineOptions;
 use rtsl_image::{Aov, AovImage, ImageOptions, write_image_with};
-use rtsl_render::interactive::AOVS;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Execution, Messages, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
@@ -55,8 +54,10 @@ fn three_places(image: &AovImage) -> [[f32; 3]; 3] {
 
 #[test]
 fn each_image_shows_what_it_says() {
-    let result = render(&AOVS, 2);
-    let [distance, normal, object, class, samples, time, nodes, lanes] = &result.aovs[..] else {
+    let result = render(&Aov::ALL, 2);
+    let [_, distance, normal, object, class, samples, variance, time, nodes, lanes] =
+        &result.aovs[..]
+    else {
         panic!()
     };
     let [ball, wall, nothing] = three_places(distance).map(|value| value[0]);
@@ -71,20 +72,13 @@ fn each_image_shows_what_it_says() {
     assert_eq!(numbers(class), [0.0, 1.0, -1.0]);
     assert_eq!(result.statistics.object_classes, ["Sphere", "Disk"]);
     assert!(samples.pixels.iter().all(|value| value[0] == 4.0));
+    assert!(variance.pixels.iter().all(|value| value[0] >= 0.0));
     assert!(time.pixels.iter().all(|value| value[0] > 0.0));
     // The root is a run with a leaf for each class.
     assert!(nodes.pixels.iter().all(|value| value[0] == 2.0), "{:?}", nodes.pixels);
     let [ball, wall, nothing] = three_places(lanes).map(|value| value[0]);
     assert!(ball == wall && wall == nothing, "all tiles see the same, mirrored");
     assert!(0.5 < ball && ball < 1.0, "{ball}");
-}
-
-#[test]
-fn what_the_renderer_does_not_make_is_refused() {
-    let asked = [Aov::Normal, Aov::Variance];
-    let messages = try_render(&asked, 1, EngineOptions::default()).unwrap_err().to_text(false);
-    assert!(messages.contains("error[E0624]"), "{messages}");
-    assert!(messages.contains("the interactive renderer makes no image `variance`"), "{messages}");
 }
 
 #[test]
@@ -96,7 +90,7 @@ fn a_single_lane_is_always_used() {
 
 #[test]
 fn the_picture_does_not_depend_on_them_nor_they_on_threads() {
-    let constant: Vec<Aov> = AOVS.into_iter().filter(|aov| *aov != Aov::Time).collect();
+    let constant: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Time).collect();
     let (with, alone) = (render(&constant, 1), render(&[], 1));
     assert_eq!(with.image, alone.image);
     assert_eq!(with.aovs, render(&constant, 2).aovs);

@@ -12,9 +12,8 @@ use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
-use rtsl_render::Execution;
-use rtsl_render::compiled::CompiledScene;
-use rtsl_render::interactive::{RenderOptions, render};
+use rtsl_render::batch::{BatchOptions, BatchScene, render};
+use rtsl_render::{Execution, Renderer};
 use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
 
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
@@ -209,11 +208,11 @@ fn mirror() -> Arc<Instance> {
     )
 }
 
-/// The integrator of the standard library; the interactive renderer calls none.
-fn path_tracer() -> Arc<Instance> {
-    let file = rtsl::library::file("shaders/integrators/path.rtsl").unwrap();
+/// An integrator of the standard library.
+fn integrator(path: &str, class: &str) -> Arc<Instance> {
+    let file = rtsl::library::file(path).unwrap();
     let compilation = Compiler::default().compile(file.path, file.text);
-    Instance::new(compilation.unit.unwrap().class("Path").unwrap(), []).unwrap()
+    Instance::new(compilation.unit.unwrap().class(class).unwrap(), []).unwrap()
 }
 
 /// The first light, by the cosine, and the ambient light.
@@ -287,7 +286,8 @@ fn scene() -> Scene {
     objects.push(object([0.0, 0.0, 0.0], 0.25, 0));
     Scene {
         integrator: None,
-        path_tracer: path_tracer(),
+        path_tracer: integrator("shaders/integrators/path.rtsl", "Path"),
+        whitted: integrator("shaders/integrators/whitted.rtsl", "Whitted"),
         settings: Settings {
             width: 50,
             height: 37,
@@ -298,6 +298,7 @@ fn scene() -> Scene {
                 seed: 7,
             },
             max_depth: 4,
+            renderer: Some(Renderer::Interactive),
             ..Settings::default()
         },
         camera: camera(),
@@ -323,11 +324,11 @@ fn image(scene: Scene, backend: Backend, width: u32, threads: usize) -> Image {
     let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the width is one of those there are");
     let mut messages = Messages::default();
-    let compiled = CompiledScene::new(scene, &engine, &mut messages)
+    let scene = BatchScene::new(&scene, &engine, &[], &mut messages, &|_| {})
         .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     let options =
-        RenderOptions { execution: Execution::on_threads(threads), ..RenderOptions::default() };
-    render(&compiled, options).expect("no shader loops").image
+        BatchOptions { execution: Execution::on_threads(threads), ..BatchOptions::default() };
+    render(&scene, options).expect("no shader loops").rendered.image
 }
 
 fn bits(image: &Image) -> Vec<[u32; 3]> {

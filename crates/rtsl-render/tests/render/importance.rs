@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
-use rtsl_render::Execution;
-use rtsl_render::compiled::CompiledScene;
-use rtsl_render::interactive::{RenderOptions, Rendered, render};
+use rtsl_render::batch::{BatchOptions, BatchScene, render};
+use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 
@@ -37,19 +36,20 @@ const LAMP: &str = "
     NamedMaterial \"glow\"
     Shape \"Sphere\" \"float radius\" 1 \"point3 center\" [0 1 -2]";
 
-fn compiled(cutoff: f32, world: &str, backend: Backend, width: u32) -> CompiledScene {
+fn compiled(cutoff: f32, world: &str, backend: Backend, width: u32) -> BatchScene {
     let scene = load(&cutoff.to_string(), world);
     let scene = scene.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the backend is there");
-    CompiledScene::new(scene, &engine, &mut Messages::default())
+    BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})
         .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 
-fn rendered(scene: &CompiledScene, threads: usize) -> Rendered {
-    let execution = Execution { general_kernels_only: true, ..Execution::on_threads(threads) };
-    let options = RenderOptions { execution, ..RenderOptions::default() };
-    render(scene, options).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+fn rendered(scene: &BatchScene, threads: usize) -> Rendered {
+    let execution = Execution::on_threads(threads);
+    let options = BatchOptions { execution, ..BatchOptions::default() };
+    let rendered = render(scene, options);
+    rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).rendered
 }
 
 fn bits(rendered: &Rendered) -> Vec<u32> {
@@ -78,11 +78,10 @@ fn the_same_rays_end_everywhere() {
         let general = rendered(&scene, threads);
         assert_eq!(general.rays, reference.rays, "width {width}");
         assert_eq!(bits(&general), bits(&reference), "width {width}, {threads} threads");
-        scene.specialise();
-        assert!(scene.wait_for_specialised() > 0);
-        let specialised = rendered(&scene, threads);
-        assert_eq!(specialised.rays, reference.rays, "width {width}, specialised");
-        assert_eq!(bits(&specialised), bits(&reference), "width {width}, specialised");
+        scene.wait_for_optimised();
+        let optimised = rendered(&scene, threads);
+        assert_eq!(optimised.rays, reference.rays, "width {width}, optimised");
+        assert_eq!(bits(&optimised), bits(&reference), "width {width}, optimised");
     }
 }
 

@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages, Method};
-use rtsl_render::Execution;
 use rtsl_render::compiled::CompiledScene;
-use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
@@ -71,30 +69,4 @@ fn hits_are_computed_anew_where_something_reads_their_scratch() {
         let reads = shader.map(|shader| shader.reads_hit_scratch);
         assert_eq!(reads, Some(reads_scratch), "{material}");
     }
-}
-
-#[test]
-fn kernels_that_know_the_scene_give_the_same_image() {
-    let world = format!(
-        "LightSource \"PointLight\" \"point3 position\" [1 2 -3] \"rgb intensity\" [8 6 4]\n\
-         {CHECKED}Shape \"Sphere\" \"point3 center\" [0 0 5]"
-    );
-    let scene = compiled(&world);
-    let image = || {
-        let options = RenderOptions {
-            execution: Execution { general_kernels_only: true, ..Execution::default() },
-            ..RenderOptions::default()
-        };
-        let rendered = render(&scene, options);
-        let rendered = rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
-        let pixels = rendered.image.pixels.into_iter().flatten();
-        pixels.map(f32::to_bits).collect::<Vec<_>>()
-    };
-    let general = image();
-    assert!(general.iter().any(|channel| *channel != 0), "there is something to see");
-    assert_eq!(scene.wait_for_specialised(), 0);
-    scene.specialise();
-    // The camera's, the light's and the material's.
-    assert_eq!(scene.wait_for_specialised(), 3);
-    assert_eq!(image(), general);
 }

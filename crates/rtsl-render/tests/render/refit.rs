@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::Execution;
-use rtsl_render::compiled::{CompiledScene, SceneBuilder};
-use rtsl_render::interactive::{RenderOptions, render};
+use rtsl_render::batch::{BatchOptions, BatchScene, BatchSceneBuilder, render};
+use rtsl_render::compiled::SceneBuilder;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 
@@ -40,34 +40,34 @@ fn scene(shift: impl Fn(u32) -> [f32; 3], radius: f32) -> Scene {
     loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).scene
 }
 
-fn picture(scene: &CompiledScene) -> Image {
-    let options = RenderOptions { execution: Execution::on_threads(2), ..RenderOptions::default() };
-    render(scene, options).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
+fn picture(scene: &BatchScene) -> Image {
+    let options = BatchOptions { execution: Execution::on_threads(2), ..BatchOptions::default() };
+    render(scene, options).unwrap_or_else(|it| panic!("{}", it.to_text(false))).rendered.image
 }
 
 /// The order of the items in the scene's tree.
-fn order(scene: &CompiledScene) -> Vec<u32> {
-    let tree = &scene.geometry.groups[0].tree;
+fn order(scene: &BatchScene) -> Vec<u32> {
+    let tree = &scene.compiled.geometry.groups[0].tree;
     tree.leaves.iter().flat_map(|leaf| leaf.items()).copied().collect()
 }
 
 /// Compiles the second scene as a successor of the first: with refitted trees, and with rebuilt ones.
-fn follow(first: Scene, second: &Scene) -> [CompiledScene; 3] {
+fn follow(first: &Scene, second: &Scene) -> [BatchScene; 3] {
     let engine = Engine::new(EngineOptions::default()).unwrap().0;
     let mut messages = Messages::default();
-    let first = CompiledScene::new(first, &engine, &mut messages).unwrap();
-    let moved = SceneBuilder::new(&engine)
-        .moved_shapes(&first)
-        .build(second.clone(), &mut messages)
-        .unwrap();
-    let built = CompiledScene::new(second.clone(), &engine, &mut messages).unwrap();
+    let mut build = |scene: &Scene, builder: SceneBuilder<'_>| {
+        BatchSceneBuilder::new(builder).build(scene, &mut messages).unwrap()
+    };
+    let first = build(first, SceneBuilder::new(&engine));
+    let moved = build(second, SceneBuilder::new(&engine).moved_shapes(&first.compiled));
+    let built = build(second, SceneBuilder::new(&engine));
     [first, moved, built]
 }
 
 #[test]
 fn a_tree_that_follows_finds_what_a_new_one_finds() {
     let wave = |index: u32| [(index % 7) as f32 * 0.04, (index % 3) as f32 * 0.1, 0.2];
-    let [first, moved, built] = follow(scene(|_| [0.0; 3], 0.3), &scene(wave, 0.35));
+    let [first, moved, built] = follow(&scene(|_| [0.0; 3], 0.3), &scene(wave, 0.35));
     assert_eq!(order(&moved), order(&first));
     assert_ne!(order(&moved), order(&built), "what was built anew would not tell");
     assert_eq!(picture(&moved), picture(&built));
@@ -80,7 +80,7 @@ fn a_tree_that_does_not_serve_any_more_is_built_anew() {
         let place = |factor: u32| (index * factor % 200) as f32 / 20.0;
         [place(77), place(113), place(131)]
     };
-    let [first, moved, built] = follow(scene(|_| [0.0; 3], 0.3), &scene(scattered, 0.3));
+    let [first, moved, built] = follow(&scene(|_| [0.0; 3], 0.3), &scene(scattered, 0.3));
     assert_eq!(order(&moved), order(&built));
     assert_ne!(order(&moved), order(&first));
     assert_eq!(picture(&moved), picture(&built));
@@ -90,6 +90,6 @@ fn a_tree_that_does_not_serve_any_more_is_built_anew() {
 fn other_items_have_trees_of_their_own() {
     let mut fewer = scene(|_| [0.0; 3], 0.3);
     fewer.world.pop();
-    let [_, moved, built] = follow(scene(|_| [0.0; 3], 0.3), &fewer);
+    let [_, moved, built] = follow(&scene(|_| [0.0; 3], 0.3), &fewer);
     assert_eq!(order(&moved), order(&built));
 }

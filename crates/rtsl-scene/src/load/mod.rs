@@ -206,6 +206,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             None => Ok(None),
         };
         let path_tracer = self.path_tracer(&settings);
+        let whitted = self.whitted();
         let (camera_to_world, camera_motion) =
             parts.place_camera(&description.entities[camera_entity.0])?;
         let world = self.objects(&description.shapes, &mut parts);
@@ -223,6 +224,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             settings,
             integrator: integrator.ok()?,
             path_tracer: path_tracer?,
+            whitted: whitted?,
             camera: camera?,
             camera_to_world,
             camera_motion,

@@ -14,6 +14,9 @@ const DEFAULT_MATERIAL: &str = "Lambertian";
 /// The integrator of scenes that name none, or one that paths take the place of.
 const PATH_TRACER: &str = "Path";
 
+/// The integrator that shows what `shade` of materials computes.
+const WHITTED: &str = "Whitted";
+
 impl Loader<'_, '_> {
     /// Makes the path tracer of the standard library.
     pub(super) fn path_tracer(&mut self, settings: &Settings) -> Option<Arc<Instance>> {
@@ -24,6 +27,12 @@ impl Loader<'_, '_> {
         ];
         let found = self.classes.find_standard(PATH_TRACER);
         self.instance_of((PATH_TRACER, found), arguments)
+    }
+
+    /// Makes the integrator of the standard library that shows what `shade` computes.
+    pub(super) fn whitted(&mut self) -> Option<Arc<Instance>> {
+        let found = self.classes.find_standard(WHITTED);
+        self.instance_of((WHITTED, found), Vec::new())
     }
 
     /// Makes the material of shapes without one.

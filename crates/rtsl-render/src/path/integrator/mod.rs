@@ -34,6 +34,7 @@ use rtsl::{
 use rtsl_scene::Scene;
 
 pub use evaluation::Evaluation;
+pub use shaded_surface::ShadedSurface;
 pub use staged::{StageParts, StagedMethod, stage_lights};
 pub use tracing::IntegratorMemory;
 

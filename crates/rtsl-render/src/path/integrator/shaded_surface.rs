@@ -19,6 +19,16 @@ pub struct ShadedSurface {
 }
 
 impl ShadedSurface {
+    /// Returns the point.
+    pub fn point(&self) -> [f32; 3] {
+        self.point
+    }
+
+    /// Returns the geometric normal, on the side from which the ray came.
+    pub fn normal(&self) -> [f32; 3] {
+        self.geometric_normal
+    }
+
     /// Returns the surface of a lane of a prepared batch.
     pub fn of_lane(batch: &ShadingBatch, lane: usize) -> ShadedSurface {
         let side = batch.side[lane];

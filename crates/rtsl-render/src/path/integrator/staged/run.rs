@@ -19,7 +19,7 @@ use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
-use crate::tiles::{CameraMemory, SampleStreams, TileSamples, camera_packet, packets_of};
+use crate::tiles::{CameraMemory, TileSamples, camera_packet, packets_of};
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -50,11 +50,7 @@ pub enum Place<'a> {
 
 impl StagedPaths<'_> {
     /// Loads the camera rays of samples of some tiles; returns the paths of those whose pixels lie inside the image.
-    pub fn load_samples(
-        &mut self,
-        camera: &mut CameraMemory<SampleStreams>,
-        samples: &[TileSamples],
-    ) -> PathSet {
+    pub fn load_samples(&mut self, camera: &mut CameraMemory, samples: &[TileSamples]) -> PathSet {
         let scene = &self.tracer.scene.compiled;
         let tracer = Tracer { scene, errors: self.tracer.errors };
         let mut active = Vec::with_capacity(packets_of(samples).count());

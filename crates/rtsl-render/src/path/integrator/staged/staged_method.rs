@@ -217,11 +217,9 @@ impl StagedMethod {
         self.kernels.made.optimise(engine);
     }
 
-    /// Waits until the kernels are optimised; returns false if one could not be.
-    #[cfg(test)]
-    pub fn is_optimised(&self) -> bool {
+    /// Waits until the background has optimised the kernels, or failed to.
+    pub fn wait_for_optimised(&self) {
         self.kernels.made.wait();
-        self.kernels.all().iter().all(|it| it.kernel.is_optimised())
     }
 
     /// The addresses of the code.

@@ -10,7 +10,7 @@ use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::spawning::Spawning;
 use crate::compiled::variables::variables;
-use crate::tiles::{CameraRays, SampleStreams};
+use crate::tiles::CameraRays;
 
 /// The data of a wavefront's paths beside their frames, by path.
 #[derive(Default)]
@@ -107,10 +107,10 @@ impl Wave {
         &mut self,
         frames: &mut Frames,
         columns: &Columns,
-        camera: &CameraRays<SampleStreams>,
+        camera: &CameraRays,
         start: usize,
     ) {
-        let CameraRays { rays, context, weights, footprints } = camera;
+        let CameraRays { rays, streams, weights, footprints } = camera;
         let (v, all) = (variables(), start..start + LANES);
         let state = &mut frames.paths.state;
         let mut set = |component: usize, lanes: &[f32; LANES]| {
@@ -127,8 +127,8 @@ impl Wave {
         set(v.ray_spread, &footprints[1]);
         let scratch = &mut frames.paths.scratch;
         scratch.floats_mut(columns.time)[all.clone()].copy_from_slice(&rays.time);
-        scratch.words_mut(columns.key)[all.clone()].copy_from_slice(context.keys());
-        scratch.words_mut(columns.sample)[all.clone()].copy_from_slice(context.samples());
+        scratch.words_mut(columns.key)[all.clone()].copy_from_slice(streams.keys());
+        scratch.words_mut(columns.sample)[all.clone()].copy_from_slice(streams.samples());
         for (column, weights) in self.weights.iter_mut().zip(weights) {
             column[all.clone()].copy_from_slice(weights);
         }
