@@ -1,9 +1,12 @@
 //! The whole process from a scene's file to an image: the implementation of `rtsl render`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, Messages, diagnostic_codes as codes};
+use rtsl::{
+    Backend, Diagnostic, Engine, EngineOptions, Instance, Math, Messages, diagnostic_codes as codes,
+};
 use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
@@ -405,6 +408,12 @@ impl LoadedScene {
         warnings.push(rtsl::SourceMap::new(), engine_warnings);
         let (scene, check_time, engine_time) = (loaded.scene, loaded.compile_time, start.elapsed());
         Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
+    }
+
+    /// Puts an integrator in the place of the scene's own.
+    pub(crate) fn with_integrator(mut self, integrator: &Arc<Instance>) -> LoadedScene {
+        self.scene.integrator = Some(integrator.clone());
+        self
     }
 
     /// Chooses the renderer and records it in the settings.

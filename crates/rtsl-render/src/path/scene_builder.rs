@@ -174,7 +174,9 @@ impl BatchScene {
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
         let methods = ShadingMethods::new(self, &scene.materials, is_shaded, (values, of_surfaces));
         self.shading_methods = methods.map_err(Messages::one)?;
-        let made = self.make_groups(&self.integrator.queries());
+        let mut queries = self.integrator.queries();
+        queries.extend(self.shading_methods.queries());
+        let made = self.make_groups(&queries);
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);
         self.groups = groups;

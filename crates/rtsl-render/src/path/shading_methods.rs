@@ -1,10 +1,10 @@
 //! The methods that shade surfaces: `shade` of materials, which may trace rays and sample lights one by one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program,
+    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, Query,
     StagedProgram, Variant,
 };
 
@@ -111,6 +111,12 @@ impl ShadingMethods {
     pub fn stage_arrays(&self) -> usize {
         let arrays = self.methods.iter().filter_map(ShadingMethod::staged);
         arrays.map(|staged| staged.program.scratch_arrays()).max().unwrap_or(0)
+    }
+
+    /// The queries about surfaces that a host answers for the stages, or before them; on the interpreter it answers all.
+    pub fn queries(&self) -> BTreeSet<Query> {
+        let methods = self.methods.iter().filter_map(ShadingMethod::staged);
+        methods.flat_map(|staged| staged.queries().iter().copied()).collect()
     }
 
     /// The addresses of the code.

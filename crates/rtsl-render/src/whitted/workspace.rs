@@ -1,6 +1,6 @@
 //! The memory of one thread: blocks of state and scratch, which are reused.
 
-use rtsl::{LaneBlock, LaneIndices};
+use rtsl::{LaneBlock, LaneIndices, RayType};
 use rtsl_bvh::{LANES, Lanes, RayPacket};
 use rtsl_math::sampling::Sampler;
 
@@ -59,6 +59,7 @@ impl Level {
     /// Sets the number of surfaces that the rays have met before.
     pub fn set_depth(&mut self, depth: u32) {
         self.blocks.state.floats_mut(variables().ray_depth).fill(depth as f32);
+        self.blocks.state.floats_mut(variables().ray_type).fill(RayType::of(depth, 0).value());
     }
 }
 

@@ -21,7 +21,7 @@ use super::shaded_surface::ShadedSurface;
 use super::staged::{Blocks, PathSet, StagedMethod};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
-use crate::compiled::variables::{variables, vector};
+use crate::compiled::variables::vector;
 use crate::statistics::RayCounts;
 
 /// A surface to be shaded.
@@ -33,6 +33,8 @@ pub struct Shading {
     path: Path,
     /// The number of surfaces that the path has met before.
     depth: u32,
+    /// The depth of the ray of the integrator that shades it, and the number of surfaces found before.
+    place: (u32, u32),
     /// The radiance towards the ray's origin.
     pub color: [f32; 3],
 }
@@ -63,7 +65,8 @@ impl Shading {
             importance: ray.importance,
             ..Path::NOWHERE
         };
-        Some(Shading { hit, path, depth: depth + ray.surfaces_before(), color: [0.0; 3] })
+        let place = (depth, ray.surfaces_before());
+        Some(Shading { hit, path, depth: place.0 + place.1, place, color: [0.0; 3] })
     }
 }
 
@@ -245,8 +248,7 @@ impl ShadingCall<'_> {
             return;
         };
         self.tracer().prepare_surfaces(group, batch);
-        let depth = shadings[0].depth as f32;
-        batch.state.floats_mut(variables().ray_depth)[..shadings.len()].fill(depth);
+        batch.set_depths(shadings.iter().map(|shading| shading.place));
     }
 
     /// Returns what a host knows of the calls for the surfaces of a prepared batch.

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram,
+    CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
+    Program, Query, ResumedBy, ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram,
     SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -33,6 +33,7 @@ pub struct StagedMethod {
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
+    reads_ray_types: bool,
     asks_host: bool,
     queries: BTreeSet<Query>,
     read_answers: Vec<(usize, usize)>,
@@ -150,7 +151,8 @@ impl StagedMethod {
         let kernels = &table.kernels;
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().flatten().any(|it| it.reads.contains(array));
-        let reads_depths = reads(&columns.depth);
+        let [reads_depths, reads_ray_types] =
+            [&columns.depth, &columns.ray_type].map(|array| reads(array));
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let requests = program.stages().iter().map(|stage| stage.resumed_by);
         let asks_host = kernels.iter().flatten().any(|it| it.asks_host)
@@ -167,6 +169,7 @@ impl StagedMethod {
             kernels: table,
             surfaces,
             reads_depths,
+            reads_ray_types,
             asks_host,
             queries,
             read_answers,
@@ -187,6 +190,16 @@ impl StagedMethod {
     /// True if a kernel reads the number of surfaces that a path has met.
     pub fn reads_depths(&self) -> bool {
         self.reads_depths
+    }
+
+    /// True if a kernel reads the type of the ray that a path has searched along.
+    pub fn reads_ray_types(&self) -> bool {
+        self.reads_ray_types
+    }
+
+    /// True if stages are linked with no surface, as those of materials: renderers prepare the surfaces that are found.
+    pub fn finds_strangers(&self) -> bool {
+        self.program.method() != Method::Radiance
     }
 
     /// True if a host has to know the random sequences of paths.
