@@ -23,8 +23,8 @@ const REACH: f32 = 0.9;
 
 /// The error of rounding that a mean radiance of 1 may have.
 const ROUNDING: f64 = 1e-4;
-/// The probability that a mean is judged too large by chance.
-const CHANCE: f64 = 1e-9;
+/// The probability with which the mean of a correct integrator is reported as too large.
+const FALSE_ALARM: f64 = 1e-9;
 
 /// Checks an integrator.
 ///
@@ -58,8 +58,8 @@ fn check_mean(subject: &Subject<'_>) -> Result<Finding, Stop> {
         let mut mean = Mean::default();
         let colors = rays.vectors("rt_SampleColor").into_iter().filter(|color| color.is_finite());
         colors.for_each(|color| mean.add(f64::from(color.max_element())));
-        let noise = normal_quantile(1.0 - CHANCE) * mean.deviation() / mean.count().max(1.0).sqrt();
-        let holds = mean.count() == 0.0 || mean.mean() - noise <= 1.0 + ROUNDING;
+        let noise = normal_quantile(FALSE_ALARM) * mean.deviation();
+        let holds = mean.mean() - noise <= 1.0 + ROUNDING;
         tally.test(holds, || {
             format!(
                 "radiance gives {:.4} on average inside a sphere whose radiance is at most 1",

@@ -175,6 +175,20 @@ pub fn render_scene_from(
     }
 }
 
+/// Renders a scene whose files come from `files`, with an integrator in the place of the scene's own.
+///
+/// # Errors
+/// As for [`render_scene`].
+pub fn render_integrator(
+    request: &RenderRequest<'_>,
+    files: &dyn FileSource,
+    integrator: &Arc<Instance>,
+) -> Result<RenderResult, Messages> {
+    let start = Instant::now();
+    let loaded = LoadedScene::new(request, files)?.with_integrator(integrator);
+    render_paths(request, loaded, None, start)
+}
+
 /// The peak memory of a render besides the scene: the film and all images while they are made, or the images and their
 /// encoded form while they are written.
 fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -> Need {
@@ -413,6 +427,7 @@ impl LoadedScene {
     /// Puts an integrator in the place of the scene's own.
     pub(crate) fn with_integrator(mut self, integrator: &Arc<Instance>) -> LoadedScene {
         self.scene.integrator = Some(integrator.clone());
+        self.scene.settings.renderer = Some(Renderer::Batch);
         self
     }
 

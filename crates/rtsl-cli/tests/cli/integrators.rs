@@ -66,6 +66,9 @@ fn render_takes_another_integrator() {
 #[test]
 fn libraries_refuse_integrators() {
     let folder = folder("build-integrator");
+    let searches = "class Wax : rt_Material;
+        void shade() { rt_SampleColor = color(nearestHit(rt_HitPoint, vec3(1.0)).distance); }";
+    folder.write("wax.rtsl", searches);
     folder.run(&["build", "deep.rtsl", "--emit", "ir"]).exits(DONE);
     let stages = folder.run(&["build", "deep.rtsl", "--emit", "stages"]).exits(DONE);
     assert!(
@@ -74,8 +77,9 @@ fn libraries_refuse_integrators() {
         stages.output()
     );
     for form in ["obj", "cpp", "header"] {
-        let ran = folder.run(&["build", "deep.rtsl", "--emit", form, "-o", "out"]);
-        ran.fails_with("E0707");
+        for file in ["deep.rtsl", "wax.rtsl"] {
+            folder.run(&["build", file, "--emit", form, "-o", "out"]).fails_with("E0707");
+        }
     }
 }
 
@@ -99,7 +103,8 @@ fn bench_measures_integrators_in_a_scene() {
         assert!(speed > 0.0 && (of_rays / speed - 2.0).abs() < 1e-9, "{row}");
     }
     let text = folder.run(&[&bench[..], &["--width", "4", "--size", "16x8"]].concat()).exits(DONE);
-    let (heading, row) = text.output().split_once("compile ms\n").unwrap();
+    let table = text.output();
+    let (heading, row) = table.split_once("compile ms\n").unwrap();
     let first = "Deep.radiance in scene.pbrt: 16x8, 16 samples, ";
     assert!(heading.starts_with(first) && heading.contains("2.00 rays a path"), "{heading}");
     assert!(row.starts_with("    4 ") && row.lines().count() == 1, "{row}");
@@ -119,4 +124,18 @@ fn bench_says_what_integrators_need() {
     assert!(folder.run(&other).exits(WRONG_USAGE).errors().contains("only `radiance`"));
     let scene = ["bench", "scene.pbrt", "--scene", "scene.pbrt"];
     assert!(folder.run(&scene).exits(WRONG_USAGE).errors().contains("`--scene`"));
+}
+
+#[test]
+fn test_renders_pictures_with_integrators() {
+    let folder = folder("test-integrator");
+    folder.run(&["test", "deep.rtsl"]).exits(DONE).prints(expect![[r#"
+        Deep (integrator), defaults
+          held    radiance is finite
+          -       no more light is found than is emitted: the integrator does not scatter light
+          held    results have the same bits at every width
+          held    every call comes to its end
+          held    pictures have the same bits at every width
+
+    "#]]);
 }

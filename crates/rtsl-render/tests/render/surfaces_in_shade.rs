@@ -8,8 +8,9 @@ use rtsl_render::request::render_scene_from;
 use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
-/// Wax shows how thick it is, from the distance and the normal of its other side. Worn edges are where surfaces close by
-/// turn away: it searches in random directions, and traces a ray as well. A gauge goes on from the surfaces that it finds.
+/// Wax shows how thick it is, from the distance and the normal of its other side. `Worn` is brighter where surfaces
+/// close by turn away: it searches in random directions, traces a ray, and searches towards lights. `Gauge` goes on
+/// from the surfaces that it finds.
 const CLASSES: &str = "class Wax : rt_Material;
     public float depth = 0.5;
     void shade() {
@@ -32,6 +33,10 @@ const CLASSES: &str = "class Wax : rt_Material;
             if (near.found) open += 0.5 - 0.5 * dot(near.shadingNormal, rt_ShadingNormal);
         }
         rt_SampleColor = color(open) + 0.5 * trace(rt_HitPoint, rt_GeometricNormal);
+        illuminance {
+            rt_Surface behind = nearestHit(rt_HitPoint, rt_LightDirection);
+            if (!behind.found) rt_SampleColor += 0.1 * rt_LightColor * rand();
+        }
     }
 
     class Gauge : rt_Material;

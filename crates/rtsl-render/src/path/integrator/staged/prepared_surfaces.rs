@@ -46,7 +46,7 @@ impl StagedPaths<'_> {
         for paths in paths.chunks(CALL_PATHS) {
             called.clear();
             self.find_hits_of(surface, place, paths, &mut called);
-            if self.staged.finds_strangers() {
+            if self.staged.is_of_material() {
                 self.clear_missing(surface, place, &mut called);
             }
             let objects = &self.tracer.scene.objects;
@@ -54,7 +54,7 @@ impl StagedPaths<'_> {
             called.sort_by_key(group);
             for called in called.chunk_by(|one, other| group(one) == group(other)) {
                 self.load_surfaces(surface, called);
-                if self.staged.finds_strangers() {
+                if self.staged.is_of_material() {
                     self.leave_shaded_surfaces(called);
                 }
                 let group = &self.tracer.groups[group(&called[0]) as usize];

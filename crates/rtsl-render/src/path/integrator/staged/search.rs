@@ -57,7 +57,7 @@ impl StagedPaths<'_> {
 
     /// Moves the origins of collected rays off the surfaces that materials shade.
     fn leave_surfaces(&mut self, slots: &[u32]) {
-        if !self.staged.finds_strangers() {
+        if !self.staged.is_of_material() {
             return;
         }
         let columns = &mut self.frames.requests;
@@ -149,7 +149,9 @@ impl StagedPaths<'_> {
 
     fn store_answers(&mut self, slots: &[u32], answers: &[Answer]) {
         let scratch = &mut self.frames.paths.scratch;
-        for (index, array) in self.staged.read_answers() {
+        // Samples of lights, for which stages may wait too, have more answers.
+        let read = self.staged.read_answers().iter().filter(|(index, _)| *index < NOTHING.len());
+        for (index, array) in read {
             let column = scratch.words_mut(*array);
             for (slot, answer) in slots.iter().zip(answers) {
                 column[*slot as usize] = answer[*index];
@@ -174,7 +176,7 @@ impl StagedPaths<'_> {
         let mut further = 0;
         for slot in slots {
             let searches = &mut searches[*slot as usize];
-            further += u64::from(*searches > 0 || self.staged.finds_strangers());
+            further += u64::from(*searches > 0 || self.staged.is_of_material());
             *searches = searches.saturating_add(1);
         }
         self.queries.rays.traced += further;

@@ -197,8 +197,8 @@ impl StagedMethod {
         self.reads_ray_types
     }
 
-    /// True if stages are linked with no surface, as those of materials: renderers prepare the surfaces that are found.
-    pub fn finds_strangers(&self) -> bool {
+    /// True for a method of materials. Its stages are linked with no surface: the runtime prepares those that are found.
+    pub fn is_of_material(&self) -> bool {
         self.program.method() != Method::Radiance
     }
 
