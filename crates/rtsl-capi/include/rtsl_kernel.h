@@ -65,7 +65,8 @@ enum RtslState {
     RTSL_STATE_RayDepth = 75, /* float: number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there */
     RTSL_STATE_RelativeIndex = 76, /* float: index of refraction on the side of `rt_LightDirection`, over that on the ray's side, whose square divides `rt_BSDFValue`; 1 for what is not refracted */
     RTSL_STATE_Regularization = 77, /* float: width of highlights up to which narrower ones are to be widened, by `regularized`; 0 for none */
-    RTSL_STATE_COMPONENTS = 78
+    RTSL_STATE_RayType = 78, /* float: type of the ray: `rt_CAMERA_RAY`, or `rt_TRACED_RAY` for one that `trace` traces */
+    RTSL_STATE_COMPONENTS = 79
 };
 
 /* What methods find in components that no host sets: initialisers for RTSL_STATE_COMPONENTS floats. */
@@ -103,6 +104,7 @@ enum RtslState {
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
+    0.0f, \
     0.0f, \
     0.0f, \
     0.0f, \

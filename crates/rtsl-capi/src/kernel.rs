@@ -57,6 +57,7 @@ impl KernelEntry {
         method: Method,
         variant: &Variant,
     ) -> Result<KernelEntry, Error> {
+        program.refuse_questions(method, "hosts of the C interface")?;
         Ok(KernelEntry {
             kernel: program.kernel(method, variant.clone())?,
             description: program.describe_kernel(method, variant)?,

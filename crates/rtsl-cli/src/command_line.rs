@@ -42,7 +42,7 @@ pub enum Command {
     Eval(EvalArguments),
     /// Check the contracts between classes and renderers: sampling densities, bounds, energy conservation and others.
     Test(TestArguments),
-    /// Measure the time of methods per ray, for each call mode and width.
+    /// Measure the time of methods per ray, for each call mode and width, or the speed of an integrator or a scene.
     Bench(BenchArguments),
     /// Render a scene to a picture.
     Render(RenderArguments),

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use rtsl::host::Host;
 use rtsl::{Backend, Engine, EngineOptions, Instance, LaneBlock, Method, Role};
 
 use crate::contract::Contract;
+use crate::furnace::Furnace;
 use crate::options::{Options, engine_options};
 use crate::rays::Rays;
 use crate::report::Finding;
@@ -52,7 +54,13 @@ fn results(subject: &Subject<'_>, instance: &Instance) -> Result<Vec<(Method, Ve
     let each = methods.map(|method| {
         let mut rays = subject.rays(Role::Camera, stream.at(*method as u64), 0..RAYS);
         fill(&mut rays, |item, component| stream.number(item, component));
-        subject.call(*method, &mut rays)?;
+        // An integrator has surfaces to ask about.
+        let mut furnace = Furnace::new(stream, RAYS as usize);
+        let host: Option<&mut dyn Host> = match method {
+            Method::Radiance => Some(&mut furnace),
+            _ => None,
+        };
+        subject.call_with(*method, &mut rays, host)?;
         Ok((*method, words(&rays)))
     });
     each.collect()

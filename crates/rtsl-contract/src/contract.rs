@@ -79,6 +79,10 @@ pub enum Contract {
     LightMeeting,
     /// The radiance of an integrator is finite.
     Radiance,
+    /// An integrator that scatters light finds no more than is emitted.
+    Furnace,
+    /// Pictures have the same bits at every width and on the interpreter. Renderers check it.
+    Pictures,
 }
 
 impl Contract {
@@ -131,6 +135,8 @@ impl Contract {
             Contract::TextureValues => "values are numbers, whatever the filter",
             Contract::TextureFilter => "wide filters tend to the mean",
             Contract::Radiance => "radiance is finite",
+            Contract::Furnace => "no more light is found than is emitted",
+            Contract::Pictures => "pictures have the same bits at every width",
             Contract::SameBits => "results have the same bits at every width",
             Contract::Budget => "every call comes to its end",
             Contract::LightMeeting => "rays find what samples with a density are",
@@ -176,6 +182,10 @@ impl Contract {
             Contract::Radiance => {
                 "a division by a density or a probability that may be 0, or a weight without bound"
             }
+            Contract::Furnace => {
+                "light that is counted twice, by emission() and by sampleLight(), or a division by a density too many"
+            }
+            Contract::Pictures => "nothing in the class: please report it",
             Contract::Points => "intersect: a hit that is none, or one that is missed",
             Contract::Leaving => {
                 "a root that loses its digits near 0: compute it in another way than by a difference"

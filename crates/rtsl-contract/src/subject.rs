@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rtsl::host::Host;
 use rtsl::{
     CallArguments, CallMode, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program,
-    Role, lookup_state, new_state, set_defaults,
+    Query, Role, lookup_state, new_state, set_defaults,
 };
 
 use crate::contract::Contract;
@@ -50,6 +50,18 @@ impl<'a> Subject<'a> {
     /// True if the class has the method, or it is implied by others.
     pub fn has(&self, method: Method) -> bool {
         self.program.has(method)
+    }
+
+    /// True if a method makes each of these queries.
+    ///
+    /// # Errors
+    /// If the method cannot be linked.
+    pub fn asks(&self, method: Method, queries: &[Query]) -> Result<bool, Stop> {
+        if !self.has(method) {
+            return Ok(false);
+        }
+        let linked = self.program.method(method)?;
+        Ok(queries.iter().all(|query| linked.asks(*query)))
     }
 
     /// Returns rays with the defaults of a role. Their indices select the values of `rand()`.

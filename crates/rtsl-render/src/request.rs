@@ -1,9 +1,12 @@
 //! The whole process from a scene's file to an image: the implementation of `rtsl render`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, Messages, diagnostic_codes as codes};
+use rtsl::{
+    Backend, Diagnostic, Engine, EngineOptions, Instance, Math, Messages, diagnostic_codes as codes,
+};
 use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
@@ -164,6 +167,20 @@ pub fn render_scene_from(
         check_place(request, checkpoints)?;
     }
     render_loaded(request, loaded, checkpoints.as_ref(), start)
+}
+
+/// Renders a scene whose files come from `files`, with an integrator in the place of the scene's own.
+///
+/// # Errors
+/// As for [`render_scene`].
+pub fn render_integrator(
+    request: &RenderRequest<'_>,
+    files: &dyn FileSource,
+    integrator: &Arc<Instance>,
+) -> Result<RenderResult, Messages> {
+    let start = Instant::now();
+    let loaded = LoadedScene::new(request, files)?.with_integrator(integrator);
+    render_loaded(request, loaded, None, start)
 }
 
 /// The peak memory of a render besides the scene: the film and all images while they are made, or the images and their
@@ -368,6 +385,13 @@ impl LoadedScene {
         warnings.push(rtsl::SourceMap::new(), engine_warnings);
         let (scene, check_time, engine_time) = (loaded.scene, loaded.compile_time, start.elapsed());
         Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
+    }
+
+    /// Puts an integrator in the place of the scene's own.
+    pub(crate) fn with_integrator(mut self, integrator: &Arc<Instance>) -> LoadedScene {
+        self.scene.integrator = Some(integrator.clone());
+        self.scene.settings.renderer = Some(Renderer::Batch);
+        self
     }
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.

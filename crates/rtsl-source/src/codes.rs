@@ -207,7 +207,7 @@ diagnostics! {
     E0704 NO_DENOISER "a picture that cannot be denoised";
     E0705 FORKED "a process that was forked from one that was compiling";
     E0706 PROCESS_ENDING "a kernel that is requested while the process exits";
-    E0707 ASKS_SCENE "a library with a method that asks the scene";
+    E0707 ASKS_SCENE "a method that asks the scene, for a host without answers";
     E0708 SPLIT_LIMIT "an integrator that waits for the renderer at too many places";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";

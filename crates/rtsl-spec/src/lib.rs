@@ -8,10 +8,12 @@
 //! This crate does not depend on the syntax, the IR or any host.
 
 pub mod builtins;
+mod ray_type;
 mod roles;
 mod state;
 mod types;
 
+pub use ray_type::RayType;
 pub use roles::{Method, Role};
 pub use state::{
     Access, Default, Direction, MAX_STATE_VARIABLES, Origin, Row, StateVariable, lookup_state,

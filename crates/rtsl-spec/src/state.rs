@@ -314,6 +314,9 @@ const ROWS: &[Row] = &[
         "index of refraction on the side of `rt_LightDirection`, over that on the ray's side, whose square divides `rt_BSDFValue`; 1 for what is not refracted")),
     ours(all(Material, "rt_Regularization", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO,
         "width of highlights up to which narrower ones are to be widened, by `regularized`; 0 for none")),
+    ours(all(Integrator, "rt_RayType", Float, IN, ZERO, "type of the ray: `rt_CAMERA_RAY`, or `rt_TRACED_RAY` for one that `trace` traces")),
+    ours(all(Material, "rt_RayType", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO,
+        "type of the ray: `rt_CAMERA_RAY`, `rt_SCATTERED_RAY` or `rt_TRACED_RAY`")),
 ];
 
 #[cfg(test)]

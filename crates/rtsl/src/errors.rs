@@ -158,10 +158,11 @@ pub(crate) fn splitting(name: &str, error: &dyn std::fmt::Display) -> Diagnostic
     Diagnostic::new(codes::SPLIT_LIMIT, problem)
 }
 
-/// A method of a library that asks the scene.
-pub(crate) fn asks_scene(name: &str) -> Diagnostic {
-    let problem = format!("`{name}` asks the scene, which the hosts of libraries can't answer");
+/// A method that asks the scene, for hosts that can't answer.
+pub(crate) fn asks_scene(name: &str, hosts: &str) -> Diagnostic {
+    let problem = format!("`{name}` asks the scene, which {hosts} can't answer");
     Diagnostic::new(codes::ASKS_SCENE, problem)
+        .help("`rtsl render --integrator Whitted`, or another integrator, answers `shade` of materials")
         .help("`rtsl render` and `rtsl eval --scene` run integrators")
 }
 

@@ -100,8 +100,8 @@ pub use rtsl_source::{
     code_info, codes, diagnostic_codes, most_similar, render,
 };
 pub use rtsl_spec::{
-    COLOR_COMPONENTS, Direction, Method, Role, StateType, StateVariable, lookup_state, rows,
-    state_component_count, state_variables,
+    COLOR_COMPONENTS, Direction, Method, RayType, Role, StateType, StateVariable, lookup_state,
+    rows, state_component_count, state_variables,
 };
 pub use rtsl_stages::{
     END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface,

@@ -332,6 +332,21 @@ static void forms(RtslEngineId engine)
     FAILS(rtsl_kernel_call(kernel, &arguments), RTSL_RESULT_LANES, "lanes");
 }
 
+/* There is no function by which a host would answer questions about surfaces. */
+static void questions(RtslEngineId engine)
+{
+    RtslUnitId unit;
+    RtslInstanceId wax;
+    RtslKernelId kernel;
+    OK(rtsl_compile("wax.rtsl",
+                    "class Wax : rt_Material;\nvoid shade() { rt_SampleColor = "
+                    "color(nearestHit(rt_HitPoint, vec3(1.0)).distance); }",
+                    &unit));
+    OK(rtsl_instance_new(unit, "Wax", &wax));
+    OK(rtsl_instance_commit(wax));
+    FAILS(rtsl_kernel_new(engine, wax, "shade", 0, 0, &kernel), RTSL_RESULT_CODE_GENERATION, "E0707");
+}
+
 int main(void)
 {
     RtslUnitId unit;
@@ -345,6 +360,7 @@ int main(void)
     calls(unit, engine);
     single(unit, engine);
     forms(engine);
+    questions(engine);
     RtslEngineOptions options = {.size = sizeof options, .backend = RTSL_BACKEND_INTERPRETER};
     OK(rtsl_engine_new(&options, &engine));
     single(unit, engine);

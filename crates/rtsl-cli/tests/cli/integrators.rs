@@ -66,6 +66,9 @@ fn render_takes_another_integrator() {
 #[test]
 fn libraries_refuse_integrators() {
     let folder = folder("build-integrator");
+    let searches = "class Wax : rt_Material;
+        void shade() { rt_SampleColor = color(nearestHit(rt_HitPoint, vec3(1.0)).distance); }";
+    folder.write("wax.rtsl", searches);
     folder.run(&["build", "deep.rtsl", "--emit", "ir"]).exits(DONE);
     let stages = folder.run(&["build", "deep.rtsl", "--emit", "stages"]).exits(DONE);
     assert!(
@@ -74,7 +77,65 @@ fn libraries_refuse_integrators() {
         stages.output()
     );
     for form in ["obj", "cpp", "header"] {
-        let ran = folder.run(&["build", "deep.rtsl", "--emit", form, "-o", "out"]);
-        ran.fails_with("E0707");
+        for file in ["deep.rtsl", "wax.rtsl"] {
+            folder.run(&["build", file, "--emit", form, "-o", "out"]).fails_with("E0707");
+        }
     }
+}
+
+#[test]
+fn bench_measures_integrators_in_a_scene() {
+    let folder = folder("bench-integrator");
+    let bench = ["bench", "deep.rtsl", "radiance", "--scene", "scene.pbrt", "--time", "1"];
+    let json = folder.run(&[&bench[..], &["--json", "--param", "gain=2"]].concat()).exits(DONE);
+    let rows: Vec<serde_json::Value> =
+        json.output().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let widths: Vec<_> = rows.iter().map(|row| row["width"].as_u64().unwrap()).collect();
+    assert_eq!(widths, [1, 4, 8, 16]);
+    for row in &rows {
+        assert_eq!((&row["class"], &row["size"]), (&"Deep".into(), &serde_json::json!([8, 8])));
+        // 16 samples of each pixel, each with one shadow ray.
+        let rays = &row["rays"];
+        assert_eq!((&row["paths"], &rays["camera"]), (&1024.into(), &1024.into()));
+        assert_eq!((&rays["shadow"], &rays["traced"]), (&1024.into(), &0.into()));
+        let speed = row["millionPathsPerSecond"]["median"].as_f64().unwrap();
+        let of_rays = row["millionRaysPerSecond"].as_f64().unwrap();
+        assert!(speed > 0.0 && (of_rays / speed - 2.0).abs() < 1e-9, "{row}");
+    }
+    let text = folder.run(&[&bench[..], &["--width", "4", "--size", "16x8"]].concat()).exits(DONE);
+    let table = text.output();
+    let (heading, row) = table.split_once("compile ms\n").unwrap();
+    let first = "Deep.radiance in scene.pbrt: 16x8, 16 samples, ";
+    assert!(heading.starts_with(first) && heading.contains("2.00 rays a path"), "{heading}");
+    assert!(row.starts_with("    4 ") && row.lines().count() == 1, "{row}");
+}
+
+#[test]
+fn bench_says_what_integrators_need() {
+    let folder = folder("bench-integrator-wrong");
+    let without = folder.run(&["bench", "deep.rtsl"]).exits(WRONG_USAGE);
+    assert!(without.errors().contains("`--scene FILE.pbrt`"), "{}", without.errors());
+    let bench = ["bench", "deep.rtsl", "radiance", "--scene", "scene.pbrt"];
+    let state = [&bench[..], &["--state", "rt_RayOrigin=0,0,-5"]].concat();
+    assert!(folder.run(&state).exits(WRONG_USAGE).errors().contains("`--state`"));
+    folder.run(&["bench", "deep.rtsl", "--scene", "missing.pbrt"]).fails_with("E0601");
+    folder.write("ball.rtsl", crate::command::SPHERE);
+    let other = ["bench", "ball.rtsl", "intersect", "--scene", "scene.pbrt"];
+    assert!(folder.run(&other).exits(WRONG_USAGE).errors().contains("only `radiance`"));
+    let scene = ["bench", "scene.pbrt", "--scene", "scene.pbrt"];
+    assert!(folder.run(&scene).exits(WRONG_USAGE).errors().contains("`--scene`"));
+}
+
+#[test]
+fn test_renders_pictures_with_integrators() {
+    let folder = folder("test-integrator");
+    folder.run(&["test", "deep.rtsl"]).exits(DONE).prints(expect![[r#"
+        Deep (integrator), defaults
+          held    radiance is finite
+          -       no more light is found than is emitted: the integrator does not scatter light
+          held    results have the same bits at every width
+          held    every call comes to its end
+          held    pictures have the same bits at every width
+
+    "#]]);
 }

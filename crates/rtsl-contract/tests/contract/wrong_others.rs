@@ -226,3 +226,44 @@ fn a_filter_that_darkens() {
     "#]],
     );
 }
+
+/// Follows light for three surfaces, each of which emits `emitted`.
+fn follower(emitted: &str) -> String {
+    format!(
+        "class Follower : rt_Integrator;
+        void radiance() {{
+            color seen = color(1.0);
+            rt_Surface surface = nearestHit();
+            for (int count = 0; surface.found && count < 3; ++count) {{
+                rt_SampleColor += seen * {emitted};
+                rt_BSDFSample next = surface.sampleBSDF(vec3(sample2D(count), sample1D(count)));
+                seen *= next.weight;
+                surface = surface.follow(next.direction, next.density);
+            }}
+        }}"
+    )
+}
+
+#[test]
+fn an_integrator_is_right() {
+    finds(
+        &follower("surface.emission()"),
+        expect![[r#"
+        keeps all
+    "#]],
+    );
+}
+
+#[test]
+fn an_integrator_that_counts_light_twice() {
+    finds(
+        &follower("2.0 * surface.emission()"),
+        expect![[r#"
+        breaks
+          BROKEN  no more light is found than is emitted
+                  radiance gives 1.7500 on average inside a sphere whose radiance is at most 1
+                  (1 of 1 tests)
+                  look at: light that is counted twice, by emission() and by sampleLight(), or a division by a density too many
+    "#]],
+    );
+}

@@ -60,6 +60,7 @@ variables! {
     ray_width "rt_RayWidth";
     ray_spread "rt_RaySpread";
     ray_depth "rt_RayDepth";
+    ray_type "rt_RayType";
 }
 
 /// Returns the components of all variables.

@@ -11,6 +11,7 @@
 //! incoherent. A frame is one sample of every pixel, including shading and secondary rays.
 
 mod clock;
+mod integrator;
 mod rays;
 mod report;
 mod spread;
@@ -27,6 +28,7 @@ use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
 
 pub use self::clock::Effort;
+pub use self::integrator::{IntegratorMeasurement, measure_integrator};
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;
 

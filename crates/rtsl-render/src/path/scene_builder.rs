@@ -171,7 +171,9 @@ impl BatchScene {
         );
         self.integrator.staged = staged.map_err(Messages::one)?;
         self.shading_methods = methods.map_err(Messages::one)?;
-        let made = self.make_groups(&self.integrator.queries());
+        let mut queries = self.integrator.queries();
+        queries.extend(self.shading_methods.queries());
+        let made = self.make_groups(&queries);
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);
         self.groups = groups;

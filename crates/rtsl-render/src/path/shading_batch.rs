@@ -3,13 +3,14 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, SURFACE_SCALARS, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, RayType, SURFACE_SCALARS, new_state};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::Sampler;
 
 use super::random_numbers::RandomNumbers;
 use super::rows::{BATCH_LANES, Row, Rows};
 use super::wavefront::{Path, PathHit};
+use crate::compiled::variables::variables;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
@@ -142,6 +143,16 @@ impl ShadingBatch {
             alpha: LaneIndices::new(BATCH_LANES),
             random: RandomNumbers::new(sampler),
         })
+    }
+
+    /// Sets what methods of materials know of the rays: for each lane the depth of the integrator's own ray, and the number
+    /// of surfaces that its path has met since.
+    pub fn set_depths(&mut self, places: impl Iterator<Item = (u32, u32)>) {
+        let v = variables();
+        for (lane, (depth, before)) in places.enumerate() {
+            self.state.floats_mut(v.ray_depth)[lane] = (depth + before) as f32;
+            self.state.floats_mut(v.ray_type)[lane] = RayType::of(depth, before).value();
+        }
     }
 
     /// Loads paths and their hits, with the random numbers that `purpose` selects. The last lane is repeated up to a

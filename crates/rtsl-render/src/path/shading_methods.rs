@@ -1,11 +1,12 @@
 //! The methods that shade surfaces: `shade` of materials, which may trace rays and sample lights one by one.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, StageLights,
-    StagedProgram, Variant,
+    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, Query,
+    StageLights, StagedProgram, Variant,
 };
 
 use super::integrator::StagedMethod;
@@ -122,6 +123,11 @@ impl ShadingMethods {
     /// All stages.
     pub fn stages(&self) -> impl Iterator<Item = &StagedMethod> {
         self.staged().chain(self.lights())
+    }
+
+    /// The queries about surfaces that a host answers for the stages, or before them; on the interpreter it answers all.
+    pub fn queries(&self) -> BTreeSet<Query> {
+        self.staged().flat_map(|staged| staged.queries().iter().copied()).collect()
     }
 
     fn staged(&self) -> impl Iterator<Item = &StagedMethod> {

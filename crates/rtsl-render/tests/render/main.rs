@@ -28,3 +28,4 @@ mod scenes;
 mod scratch;
 mod shading;
 mod shapes;
+mod surfaces_in_shade;

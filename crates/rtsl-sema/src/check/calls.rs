@@ -405,7 +405,7 @@ impl Checker<'_> {
         let builtin = overload.builtin;
         let restricted = builtin.usable != Usable::Anywhere
             || builtin.lowering == Lowering::Special(Special::Rand);
-        if restricted && !self.note_restricted_builtin(builtin, span) {
+        if restricted && !self.note_restricted_builtin(overload, span) {
             return error_expression(span);
         }
         let candidate = Candidate::Builtin(overload);
@@ -424,10 +424,11 @@ impl Checker<'_> {
     }
 
     /// Notes a call that only some methods may make. Reports it if it is outside any method.
-    fn note_restricted_builtin(&mut self, builtin: &'static Builtin, span: Span) -> bool {
+    fn note_restricted_builtin(&mut self, overload: &'static Overload, span: Span) -> bool {
+        let builtin = overload.builtin;
         match self.function.kind {
             Kind::ClassFunction | Kind::FileFunction => {
-                self.note_use(UseKind::Builtin(builtin), span);
+                self.note_use(UseKind::Builtin(overload), span);
                 true
             }
             Kind::Initializer | Kind::Constant => {

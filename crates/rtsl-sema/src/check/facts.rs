@@ -2,7 +2,7 @@
 //! only some methods may use.
 
 use rtsl_source::Span;
-use rtsl_spec::builtins::{Builtin, ReferenceMethod};
+use rtsl_spec::builtins::{Overload, ReferenceMethod};
 
 use super::Checker;
 use crate::hir::{FunctionId, MemberId, StateId};
@@ -48,7 +48,7 @@ pub(super) enum UseKind {
     /// A read of a scratch member.
     ReadScratch(MemberId),
     /// A call of a built-in function that is not usable everywhere.
-    Builtin(&'static Builtin),
+    Builtin(&'static Overload),
     /// A call of a method of a referenced shader.
     Reference(&'static ReferenceMethod),
     /// An `illuminance` statement.

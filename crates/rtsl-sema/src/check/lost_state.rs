@@ -104,7 +104,7 @@ impl Checker<'_> {
         let function = self.function(root.function);
         let (span, is_empty) = (function.span, function.body.is_empty());
         let offers = |each: &Reached| match each.done.kind {
-            UseKind::Builtin(builtin) => builtin.lowering == Lowering::Special(Special::Hit),
+            UseKind::Builtin(it) => it.builtin.lowering == Lowering::Special(Special::Hit),
             _ => false,
         };
         if root.method != Some(Method::Intersect)

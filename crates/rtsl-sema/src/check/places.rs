@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
-use rtsl_spec::{builtins, lookup_state};
+use rtsl_spec::{RayType, builtins, lookup_state};
 use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 
 use super::Checker;
@@ -13,7 +13,7 @@ use super::expressions::error_expression;
 use super::foreign::{advise, counterpart};
 use super::scope::Entity;
 use super::suggestions::suggest;
-use super::types::{builtin_type, leaf_count};
+use super::types::{FLOAT, builtin_type, leaf_count};
 use crate::hir::{Expression, ExpressionKind, LocalId, MemberId, StructId, Type};
 
 /// The size up to which a part of a constant is folded. Larger parts refer to the whole constant,
@@ -67,6 +67,10 @@ impl Checker<'_> {
     fn check_undeclared_name(&mut self, name: &str, span: Span) -> Expression {
         if let Some(variable) = lookup_state(name) {
             return self.check_state(variable, span);
+        }
+        if let Some(ray_type) = RayType::from_name(name) {
+            let values = Arc::new([Constant::F32(ray_type.value())]);
+            return Expression { kind: ExpressionKind::Constant(values), ty: FLOAT, span };
         }
         if builtin_type(name).is_some() {
             return self.report_no_value(name, "a type", span);

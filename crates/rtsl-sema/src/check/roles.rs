@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
-use rtsl_spec::builtins::{Builtin, Lowering, ReferenceMethod, Special, Usable};
+use rtsl_spec::builtins::{Lowering, Overload, ReferenceMethod, Special, Usable};
 use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
 use super::Checker;
@@ -165,7 +165,7 @@ impl Checker<'_> {
             UseKind::WriteMember(id) => self.check_member_write(root, reached, id),
             UseKind::ReadScratch(id) => self.check_scratch_read(root, reached, id),
             UseKind::ReadTextured(_) => {}
-            UseKind::Builtin(builtin) => self.check_builtin_use(root, reached, builtin),
+            UseKind::Builtin(overload) => self.check_builtin_use(root, reached, overload),
             UseKind::Reference(method) => self.check_reference_use(root, reached, method),
             UseKind::Illuminance => {
                 if root.method != Some(Method::Shade) {
@@ -295,9 +295,11 @@ impl Checker<'_> {
         self.report_with_path(root, reached, diagnostic);
     }
 
-    fn check_builtin_use(&mut self, root: &Root, reached: &Reached, builtin: &'static Builtin) {
-        let what = format!("`{}`", builtin.name);
-        match (builtin.usable, root.method) {
+    fn check_builtin_use(&mut self, root: &Root, reached: &Reached, overload: &'static Overload) {
+        let (builtin, usable) = (overload.builtin, overload.usable());
+        let form = if usable == builtin.usable { "" } else { " without arguments" };
+        let what = format!("`{}`{form}", builtin.name);
+        match (usable, root.method) {
             (Usable::Methods(methods), method) => {
                 let of_material = builtin.lowering != Lowering::Special(Special::Inside)
                     || root.roles.contains(&Role::Material);

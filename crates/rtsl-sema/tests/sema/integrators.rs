@@ -25,6 +25,25 @@ fn surfaces_are_values() {
     }
 }
 
+/// `shade` may search as well, and compute with what it finds.
+#[test]
+fn materials_search_for_surfaces() {
+    for body in [
+        "rt_Surface s = nearestHit(rt_HitPoint, -rt_GeometricNormal); if (s.found) rt_SampleColor = color(s.distance);",
+        "vec3 a, b; nearestHit(rt_HitPoint, vec3(1), 2.0, 0.0, 0.1).facingNormals(a, b); rt_SampleColor = color(a * b);",
+        "rt_Surface s = nearestHit(rt_HitPoint, vec3(1), 2.0).follow(vec3(1), 0.0);
+         rt_SampleColor = color(float(s.occluded(vec3(1), 1.0)) * s.cosine(vec3(1)) * s.side()) * color(s.leave(vec3(1)));",
+        "if (rt_RayType == rt_CAMERA_RAY || rt_RayType == rt_SCATTERED_RAY) rt_SampleColor = color(rt_TRACED_RAY);",
+    ] {
+        assert_eq!(diagnostics(&material(body)), "", "{body}");
+    }
+    let said = diagnostics(&material("rt_SampleColor = color(nearestHit().uv.x);"));
+    assert!(
+        said.contains("`nearestHit` without arguments is only for `radiance`, not for `shade`"),
+        "{said}"
+    );
+}
+
 #[test]
 fn mistakes_have_their_codes() {
     for (code, text) in [
@@ -35,6 +54,15 @@ fn mistakes_have_their_codes() {
         ("E0211", integrator("nearestHit(vec3(1));")),
         ("E0306", integrator("rt_RayOrigin = vec3(1.0);")),
         ("E0309", material("rt_SampleColor = color(nearestHit().point);")),
+        ("E0309", material("rt_SampleColor = nearestHit(rt_HitPoint, vec3(1)).emission();")),
+        ("E0309", material("rt_SampleColor = nearestHit(rt_HitPoint, vec3(1)).shade();")),
+        (
+            "E0309",
+            "class C : rt_Material; void BSDF() { rt_BSDFValue = color(nearestHit(rt_HitPoint, vec3(1)).uv.x); }"
+                .into(),
+        ),
+        ("E0306", material("rt_RayType = rt_TRACED_RAY;")),
+        ("E0306", integrator("rt_RayType = rt_CAMERA_RAY;")),
         ("E0309", material("contribute(rt_HitPoint, vec3(1), 1.0, color(1));")),
         ("E0309", integrator("rt_SampleColor = ambient();")),
         ("E0305", integrator("rt_SampleColor = color(rt_HitPoint);")),

@@ -10,7 +10,8 @@
 //! | `mat` | any of the nine matrices, the same one throughout |
 //! | `genC` | `color` or `float`, chosen for each parameter independently |
 
-use super::{Builtin, Scalar, SpecType};
+use super::table::RADIANCE;
+use super::{Builtin, Lowering, Scalar, SpecType, Special, Usable};
 use crate::Direction;
 
 /// One concrete form of a built-in function.
@@ -22,6 +23,14 @@ pub struct Overload {
     pub parameters: Vec<Parameter>,
     /// The type of the result, `Void` for none.
     pub result: SpecType,
+}
+
+impl Overload {
+    /// The places where this form may be called: `nearestHit()` searches along the integrator's own ray.
+    pub fn usable(&self) -> Usable {
+        let is_search = self.builtin.lowering == Lowering::Special(Special::NearestHit);
+        if is_search && self.parameters.is_empty() { RADIANCE } else { self.builtin.usable }
+    }
 }
 
 /// A parameter of a built-in function.

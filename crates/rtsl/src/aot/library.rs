@@ -221,9 +221,7 @@ impl AotLibrary {
         options: &AotOptions,
     ) -> Result<Vec<KernelDescription>, Diagnostic> {
         let linked = program.method(method)?;
-        if linked.asks_scene() {
-            return Err(errors::asks_scene(&linked.function.name));
-        }
+        program.refuse_questions(method, "the hosts of libraries")?;
         self.warnings.extend(linked.warnings.iter().cloned());
         let variant = Variant::new(CallMode::Single).reading(options.outputs);
         let function = program.specialise(&linked, &program.canonical(&linked, variant));

@@ -27,6 +27,8 @@ use super::surface::ShapeLinks;
 pub(crate) const TIME_COLUMN: &str = "path.time";
 /// The scratch array with the number of surfaces that each path has met before.
 pub(crate) const DEPTH_COLUMN: &str = "path.depth";
+/// The scratch array with the type of the ray that each path has searched along last.
+pub(crate) const RAY_TYPE_COLUMN: &str = "path.ray_type";
 
 /// The answers to queries about the surfaces of one class.
 #[derive(Debug, Default)]
@@ -364,6 +366,7 @@ pub(super) fn input(query: Query, variable: &StateVariable) -> Option<Input> {
         "rt_InverseRayDirection" => Some(Input::InverseDirection),
         "rt_TimeSeed" => Some(Input::Column(TIME_COLUMN)),
         "rt_RayDepth" => Some(Input::Column(DEPTH_COLUMN)),
+        "rt_RayType" => Some(Input::Column(RAY_TYPE_COLUMN)),
         "rt_LightDirection" if matches!(query, Query::Bsdf | Query::BsdfPdf) => {
             Some(Input::Operand(SURFACE_SCALARS))
         }

@@ -287,6 +287,18 @@ impl Program {
         cell.get_or_init(|| self.compiler.link(&self.tree, method).map(Arc::new)).clone()
     }
 
+    /// Refuses a method that asks the scene, for `hosts` that can't answer.
+    ///
+    /// # Errors
+    /// If the method asks, linking fails, or the class has no such method.
+    pub fn refuse_questions(&self, method: Method, hosts: &str) -> Result<(), Diagnostic> {
+        let linked = self.method(method)?;
+        if linked.asks_scene() {
+            return Err(errors::asks_scene(&linked.function.name, hosts));
+        }
+        Ok(())
+    }
+
     /// Returns a method for objects with a placement, if they have one: see [`Variant::placed`].
     pub(crate) fn placed_method(
         &self,

@@ -21,7 +21,7 @@ use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, sha
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
-use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
+use crate::link::stage::{DEPTH_COLUMN, RAY_TYPE_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
 
 /// The stages of a method, from which kernels are made. Those of an integrator have one for each class of surfaces that
@@ -237,6 +237,11 @@ impl StagedProgram {
         self.layout.scratch[DEPTH_COLUMN] as usize
     }
 
+    /// The scratch array with the type of the ray that each path has searched along last: [`RayType::value`].
+    pub fn ray_type_array(&self) -> usize {
+        self.layout.scratch[RAY_TYPE_COLUMN] as usize
+    }
+
     /// The scratch array with the key of each path's sequences of numbers.
     pub fn key_array(&self) -> usize {
         self.layout.scratch[KEY_COLUMN] as usize
@@ -364,7 +369,9 @@ impl StagedProgram {
         let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
         let links = match surface {
             Some(class) => class.links(found, may_draw),
-            None => no_surface(found),
+            None if self.method == Method::Radiance => no_surface(found),
+            // A material is linked with no surface that it finds: renderers prepare them.
+            None => SurfaceLinks::default(),
         };
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
@@ -390,9 +397,10 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 7] = [
+pub(crate) const PATH_COLUMNS: [&str; 8] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
+    RAY_TYPE_COLUMN,
     KEY_COLUMN,
     SAMPLE_COLUMN,
     Purpose::LightSample.column(),

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use rtsl_spec::builtins::{self, AccuracyDomain, Chapter, SpecStruct};
-use rtsl_spec::{Default, Method, Origin, Role, Row};
+use rtsl_spec::{Default, Method, Origin, RayType, Role, Row};
 
 const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_EXPECT=1 cargo test -p rtsl \
                       --test rtsl manual::`. Do not edit. -->\n";
@@ -53,6 +53,7 @@ fn roles() -> String {
          the language of the paper of 2007.\n\n## Every role\n\n",
     );
     state_table(&mut page, rtsl_spec::rows().iter().filter(|row| row.role.is_none()));
+    ray_types(&mut page);
     for role in Role::ALL {
         let _ = write!(page, "\n## `{}`\n\n| method | |\n|---|---|\n", role.class());
         page.push_str("| `constructor` | computes the private members of a new instance |\n");
@@ -63,6 +64,14 @@ fn roles() -> String {
         state_table(&mut page, rtsl_spec::rows().iter().filter(|row| row.role == Some(role)));
     }
     page
+}
+
+fn ray_types(page: &mut String) {
+    page.push_str("\n## Types of rays\n\nThe values of `rt_RayType`:\n\n");
+    page.push_str("| constant | value | ray |\n|---|---|---|\n");
+    for each in RayType::ALL {
+        let _ = writeln!(page, "| `{}` | {} | {} |", each.name(), each.value(), each.doc());
+    }
 }
 
 fn state_table<'a>(page: &mut String, rows: impl Iterator<Item = &'a Row>) {

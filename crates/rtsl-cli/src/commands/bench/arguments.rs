@@ -20,6 +20,9 @@ pub struct BenchArguments {
     pub file: PathBuf,
     /// The method; all methods if not given.
     pub method: Option<String>,
+    /// For an integrator: the scene that it renders, whose name ends in .pbrt
+    #[arg(long = "scene", value_name = "SCENE")]
+    pub in_scene: Option<PathBuf>,
     /// The class, if the file has several.
     #[arg(long)]
     pub class: Option<String>,
@@ -45,8 +48,8 @@ pub struct BenchArguments {
     /// The seed of random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// The time to measure each kernel, in milliseconds, 50 if not given; for a scene, each kind of ray, 1000 if not
-    /// given.
+    /// The time to measure each kernel, in milliseconds, 50 if not given; for a scene, each kind of ray, and
+    /// each width of an integrator, 1000 if not given.
     #[arg(long, value_name = "MILLISECONDS")]
     pub time: Option<u32>,
     #[command(flatten)]
@@ -60,7 +63,7 @@ pub struct BenchArguments {
     pub search_path: SearchPath,
 }
 
-/// The arguments for scenes.
+/// The arguments for scenes, and for integrators in scenes.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArguments {
     /// For a scene: columns and rows, overriding its own.

@@ -1,5 +1,5 @@
 //! `rtsl bench`: the time of methods per ray, for each call mode and width, compared with the peak performance of the
-//! machine; or, for a scene, its tracing speed.
+//! machine; for an integrator, its paths per second in a scene; or, for a scene, its tracing speed.
 //!
 //! Packet code is run by an interpreter that counts operations ([`rtsl::PacketKernel`]); machine code of the same
 //! kernel is timed for the same rays.
@@ -9,6 +9,7 @@ mod call;
 mod coverage;
 mod host;
 mod inputs;
+mod integrator;
 mod objects;
 mod peak;
 mod random;
@@ -67,6 +68,9 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         None => class.methods.keys().copied().collect(),
     };
     let instance = instance(&arguments.params, class, &unit)?;
+    if let Some(scene) = integrator::scene_of(arguments, &methods)? {
+        return integrator::run(arguments, scene, &instance, reporter);
+    }
     let bench = Bench::new(arguments, settings, instance, reporter)?;
     for method in methods {
         bench.measure_method(method)?;

@@ -45,6 +45,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
 fn check(arguments: &BenchArguments) -> Result<(), Failure> {
     let given = [
         ("a method", arguments.method.is_some()),
+        ("`--scene`", arguments.in_scene.is_some()),
         ("`--class`", arguments.class.is_some()),
         ("`--param`", !arguments.params.is_empty()),
         ("`--state`", !arguments.state.is_empty()),

@@ -132,7 +132,8 @@ impl RayOfCall {
         }
     }
 
-    fn origin_off_surface(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+    /// Returns the origin of a ray: if it begins on the surface that a material shades, off it.
+    pub fn origin_off_surface(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
         self.surface.map_or(origin, |surface| surface.leave(origin, direction))
     }
 
@@ -145,7 +146,7 @@ impl RayOfCall {
         epsilon_of_scene: f32,
     ) -> Path {
         Path {
-            origin,
+            origin: self.origin_off_surface(origin, direction),
             direction,
             epsilon: if epsilon > 0.0 { epsilon } else { epsilon_of_scene },
             distance: limit,
@@ -290,14 +291,15 @@ impl SceneHost<'_> {
 
     fn nearest_hits(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
         for lane in lanes.iter() {
-            let state = &mut self.rays[lanes.base as usize + lane];
+            let index = self.ray_of(lanes, lane);
+            let state = &mut self.rays[index];
             let ray = (vector(operands, 0, lane), vector(operands, 3, lane));
             let limits = [number(operands, 6, lane), number(operands, 7, lane)];
             let path = state.search_path(ray, limits, self.tracer.scene.compiled.epsilon);
             let BatchMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
             begin(wavefront, path);
             searcher.are_together = false;
-            rays.traced += u64::from(state.searches > 0);
+            rays.traced += u64::from(state.searches > 0 || state.surface.is_some());
             self.tracer.find_hits(wavefront, searcher, batch);
             let distance = wavefront.paths[0].distance;
             let hit = wavefront.hits.first();

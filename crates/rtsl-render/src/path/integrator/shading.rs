@@ -22,7 +22,7 @@ use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::compiled::variables::{variables, vector};
+use crate::compiled::variables::vector;
 use crate::statistics::RayCounts;
 
 /// A request for the light of a shaded surface. The operands of its query are in columns, of which it has a place.
@@ -42,8 +42,10 @@ pub struct ShadingRequest {
 /// What the light of a shaded surface depends on besides the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct RayOfShading {
-    /// The number of surfaces that the path has met before.
+    /// The depth of the ray of the integrator.
     pub depth: u32,
+    /// The number of surfaces that its path has met before.
+    pub before: u32,
     /// The time within the shutter.
     pub time: f32,
     /// The key of the random sequence of the call.
@@ -71,6 +73,11 @@ impl ShadingRequest {
         Some(ShadingRequest { place: place as u32, method, group, hit, ray })
     }
 
+    /// The number of surfaces that the light's path has met before.
+    fn depth(&self) -> u32 {
+        self.ray.depth + self.ray.before
+    }
+
     fn ray_of_surface(&self) -> RayOfSurface {
         let RayOfShading { time, key, sample, .. } = self.ray;
         RayOfSurface { time, key, sample }
@@ -96,7 +103,8 @@ impl SceneHost<'_> {
             let ray = &mut self.rays[ray];
             let ray = RayOfShading {
                 key: ray.numbers.begin(Purpose::Shade),
-                depth: self.depth + ray.surfaces_before(),
+                depth: self.depth,
+                before: ray.surfaces_before(),
                 time: ray.time,
                 sample: ray.numbers.sample,
                 importance: ray.importance,
@@ -119,10 +127,10 @@ impl Further<'_> {
         mut store: impl FnMut(usize, [f32; 3]),
     ) -> RayCounts {
         // The order of places keeps what is adjacent in memory adjacent in calls.
-        requests.sort_unstable_by_key(|it| (it.method, it.ray.depth, it.group, it.place));
+        requests.sort_unstable_by_key(|it| (it.method, it.depth(), it.group, it.place));
         let mut counts = RayCounts::default();
         let mut colors = Vec::new();
-        let call = |request: &ShadingRequest| (request.method, request.ray.depth);
+        let call = |request: &ShadingRequest| (request.method, request.depth());
         let is_of_call = |one: &ShadingRequest, other: &ShadingRequest| call(one) == call(other);
         for requests in requests.chunk_by(is_of_call) {
             colors.clear();
@@ -311,8 +319,7 @@ impl ShadingCall<'_> {
         );
         let Some(group) = self.tracer.groups.get(requests[0].group as usize) else { return };
         self.tracer.prepare_surfaces(group, batch);
-        let depth = self.depth() as f32;
-        batch.state.floats_mut(variables().ray_depth)[..requests.len()].fill(depth);
+        batch.set_depths(requests.iter().map(|it| (it.ray.depth, it.ray.before)));
     }
 
     /// Returns what a host knows of the calls for the surfaces of a prepared batch.
@@ -338,7 +345,7 @@ impl ShadingCall<'_> {
 
     /// The depth of the rays that found the surfaces.
     fn depth(&self) -> u32 {
-        self.requests[0].ray.depth
+        self.requests[0].depth()
     }
 
     fn callee(&self) -> Callee<'_> {

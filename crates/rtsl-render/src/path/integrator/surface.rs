@@ -124,6 +124,7 @@ impl SceneHost<'_> {
         for (place, Asking { lane, ray, hit }) in asking.iter().enumerate() {
             let state = &self.rays[*ray];
             let (origin, direction) = (vector(operands, 6, *lane), vector(operands, 9, *lane));
+            let origin = state.origin_off_surface(origin, direction);
             let distance = number(operands, 3, *lane);
             let mut path = Path {
                 origin,
@@ -153,10 +154,8 @@ impl SceneHost<'_> {
         let BatchMemory { batch, .. } = &mut *self.queries;
         batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
         self.tracer.prepare_surfaces(group, batch);
-        let depths = batch.state.floats_mut(variables().ray_depth);
-        for (depth, Asking { ray, .. }) in depths.iter_mut().zip(asking) {
-            *depth = (self.depth + self.rays[*ray].surfaces_before()) as f32;
-        }
+        let before = asking.iter().map(|asking| self.rays[asking.ray].surfaces_before());
+        batch.set_depths(before.map(|before| (self.depth, before)));
     }
 
     fn store_properties(&self, asking: &[Asking], results: &mut [LaneWords]) {

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, Instances, LaneBlock, Method, new_state};
+use rtsl::{CallArguments, Instances, LaneBlock, Method, RayType, new_state};
 use rtsl_bvh::LANES;
 
 use super::super::features::PathFeatures;
@@ -321,4 +321,5 @@ fn set_ray(state: &mut LaneBlock, lane: usize, path: &Path, depth: u32) {
         state.floats_mut(component)[lane] = value(path);
     }
     state.floats_mut(variables().ray_depth)[lane] = depth as f32;
+    state.floats_mut(variables().ray_type)[lane] = RayType::of(depth, 0).value();
 }

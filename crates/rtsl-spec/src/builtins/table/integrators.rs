@@ -1,20 +1,23 @@
 //! Functions of integrators, and the methods of surfaces.
 
+use super::ray_tracing::RAYS;
 use crate::Method;
 use crate::builtins::{Builtin, Chapter, Lowering, SpecStruct, Special, Usable};
 
 pub(super) static INTEGRATORS: &[Builtin] = &[
-    asks(
+    Builtin::special(
+        Chapter::Integrators,
         "nearestHit",
         Special::NearestHit,
+        RAYS,
         &[
             "rt_Surface nearestHit()",
             "rt_Surface nearestHit(vec3 origin, vec3 direction)",
             "rt_Surface nearestHit(vec3 origin, vec3 direction, float tMax)",
             "rt_Surface nearestHit(vec3 origin, vec3 direction, float tMax, float width, float spread)",
         ],
-        "The nearest surface on a ray, up to tMax lengths of the direction; without arguments, on the integrator's own \
-         ray. The footprint of the ray, which textures are filtered by, has this width at the origin and grows by \
+        "The nearest surface on a ray, up to tMax lengths of the direction; without arguments, which `shade` has to \
+         give, on the integrator's own ray. The footprint of the ray, which textures are filtered by, has this width at the origin and grows by \
          spread with each length of the direction.",
     ),
     asks(
@@ -146,16 +149,14 @@ pub(in crate::builtins) static STRUCT_METHODS: &[(SpecStruct, Builtin)] = &[
         &["rt_LightSample sampleLight(rt_Surface surface, float seed)"],
         "Light that arrives at the surface on the side from which the ray came.",
     ),
-    asks_of_surface(
+    on_rays(
         "follow",
-        Lowering::Prelude,
         &["rt_Surface follow(rt_Surface surface, vec3 direction, float density)"],
         "The nearest surface on the ray that leaves in this direction, which was chosen with this density; 0 for a \
          delta. The less likely a direction is, the faster the footprint grows.",
     ),
-    asks_of_surface(
+    on_rays(
         "occluded",
-        Lowering::Prelude,
         &["bool occluded(rt_Surface surface, vec3 direction, float tMax)"],
         "True if a ray that leaves the surface is blocked before tMax lengths of the direction.",
     ),
@@ -173,7 +174,8 @@ pub(in crate::builtins) static STRUCT_METHODS: &[(SpecStruct, Builtin)] = &[
     ),
 ];
 
-const RADIANCE: Usable = Usable::Methods(&[Method::Radiance]);
+/// The methods of integrators.
+pub(in crate::builtins) const RADIANCE: Usable = Usable::Methods(&[Method::Radiance]);
 
 const fn asks(
     name: &'static str,
@@ -193,6 +195,16 @@ const fn asks_of_surface(
 ) -> (SpecStruct, Builtin) {
     let (_, method) = of_surface(name, signatures, doc);
     (SpecStruct::Surface, Builtin { lowering, usable: RADIANCE, ..method })
+}
+
+/// A method that traces a ray, for all methods that may.
+const fn on_rays(
+    name: &'static str,
+    signatures: &'static [&'static str],
+    doc: &'static str,
+) -> (SpecStruct, Builtin) {
+    let (_, method) = of_surface(name, signatures, doc);
+    (SpecStruct::Surface, Builtin { usable: RAYS, ..method })
 }
 
 /// A method that computes with the struct's fields alone.

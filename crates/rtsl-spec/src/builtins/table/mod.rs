@@ -14,7 +14,7 @@ mod trigonometry;
 
 use super::Builtin;
 
-pub(super) use integrators::STRUCT_METHODS;
+pub(super) use integrators::{RADIANCE, STRUCT_METHODS};
 
 /// The chapters in the order of the manual.
 pub(super) static CHAPTERS: &[&[Builtin]] = &[

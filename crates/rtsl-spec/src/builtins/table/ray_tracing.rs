@@ -68,7 +68,7 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
 ];
 
 /// The methods that may trace rays.
-const RAYS: Usable = Usable::Methods(&[Method::Shade, Method::Radiance]);
+pub(super) const RAYS: Usable = Usable::Methods(&[Method::Shade, Method::Radiance]);
 
 /// The method that gathers ambient light.
 const SHADE: Usable = Usable::Methods(&[Method::Shade]);

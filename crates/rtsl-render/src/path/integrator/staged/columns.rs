@@ -16,6 +16,8 @@ pub struct Columns {
     pub time: usize,
     /// The number of surfaces met before.
     pub depth: usize,
+    /// The type of the ray searched along last.
+    pub ray_type: usize,
     /// The key of the sequences of numbers.
     pub key: usize,
     /// The index of the sample.
@@ -42,6 +44,7 @@ impl Columns {
             next: program.array(Port::Next),
             time: program.time_array(),
             depth: program.depth_array(),
+            ray_type: program.ray_type_array(),
             key: program.key_array(),
             sample: program.sample_array(),
             counts: program.count_arrays(),

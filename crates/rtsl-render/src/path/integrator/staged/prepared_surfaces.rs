@@ -1,16 +1,16 @@
 //! Properties of surfaces with whose shapes a stage is not linked, for all paths of a call together.
 
-use rtsl::{PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
+use rtsl::{LaneBlock, PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::super::memory::BatchMemory;
-use super::super::super::rows::BATCH_LANES;
-use super::super::super::shading_batch::RayOfSurface;
+use super::super::super::rows::{BATCH_LANES, get};
+use super::super::super::shading_batch::{RayOfSurface, ShadingBatch};
 use super::super::super::wavefront::PathHit;
 use super::super::surface::property_rows;
 use super::frames::{CALL_PATHS, Frames};
+use super::requests::Requested;
 use super::run::{Place, StagedPaths};
-use crate::compiled::variables::variables;
 
 const _: () = assert!(CALL_PATHS <= BATCH_LANES);
 
@@ -47,11 +47,17 @@ impl StagedPaths<'_> {
         for paths in paths.chunks(CALL_PATHS) {
             called.clear();
             self.find_hits_of(surface, place, paths, &mut called);
+            if self.staged.is_of_material() {
+                self.clear_missing(surface, place, &mut called);
+            }
             let objects = &self.tracer.scene.objects;
             let group = |called: &Called| objects[called.hit.object as usize].group;
             called.sort_by_key(group);
             for called in called.chunk_by(|one, other| group(one) == group(other)) {
                 self.load_surfaces(surface, called);
+                if self.staged.is_of_material() {
+                    self.leave_shaded_surfaces(called);
+                }
                 let group = &self.tracer.groups[group(&called[0]) as usize];
                 self.tracer.prepare_surfaces(group, &mut self.queries.batch);
                 self.store_properties(surface, place, called);
@@ -79,6 +85,40 @@ impl StagedPaths<'_> {
         }));
     }
 
+    /// Removes paths that have found no surface, and stores zeros as its properties.
+    fn clear_missing(
+        &mut self,
+        surface: &PreparedSurface,
+        place: Place<'_>,
+        called: &mut Vec<Called>,
+    ) {
+        let scene = self.tracer.scene;
+        let scratch = scratch_of(self.frames, place);
+        called.retain(|Called { lane, hit, .. }| {
+            let is_found = scene.hit_of(hit.object, hit.instance, hit.element).is_some();
+            if !is_found {
+                let arrays = surface.properties.iter().map(|(_, array)| *array);
+                arrays.for_each(|array| scratch.words_mut(array)[*lane as usize] = 0);
+            }
+            is_found
+        });
+    }
+
+    /// Moves the origins of the rays of a batch off the surfaces that materials shade, as those of their searches.
+    fn leave_shaded_surfaces(&mut self, called: &[Called]) {
+        let requested = Requested::of(&self.frames.paths.scratch, self.staged);
+        let ShadingBatch { origin, direction, .. } = &mut *self.queries.batch;
+        for (lane, called) in called.iter().enumerate() {
+            let moved = requested.leaving(called.path, get(origin, lane), get(direction, lane));
+            (0..3).for_each(|axis| origin[axis][lane] = moved[axis]);
+        }
+        // The last vector is complete.
+        for row in origin {
+            let (count, last) = (called.len(), row[called.len() - 1]);
+            row[count..count.next_multiple_of(8)].fill(last);
+        }
+    }
+
     /// Loads surfaces of one group as a batch, with the rays that hit them.
     fn load_surfaces(&mut self, surface: &PreparedSurface, called: &[Called]) {
         let operands: [Operand<'_>; SURFACE_SCALARS] =
@@ -97,20 +137,14 @@ impl StagedPaths<'_> {
             },
             NUMBERS_OF_SHAPES,
         );
-        let depths = batch.state.floats_mut(variables().ray_depth);
-        for (depth, called) in depths.iter_mut().zip(called) {
-            let before = self.wave.searches[called.path as usize].saturating_sub(1);
-            *depth = (self.depth + before) as f32;
-        }
+        let searches = &self.wave.searches;
+        let before = called.iter().map(|it| searches[it.path as usize].saturating_sub(1));
+        batch.set_depths(before.map(|before| (self.depth, before)));
     }
 
     /// Stores what the kernel reads of the properties in a batch.
     fn store_properties(&mut self, surface: &PreparedSurface, place: Place<'_>, called: &[Called]) {
-        let Frames { paths, call, .. } = &mut *self.frames;
-        let scratch = match place {
-            Place::All { .. } => &mut paths.scratch,
-            Place::Copied(_) => &mut call.scratch,
-        };
+        let scratch = scratch_of(self.frames, place);
         let mut rows = property_rows(&self.queries.batch).enumerate();
         for (property, array) in &surface.properties {
             let Some((_, row)) = rows.find(|(index, _)| index == property) else { return };
@@ -123,6 +157,15 @@ impl StagedPaths<'_> {
 
     fn operand(&self, surface: &PreparedSurface, index: usize) -> Operand<'_> {
         operand_of(self.frames, surface.operands[index])
+    }
+}
+
+/// Returns the arrays on which a kernel works.
+fn scratch_of<'a>(frames: &'a mut Frames, place: Place<'_>) -> &'a mut LaneBlock {
+    let Frames { paths, call, .. } = frames;
+    match place {
+        Place::All { .. } => &mut paths.scratch,
+        Place::Copied(_) => &mut call.scratch,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Answers to the requests of paths other than searches.
 
-use rtsl::{LaneBlock, MAX_ANSWERS, Method, ResumedBy, SURFACE_SCALARS};
+use rtsl::{LaneBlock, MAX_ANSWERS, ResumedBy, SURFACE_SCALARS};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::rows::are_finite;
@@ -40,7 +40,7 @@ struct RayColumns {
 
 /// The arrays of paths that request rays.
 #[derive(Clone, Copy)]
-struct Requested<'a> {
+pub struct Requested<'a> {
     scratch: &'a LaneBlock,
     columns: &'a Columns,
     /// True if the paths shade surfaces, which their rays leave.
@@ -48,11 +48,11 @@ struct Requested<'a> {
 }
 
 impl<'a> Requested<'a> {
-    fn of(frames: &'a Frames, staged: &'a StagedMethod) -> Requested<'a> {
+    pub fn of(scratch: &'a LaneBlock, staged: &'a StagedMethod) -> Requested<'a> {
         Requested {
-            scratch: &frames.paths.scratch,
+            scratch,
             columns: &staged.columns,
-            leaves_surfaces: staged.program.method() != Method::Radiance,
+            leaves_surfaces: staged.is_of_material(),
         }
     }
 
@@ -77,18 +77,29 @@ impl<'a> Requested<'a> {
             let numbers = self.scratch.floats(*array);
             column.extend(slots.iter().map(|slot| numbers[*slot as usize]));
         }
+        self.leave_surfaces(slots, ends);
+    }
+
+    /// Moves the origins of rays of some paths off the surfaces that these shade.
+    pub fn leave_surfaces(&self, slots: &[u32], ends: &mut [Vec<f32>; ENDS]) {
         if !self.leaves_surfaces {
             return;
         }
-        let shaded = self.columns.shaded.map(|array| self.scratch.floats(array));
         for (index, slot) in slots.iter().enumerate() {
-            let vector =
-                |first: usize| [0, 1, 2].map(|axis: usize| shaded[first + axis][*slot as usize]);
-            let surface = (vector(0), vector(NORMAL), shaded[OFFSET][*slot as usize]);
             let end = |first: usize| [0, 1, 2].map(|axis: usize| ends[first + axis][index]);
-            let origin = leaving(surface, end(0), end(3));
+            let origin = self.leaving(*slot, end(0), end(3));
             (0..3).for_each(|axis| ends[axis][index] = origin[axis]);
         }
+    }
+
+    /// Returns the origin of a ray of a path: if it begins on the surface that the path shades, off it.
+    pub fn leaving(&self, slot: u32, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+        if !self.leaves_surfaces {
+            return origin;
+        }
+        let shaded = |index: usize| self.scratch.floats(self.columns.shaded[index])[slot as usize];
+        let vector = |first: usize| [0, 1, 2].map(|axis: usize| shaded(first + axis));
+        leaving((vector(0), vector(NORMAL), shaded(OFFSET)), origin, direction)
     }
 
     /// Loads the rays of some paths as paths of other stages, without their keys.
@@ -133,7 +144,7 @@ impl StagedPaths<'_> {
         let Columns { requests, time, .. } = self.staged.columns;
         let ends = std::array::from_fn(|index| requests[index]);
         let ray = RayColumns { ends, limit: requests[ENDS], time };
-        let requested = Requested::of(self.frames, self.staged);
+        let requested = Requested::of(&self.frames.paths.scratch, self.staged);
         requested.append_rays(slots, &ray, &mut self.queries.shadow_rays);
         self.count_shadow_rays(slots);
         self.tracer.trace_shadow_rays(self.queries);
@@ -167,7 +178,7 @@ impl StagedPaths<'_> {
             && further.is_traced_at(depth)
             && !traced.is_empty()
         {
-            let requested = Requested::of(self.frames, self.staged);
+            let requested = Requested::of(&self.frames.paths.scratch, self.staged);
             let epsilon = self.tracer.scene.compiled.epsilon;
             let counts = further.with_memory(|memory| {
                 let load = |run: &mut StagedPaths<'_>| {
@@ -231,7 +242,8 @@ impl StagedPaths<'_> {
                 time: times[at],
                 sample: samples[at],
                 importance: wave.spawning.importance[at],
-                depth: self.depth + wave.searches[at].saturating_sub(1),
+                depth: self.depth,
+                before: wave.searches[at].saturating_sub(1),
             };
             requests.extend(ShadingRequest::new(tracer.scene, (&operands, at), ray));
         }
@@ -262,7 +274,7 @@ impl StagedPaths<'_> {
         let found = self.frames.paths.scratch.words(answers[0]);
         lit.clear();
         lit.extend(slots.iter().copied().filter(|slot| found[*slot as usize] != 0));
-        let requested = Requested::of(self.frames, self.staged);
+        let requested = Requested::of(&self.frames.paths.scratch, self.staged);
         let [ox, oy, oz, ..] = requests;
         let [_, dx, dy, dz, ..] = answers;
         let ray = RayColumns { ends: [ox, oy, oz, dx, dy, dz], limit: shadow_limit, time };

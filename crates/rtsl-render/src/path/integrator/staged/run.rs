@@ -112,7 +112,7 @@ impl StagedPaths<'_> {
     /// Runs a stage for paths, group by group of their surfaces.
     fn call_by_group(&mut self, stage: usize, paths: &PathSet, by_group: &mut PathSets) {
         let surface = self.staged.program.stages()[stage].surface;
-        if surface == StageSurface::None {
+        if surface == StageSurface::None || self.staged.is_of_material() {
             return self.call((stage, 0), paths);
         }
         let mut groups = std::mem::take(&mut self.frames.groups);
@@ -283,7 +283,7 @@ impl StagedPaths<'_> {
             return;
         }
         let surface = staged.program.stages()[stage].surface;
-        if surface == StageSurface::None {
+        if surface == StageSurface::None || staged.is_of_material() {
             let indices = &self.wave.objects;
             let index = |slot: &u32| indices[*slot as usize];
             return set_objects(&mut self.frames.surfaces, slots, in_place, index);

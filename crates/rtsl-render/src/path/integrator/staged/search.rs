@@ -1,6 +1,6 @@
 //! Searches for the nearest hits of the rays that paths request.
 
-use rtsl::ResumedBy;
+use rtsl::{RayType, ResumedBy};
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::super::super::memory::BatchMemory;
@@ -11,6 +11,7 @@ use super::super::numbers::count_after;
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
+use super::requests::Requested;
 use super::run::StagedPaths;
 use super::wave::Wave;
 use crate::compiled::placed_objects::HitObject;
@@ -36,6 +37,7 @@ impl StagedPaths<'_> {
             return self.count_searches(slots);
         }
         self.collect_requests(paths);
+        self.leave_surfaces(slots);
         let starts = 0..slots.len();
         if !are_together && scene.compiled.geometry.suits_stream(slots.len()) {
             starts.step_by(RAYS_OF_STREAM).for_each(|start| self.search_stream(start, slots));
@@ -52,6 +54,15 @@ impl StagedPaths<'_> {
         collected.iter_mut().for_each(Vec::clear);
         let columns = requests[..REQUEST].iter().chain([time]).map(|array| scratch.floats(*array));
         paths.append(columns.zip(collected));
+    }
+
+    /// Moves the origins of collected rays off the surfaces that materials shade.
+    fn leave_surfaces(&mut self, slots: &[u32]) {
+        let Frames { paths: Blocks { scratch, .. }, requests, .. } = &mut *self.frames;
+        let requested = Requested::of(scratch, self.staged);
+        if let Some(ends) = requests.first_chunk_mut() {
+            requested.leave_surfaces(slots, ends);
+        }
     }
 
     /// Finds the hits of a packet of collected rays, whose first is `start`.
@@ -134,7 +145,9 @@ impl StagedPaths<'_> {
 
     fn store_answers(&mut self, slots: &[u32], answers: &[Answer]) {
         let scratch = &mut self.frames.paths.scratch;
-        for (index, array) in self.staged.read_answers() {
+        // Samples of lights, for which stages may wait too, have more answers.
+        let read = self.staged.read_answers().iter().filter(|(index, _)| *index < NOTHING.len());
+        for (index, array) in read {
             let column = scratch.words_mut(*array);
             for (slot, answer) in slots.iter().zip(answers) {
                 column[*slot as usize] = answer[*index];
@@ -159,7 +172,7 @@ impl StagedPaths<'_> {
         let mut further = 0;
         for slot in slots {
             let searches = &mut searches[*slot as usize];
-            further += u64::from(*searches > 0);
+            further += u64::from(*searches > 0 || self.staged.is_of_material());
             *searches = searches.saturating_add(1);
         }
         self.queries.rays.traced += further;
@@ -175,12 +188,15 @@ impl StagedPaths<'_> {
         if !rays.is_empty() {
             slots.iter().for_each(|slot| rays[*slot as usize].count_search());
         }
+        let before = |slot: &u32| searches[*slot as usize].saturating_sub(1);
         if self.staged.reads_depths() {
             let depths = scratch.floats_mut(self.staged.columns.depth);
-            for slot in slots {
-                let before = searches[*slot as usize].saturating_sub(1);
-                depths[*slot as usize] = (self.depth + before) as f32;
-            }
+            slots.iter().for_each(|it| depths[*it as usize] = (self.depth + before(it)) as f32);
+        }
+        if self.staged.reads_ray_types() {
+            let types = scratch.floats_mut(self.staged.columns.ray_type);
+            let of = |slot: &u32| RayType::of(self.depth, before(slot)).value();
+            slots.iter().for_each(|slot| types[*slot as usize] = of(slot));
         }
     }
 }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageRequest,
+    CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
+    Program, Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageRequest,
     StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -33,6 +33,7 @@ pub struct StagedMethod {
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
+    reads_ray_types: bool,
     asks_host: bool,
     queries: BTreeSet<Query>,
     read_answers: Vec<(usize, usize)>,
@@ -150,7 +151,8 @@ impl StagedMethod {
         let kernels = table.all();
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
-        let reads_depths = reads(&columns.depth);
+        let [reads_depths, reads_ray_types] =
+            [&columns.depth, &columns.ray_type].map(|array| reads(array));
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let asks_host = kernels.iter().any(|it| it.asks_host);
         let queries = queries(&program, kernels);
@@ -163,6 +165,7 @@ impl StagedMethod {
             kernels: table,
             surfaces,
             reads_depths,
+            reads_ray_types,
             asks_host,
             queries,
             read_answers,
@@ -188,6 +191,16 @@ impl StagedMethod {
     /// True if paths wait for samples of lights.
     pub fn samples_lights(&self) -> bool {
         self.program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::LightSample)
+    }
+
+    /// True if a kernel reads the type of the ray that a path has searched along.
+    pub fn reads_ray_types(&self) -> bool {
+        self.reads_ray_types
+    }
+
+    /// True for a method of materials. Its stages are linked with no surface: the runtime prepares those that are found.
+    pub fn is_of_material(&self) -> bool {
+        self.program.method() != Method::Radiance
     }
 
     /// True if kernels make requests of a host that has to know the random sequences of paths.

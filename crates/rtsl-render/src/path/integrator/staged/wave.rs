@@ -1,6 +1,6 @@
 //! The data of a wavefront's paths beside their frames.
 
-use rtsl::{END, LaneBlock};
+use rtsl::{END, LaneBlock, RayType};
 use rtsl_bvh::LANES;
 
 use super::super::super::rows::{all_finite, are_finite};
@@ -76,7 +76,9 @@ impl Wave {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
-        frames.paths.state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
+        let state = &mut frames.paths.state;
+        state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
+        state.floats_mut(variables().ray_type)[..count].fill(RayType::of(depth, 0).value());
     }
 
     /// Loads the rays of paths.

@@ -1,11 +1,13 @@
 //! `rtsl test`: checks the contracts between classes and renderers.
 
+mod pictures;
+
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use rtsl::{Class, Engine, EngineOptions, Instance, Unit, Value};
+use rtsl::{Class, Engine, EngineOptions, Instance, Method, Unit, Value};
 use rtsl_contract::{
     Finding, Inputs, Options, Outcome as Found, Report, Setting, TEXTURE, check, settings,
 };
@@ -122,7 +124,13 @@ impl Tests<'_> {
     /// Code does not depend on parameters, so the bits are compared for the first instance only.
     fn check(&self, instance: &Arc<Instance>, compare_bits: bool) -> Result<Report, Failure> {
         let TestArguments { samples, seed, .. } = *self.arguments;
-        Ok(check(&self.engine, instance, &Options { samples, seed, compare_bits })?)
+        let mut report = check(&self.engine, instance, &Options { samples, seed, compare_bits })?;
+        let is_integrator = instance.class().methods.contains_key(&Method::Radiance);
+        if compare_bits && is_integrator && report.holds() {
+            let loop_budget = rtsl_contract::engine_options().loop_budget;
+            report.findings.push(pictures::check(instance, loop_budget));
+        }
+        Ok(report)
     }
 
     /// Returns the parameters of the command line that the class has; reports those that no class has.
