@@ -142,7 +142,7 @@ impl<'a> PacketSpace<'a> {
         let mut passed = 0;
         for (start, some) in vectors_of::<S, V>(mask) {
             rest ^= some << start;
-            let (meets, _) = self.test_vector::<S, V>(simd, bounds, start, limit);
+            let meets = self.test_vector::<S, V>(simd, bounds, start, limit);
             passed |= (meets & some) << start;
             if passed.count_ones() >= enough {
                 return passed | rest;
@@ -151,42 +151,7 @@ impl<'a> PacketSpace<'a> {
         passed
     }
 
-    /// Like [`PacketSpace::test`]; also returns the distances at which the rays enter the box.
-    #[inline(always)]
-    pub fn test_with_entries<S: Simd>(
-        &self,
-        simd: S,
-        bounds: &Bounds,
-        mask: LaneMask,
-        limit: &Lanes,
-        entries: &mut Lanes,
-    ) -> LaneMask {
-        match is_wide::<S>() {
-            true => self.test_with_entries_in::<S, f32x16<S>>(simd, bounds, mask, limit, entries),
-            false => self.test_with_entries_in::<S, f32x8<S>>(simd, bounds, mask, limit, entries),
-        }
-    }
-
-    #[inline(always)]
-    fn test_with_entries_in<S: Simd, V: LaneVector<S>>(
-        &self,
-        simd: S,
-        bounds: &Bounds,
-        mask: LaneMask,
-        limit: &Lanes,
-        entries: &mut Lanes,
-    ) -> LaneMask {
-        let mut passed = 0;
-        for (start, some) in vectors_of::<S, V>(mask) {
-            let (meets, entry) = self.test_vector::<S, V>(simd, bounds, start, limit);
-            entry.store_slice(&mut entries[start..start + V::LEN]);
-            passed |= (meets & some) << start;
-        }
-        passed
-    }
-
-    /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits, and the distances at which
-    /// they enter it, none less than their epsilons.
+    /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits.
     #[inline(always)]
     fn test_vector<S: Simd, V: LaneVector<S>>(
         &self,
@@ -194,12 +159,12 @@ impl<'a> PacketSpace<'a> {
         bounds: &Bounds,
         start: usize,
         limit: &Lanes,
-    ) -> (LaneMask, V) {
+    ) -> LaneMask {
         let (entry, exit) = self.slabs::<S, V>(simd, bounds, start);
         // One comparison serves all three conditions: no hit lies between an epsilon and a lesser limit.
         let end = exit.min(load::<S, V>(simd, limit, start));
         let entry = entry.max(load::<S, V>(simd, &self.rays.epsilon, start));
-        (entry.simd_le(end).to_bitmask(), entry)
+        entry.simd_le(end).to_bitmask()
     }
 
     #[inline(always)]
