@@ -11,8 +11,8 @@
 //! from being split into 4 by 4 pixels that are tested against all eight children without a branch: camera rays took
 //! 1.2 to 2.4 times as long (Zen 5).
 
-use fearless_simd::prelude::*;
 use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 use rtsl_math::SIMD_LANES;
 use rtsl_memory::prefetch;
 use smallvec::SmallVec;

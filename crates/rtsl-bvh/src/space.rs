@@ -2,7 +2,6 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, f32x16};
-use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
 use super::box_test::{SLACK, finite_reciprocal};
@@ -296,14 +295,26 @@ impl Interval {
 /// Returns the lanes of `mask` whose rays are finite; others hit nothing.
 #[inline(always)]
 pub fn finite_lanes<S: Simd>(simd: S, rays: &RayPacket, mask: LaneMask) -> LaneMask {
-    let mut finite = LaneMask::MAX;
-    for component in rays.origin.iter().chain(&rays.direction) {
-        for chunk in 0..LANES / SIMD_LANES {
-            let start = chunk * SIMD_LANES;
-            let values = f32x8::from_slice(simd, &component[start..start + SIMD_LANES]);
-            let bits = values.abs().simd_lt(f32x8::splat(simd, f32::INFINITY)).to_bitmask();
-            finite &= !(0xFF << start) | bits << start;
+    match is_wide::<S>() {
+        true => finite_lanes_in::<S, f32x16<S>>(simd, rays, mask),
+        false => finite_lanes_in::<S, f32x8<S>>(simd, rays, mask),
+    }
+}
+
+#[inline(always)]
+fn finite_lanes_in<S: Simd, V: LaneVector<S>>(
+    simd: S,
+    rays: &RayPacket,
+    mask: LaneMask,
+) -> LaneMask {
+    let mut finite = 0;
+    for start in (0..LANES).step_by(V::LEN) {
+        // A number that is not finite times zero is NaN, and so is every sum with it.
+        let mut sum = V::splat(simd, 0.0);
+        for component in rays.origin.iter().chain(&rays.direction) {
+            sum += load::<S, V>(simd, component, start) * 0.0;
         }
+        finite |= sum.simd_eq(V::splat(simd, 0.0)).to_bitmask() << start;
     }
     finite & mask
 }
