@@ -198,16 +198,14 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
-        let mut rest = lanes;
-        while rest != 0 {
-            let some = first_lanes(rest, MAX_INTERLEAVED);
-            rest &= !some;
-            let mut scene_rays = SmallVec::new();
-            let outer = outer.map(|outer| outer.with_rays(&mut scene_rays, some));
-            let mut rays = SmallVec::new();
-            LoadedRay::add_of_packet(&mut rays, simd, self.objects, space, some);
-            self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
+        if lanes == 0 {
+            return;
         }
+        let mut scene_rays = SmallVec::new();
+        let outer = outer.map(|outer| outer.with_rays(&mut scene_rays, lanes));
+        let mut rays = SmallVec::new();
+        LoadedRay::add_of_packet(&mut rays, simd, self.objects, space, lanes);
+        self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
     }
 
     /// Tests a few lanes against all items of a run of leaves, each ray by one call.
@@ -355,14 +353,6 @@ fn test_child<S: Simd>(
     let is_exact = child.is_leaf() || space.interval.is_loose();
     let enough = if is_exact { u32::MAX } else { MIN_AT_NODES };
     space.test_some(simd, bounds, lanes, limit, enough)
-}
-
-/// Returns the first `count` lanes of a mask.
-#[inline(always)]
-fn first_lanes(lanes: LaneMask, count: usize) -> LaneMask {
-    let mut rest = lanes;
-    (0..count).for_each(|_| rest &= rest.wrapping_sub(1));
-    lanes & !rest
 }
 
 impl InstanceContext<'_, PacketSpace<'_>> {
