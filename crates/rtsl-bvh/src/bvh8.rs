@@ -176,6 +176,7 @@ impl Node8 {
 
 impl Leaf {
     /// Returns the leaf's head.
+    #[inline(always)]
     pub fn head(&self) -> LeafHead {
         let Leaf { boxes: _, items: _, index_in_class, class, count, is_last } = *self;
         LeafHead { index_in_class, class, count, is_last }
@@ -233,6 +234,7 @@ impl Boxes {
 
 impl Bvh8 {
     /// Returns the run of leaves that begins at the index `first`.
+    #[inline]
     pub fn leaf_run(&self, first: usize) -> &[Leaf] {
         let rest = &self.leaves[first..];
         let count = rest.iter().position(|leaf| leaf.is_last).map_or(rest.len(), |last| last + 1);

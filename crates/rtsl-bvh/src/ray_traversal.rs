@@ -8,7 +8,9 @@ use smallvec::SmallVec;
 
 use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
 use super::geometry::Group;
-use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
+use super::interleaved_traversal::{
+    FEW_INTERLEAVED, InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting,
+};
 use super::objects::{LoadedRay, Objects, RayLeafTest};
 use super::packet::{LANES, is_wide};
 use super::ray_space::TraversalRay;
@@ -30,6 +32,7 @@ struct RayGroup<'a, 'r> {
 
 impl<'a, O: Objects> Traversal<'a, O> {
     /// Traverses the subtree below `root` with at most [`MAX_INTERLEAVED`] rays.
+    #[inline(always)]
     pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
@@ -38,16 +41,30 @@ impl<'a, O: Objects> Traversal<'a, O> {
         rays: &[LoadedRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
+        let group = RayGroup { tree: &group.tree, rays, outer };
+        match rays.len() {
+            ..=FEW_INTERLEAVED => self.interleave::<S, FEW_INTERLEAVED>(simd, &group, root),
+            _ => self.interleave::<S, MAX_INTERLEAVED>(simd, &group, root),
+        }
+    }
+
+    /// Traverses a subtree with at most `N` rays.
+    fn interleave<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        group: &RayGroup<'a, '_>,
+        root: Child,
+    ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let group = RayGroup { tree: &group.tree, rays, outer };
+                let (stacks, count) = (&mut self.visits.rays, group.rays.len());
                 let mut interleaved =
-                    InterleavedTraversal::new(&mut self.visits.rays, group.tree, root, rays.len());
+                    InterleavedTraversal::<N>::new(stacks, group.tree, root, count);
                 let mut of_node = NodeVisits::NONE;
                 while !interleaved.is_over() {
-                    self.visit_nodes_with_rays(simd, &group, &mut interleaved, &mut of_node);
-                    self.visit_leaves_with_rays(simd, &group, &mut interleaved);
+                    self.visit_nodes_with_rays(simd, group, &mut interleaved, &mut of_node);
+                    self.visit_leaves_with_rays(simd, group, &mut interleaved);
                 }
                 interleaved.end(&mut self.visits.rays);
             },
@@ -56,11 +73,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Visits a node with every ray whose next visit is a node.
     #[inline(always)]
-    fn visit_nodes_with_rays<S: Simd>(
+    fn visit_nodes_with_rays<S: Simd, const N: usize>(
         &mut self,
         simd: S,
         group: &RayGroup<'a, '_>,
-        interleaved: &mut InterleavedTraversal,
+        interleaved: &mut InterleavedTraversal<N>,
         of_node: &mut NodeVisits,
     ) {
         let nodes = group.tree.nodes.as_slice();
@@ -83,11 +100,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Visits a leaf with every ray whose next visit is a leaf; one call performs all tests.
     #[inline(always)]
-    fn visit_leaves_with_rays<S: Simd>(
+    fn visit_leaves_with_rays<S: Simd, const N: usize>(
         &mut self,
         simd: S,
         group: &RayGroup<'a, '_>,
-        interleaved: &mut InterleavedTraversal,
+        interleaved: &mut InterleavedTraversal<N>,
     ) {
         let at_leaves = interleaved.take_at_leaves();
         let mut tests = RayLeafTests::new();
@@ -114,12 +131,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Adds the tests of the rays at leaves. Instances are visited at once.
     #[inline(always)]
-    fn add_tests_at_leaves<'r, S: Simd>(
+    fn add_tests_at_leaves<'r, S: Simd, const N: usize>(
         &mut self,
         simd: S,
         tests: &mut RayLeafTests<'r>,
         group: &RayGroup<'a, 'r>,
-        interleaved: &mut InterleavedTraversal,
+        interleaved: &mut InterleavedTraversal<N>,
         at_leaves: Waiting,
     ) where
         'a: 'r,

