@@ -394,6 +394,11 @@ impl LoadedScene {
         self
     }
 
+    /// Chooses the interactive renderer unless the scene names an integrator by its class, as the viewer does.
+    pub(crate) fn prefer_interactive(&mut self) {
+        self.scene.settings.renderer = Some(Renderer::Interactive);
+    }
+
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
     pub(crate) fn choose_renderer(&mut self) {
         let LoadedScene { scene, engine, .. } = self;

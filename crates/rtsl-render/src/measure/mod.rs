@@ -44,7 +44,7 @@ pub fn measure_scene(
     Engine::warm_up();
     let before = resident_memory_bytes();
     let mut loaded = LoadedScene::new(request, &DiskFiles)?;
-    loaded.choose_renderer();
+    loaded.prefer_interactive();
     let Prepared { scene, statistics, primitives, warnings } = Prepared::new(request, loaded)?;
     let memory_bytes = resident_memory_bytes().saturating_sub(before);
     let peak_memory_bytes = peak_memory_bytes();

@@ -289,6 +289,8 @@ fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3
         Aov::Distance if features.hits[lane] == 0 => [f32::INFINITY; 3],
         Aov::Distance => [(features.distance[lane] / f64::from(features.hits[lane])) as f32; 3],
         Aov::Object => [features.object[lane]; 3],
+        // Without a hit the object is -1, which no class has.
+        Aov::Class if features.object[lane] < 0.0 => [-1.0; 3],
         Aov::Class => [classes.get(features.object[lane] as usize).copied().unwrap_or(-1.0); 3],
         Aov::Samples => [record.taken as f32; 3],
         Aov::Variance => [record.variance(lane) as f32; 3],
