@@ -14,11 +14,11 @@ use super::bvh8::{Bvh8, Child, Node8};
 use super::packet::LANES;
 
 /// The greatest number of rays that are interleaved: all of a packet. With half as many, rays that leave surfaces took
-/// 1.12 times as long on a million triangles, and 1.03 times on ten thousand spheres (Zen 4).
+/// 1.09 times as long on a million triangles, and 1.04 times on ten thousand spheres (Zen 4).
 pub const MAX_INTERLEAVED: usize = LANES;
 
 /// At most so many rays are interleaved in a small state, which takes less time to set up: rays in instances are alone.
-/// Rays that leave surfaces of instances took 1.15 times as long in the large one (Zen 4).
+/// Rays that leave surfaces of instances took 1.15 times as long in one state for 32 rays (Zen 4).
 pub const FEW_INTERLEAVED: usize = 4;
 
 /// Up to so many children are sorted without branches; rays rarely meet more children of a node.

@@ -1,11 +1,15 @@
 //! Traversal by packets.
 //!
 //! A child is tested twice: with the interval of all rays when its node is visited, eight children at once, and ray by
-//! ray when it is popped, against the hits found until then. The same holds for the own box of an object. If few rays
-//! remain active, they continue as single rays; at leaves, each is tested against all objects at once.
+//! ray when it is popped, against the hits found until then. The own box of an object is tested by the interval, and then
+//! for the object's hits alone. If few rays remain active, they continue as single rays; at leaves, each is tested
+//! against all objects at once.
 //!
 //! A test of a child against the intervals of all eight vectors of a packet's rays, before those of the rays, does not
 //! pay: packets execute a tenth more instructions on ten thousand spheres.
+//!
+//! Nor does sorting the children of a node in a register, as single rays do: packets took 1.08 times as long on ten
+//! thousand spheres (Zen 4).
 //!
 //! With AVX-512, sixteen rays are tested at once. Packets of which at most 16, 32 or 64 rays reach a child do not gain
 //! from being split into 4 by 4 pixels that are tested against all eight children without a branch: camera rays took
