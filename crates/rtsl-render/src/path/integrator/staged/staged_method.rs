@@ -276,13 +276,15 @@ const MAX_LINKED_ELEMENTS: u32 = 1 << 12;
 fn by_class(scene: &Scene, parts: &StageParts<'_>) -> BTreeMap<SurfaceKey, Vec<u32>> {
     let StageParts { classes, keys, objects, .. } = parts;
     // The first items are in the world, the others in instances.
-    let instanced = classes.compiled.items.iter().skip(1).flat_map(|items| items.members());
-    let instanced: BTreeSet<u32> = instanced.map(|member| member.object).collect();
+    let [placed, instanced]: [BTreeSet<u32>; 2] = [0, 1].map(|first| {
+        let members = classes.compiled.items.iter().skip(first).flat_map(|items| items.members());
+        members.map(|member| member.object).collect()
+    });
     let mut by_class: BTreeMap<SurfaceKey, Vec<u32>> = BTreeMap::new();
     let mut linked: BTreeMap<(u32, bool), bool> = BTreeMap::new();
     // Meshes have a traversal class each.
     let mut first_classes: BTreeMap<(usize, bool), u32> = BTreeMap::new();
-    for (object, entry) in (0..).zip(*objects) {
+    for (object, entry) in (0..).zip(*objects).filter(|(object, _)| placed.contains(object)) {
         let GroupKey { class, material, emitter, is_sampled, .. } = keys[entry.group as usize];
         let shapes = classes.compiled.class(class);
         let kind = (Arc::as_ptr(shapes.program()).addr(), shapes.is_placed());
