@@ -49,11 +49,7 @@ pub struct Requested<'a> {
 
 impl<'a> Requested<'a> {
     pub fn of(scratch: &'a LaneBlock, staged: &'a StagedMethod) -> Requested<'a> {
-        Requested {
-            scratch,
-            columns: &staged.columns,
-            leaves_surfaces: staged.is_of_material(),
-        }
+        Requested { scratch, columns: &staged.columns, leaves_surfaces: staged.is_of_material() }
     }
 
     /// Appends shadow rays of some paths to columns that have none yet.
