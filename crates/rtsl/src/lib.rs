@@ -68,6 +68,7 @@ pub use link::outputs::Outputs;
 pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;
 pub use program::program::{Placement, Program};
+pub use program::searched_scene::{SearchedClass, SearchedObject, SearchedScene};
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
 pub use program::staged_program::{ParameterValues, StageRequest, StagedProgram};
 pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};

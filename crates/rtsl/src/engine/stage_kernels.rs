@@ -18,6 +18,7 @@ use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
+use crate::program::searched_scene::SearchedScene;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -74,7 +75,7 @@ struct Linked {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names.
+    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any hits.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -83,6 +84,7 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
         outputs: &[&str],
+        searched: Option<&SearchedScene>,
     ) -> Result<Vec<StageKernel>, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
@@ -94,6 +96,16 @@ impl Engine {
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
             linked.prepared = nesting::with_deep_stack(prepare);
+        }
+        if let Some(searched) = searched {
+            let link = || searched.link(program.program(), program.layout(), self.compiler());
+            let searches = nesting::with_deep_stack(link)?.into_iter();
+            linked.extend(searches.map(|(function, layout, variant)| Linked {
+                function,
+                layout,
+                variant,
+                prepared: None,
+            }));
         }
         let kernels = self.compile_stages(&linked)?;
         let made = kernels.into_iter().zip(&linked);

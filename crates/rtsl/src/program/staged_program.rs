@@ -317,6 +317,11 @@ impl StagedProgram {
         Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
     }
 
+    /// The layout of the stages without surfaces.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
     /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
     fn layout_for(&self, class: Option<&SurfaceClass>) -> Layout {
         let mut layout = self.layout.clone();

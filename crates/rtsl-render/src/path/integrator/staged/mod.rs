@@ -7,11 +7,13 @@
 
 mod columns;
 mod frames;
+mod kernel_search;
 mod path_set;
 mod path_sets;
 mod prepared_surfaces;
 mod run;
 mod search;
+mod searched_objects;
 mod stage_lights;
 mod staged_method;
 mod wave;

@@ -185,9 +185,9 @@ impl StagedPaths<'_> {
             let shadow_ray = ray.shadow_ray((origin, direction), distance);
             self.queries.shadow_rays.push(&ShadowRay { path: *slot, ..shadow_ray });
         }
+        self.trace_shadow_rays();
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
-        self.tracer.trace_shadow_rays(self.queries);
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
             answers[shadow_rays.paths[*index as usize] as usize] = 0;
@@ -268,7 +268,7 @@ impl StagedPaths<'_> {
 
     /// Adds the contributions that nothing blocks.
     fn add_contributions(&mut self) {
-        self.tracer.trace_shadow_rays(self.queries);
+        self.trace_shadow_rays();
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
             let index = *index as usize;
@@ -351,11 +351,11 @@ impl StagedPaths<'_> {
         }
     }
 
-    fn width(&self) -> usize {
+    pub fn width(&self) -> usize {
         self.tracer.scene.compiled.width as usize
     }
 
-    fn count_lanes(&mut self, on: usize, all: usize) {
+    pub fn count_lanes(&mut self, on: usize, all: usize) {
         self.queries.lane_use.add_vectors(on, all);
     }
 

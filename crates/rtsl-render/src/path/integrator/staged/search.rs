@@ -31,6 +31,11 @@ impl StagedPaths<'_> {
         let are_together = std::mem::take(&mut self.are_together);
         let scene = self.tracer.scene;
         let slots = paths.paths();
+        let staged = self.staged;
+        if let Some(search) = staged.search() {
+            self.search_by_kernel(search, paths);
+            return self.count_searches(slots);
+        }
         if scene.has_alpha() {
             self.search_past_alpha(slots, are_together);
             return self.count_searches(slots);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Objects, ParameterValues, PreparedSurface, Program,
-    Query, ResumedBy, ShapeClass, StageKernel, StageRequest, StageSurface, StagedProgram,
-    SurfaceClass, SurfaceObject,
+    Query, ResumedBy, SearchedScene, ShapeClass, StageKernel, StageRequest, StageSurface,
+    StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -17,6 +17,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
+use super::searched_objects::searched_objects;
 use super::stage_lights::{shape_objects, stage_lights};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
@@ -30,6 +31,8 @@ pub struct StagedMethod {
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
     kernels: KernelTable,
+    /// The search among all objects of the scene, if it has few.
+    search: Option<StageSearch>,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
@@ -43,10 +46,35 @@ pub struct StagedMethod {
 struct KernelTable {
     /// By stage and group; the stages without surfaces have a kernel for no group only.
     kernels: Arc<Vec<Vec<StageKernel>>>,
+    /// Those that search the scene: for nearest hits, and for any.
+    searches: Arc<Vec<StageKernel>>,
     /// The requests, in the order of stages and groups.
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
+}
+
+/// The search of rays among all objects of a scene.
+pub struct StageSearch {
+    kernels: Arc<Vec<StageKernel>>,
+    scene: SearchedScene,
+}
+
+impl StageSearch {
+    /// The kernel that finds nearest hits.
+    pub fn nearest(&self) -> &StageKernel {
+        &self.kernels[0]
+    }
+
+    /// The kernel that finds out whether there are hits.
+    pub fn any(&self) -> &StageKernel {
+        &self.kernels[1]
+    }
+
+    /// The data for which these are called.
+    pub fn objects(&self) -> &Objects {
+        self.scene.objects()
+    }
 }
 
 /// The surface of an object.
@@ -122,8 +150,12 @@ impl StagedMethod {
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
         let earlier = parts.earlier;
-        let table = KernelTable::new(engine, &program, &groups, (parts.outputs, earlier))?;
-        Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
+        let searched = searched_objects(classes);
+        let others = (parts.outputs, searched.as_ref(), earlier);
+        let table = KernelTable::new(engine, &program, &groups, others)?;
+        let kernels = table.searches.clone();
+        let search = searched.map(|scene| StageSearch { kernels, scene });
+        Ok(StagedMethod { search, ..StagedMethod::with_kernels(program, groups, table, surfaces) })
     }
 
     /// Splits and compiles a method of materials that computes a colour.
@@ -137,7 +169,7 @@ impl StagedMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
         let groups = vec![StageGroup { class: None, objects }];
-        let table = KernelTable::new(engine, &program, &groups, (&[], earlier))?;
+        let table = KernelTable::new(engine, &program, &groups, (&[], None, earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
     }
 
@@ -165,6 +197,7 @@ impl StagedMethod {
             columns,
             groups,
             kernels: table,
+            search: None,
             surfaces,
             reads_depths,
             asks_host,
@@ -172,6 +205,11 @@ impl StagedMethod {
             read_answers,
             read_counts,
         }
+    }
+
+    /// The search among all objects of the scene, if it has few.
+    pub fn search(&self) -> Option<&StageSearch> {
+        self.search.as_ref()
     }
 
     /// The answers to searches that anyone reads, with their arrays.
@@ -214,7 +252,8 @@ impl StagedMethod {
     /// The addresses of the code.
     #[cfg(test)]
     pub fn code(&self) -> Vec<*const rtsl::Kernel> {
-        self.kernels.kernels.iter().flatten().map(|it| Arc::as_ptr(&it.kernel)).collect()
+        let KernelTable { kernels, searches, .. } = &self.kernels;
+        kernels.iter().flatten().chain(&**searches).map(|it| Arc::as_ptr(&it.kernel)).collect()
     }
 
     /// The reads of state by the first stage, which is for no group.
@@ -391,7 +430,7 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (outputs, earlier): (&[&str], Option<&StagedMethod>),
+        (outputs, searched, earlier): (&[&str], Option<&SearchedScene>, Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -404,14 +443,21 @@ impl KernelTable {
             earlier.program.is_like(program)
                 && (requests.len(), &names) == (table.requests.len(), &table.outputs)
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
+                && match (searched, &earlier.search) {
+                    (Some(now), Some(earlier)) => now.is_like(&earlier.scene),
+                    (now, earlier) => now.is_none() && earlier.is_none(),
+                }
         };
         if let Some(earlier) = earlier.filter(serves) {
-            let kernels = earlier.kernels.kernels.clone();
-            return Ok(KernelTable { kernels, requests, outputs: names });
+            let KernelTable { kernels, searches, .. } = &earlier.kernels;
+            let (kernels, searches) = (kernels.clone(), searches.clone());
+            return Ok(KernelTable { kernels, searches, requests, outputs: names });
         }
-        let mut made = engine.stage_kernels(program, &requests, outputs)?.into_iter();
+        let mut made = engine.stage_kernels(program, &requests, outputs, searched)?.into_iter();
         let kernels = counts.into_iter().map(|count| made.by_ref().take(count).collect());
-        Ok(KernelTable { kernels: Arc::new(kernels.collect()), requests, outputs: names })
+        let kernels = Arc::new(kernels.collect());
+        let searches = Arc::new(made.collect());
+        Ok(KernelTable { kernels, searches, requests, outputs: names })
     }
 }
 
