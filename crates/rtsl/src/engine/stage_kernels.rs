@@ -15,6 +15,7 @@ use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
 use crate::link::prepared_surface::{self, Operand, property_column};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
@@ -98,7 +99,10 @@ impl Engine {
             linked.prepared = nesting::with_deep_stack(prepare);
         }
         if let Some(searched) = searched {
-            let link = || searched.link(program.program(), program.layout(), self.compiler());
+            let read = read_scratch(&linked, outputs);
+            let is_read = |name: &str| read.contains(name);
+            let link =
+                || searched.link((program.program(), program.layout()), &is_read, self.compiler());
             let searches = nesting::with_deep_stack(link)?.into_iter();
             linked.extend(searches.map(|(function, layout, variant)| Linked {
                 function,
@@ -152,6 +156,31 @@ impl Engine {
         kernels.sort_unstable_by_key(|(index, _)| *index);
         Ok(kernels.into_iter().map(|(_, kernel)| kernel).collect())
     }
+}
+
+/// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and the
+/// elements that searches have found, the numbers of searches, and all of the first hit if outputs of the integrator are
+/// read.
+fn read_scratch(linked: &[Linked], outputs: &[&str]) -> BTreeSet<String> {
+    let answers = if outputs.is_empty() { &[1, 3][..] } else { &[0, 1, 3, 4] };
+    let mut read: BTreeSet<String> =
+        answers.iter().map(|index| Port::Answer(*index).name()).collect();
+    read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));
+    for Linked { function, prepared, .. } in linked {
+        function.body.for_each_op(&mut |op| {
+            let OpKind::Load(variable, _) = &op.kind else { return };
+            let variable = function.variable(*variable);
+            if variable.kind == VariableKind::Scratch {
+                read.insert(variable.name.clone());
+            }
+        });
+        let operands = prepared.iter().flat_map(|surface| &surface.operands);
+        read.extend(operands.filter_map(|operand| match operand {
+            Operand::Column(name) => Some(name.clone()),
+            Operand::Constant(_) => None,
+        }));
+    }
+    read
 }
 
 fn processors() -> usize {

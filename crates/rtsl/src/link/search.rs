@@ -16,14 +16,20 @@ use super::arithmetic::{Arithmetic, Vector};
 use super::class_tree::ClassTree;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, find_override};
+use super::sequences::{Purpose, SEQUENCES_OF_SEARCH};
 use super::stage::TIME_COLUMN;
 use super::surface::needs_only;
 
 /// The member with the least distance of hits of rays that do not have their own.
 pub(crate) const EPSILON: &str = "search.epsilon";
-/// The members with the objects and the elements of items.
+/// The members with the objects, the elements and the groups of items.
 pub(crate) const ITEM_OBJECTS: &str = "search.objects";
 pub(crate) const ITEM_ELEMENTS: &str = "search.elements";
+pub(crate) const ITEM_GROUPS: &str = "search.groups";
+/// The scratch array with the group of the surface that a search has found; 0 for none.
+pub(crate) const GROUP_COLUMN: &str = "path.group";
+/// The scratch array with the number of searches of each path.
+pub(crate) const SEARCHES_COLUMN: &str = "path.searches";
 /// The members of a class with the own boxes of its objects, minima first, and with their items.
 pub(crate) const BOX: &str = "rt_Box";
 pub(crate) const ITEM: &str = "rt_Item";
@@ -118,13 +124,11 @@ pub(crate) fn link_search(
     for class in &links.classes {
         nearest = code.test_class(class, &ray, nearest, &mut ops)?;
     }
-    let answers = code.answers(nearest, &mut ops)?;
-    let scalars = search.event().answers();
-    for (index, (value, scalar)) in (0..).zip(answers.iter().zip(scalars)) {
-        let (kind, name) = (VariableKind::Scratch, Port::Answer(index).name());
-        let variable = linker.intern_variable(Variable { kind, name, scalar: *scalar, len: 1 });
+    for (name, value) in code.answers(nearest, &mut ops)? {
+        let (kind, scalar) = (VariableKind::Scratch, linker.out.scalar(value));
+        let variable = linker.intern_variable(Variable { kind, name, scalar, len: 1 });
         linker.out.outputs.push(Output { variable, component: 0 });
-        linker.out.body.yields.push(*value);
+        linker.out.body.yields.push(value);
     }
     linker.out.body.ops = ops;
     Ok(linker.finish())
@@ -411,14 +415,14 @@ impl SearchCode<'_, '_> {
         self.linker.load_of_element(element, member, Index::Constant(index), to)
     }
 
-    /// Returns the answers to the search.
-    fn answers(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
+    /// Returns the answers to the search, and what stages know of their paths after it, with the scratch arrays.
+    fn answers(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Vec<(String, Value)>> {
         let (search, items) = (self.search, self.links.items);
         let code = &mut self.code(to);
         let no_item = code.integer(NO_ITEM)?;
         let is_found = code.compare(CompareOp::NotEqual, nearest.item, no_item)?;
         if search == Search::Any {
-            return Ok(vec![is_found]);
+            return Ok(vec![(Port::Answer(0).name(), is_found)]);
         }
         let mut of_item = |name: &str| {
             let (kind, name) = (VariableKind::Member, name.to_owned());
@@ -427,15 +431,26 @@ impl SearchCode<'_, '_> {
             let kind = OpKind::Load(member, Index::Dynamic(nearest.item));
             Ok(code.linker.emit(code.to, kind, &[Scalar::I32], false)?.get(0))
         };
-        let (object, element) = (of_item(ITEM_OBJECTS)?, of_item(ITEM_ELEMENTS)?);
+        let [object, element, group] =
+            [of_item(ITEM_OBJECTS)?, of_item(ITEM_ELEMENTS)?, of_item(ITEM_GROUPS)?];
         let (none, zero, nowhere) = (code.integer(NONE)?, code.integer(0)?, code.float(0.0)?);
-        Ok(vec![
+        let answers = [
             is_found,
             code.select(is_found, object, none)?,
             none,
             code.select(is_found, element, zero)?,
             code.select(is_found, nearest.distance, nowhere)?,
-        ])
+        ];
+        let mut known: Vec<(String, Value)> =
+            (0..).map(|index| Port::Answer(index).name()).zip(answers).collect();
+        known.push((GROUP_COLUMN.to_owned(), code.select(is_found, group, zero)?));
+        let (searches, one) = (code.column(SEARCHES_COLUMN, Scalar::U32)?, code.word(1)?);
+        let searches = code.add(searches, one)?;
+        known.push((SEARCHES_COLUMN.to_owned(), searches));
+        let sequences = code.word(SEQUENCES_OF_SEARCH)?;
+        let count = code.multiply(searches, sequences)?;
+        known.extend(Purpose::ALL.map(|purpose| (purpose.column().to_owned(), count)));
+        Ok(known)
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rtsl_abi::{CallMode, InstanceBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::{Function, Index, OpKind, Variable, VariableKind};
+use rtsl_opt::dead_outputs;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
@@ -11,7 +12,7 @@ use super::program::Program;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{Variant, placed_layout};
 use crate::link::search::{
-    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_OBJECTS, Search, SearchLinks,
+    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_GROUPS, ITEM_OBJECTS, Search, SearchLinks,
     SearchedClassLink, link_search,
 };
 
@@ -22,21 +23,32 @@ pub struct SearchedClass {
     pub program: Arc<Program>,
     /// True if their data contains [placements](crate::Placement).
     pub is_placed: bool,
-    /// The data of these and maybe other objects.
-    pub data: Arc<Objects>,
     /// The objects.
     pub objects: Vec<SearchedObject>,
 }
 
 /// An object among which rays search.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SearchedObject {
+    /// Its data, and maybe that of others.
+    pub data: Arc<Objects>,
     /// Its index in the data.
     pub index: u32,
     /// The least coordinates of its own box, then the greatest: no hit is outside.
     pub bounds: [f32; BOX_SCALARS as usize],
     /// The index of its item: of equally near hits that of the lowest item counts.
     pub item: u32,
+}
+
+/// What searches tell of an item.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchedItem {
+    /// The object.
+    pub object: u32,
+    /// The element of it.
+    pub element: u32,
+    /// The [group](crate::StagedProgram::group_array) of its surface.
+    pub group: u32,
 }
 
 /// All objects of a scene, with the kernels that search for hits of rays among them.
@@ -50,12 +62,11 @@ pub struct SearchedScene {
 }
 
 impl SearchedScene {
-    /// Returns the objects of some classes; `None` if a class needs more than the ray and scalars. `items` are the
-    /// indices of object and element of each item. Rays without an epsilon of their own have this one, and `slack` is
+    /// Returns the objects of some classes; `None` if a class needs more than the ray and scalars. Rays without an epsilon of their own have this one, and `slack` is
     /// the fraction by which the distances at which rays enter and leave boxes are widened.
     pub fn new(
         classes: &[SearchedClass],
-        items: &[[u32; 2]],
+        items: &[SearchedItem],
         (epsilon, slack): (f32, f32),
     ) -> Option<SearchedScene> {
         let links = classes.iter().enumerate().map(|(index, class)| class.link(index));
@@ -63,8 +74,9 @@ impl SearchedScene {
         let links: Vec<SearchedClassLink> = links.collect::<Option<_>>()?;
         let mut members = Members::default();
         members.add(EPSILON, [epsilon.to_bits()]);
-        members.add(ITEM_OBJECTS, items.iter().map(|[object, _]| *object));
-        members.add(ITEM_ELEMENTS, items.iter().map(|[_, element]| *element));
+        members.add(ITEM_OBJECTS, items.iter().map(|item| item.object));
+        members.add(ITEM_ELEMENTS, items.iter().map(|item| item.element));
+        members.add(ITEM_GROUPS, items.iter().map(|item| item.group));
         for (class, link) in classes.iter().zip(&links) {
             class.add_to(link, &mut members);
         }
@@ -97,11 +109,12 @@ impl SearchedScene {
     }
 
     /// Returns the linked and optimised functions of both kinds of searches, with the layout of their kernels and their
-    /// variant. Rays and answers are in the scratch of stages with this layout.
+    /// variant. Rays and answers are in the scratch of stages of a program with this layout. Of what searches of nearest
+    /// hits find they store the scratch that `is_read`.
     pub(crate) fn link(
         &self,
-        program: &Program,
-        stages: &Layout,
+        (program, stages): (&Program, &Layout),
+        is_read: &impl Fn(&str) -> bool,
         compiler: &KernelCompiler,
     ) -> Result<Vec<(Function, Layout, Variant)>, Diagnostic> {
         let layout = Layout {
@@ -111,7 +124,13 @@ impl SearchedScene {
         };
         let variant = Variant::new(CallMode::Packet).of_objects(self.objects.form().clone());
         let searches = [Search::Nearest, Search::Any].into_iter().map(|search| {
-            let linked = link_search(program.tree(), &self.links, search)?.function;
+            let mut linked = link_search(program.tree(), &self.links, search)?.function;
+            if search == Search::Nearest {
+                let outputs = linked.outputs.iter();
+                let read: Vec<bool> =
+                    outputs.map(|it| is_read(&linked.variable(it.variable).name)).collect();
+                dead_outputs::run(&mut linked, &read);
+            }
             let function = compiler.optimise_stage(linked, &variant, &layout);
             Ok((function, variant.layout(&layout), variant.clone()))
         });
@@ -137,17 +156,19 @@ impl SearchedClass {
             let scalars = self
                 .objects
                 .iter()
-                .flat_map(|object| (first..first + len).map(|word| self.word(object.index, word)));
+                .flat_map(|object| (first..first + len).map(|word| object.word(word)));
             members.add(&format!("{prefix}{name}"), scalars);
         }
         let bounds = self.objects.iter().flat_map(|object| object.bounds);
         members.add(&format!("{prefix}{BOX}"), bounds.map(f32::to_bits));
         members.add(&format!("{prefix}{ITEM}"), self.objects.iter().map(|object| object.item));
     }
+}
 
-    fn word(&self, object: u32, word: u32) -> u32 {
+impl SearchedObject {
+    fn word(&self, word: u32) -> u32 {
         match self.data.form().position(word, 1) {
-            Some(position) => self.data.word(object as usize, position as usize),
+            Some(position) => self.data.word(self.index as usize, position as usize),
             None => self.data.shared().words()[word as usize],
         }
     }

@@ -19,6 +19,7 @@ use crate::instance::instance::Instance;
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
 use crate::link::sequences::Purpose;
 use crate::link::stage::{DEPTH_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
@@ -27,7 +28,8 @@ use crate::{errors, nesting};
 /// a stage meets; those of a material know no surfaces, whose properties are state.
 ///
 /// All stages share one layout of scratch: the arrays of the class, those of the [ports](Port) through which stages
-/// meet the host, and those of the paths' times, depths, keys, samples and counts of light samples.
+/// meet the host, and those of the paths' times, depths, keys, samples, counts of light samples and of searches,
+/// and the groups of surfaces that they have found.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
@@ -210,6 +212,17 @@ impl StagedProgram {
         std::array::from_fn(|index| self.layout.scratch[&contribution_column(index)] as usize)
     }
 
+    /// The scratch array with the group of the surface that [a search](crate::SearchedScene) has found, which hosts
+    /// number; 0 for none.
+    pub fn group_array(&self) -> usize {
+        self.layout.scratch[GROUP_COLUMN] as usize
+    }
+
+    /// The scratch array with the number of searches of each path.
+    pub fn searches_array(&self) -> usize {
+        self.layout.scratch[SEARCHES_COLUMN] as usize
+    }
+
     /// The scratch array with the index of each path's sample.
     pub fn sample_array(&self) -> usize {
         self.layout.scratch[SAMPLE_COLUMN] as usize
@@ -337,13 +350,15 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 6] = [
+pub(crate) const PATH_COLUMNS: [&str; 8] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     KEY_COLUMN,
     SAMPLE_COLUMN,
     Purpose::LightSample.column(),
     Purpose::MaterialCall.column(),
+    GROUP_COLUMN,
+    SEARCHES_COLUMN,
 ];
 
 /// Returns the names of the scratch arrays of stages, each of one scalar.

@@ -34,7 +34,7 @@ use rtsl::{
 use rtsl_scene::Scene;
 
 pub use evaluation::Evaluation;
-pub use staged::{StageParts, StagedMethod};
+pub use staged::{StageParts, StagedMethod, searched_objects};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.

@@ -16,6 +16,10 @@ pub struct Columns {
     pub time: usize,
     /// The number of surfaces met before.
     pub depth: usize,
+    /// The number of searches.
+    pub searches: usize,
+    /// The group of the surface that a search by kernel has found.
+    pub group: usize,
     /// The key of the sequences of numbers.
     pub key: usize,
     /// The index of the sample.
@@ -36,6 +40,8 @@ impl Columns {
             next: program.array(Port::Next),
             time: program.time_array(),
             depth: program.depth_array(),
+            searches: program.searches_array(),
+            group: program.group_array(),
             key: program.key_array(),
             sample: program.sample_array(),
             counts: program.count_arrays(),

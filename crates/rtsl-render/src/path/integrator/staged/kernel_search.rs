@@ -15,7 +15,7 @@ use crate::compiled::calls::Callee;
 const ENDS: usize = ResumedBy::Occluded.request().len();
 
 impl StagedPaths<'_> {
-    /// Answers searches of paths.
+    /// Answers searches of paths, and counts them.
     pub fn search_by_kernel(&mut self, search: &StageSearch, paths: &PathSet) {
         let kernel = search.nearest();
         if paths.is_dense() {
@@ -37,6 +37,7 @@ impl StagedPaths<'_> {
         if self.tracer.with_features {
             self.note_first_hits(paths.paths());
         }
+        self.note_searches(paths.paths());
     }
 
     /// Traces the waiting shadow rays, and notes those that nothing blocks.
@@ -92,7 +93,7 @@ impl StagedPaths<'_> {
         let distances = scratch.floats(distance);
         for slot in slots {
             let at = *slot as usize;
-            if self.wave.searches[at] == 0 && found[at] != 0 {
+            if self.searches_of(*slot) == 1 && found[at] != 0 {
                 let (_, direction, _) = self.requested(*slot);
                 let hit = first_hit(direction, (distances[at], objects[at]));
                 self.wave.first_hits[at] = Some(hit);

@@ -21,5 +21,6 @@ mod wave;
 pub use frames::{Blocks, Frames};
 pub use path_set::PathSet;
 pub use run::StagedPaths;
+pub use searched_objects::searched_objects;
 pub use staged_method::{StageParts, StagedMethod};
 pub use wave::{Wave, ray_components};

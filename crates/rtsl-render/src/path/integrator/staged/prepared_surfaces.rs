@@ -110,9 +110,10 @@ impl StagedPaths<'_> {
             batch.samples[lane] = samples[called[lane.min(called.len() - 1)].path as usize];
         }
         batch.start_random_numbers(NUMBERS_OF_SHAPES);
+        let searches = self.frames.paths.scratch.words(self.staged.columns.searches);
         let depths = batch.state.floats_mut(variables().ray_depth);
         for (depth, called) in depths.iter_mut().zip(called) {
-            let before = self.wave.searches[called.path as usize].saturating_sub(1);
+            let before = searches[called.path as usize].saturating_sub(1);
             *depth = (self.depth + before) as f32;
         }
     }

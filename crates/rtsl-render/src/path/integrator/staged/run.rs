@@ -96,6 +96,7 @@ impl StagedPaths<'_> {
             self.add_contributions();
         }
         (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
+        self.discount_first_searches(active);
     }
 
     /// Returns these paths as they were loaded, without their weights.
@@ -122,6 +123,11 @@ impl StagedPaths<'_> {
         let surface = self.staged.program.stages()[stage].surface;
         if surface == StageSurface::None {
             return self.call((stage, 0), paths);
+        }
+        if surface == StageSurface::Answer && self.staged.search().is_some() {
+            let groups = self.frames.paths.scratch.words(self.staged.columns.group);
+            by_group.sort(paths, groups, self.staged.group_count());
+            return by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
         }
         let mut groups = std::mem::take(&mut self.frames.groups);
         self.find_groups(surface, paths, &mut groups);

@@ -150,7 +150,7 @@ impl StagedMethod {
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
         let earlier = parts.earlier;
-        let searched = searched_objects(classes);
+        let searched = searched_objects(classes, |object| surfaces[object as usize].group);
         let others = (parts.outputs, searched.as_ref(), earlier);
         let table = KernelTable::new(engine, &program, &groups, others)?;
         let kernels = table.searches.clone();
