@@ -56,6 +56,7 @@ mod stream_traversal;
 mod traversal;
 
 pub use bounds::Bounds;
+pub use box_test::SLACK;
 pub use bvh8::{Boxes, Bvh8, Child, INSTANCE, Item, Leaf, LeafHead, Node8};
 pub use geometry::{Geometry, Group, Instance};
 pub use hit::{HitId, Hits};

@@ -15,7 +15,7 @@ use rtsl_scene::Scene;
 
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts, stage_lights};
+use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts, searched_objects, stage_lights};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::is_shaded;
@@ -82,9 +82,13 @@ impl<'a> BatchSceneBuilder<'a> {
         });
         let (lights, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);
-        // Paths are incoherent, so searches need all kernels at once.
-        let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
-        compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
+        // Paths are incoherent, so searches of hierarchies need all kernels at once.
+        let is_searched_by_kernels =
+            engine.llvm().is_some() && searched_objects(&classes, |_| 0).is_some();
+        if !is_searched_by_kernels {
+            let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
+            compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
+        }
         let mut made = BatchScene {
             compiled,
             compile_time: Duration::ZERO,

@@ -152,6 +152,34 @@ fn every_integrator_of_the_library_has_one_result() {
     }
 }
 
+/// Few shapes of many classes, among which kernels search; two balls coincide, so hits tie.
+const FEW: &str = "WorldBegin
+    LightSource \"point\" \"rgb I\" [30 30 30] \"point3 from\" [2 4 -3]
+    LightSource \"infinite\" \"rgb L\" [0.4 0.5 0.7]
+    Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
+    AttributeBegin Translate 0 -1 0 Shape \"Plane\" AttributeEnd
+    AttributeBegin Translate -1 0 0 Rotate 40 1 1 0 Shape \"Torus\" AttributeEnd
+    AttributeBegin Translate 1 0 0 Shape \"disk\" \"float radius\" 0.7 AttributeEnd
+    Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+      \"point3 P\" [-1 -1 1  1 -1 1  1 1 1.5  -1 1 1]
+    Shape \"bilinearmesh\" \"point3 P\" [-1 1 0  0 1.5 0  -1 1.2 1  0 1 1]
+    Shape \"Sphere\" \"point3 center\" [0 -0.5 -1] \"float radius\" 0.5
+    Material \"diffuse\" \"rgb reflectance\" [0.1 0.9 0.1]
+    Shape \"Sphere\" \"point3 center\" [0 -0.5 -1] \"float radius\" 0.5";
+
+#[test]
+fn kernels_find_the_hits_of_hierarchies() {
+    let text = format!("{CAMERA}Integrator \"Path\" \"integer maxDepth\" 3\n{FEW}");
+    let make = |backend: Backend, width: u32| {
+        let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+        bits(&rendered_text(&text, RenderRequest { engine, ..samples(8) }))
+    };
+    let reference = make(Backend::Interpreter, 1);
+    for width in [1, 4, 8, 16] {
+        assert!(make(Backend::Auto, width) == reference, "width {width}");
+    }
+}
+
 /// Highlights are widened alike by stages and by hosts, which the glass of the instance asks.
 #[test]
 fn regularization_has_one_result() {

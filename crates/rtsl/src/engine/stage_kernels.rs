@@ -18,9 +18,11 @@ use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
 use crate::link::indexed_lights::is_shaded_column;
 use crate::link::prepared_surface::{self, Operand, property_column};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
+use crate::program::searched_scene::SearchedScene;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -88,7 +90,8 @@ struct Linked {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names. Their code is not [optimised](StageKernels::optimise) yet.
+    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any hits.
+    /// The code is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -97,6 +100,7 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
         outputs: &[&str],
+        searched: Option<&SearchedScene>,
     ) -> Result<StageKernels, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
@@ -108,6 +112,19 @@ impl Engine {
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
             linked.prepared = nesting::with_deep_stack(prepare);
+        }
+        if let Some(searched) = searched {
+            let read = read_scratch(&linked, outputs);
+            let is_read = |name: &str| read.contains(name);
+            let link =
+                || searched.link((program.program(), program.layout()), &is_read, self.compiler());
+            let searches = nesting::with_deep_stack(link)?.into_iter();
+            linked.extend(searches.map(|(function, layout, variant)| Linked {
+                function,
+                layout,
+                variant,
+                prepared: None,
+            }));
         }
         let kernels = self.compile_stages(&linked)?;
         let made = kernels.into_iter().zip(&linked);
@@ -197,6 +214,31 @@ impl Linked {
         let Linked { function, layout, variant, .. } = self;
         KernelSource::new(function, variant, layout, width)
     }
+}
+
+/// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and the
+/// elements that searches have found, the numbers of searches, and all of the first hit if outputs of the integrator are
+/// read.
+fn read_scratch(linked: &[Linked], outputs: &[&str]) -> BTreeSet<String> {
+    let answers = if outputs.is_empty() { &[1, 3][..] } else { &[0, 1, 3, 4] };
+    let mut read: BTreeSet<String> =
+        answers.iter().map(|index| Port::Answer(*index).name()).collect();
+    read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));
+    for Linked { function, prepared, .. } in linked {
+        function.body.for_each_op(&mut |op| {
+            let OpKind::Load(variable, _) = &op.kind else { return };
+            let variable = function.variable(*variable);
+            if variable.kind == VariableKind::Scratch {
+                read.insert(variable.name.clone());
+            }
+        });
+        let operands = prepared.iter().flat_map(|surface| &surface.operands);
+        read.extend(operands.filter_map(|operand| match operand {
+            Operand::Column(name) => Some(name.clone()),
+            Operand::Constant(_) => None,
+        }));
+    }
+    read
 }
 
 fn processors() -> usize {

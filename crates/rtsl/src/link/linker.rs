@@ -20,6 +20,7 @@ use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
 use super::chosen_light::ChosenLight;
 use super::class_tree::{ClassTree, element_path};
 use super::linked_method::LinkedMethod;
+use super::search::ArrayElement;
 use super::sequences::CopiedNumbers;
 use super::stage::SurfaceLinks;
 use crate::errors;
@@ -68,6 +69,8 @@ pub(super) struct Linker {
     pub counters: BTreeMap<&'static str, VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
     pub chosen_light: Option<Arc<ChosenLight>>,
+    /// The object whose method is being copied, if it is one of several with the same code.
+    pub element: Option<ArrayElement>,
     /// The local with the contribution of a stage.
     pub contribution: Option<VariableId>,
 }
@@ -159,6 +162,7 @@ impl Linker {
             copied_numbers: None,
             counters: BTreeMap::new(),
             chosen_light: None,
+            element: None,
             contribution: None,
         }
     }
@@ -339,7 +343,7 @@ impl Linker {
         match site.function.variable(variable).kind {
             VariableKind::State => !site.overrides.is_empty(),
             VariableKind::Scratch => self.scratch.is_some(),
-            VariableKind::Member => self.chosen_light.is_some(),
+            VariableKind::Member => self.chosen_light.is_some() || self.element.is_some(),
             _ => false,
         }
     }
@@ -386,7 +390,7 @@ impl Linker {
         self.load_component(index, len, Scalar::F32, load, to)
     }
 
-    /// Loads a scalar of a member, that of the chosen light.
+    /// Loads a scalar of a member, that of the chosen light or object.
     fn load_member(
         &mut self,
         site: &mut Site<'_>,
@@ -394,7 +398,13 @@ impl Linker {
         index: Index,
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
-        let (new, index) = (self.variable(site, variable), index_of_site(site, index));
+        let index = index_of_site(site, index);
+        if self.element.is_some() {
+            let info = site.function.variable(variable);
+            let member = Variable { name: site.name_of(info), ..info.clone() };
+            return self.load_of_element(self.element, member, index, to);
+        }
+        let new = self.variable(site, variable);
         let member = self.out.variable(new).clone();
         if let Some(chosen) = self.load_chosen(&member, index, to)? {
             return Ok(chosen);

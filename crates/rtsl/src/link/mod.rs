@@ -15,6 +15,7 @@ pub(crate) mod linker;
 pub(crate) mod numbers;
 pub(crate) mod outputs;
 pub(crate) mod prepared_surface;
+pub(crate) mod search;
 pub(crate) mod sequences;
 pub(crate) mod stage;
 pub(crate) mod surface;

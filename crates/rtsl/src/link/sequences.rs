@@ -17,6 +17,9 @@ use super::arithmetic::Arithmetic;
 use super::linker::{Linker, Linking};
 use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 
+/// The number of sequences of a purpose among which those of a search count.
+pub const SEQUENCES_OF_SEARCH: u32 = 1 << 10;
+
 /// The purpose of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Purpose {

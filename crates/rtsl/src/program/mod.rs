@@ -8,6 +8,7 @@ pub(crate) mod light_part;
 pub(crate) mod loop_owners;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod program;
+pub(crate) mod searched_scene;
 pub(crate) mod stage_lights;
 pub(crate) mod staged_program;
 pub(crate) mod surface_class;

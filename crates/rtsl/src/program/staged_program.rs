@@ -20,6 +20,7 @@ use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_si
 use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
 use crate::link::stage::{DEPTH_COLUMN, RAY_TYPE_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::{errors, nesting};
@@ -28,8 +29,8 @@ use crate::{errors, nesting};
 /// a stage meets; those of a material know no surfaces, whose properties are state.
 ///
 /// All stages share one layout of scratch: the arrays of the [ports](Port) through which stages meet the host, those of
-/// the paths' times, depths, keys, samples and counts, which have the same places in all programs, then those of the
-/// class, and those of the frame.
+/// the paths' times, depths, keys, samples, counts and searches, and of the groups of surfaces that they have found, which
+/// have the same places in all programs, then those of the class, and those of the frame.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
@@ -269,6 +270,17 @@ impl StagedProgram {
         std::array::from_fn(|index| self.layout.scratch[&contribution_column(index)] as usize)
     }
 
+    /// The scratch array with the group of the surface that [a search](crate::SearchedScene) has found, which hosts
+    /// number; 0 for none.
+    pub fn group_array(&self) -> usize {
+        self.layout.scratch[GROUP_COLUMN] as usize
+    }
+
+    /// The scratch array with the number of searches of each path.
+    pub fn searches_array(&self) -> usize {
+        self.layout.scratch[SEARCHES_COLUMN] as usize
+    }
+
     /// The scratch array with the index of each path's sample.
     pub fn sample_array(&self) -> usize {
         self.layout.scratch[SAMPLE_COLUMN] as usize
@@ -382,6 +394,11 @@ impl StagedProgram {
         Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
     }
 
+    /// The layout of the stages without surfaces.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
     /// Returns the layout for a class of surfaces: the members of the integrator, then those of the parts.
     fn layout_for(&self, class: Option<&SurfaceClass>) -> Layout {
         let mut layout = self.layout.clone();
@@ -397,7 +414,7 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 8] = [
+pub(crate) const PATH_COLUMNS: [&str; 10] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     RAY_TYPE_COLUMN,
@@ -406,6 +423,8 @@ pub(crate) const PATH_COLUMNS: [&str; 8] = [
     Purpose::LightSample.column(),
     Purpose::MaterialCall.column(),
     DRAWN_COLUMN,
+    GROUP_COLUMN,
+    SEARCHES_COLUMN,
 ];
 
 /// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but those

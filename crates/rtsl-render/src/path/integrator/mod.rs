@@ -35,7 +35,7 @@ use rtsl_scene::Scene;
 
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
-pub use staged::{StageParts, StagedMethod, stage_lights};
+pub use staged::{StageParts, StagedMethod, searched_objects, stage_lights};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.

@@ -1,6 +1,7 @@
 //! The random numbers of a path.
 
 use fearless_simd::{Level, Simd, dispatch};
+use rtsl::SEQUENCES_OF_SEARCH;
 use rtsl::host::{LaneWords, MAX_LANES};
 use rtsl_math::sampling::{
     ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS,
@@ -37,9 +38,6 @@ impl Purpose {
         }
     }
 }
-
-/// The sequences of one purpose between two searches.
-const SEQUENCES_OF_SEARCH: u32 = 1 << 10;
 
 /// Returns the count of sequences that a path begins with after so many searches.
 pub fn count_after(searches: u32) -> u32 {

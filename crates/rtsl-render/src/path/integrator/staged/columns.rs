@@ -18,6 +18,10 @@ pub struct Columns {
     pub depth: usize,
     /// The type of the ray searched along last.
     pub ray_type: usize,
+    /// The number of searches.
+    pub searches: usize,
+    /// The group of the surface that a search by kernel has found.
+    pub group: usize,
     /// The key of the sequences of numbers.
     pub key: usize,
     /// The index of the sample.
@@ -45,6 +49,8 @@ impl Columns {
             time: program.time_array(),
             depth: program.depth_array(),
             ray_type: program.ray_type_array(),
+            searches: program.searches_array(),
+            group: program.group_array(),
             key: program.key_array(),
             sample: program.sample_array(),
             counts: program.count_arrays(),

@@ -7,12 +7,14 @@
 
 mod columns;
 mod frames;
+mod kernel_search;
 mod path_set;
 mod path_sets;
 mod prepared_surfaces;
 mod requests;
 mod run;
 mod search;
+mod searched_objects;
 mod spawning;
 mod stage_lights;
 mod staged_method;
@@ -22,6 +24,7 @@ pub use columns::Columns;
 pub use frames::{Blocks, Frames};
 pub use path_set::PathSet;
 pub use run::StagedPaths;
+pub use searched_objects::searched_objects;
 pub use stage_lights::stage_lights;
 pub use staged_method::{StageParts, StagedMethod};
 pub use wave::{Wave, ray_components};

@@ -137,7 +137,7 @@ impl StagedPaths<'_> {
             },
             NUMBERS_OF_SHAPES,
         );
-        let searches = &self.wave.searches;
+        let searches = paths.scratch.words(self.staged.columns.searches);
         let before = called.iter().map(|it| searches[it.path as usize].saturating_sub(1));
         batch.set_depths(before.map(|before| (self.depth, before)));
     }

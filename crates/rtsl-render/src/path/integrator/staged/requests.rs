@@ -143,7 +143,7 @@ impl StagedPaths<'_> {
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
         requested.append_rays(slots, &ray, &mut self.queries.shadow_rays);
         self.count_shadow_rays(slots);
-        self.tracer.trace_shadow_rays(self.queries);
+        self.trace_shadow_rays();
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
         slots.iter().for_each(|slot| answers[*slot as usize] = u32::MAX);
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
@@ -225,6 +225,7 @@ impl StagedPaths<'_> {
         let Columns { time, key, sample, .. } = staged.columns;
         let (times, keys, samples) =
             (scratch.floats(time), scratch.words(key), scratch.words(sample));
+        let searches = scratch.words(staged.columns.searches);
         let operands = operands::<SURFACE_SCALARS>(frames, &staged.columns, ResumedBy::Shade);
         let mut requests: Vec<ShadingRequest> = Vec::with_capacity(slots.len());
         for slot in slots {
@@ -239,7 +240,7 @@ impl StagedPaths<'_> {
                 sample: samples[at],
                 importance: wave.spawning.importance[at],
                 depth: self.depth,
-                before: wave.searches[at].saturating_sub(1),
+                before: searches[at].saturating_sub(1),
             };
             requests.extend(ShadingRequest::new(tracer.scene, (&operands, at), ray));
         }
@@ -276,7 +277,7 @@ impl StagedPaths<'_> {
         let ray = RayColumns { ends: [ox, oy, oz, dx, dy, dz], limit: shadow_limit, time };
         requested.append_rays(&lit, &ray, &mut self.queries.shadow_rays);
         self.count_shadow_rays(&lit);
-        self.tracer.trace_shadow_rays(self.queries);
+        self.trace_shadow_rays();
         let scratch = &mut self.frames.paths.scratch;
         slots.iter().for_each(|slot| scratch.words_mut(answers[0])[*slot as usize] = 0);
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;

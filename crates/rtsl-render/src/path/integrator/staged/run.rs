@@ -88,6 +88,7 @@ impl StagedPaths<'_> {
             self.add_contributions();
         }
         (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
+        self.discount_first_searches(active);
     }
 
     /// Returns these paths as they were loaded, without their weights.
@@ -114,6 +115,11 @@ impl StagedPaths<'_> {
         let surface = self.staged.program.stages()[stage].surface;
         if surface == StageSurface::None || self.staged.is_of_material() {
             return self.call((stage, 0), paths);
+        }
+        if surface == StageSurface::Answer && self.staged.search().is_some() {
+            let groups = self.frames.paths.scratch.words(self.staged.columns.group);
+            by_group.sort(paths, groups, self.staged.group_count());
+            return by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
         }
         let mut groups = std::mem::take(&mut self.frames.groups);
         self.find_groups(surface, paths, &mut groups);
@@ -163,7 +169,7 @@ impl StagedPaths<'_> {
 
     /// Adds the contributions that nothing blocks.
     fn add_contributions(&mut self) {
-        self.tracer.trace_shadow_rays(self.queries);
+        self.trace_shadow_rays();
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
             let index = *index as usize;
@@ -262,11 +268,11 @@ impl StagedPaths<'_> {
         }
     }
 
-    fn width(&self) -> usize {
+    pub fn width(&self) -> usize {
         self.tracer.scene.compiled.width as usize
     }
 
-    fn count_lanes(&mut self, on: usize, all: usize) {
+    pub fn count_lanes(&mut self, on: usize, all: usize) {
         self.queries.lane_use.add_vectors(on, all);
     }
 

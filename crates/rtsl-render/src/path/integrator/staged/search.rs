@@ -13,7 +13,6 @@ use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
 use super::requests::Requested;
 use super::run::StagedPaths;
-use super::wave::Wave;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::Tracer;
 
@@ -32,6 +31,10 @@ impl StagedPaths<'_> {
         let are_together = std::mem::take(&mut self.are_together);
         let scene = self.tracer.scene;
         let slots = paths.paths();
+        let staged = self.staged;
+        if let Some(search) = staged.search() {
+            return self.search_by_kernel(search, paths);
+        }
         if scene.has_alpha() {
             self.search_past_alpha(slots, are_together);
             return self.count_searches(slots);
@@ -157,7 +160,7 @@ impl StagedPaths<'_> {
             return;
         }
         for (slot, [found, object, .., bits]) in slots.iter().zip(answers) {
-            if self.wave.searches[*slot as usize] == 0 && *found != 0 {
+            if self.searches_of(*slot) == 0 && *found != 0 {
                 let (_, direction, _) = self.requested(*slot);
                 let hit = first_hit(direction, (f32::from_bits(*bits), *object));
                 self.wave.first_hits[*slot as usize] = Some(hit);
@@ -165,38 +168,70 @@ impl StagedPaths<'_> {
         }
     }
 
+    /// Returns the number of searches of a path.
+    pub fn searches_of(&self, slot: u32) -> u32 {
+        self.frames.paths.scratch.words(self.staged.columns.searches)[slot as usize]
+    }
+
     /// Counts a search of each path, and tells the stages.
     fn count_searches(&mut self, slots: &[u32]) {
         let scratch = &mut self.frames.paths.scratch;
-        let Wave { searches, rays, spawning, .. } = &mut *self.wave;
-        let mut further = 0;
-        for slot in slots {
+        let searches = scratch.words_mut(self.staged.columns.searches);
+        let count = |slot: &u32| {
             let searches = &mut searches[*slot as usize];
-            further += u64::from(*searches > 0 || self.staged.is_of_material());
-            *searches = searches.saturating_add(1);
-        }
-        self.queries.rays.traced += further;
+            *searches = searches.wrapping_add(1);
+            *searches
+        };
+        let counted: Vec<u32> = slots.iter().map(count).collect();
         for array in self.staged.read_counts() {
             let counts = scratch.words_mut(*array);
-            for slot in slots {
-                counts[*slot as usize] = count_after(searches[*slot as usize]);
+            for (slot, searches) in slots.iter().zip(&counted) {
+                counts[*slot as usize] = count_after(*searches);
             }
         }
-        for slot in slots {
-            spawning.begin_search(*slot, searches[*slot as usize]);
+        self.note_searches(slots);
+    }
+
+    /// Tells hosts and stages of searches that are counted.
+    pub fn note_searches(&mut self, slots: &[u32]) {
+        self.queries.rays.traced += slots.len() as u64;
+        let scratch = &mut self.frames.paths.scratch;
+        let searches: Vec<u32> = {
+            let searches = scratch.words(self.staged.columns.searches);
+            slots.iter().map(|slot| searches[*slot as usize]).collect()
+        };
+        let rays = &mut self.wave.rays;
+        if self.staged.shades() {
+            for (slot, searches) in slots.iter().zip(&searches) {
+                self.wave.spawning.begin_search(*slot, *searches);
+            }
         }
         if !rays.is_empty() {
             slots.iter().for_each(|slot| rays[*slot as usize].count_search());
         }
-        let before = |slot: &u32| searches[*slot as usize].saturating_sub(1);
+        let before = || slots.iter().zip(searches.iter().map(|count| count.saturating_sub(1)));
         if self.staged.reads_depths() {
             let depths = scratch.floats_mut(self.staged.columns.depth);
-            slots.iter().for_each(|it| depths[*it as usize] = (self.depth + before(it)) as f32);
+            for (slot, before) in before() {
+                depths[*slot as usize] = (self.depth + before) as f32;
+            }
         }
         if self.staged.reads_ray_types() {
             let types = scratch.floats_mut(self.staged.columns.ray_type);
-            let of = |slot: &u32| RayType::of(self.depth, before(slot)).value();
-            slots.iter().for_each(|slot| types[*slot as usize] = of(slot));
+            for (slot, before) in before() {
+                types[*slot as usize] = RayType::of(self.depth, before).value();
+            }
         }
+    }
+
+    /// Takes the first rays of paths out of the number of rays that were traced.
+    pub fn discount_first_searches(&mut self, active: &PathSet) {
+        if self.staged.is_of_material() {
+            return;
+        }
+        let searches = self.frames.paths.scratch.words(self.staged.columns.searches);
+        let has_searched = |slot: &&u32| searches[**slot as usize] > 0;
+        let first = active.paths().iter().filter(has_searched).count();
+        self.queries.rays.traced -= first as u64;
     }
 }

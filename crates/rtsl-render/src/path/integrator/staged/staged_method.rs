@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
-    Program, Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageRequest,
-    StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
+    Program, Query, ResumedBy, SearchedScene, ShapeClass, StageKernel, StageKernels, StageLights,
+    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -17,6 +17,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
+use super::searched_objects::searched_objects;
 use super::stage_lights::shape_objects;
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::variables::variables;
@@ -30,6 +31,8 @@ pub struct StagedMethod {
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
     kernels: KernelTable,
+    /// The search among all objects of the scene, if it has few.
+    search: Option<StageSearch>,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
@@ -42,14 +45,40 @@ pub struct StagedMethod {
 
 /// The kernels of stages, with what they were made for.
 struct KernelTable {
-    /// In the order of stages and groups; the stages without surfaces have a kernel for no group only.
+    /// In the order of stages and groups; the stages without surfaces have a kernel for no group only. Those that search
+    /// the scene come last, if it has few objects: for nearest hits, and for any.
     made: Arc<StageKernels>,
-    /// The index of the first kernel of each stage.
+    /// The index of the first kernel of each stage, then that of those that search.
     firsts: Vec<usize>,
     /// The requests, in the order of the kernels.
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
+}
+
+/// The search of rays among all objects of a scene.
+pub struct StageSearch {
+    kernels: Arc<StageKernels>,
+    /// The index of the first kernel that searches.
+    first: usize,
+    scene: SearchedScene,
+}
+
+impl StageSearch {
+    /// The kernel that finds nearest hits.
+    pub fn nearest(&self) -> &StageKernel {
+        &self.kernels.kernels[self.first]
+    }
+
+    /// The kernel that finds out whether there are hits.
+    pub fn any(&self) -> &StageKernel {
+        &self.kernels.kernels[self.first + 1]
+    }
+
+    /// The data for which these are called.
+    pub fn objects(&self) -> &Objects {
+        self.scene.objects()
+    }
 }
 
 /// The surface of an object.
@@ -123,8 +152,12 @@ impl StagedMethod {
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
         let earlier = parts.earlier;
-        let table = KernelTable::new(engine, &program, &groups, (parts.outputs, earlier))?;
-        Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
+        let searched = searched_objects(classes, |object| surfaces[object as usize].group);
+        let others = (parts.outputs, searched.as_ref(), earlier);
+        let table = KernelTable::new(engine, &program, &groups, others)?;
+        let (kernels, first) = (table.made.clone(), table.firsts[table.firsts.len() - 1]);
+        let search = searched.map(|scene| StageSearch { kernels, first, scene });
+        Ok(StagedMethod { search, ..StagedMethod::with_kernels(program, groups, table, surfaces) })
     }
 
     /// Compiles stages that know no surfaces, called for these objects.
@@ -138,7 +171,7 @@ impl StagedMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
         let groups = vec![StageGroup { class: None, objects }];
-        let table = KernelTable::new(engine, &program, &groups, (&[], earlier))?;
+        let table = KernelTable::new(engine, &program, &groups, (&[], None, earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
     }
 
@@ -163,6 +196,7 @@ impl StagedMethod {
             columns,
             groups,
             kernels: table,
+            search: None,
             surfaces,
             reads_depths,
             reads_ray_types,
@@ -171,6 +205,11 @@ impl StagedMethod {
             read_answers,
             read_counts,
         }
+    }
+
+    /// The search among all objects of the scene, if it has few.
+    pub fn search(&self) -> Option<&StageSearch> {
+        self.search.as_ref()
     }
 
     /// The answers to searches that anyone reads, with their arrays.
@@ -186,6 +225,11 @@ impl StagedMethod {
     /// True if a kernel reads the number of surfaces that a path has met.
     pub fn reads_depths(&self) -> bool {
         self.reads_depths
+    }
+
+    /// True if paths wait for `shade` of surfaces.
+    pub fn shades(&self) -> bool {
+        self.program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::Shade)
     }
 
     /// True if paths wait for samples of lights.
@@ -417,7 +461,7 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (outputs, earlier): (&[&str], Option<&StagedMethod>),
+        (outputs, searched, earlier): (&[&str], Option<&SearchedScene>, Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -434,10 +478,14 @@ impl KernelTable {
             earlier.program.is_like(program)
                 && (requests.len(), &names) == (table.requests.len(), &table.outputs)
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
+                && match (searched, &earlier.search) {
+                    (Some(now), Some(earlier)) => now.is_like(&earlier.scene),
+                    (now, earlier) => now.is_none() && earlier.is_none(),
+                }
         };
         let made = match earlier.filter(serves) {
             Some(earlier) => earlier.kernels.made.clone(),
-            None => Arc::new(engine.stage_kernels(program, &requests, outputs)?),
+            None => Arc::new(engine.stage_kernels(program, &requests, outputs, searched)?),
         };
         Ok(KernelTable { made, firsts, requests, outputs: names })
     }

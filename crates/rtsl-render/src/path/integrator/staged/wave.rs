@@ -21,8 +21,6 @@ pub struct Wave {
     weights: [Vec<f32>; 3],
     /// The sums of the contributions that nothing blocked.
     lit: [Vec<f32>; 3],
-    /// The numbers of searches.
-    pub searches: Vec<u32>,
     /// The distances and the objects of the first surfaces; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
@@ -57,7 +55,7 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { weights, lit, searches, first_hits, rays, spawning, objects, .. } = self;
+        let Wave { weights, lit, first_hits, rays, spawning, objects, .. } = self;
         self.count = count;
         for (column, value) in
             weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
@@ -65,14 +63,12 @@ impl Wave {
             column.clear();
             column.resize(count, value);
         }
-        searches.clear();
-        searches.resize(count, 0);
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
         spawning.begin(count);
         objects.clear();
-        for array in columns.counts.into_iter().chain([columns.drawn]) {
+        for array in columns.counts.into_iter().chain([columns.drawn, columns.searches]) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());

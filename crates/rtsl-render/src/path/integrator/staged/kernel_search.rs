@@ -1,0 +1,115 @@
+//! Searches by kernels that test each ray against all objects of a scene.
+
+use rtsl::host::NoHost;
+use rtsl::{CallArguments, Instances, Objects, ResumedBy, StageKernel};
+
+use super::super::super::memory::BatchMemory;
+use super::super::host::first_hit;
+use super::frames::{Blocks, CALL_PATHS, Frames};
+use super::path_set::PathSet;
+use super::run::StagedPaths;
+use super::staged_method::StageSearch;
+use crate::compiled::calls::Callee;
+
+/// The operands of a request for visibility.
+const ENDS: usize = ResumedBy::Occluded.request().len();
+
+impl StagedPaths<'_> {
+    /// Answers searches of paths, and counts them.
+    pub fn search_by_kernel(&mut self, search: &StageSearch, paths: &PathSet) {
+        let kernel = search.nearest();
+        if paths.is_dense() {
+            let is_masked = paths.paths().len() < self.wave.count;
+            if is_masked {
+                paths.store_mask(&mut self.frames.mask);
+            }
+            self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
+            self.call_search(kernel, search.objects(), CalledRays::All { is_masked });
+        } else {
+            let next = self.staged.columns.next;
+            for slots in paths.paths().chunks(CALL_PATHS) {
+                self.frames.gather(kernel, slots);
+                self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
+                self.call_search(kernel, search.objects(), CalledRays::Copied(slots.len()));
+                self.frames.scatter(kernel, slots, next);
+            }
+        }
+        if self.tracer.with_features {
+            self.note_first_hits(paths.paths());
+        }
+        self.note_searches(paths.paths());
+    }
+
+    /// Traces the waiting shadow rays, and notes those that nothing blocks.
+    pub fn trace_shadow_rays(&mut self) {
+        let staged = self.staged;
+        let Some(search) = staged.search() else {
+            return self.tracer.trace_shadow_rays(self.queries);
+        };
+        let count = self.queries.shadow_rays.len();
+        self.queries.rays.shadow += count as u64;
+        self.queries.reached.clear();
+        for start in (0..count).step_by(CALL_PATHS) {
+            let end = count.min(start + CALL_PATHS);
+            let BatchMemory { shadow_rays, .. } = &*self.queries;
+            let scratch = &mut self.frames.call.scratch;
+            let columns = shadow_rays.ends.iter().chain([&shadow_rays.times]);
+            let arrays = staged.columns.requests[..ENDS].iter().chain([&staged.columns.time]);
+            for (column, array) in columns.zip(arrays) {
+                let to = scratch.floats_mut(*array);
+                to[..end - start].copy_from_slice(&column[start..end]);
+            }
+            self.count_lanes(end - start, (end - start).next_multiple_of(self.width()));
+            let rays = CalledRays::Copied(end - start);
+            self.call_search(search.any(), search.objects(), rays);
+            let answers = self.frames.call.scratch.words(staged.columns.answers[0]);
+            let free = (start as u32..).zip(&answers[..end - start]);
+            let free = free.filter(|(_, is_occluded)| **is_occluded == 0);
+            self.queries.reached.extend(free.map(|(index, _)| index));
+        }
+    }
+
+    fn call_search(&mut self, kernel: &StageKernel, objects: &Objects, rays: CalledRays) {
+        let StagedPaths { exhausted, frames, wave, staged, .. } = self;
+        let Frames { paths, call, mask, .. } = &mut **frames;
+        let (Blocks { state, scratch }, count, mask) = match rays {
+            CalledRays::All { is_masked } => (paths, wave.count, is_masked.then_some(&*mask)),
+            CalledRays::Copied(count) => (call, count, None),
+        };
+        let class = &staged.program.program().class().name;
+        // The method that ran for too long is found later.
+        let callee = Callee { class, method: staged.program.method(), errors: exhausted };
+        let instances = Instances::Object(objects, 0);
+        let (accepted, host) = (None, &mut NoHost);
+        let arguments = CallArguments { state, scratch, count, mask, accepted, instances, host };
+        callee.call(kernel.kernel.get(), arguments);
+    }
+
+    /// Notes the distances and the objects of the first hits of these paths.
+    fn note_first_hits(&mut self, slots: &[u32]) {
+        let scratch = &self.frames.paths.scratch;
+        let [found, object, _, _, distance] = ANSWERS.map(|it| self.staged.columns.answers[it]);
+        let (found, objects) = (scratch.words(found), scratch.words(object));
+        let distances = scratch.floats(distance);
+        for slot in slots {
+            let at = *slot as usize;
+            if self.searches_of(*slot) == 1 && found[at] != 0 {
+                let (_, direction, _) = self.requested(*slot);
+                let hit = first_hit(direction, (distances[at], objects[at]));
+                self.wave.first_hits[at] = Some(hit);
+            }
+        }
+    }
+}
+
+/// The indices of the answers to a search.
+const ANSWERS: [usize; ResumedBy::NearestHit.answers().len()] = [0, 1, 2, 3, 4];
+
+/// The rays of a call.
+#[derive(Clone, Copy)]
+enum CalledRays {
+    /// Those of the paths of the wavefront, or of those that the mask selects.
+    All { is_masked: bool },
+    /// So many in the arrays of the call.
+    Copied(usize),
+}
