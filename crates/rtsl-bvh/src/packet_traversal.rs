@@ -1,8 +1,8 @@
 //! Traversal by packets.
 //!
 //! A child is tested twice: with the interval of all rays when its node is visited, eight children at once, and ray by
-//! ray when it is popped, against the hits found until then. The own box of an object is tested by the interval, and then
-//! for the object's hits alone. If few rays remain active, they continue as single rays; at leaves, each is tested
+//! ray when it is popped, against the hits found until then. The own box of an object is tested by the interval, and
+//! then for the object's hits alone. If few rays remain active, they continue as single rays; at leaves, each is tested
 //! against all objects at once.
 //!
 //! A test of a child against the intervals of all eight vectors of a packet's rays, before those of the rays, does not
@@ -299,8 +299,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         );
     }
 
-    /// Tests rays against an object, and those that hit it against its own box: rays that reach a leaf meet the boxes of
-    /// most of its objects.
+    /// Tests rays against an object, and those that hit it against its own box: rays that reach a leaf meet the boxes
+    /// of most of its objects.
     #[inline(always)]
     fn test_object_with_packet<S: Simd>(
         &mut self,

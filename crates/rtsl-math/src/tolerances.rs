@@ -1,10 +1,10 @@
 //! Tolerances of surfaces and lights. Renderers and the code that is compiled for their integrators use the same, so
 //! that both compute the same bits.
 
-/// The error of a point on a surface, relative to the sizes of its coordinates: 24 roundings, the sum for a ray's
+/// The error of a point on a surface, relative to the sizes of its coordinates: 16 roundings, the sum for a ray's
 /// transformation and the test of a triangle, or of a carefully written sphere, for the ray that found the point and
 /// the one that leaves it.
-pub const SURFACE_ERROR: f32 = 24.0 * (f32::EPSILON / 2.0);
+pub const SURFACE_ERROR: f32 = 16.0 * (f32::EPSILON / 2.0);
 
 /// The least cosine for which footprints are computed; smaller ones are clamped.
 pub const MIN_FOOTPRINT_COSINE: f32 = 0.01;

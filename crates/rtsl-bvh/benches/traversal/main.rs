@@ -1,11 +1,10 @@
 //! `cargo bench -p rtsl-bvh [-- SCENE [KIND]]`: the time of searches for rays of a camera, random rays and rays that
 //! leave surfaces, with spheres and triangles that are tested in Rust.
 //!
-//! For each kind of ray it prints the time of a ray: the sum of the least times that each part of the rays took in several
-//! rounds. Parts are shorter than what a system gives a program at a time, so that others on the machine are not
-//! measured. A round that counts gives the nodes and leaves that
-//! a ray visits, the rays that share a visit, the vectors of object tests for each ray, and the lanes in use in them.
-//! Streams do not report visits.
+//! For each kind of ray it prints the time of a ray: the sum of the least times that each part of the rays took in
+//! several rounds. Parts are shorter than what a system gives a program at a time, so that others on the machine are
+//! not measured. A round that counts gives the nodes and leaves that a ray visits, the rays that share a visit, the
+//! vectors of object tests for each ray, and the lanes in use in them. Streams do not report visits.
 
 mod counted;
 mod rays;

@@ -93,7 +93,6 @@ impl<'a> SceneBuilder<'a> {
         let shaders = ShaderTable::new(engine, &scene, purpose);
         listener(BuildStep::Kernels { shaders: shaders.len() });
         let mut diagnostics = Diagnostics::new();
-        shaders.refuse_questions(&mut diagnostics);
         let shaders_done = shaders.compile(&mut diagnostics);
         let failed = diagnostics.has_errors();
         messages.push(SourceMap::new(), diagnostics);

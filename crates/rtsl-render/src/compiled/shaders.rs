@@ -267,15 +267,6 @@ impl<'a> ShaderTable<'a> {
         self.engine
     }
 
-    /// Reports materials whose `shade` asks the scene: only integrators have answers.
-    pub fn refuse_questions(&self, diagnostics: &mut Diagnostics) {
-        let shading = self.entries.iter().filter(|it| it.methods.contains(&Method::Shade));
-        let hosts = "the interactive renderer";
-        let refused =
-            shading.filter_map(|it| it.program.refuse_questions(Method::Shade, hosts).err());
-        refused.for_each(|diagnostic| diagnostics.push(diagnostic));
-    }
-
     /// Adds all instances, with the methods that generate rays and find hits.
     fn add_searched(&mut self, scene: &Scene) {
         self.entry(&scene.camera).want([Method::GenerateRay]);

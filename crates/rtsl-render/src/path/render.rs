@@ -63,8 +63,8 @@ pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRend
 /// The time after which the rest of a render is estimated.
 const JUDGED_AFTER: Duration = Duration::from_millis(50);
 
-/// The rest of a render that repays optimised kernels, in times for compiling the first ones: optimised stages take about
-/// three times as long to compile, and a tenth less time to render.
+/// The rest of a render that repays optimised kernels, in times for compiling the first ones: optimised stages take
+/// about three times as long to compile, and a tenth less time to render.
 const LONG_REST: f64 = 20.0;
 
 /// A render in progress.

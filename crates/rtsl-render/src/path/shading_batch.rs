@@ -76,7 +76,7 @@ pub struct ShadingBatch {
     pub random: RandomNumbers,
 }
 
-/// What the path of a surface has besides the operands of queries.
+/// The data of a surface's path besides the operands of queries.
 #[derive(Clone, Copy, Debug)]
 pub struct RayOfSurface {
     /// The time within the shutter.

@@ -232,7 +232,9 @@ fn check_everywhere(renderer: Renderer, material: &str, integrator: &str) {
             let seen = of_shape().filter(|pixel| pixel[0] > 0.0).count();
             let met = of_shape().filter(|pixel| pixel[0] > 100.0).count();
             let most = of_shape().fold(0.0, |most: f32, pixel| most.max(pixel[0]));
-            if met > 0 || seen < 2 {
+            // Where the rounding of coordinates is a few percent of the shape, one pixel in forty may be wrong.
+            let allowed = if scale <= 5e-5 * away { seen / 40 } else { 0 };
+            if met > allowed || seen < 2 {
                 let _ = writeln!(
                     wrong,
                     "shape {shape}, scale {scale}, {away} away: {met} of {seen}, {most}"

@@ -90,8 +90,8 @@ struct Linked {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any hits.
-    /// The code is not [optimised](StageKernels::optimise) yet.
+    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any
+    /// hits. The code is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -216,9 +216,9 @@ impl Linked {
     }
 }
 
-/// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and the
-/// elements that searches have found, the numbers of searches, and all of the first hit if outputs of the integrator are
-/// read.
+/// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and
+/// the elements that searches have found, the numbers of searches, and all of the first hit if outputs of the
+/// integrator are read.
 fn read_scratch(linked: &[Linked], outputs: &[&str]) -> BTreeSet<String> {
     let answers = if outputs.is_empty() { &[1, 3][..] } else { &[0, 1, 3, 4] };
     let mut read: BTreeSet<String> =

@@ -2,7 +2,8 @@
 //!
 //! A hit lies on the object, between the limits of the ray, and not before the ray enters the object's own box. Of
 //! several hits the nearest counts, and of equally near ones that of the lowest item. These are the hits that searches
-//! of hierarchies find, to the bit: boxes are tested with the same operations, and `intersect` gets the ray's own limit.
+//! of hierarchies find, to the bit: boxes are tested with the same operations, and `intersect` gets the ray's own
+//! limit.
 
 use std::sync::Arc;
 
@@ -56,7 +57,7 @@ const INPUTS: [&str; 6] = [
 pub(crate) enum Search {
     /// The nearest hit: see [`ResumedBy::NearestHit`].
     Nearest,
-    /// Whether there is any: see [`ResumedBy::Occluded`].
+    /// The existence of a hit: see [`ResumedBy::Occluded`].
     Any,
 }
 
@@ -151,7 +152,7 @@ struct Ray {
     /// The reciprocals of the direction, clamped to finite values.
     finite_inverse: Vector,
     is_finite: Value,
-    /// What `intersect` reads.
+    /// The state that `intersect` reads.
     state: Vec<(StateComponent, Value)>,
 }
 

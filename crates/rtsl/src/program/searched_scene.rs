@@ -40,7 +40,7 @@ pub struct SearchedObject {
     pub item: u32,
 }
 
-/// What searches tell of an item.
+/// An item as searches tell of it.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchedItem {
     /// The object.
@@ -62,8 +62,9 @@ pub struct SearchedScene {
 }
 
 impl SearchedScene {
-    /// Returns the objects of some classes; `None` if a class needs more than the ray and scalars. Rays without an epsilon of their own have this one, and `slack` is
-    /// the fraction by which the distances at which rays enter and leave boxes are widened.
+    /// Returns the objects of some classes; `None` if a class needs more than the ray and scalars. Rays without an
+    /// epsilon of their own have this one, and `slack` is the fraction by which the distances at which rays enter and
+    /// leave boxes are widened.
     pub fn new(
         classes: &[SearchedClass],
         items: &[SearchedItem],
@@ -109,8 +110,8 @@ impl SearchedScene {
     }
 
     /// Returns the linked and optimised functions of both kinds of searches, with the layout of their kernels and their
-    /// variant. Rays and answers are in the scratch of stages of a program with this layout. Of what searches of nearest
-    /// hits find they store the scratch that `is_read`.
+    /// variant. Rays and answers are in the scratch of stages of a program with this layout. Of what searches of
+    /// nearest hits find they store the scratch that `is_read`.
     pub(crate) fn link(
         &self,
         (program, stages): (&Program, &Layout),
@@ -145,7 +146,8 @@ impl SearchedClass {
         Some(SearchedClassLink { prefix, count: self.objects.len() as u32, intersect })
     }
 
-    /// Adds the members that `intersect` reads, and those of searches, as arrays with the scalars of object after object.
+    /// Adds the members that `intersect` reads, and those of searches, as arrays with the scalars of object after
+    /// object.
     fn add_to(&self, link: &SearchedClassLink, members: &mut Members) {
         let SearchedClassLink { prefix, intersect, .. } = link;
         let own = self.program.layout();

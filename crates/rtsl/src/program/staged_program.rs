@@ -29,8 +29,8 @@ use crate::{errors, nesting};
 /// a stage meets; those of a material know no surfaces, whose properties are state.
 ///
 /// All stages share one layout of scratch: the arrays of the [ports](Port) through which stages meet the host, those of
-/// the paths' times, depths, keys, samples, counts and searches, and of the groups of surfaces that they have found, which
-/// have the same places in all programs, then those of the class, and those of the frame.
+/// the paths' times, depths, keys, samples, counts and searches, and of the groups of surfaces that they have found,
+/// which have the same places in all programs, then those of the class, and those of the frame.
 #[derive(Debug)]
 pub struct StagedProgram {
     program: Arc<Program>,
@@ -107,8 +107,8 @@ impl StagedProgram {
         )
     }
 
-    /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages store
-    /// the colour only. `values` are those of the materials.
+    /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages
+    /// store the colour only. `values` are those of the materials.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
@@ -238,7 +238,8 @@ impl StagedProgram {
         self.layout.scratch[DEPTH_COLUMN] as usize
     }
 
-    /// The scratch array with the type of the ray that each path has searched along last: [`RayType::value`].
+    /// The scratch array with the type of the ray that each path has searched along last, see
+    /// [`RayType::value`](rtsl_spec::RayType::value).
     pub fn ray_type_array(&self) -> usize {
         self.layout.scratch[RAY_TYPE_COLUMN] as usize
     }
@@ -427,8 +428,8 @@ pub(crate) const PATH_COLUMNS: [&str; 10] = [
     SEARCHES_COLUMN,
 ];
 
-/// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but those
-/// of the class and the frame.
+/// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but
+/// those of the class and the frame.
 fn shared_columns() -> Vec<String> {
     let answers = (0..MAX_ANSWERS as u32).map(Port::Answer);
     let requests = (0..MAX_REQUEST).map(Port::Request);

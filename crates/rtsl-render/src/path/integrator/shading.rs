@@ -39,7 +39,7 @@ pub struct ShadingRequest {
     ray: RayOfShading,
 }
 
-/// What the light of a shaded surface depends on besides the surface.
+/// The ray whose surface is shaded, with the random sequence of the call.
 #[derive(Clone, Copy, Debug)]
 pub struct RayOfShading {
     /// The depth of the ray of the integrator.
@@ -83,7 +83,7 @@ impl ShadingRequest {
         RayOfSurface { time, key, sample }
     }
 
-    /// What a host knows of the call, for this surface.
+    /// Returns the state of the call for a host, with this surface.
     fn ray_of_call(&self, surface: ShadedSurface) -> RayOfCall {
         let RayOfShading { time, key, sample, importance, .. } = self.ray;
         let mut ray = RayOfCall::new(key, sample, time);

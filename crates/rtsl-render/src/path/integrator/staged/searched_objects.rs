@@ -10,8 +10,8 @@ use super::super::super::group_plan::Classes;
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::placed_objects::GroupMember;
 
-/// The greatest number of items that kernels test instead of a hierarchy. With 16 spheres both take as long, and with 18
-/// bilinear patches kernels take four fifths of the time (Zen 4, AVX-512).
+/// The greatest number of items that kernels test instead of a hierarchy. With 16 spheres both take as long, and with
+/// 18 bilinear patches kernels take four fifths of the time (Zen 4, AVX-512).
 const MAX_ITEMS: u32 = 20;
 
 /// Returns the objects of a scene for kernels that test all of them; `None` if a hierarchy is faster, or needed for

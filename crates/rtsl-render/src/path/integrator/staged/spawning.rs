@@ -1,10 +1,10 @@
-//! What the rays and the calls of `shade` that paths spawn depend on.
+//! The state of paths on which the rays and the calls of `shade` that they spawn depend.
 
 use rtsl_math::sampling::child_key;
 
 use super::super::numbers::{Purpose, count_after, sequence_key};
 
-/// What the rays and the calls of `shade` that paths spawn depend on, by path.
+/// The state on which the rays and the calls of `shade` that paths spawn depend, by path.
 #[derive(Default)]
 pub struct Spawning {
     /// Bounds of the weights of the paths' radiance in their pixels.

@@ -184,8 +184,7 @@ impl StagedMethod {
         let kernels = table.all();
         let columns = Columns::new(&program);
         let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
-        let [reads_depths, reads_ray_types] =
-            [&columns.depth, &columns.ray_type].map(|array| reads(array));
+        let [reads_depths, reads_ray_types] = [&columns.depth, &columns.ray_type].map(&reads);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let asks_host = kernels.iter().any(|it| it.asks_host);
         let queries = queries(&program, kernels);

@@ -25,7 +25,7 @@ pub struct Wave {
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
     pub rays: Vec<RayOfCall>,
-    /// What the rays and calls of `shade` that paths spawn depend on.
+    /// The state on which spawned rays and calls of `shade` depend.
     pub spawning: Spawning,
     /// The index of the object for which stages without a surface are called; empty if there is one for all.
     pub objects: Vec<u32>,
