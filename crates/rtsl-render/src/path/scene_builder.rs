@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, SourceMap,
+    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, SourceMap, StageOutputs,
     diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
@@ -152,7 +152,10 @@ impl BatchScene {
             keys: &self.keys,
             objects: &self.objects,
             lights: &self.lights,
-            outputs: if self.has_features() { &FEATURE_OUTPUTS } else { &[] },
+            outputs: StageOutputs {
+                names: if self.has_features() { &FEATURE_OUTPUTS } else { &[] },
+                first_hits: self.has_features(),
+            },
             values,
             earlier: earlier.and_then(|earlier| earlier.integrator.staged.as_ref()),
         };

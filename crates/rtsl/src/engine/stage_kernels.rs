@@ -5,9 +5,10 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl_abi::Layout;
 use rtsl_ir::{Function, OpKind, Query, Variable, VariableKind};
+use rtsl_opt::{dce, dead_outputs};
 use rtsl_source::Diagnostic;
 use rtsl_spec::lookup_state;
-use rtsl_stages::Port;
+use rtsl_stages::{Port, ResumedBy};
 
 use super::background::Answer;
 use super::engine::{Engine, into_modules, on_threads};
@@ -18,11 +19,11 @@ use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
 use crate::link::indexed_lights::is_shaded_column;
 use crate::link::prepared_surface::{self, Operand, property_column};
-use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, Search};
+use crate::link::sequences::Purpose;
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
-use crate::program::searched_scene::SearchedScene;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -71,11 +72,22 @@ pub enum PreparedOperand {
 /// The kernels of stages, and what is left to be optimised.
 #[derive(Debug)]
 pub struct StageKernels {
-    /// The kernels, in the order of their requests.
+    /// The kernels, in the order of their requests, then those that search.
     pub kernels: Vec<StageKernel>,
+    /// The kinds of searches of the last kernels.
+    searches: Vec<Search>,
     unoptimised: Vec<(Arc<TieredKernel>, Arc<Linked>)>,
     /// The work of the background, once it has begun.
     begun: OnceLock<Vec<Answer<()>>>,
+}
+
+/// What hosts read of the results of stages.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StageOutputs<'a> {
+    /// The outputs of the integrator, by their names.
+    pub names: &'a [&'a str],
+    /// True for the rays and the answers of searches.
+    pub first_hits: bool,
 }
 
 /// A linked stage on its way to code.
@@ -89,9 +101,9 @@ struct Linked {
 
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
-    /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any
-    /// hits. The code is not [optimised](StageKernels::optimise) yet.
+    /// stages and all surfaces of a scene: kernels leave out what none of them reads. If the program searches a scene, the
+    /// kernels for the searches that stages do not make themselves come last. The code is not
+    /// [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -99,27 +111,32 @@ impl Engine {
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
-        outputs: &[&str],
-        searched: Option<&SearchedScene>,
+        outputs: StageOutputs<'_>,
     ) -> Result<StageKernels, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
         let all = program.program().class().outputs.iter().map(|(name, _)| name.as_str());
-        let unread: BTreeSet<&str> = all.filter(|name| !outputs.contains(name)).collect();
-        nesting::with_deep_stack(|| unread_slots::remove(&mut functions, &unread));
+        let unread: BTreeSet<&str> = all.filter(|name| !outputs.names.contains(name)).collect();
+        let answered = if outputs.first_hits { BTreeSet::new() } else { program.answered() };
+        nesting::with_deep_stack(|| unread_slots::remove(&mut functions, &unread, &answered));
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
             linked.prepared = nesting::with_deep_stack(prepare);
         }
-        if let Some(searched) = searched {
+        let mut searches = Vec::new();
+        if let Some(searched) = program.searched() {
             let read = read_scratch(&linked, outputs);
             let is_read = |name: &str| read.contains(name);
-            let link =
-                || searched.link((program.program(), program.layout()), &is_read, self.compiler());
-            let searches = nesting::with_deep_stack(link)?.into_iter();
-            linked.extend(searches.map(|(function, layout, variant)| Linked {
+            if program.searches_at_end() {
+                linked.iter_mut().for_each(|linked| linked.forget_answers(&is_read));
+            }
+            searches = searches_left(program, &linked);
+            let of = (&**program.program(), program.layout());
+            let link = || searched.link(&searches, of, &is_read, self.compiler());
+            let searching = nesting::with_deep_stack(link)?.into_iter();
+            linked.extend(searching.map(|(function, layout, variant)| Linked {
                 function,
                 layout,
                 variant,
@@ -138,7 +155,7 @@ impl Engine {
                 .collect(),
             false => Vec::new(),
         };
-        Ok(StageKernels { kernels, unoptimised, begun: OnceLock::new() })
+        Ok(StageKernels { kernels, searches, unoptimised, begun: OnceLock::new() })
     }
 
     fn link_stages(
@@ -181,6 +198,21 @@ impl Engine {
 }
 
 impl StageKernels {
+    /// The kernel that finds the nearest hits of requested rays, unless each stage does so at its end.
+    pub fn nearest_search(&self) -> Option<&StageKernel> {
+        self.search(Search::Nearest)
+    }
+
+    /// The kernel that finds out whether rays hit anything, if stages leave that to a host.
+    pub fn any_search(&self) -> Option<&StageKernel> {
+        self.search(Search::Any)
+    }
+
+    fn search(&self, search: Search) -> Option<&StageKernel> {
+        let index = self.searches.iter().position(|it| *it == search)?;
+        self.kernels.get(self.kernels.len() - self.searches.len() + index)
+    }
+
     /// Has a background thread of the engine optimise the kernels, at the first call. Calls use each as soon as it is
     /// ready. Dropping this value cancels what has not begun.
     pub fn optimise(&self, engine: &Engine) {
@@ -210,17 +242,46 @@ impl StageKernels {
 }
 
 impl Linked {
+    /// Removes the answers of searches that no one reads.
+    fn forget_answers(&mut self, is_read: &impl Fn(&str) -> bool) {
+        let is_needed = |variable: &Variable| {
+            let is_count = Purpose::ALL.iter().any(|it| it.column() == variable.name);
+            let is_answer = matches!(Port::of(variable), Some(Port::Answer(_)));
+            !(is_answer || is_count) || is_read(&variable.name)
+        };
+        let function = &mut self.function;
+        let outputs = function.outputs.iter();
+        let read: Vec<bool> =
+            outputs.map(|it| is_needed(function.variable(it.variable))).collect();
+        dead_outputs::run(function, &read);
+        dce::run(function);
+        function.renumber();
+    }
+
     fn source(&self, width: u32) -> KernelSource<'_> {
         let Linked { function, layout, variant, .. } = self;
         KernelSource::new(function, variant, layout, width)
     }
 }
 
+/// Returns the searches that linked stages leave to kernels of their own.
+fn searches_left(program: &StagedProgram, linked: &[Linked]) -> Vec<Search> {
+    let mut needs_any = program.stages().iter().any(|it| it.resumed_by == ResumedBy::Occluded);
+    for Linked { function, .. } in linked {
+        function.body.for_each_op(&mut |op| {
+            needs_any |= matches!(op.kind, OpKind::Query(Query::Contribute, _));
+        });
+    }
+    match program.searches_at_end() {
+        true => needs_any.then_some(Search::Any).into_iter().collect(),
+        false => vec![Search::Nearest, Search::Any],
+    }
+}
+
 /// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and
-/// the elements that searches have found, the numbers of searches, and all of the first hit if outputs of the
-/// integrator are read.
-fn read_scratch(linked: &[Linked], outputs: &[&str]) -> BTreeSet<String> {
-    let answers = if outputs.is_empty() { &[1, 3][..] } else { &[0, 1, 3, 4] };
+/// the elements that searches have found, the numbers of searches, and all of first hits if `outputs` says so.
+fn read_scratch(linked: &[Linked], outputs: StageOutputs<'_>) -> BTreeSet<String> {
+    let answers = if outputs.first_hits { &[0, 1, 3, 4][..] } else { &[1, 3] };
     let mut read: BTreeSet<String> =
         answers.iter().map(|index| Port::Answer(*index).name()).collect();
     read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));

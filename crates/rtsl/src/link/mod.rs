@@ -18,6 +18,7 @@ pub(crate) mod prepared_surface;
 pub(crate) mod search;
 pub(crate) mod sequences;
 pub(crate) mod stage;
+pub(crate) mod stage_search;
 pub(crate) mod surface;
 #[cfg(test)]
 mod tests;

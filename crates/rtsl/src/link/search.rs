@@ -116,20 +116,20 @@ pub(crate) fn link_search(
         Search::Any => "search.any",
     };
     let mut linker = Linker::new(Function::new(name.to_owned()));
-    // That of calls of `intersect` is zero when they begin, and no one reads it afterwards.
-    linker.scratch = Some(Vec::new());
     let mut ops = Vec::new();
     let mut code = SearchCode { linker: &mut linker, tree, links, search };
-    let ray = code.ray(&mut ops)?;
-    let mut nearest = code.begin(&ray, &mut ops)?;
-    for class in &links.classes {
-        nearest = code.test_class(class, &ray, nearest, &mut ops)?;
-    }
-    for (name, value) in code.answers(nearest, &mut ops)? {
-        let (kind, scalar) = (VariableKind::Scratch, linker.out.scalar(value));
-        let variable = linker.intern_variable(Variable { kind, name, scalar, len: 1 });
-        linker.out.outputs.push(Output { variable, component: 0 });
-        linker.out.body.yields.push(value);
+    let operands = code.requested(&mut ops)?;
+    let nearest = code.find(operands, &mut ops)?;
+    let outputs = match search {
+        Search::Any => vec![(Port::Answer(0).name(), code.is_found(nearest, &mut ops)?)],
+        Search::Nearest => {
+            let mut outputs = code.answers(nearest, &mut ops)?;
+            outputs.extend(code.counts(&mut ops)?);
+            outputs
+        }
+    };
+    for (name, value) in outputs {
+        linker.set_column(name, value);
     }
     linker.out.body.ops = ops;
     Ok(linker.finish())
@@ -142,6 +142,16 @@ impl Search {
             Search::Any => ResumedBy::Occluded,
         }
     }
+}
+
+/// The operands of a search.
+#[derive(Clone, Copy)]
+pub(super) struct SearchOperands {
+    pub origin: Vector,
+    pub direction: Vector,
+    /// The least distance of hits, if it is greater than 0; else, or if there is none, that of the scene counts.
+    pub epsilon: Option<Value>,
+    pub limit: Value,
 }
 
 /// A ray.
@@ -158,16 +168,17 @@ struct Ray {
 
 /// The nearest hit so far.
 #[derive(Clone, Copy)]
-struct Nearest {
+pub(super) struct Nearest {
     distance: Value,
     item: Value,
 }
 
-struct SearchCode<'a, 'l> {
-    linker: &'l mut Linker,
-    tree: &'a ClassTree,
-    links: &'a SearchLinks,
-    search: Search,
+/// The operations of a search, which are added to a function.
+pub(super) struct SearchCode<'a, 'l> {
+    pub linker: &'l mut Linker,
+    pub tree: &'a ClassTree,
+    pub links: &'a SearchLinks,
+    pub search: Search,
 }
 
 impl SearchCode<'_, '_> {
@@ -175,21 +186,42 @@ impl SearchCode<'_, '_> {
         Arithmetic { linker: self.linker, to }
     }
 
-    /// Loads the ray.
-    fn ray(&mut self, to: &mut Vec<Op>) -> Linking<Ray> {
+    /// Searches along a ray.
+    pub fn find(&mut self, operands: SearchOperands, to: &mut Vec<Op>) -> Linking<Nearest> {
+        let ray = self.ray(operands, to)?;
+        let item = self.linker.constant(to, Constant::I32(NO_ITEM))?;
+        let mut nearest = Nearest { distance: ray.limit, item };
+        for class in &self.links.classes {
+            nearest = self.test_class(class, &ray, nearest, to)?;
+        }
+        Ok(nearest)
+    }
+
+    /// Loads the operands that a path requests.
+    fn requested(&mut self, to: &mut Vec<Op>) -> Linking<SearchOperands> {
         let search = self.search;
-        let code = &mut self.code(to);
         let ports = search.event().request();
+        let code = &mut self.code(to);
         let mut operand =
             |index: usize| code.column(&Port::Request(ports[index]).name(), Scalar::F32);
         let origin = [operand(0)?, operand(1)?, operand(2)?];
         let direction = [operand(3)?, operand(4)?, operand(5)?];
-        let last = match search {
-            Search::Nearest => [Some(operand(6)?), Some(operand(7)?)],
-            Search::Any => [None, Some(operand(6)?)],
-        };
+        Ok(match search {
+            Search::Nearest => {
+                let (epsilon, limit) = (Some(operand(6)?), operand(7)?);
+                SearchOperands { origin, direction, epsilon, limit }
+            }
+            Search::Any => {
+                SearchOperands { origin, direction, epsilon: None, limit: operand(6)? }
+            }
+        })
+    }
+
+    fn ray(&mut self, operands: SearchOperands, to: &mut Vec<Op>) -> Linking<Ray> {
+        let SearchOperands { origin, direction, epsilon, limit } = operands;
+        let code = &mut self.code(to);
         let usual = code.load_member(EPSILON, Scalar::F32)?;
-        let epsilon = match last[0] {
+        let epsilon = match epsilon {
             Some(own) => {
                 let zero = code.float(0.0)?;
                 let is_own = code.compare(CompareOp::Greater, own, zero)?;
@@ -197,7 +229,6 @@ impl SearchCode<'_, '_> {
             }
             None => usual,
         };
-        let limit = last[1].expect("both requests have a limit");
         let time = code.column(TIME_COLUMN, Scalar::F32)?;
         let one = code.float(1.0)?;
         let inverse = code.each(|it, axis| it.divide(one, direction[axis]))?;
@@ -218,11 +249,6 @@ impl SearchCode<'_, '_> {
         let finite_inverse = code.each(|it, axis| it.finite_reciprocal(direction[axis]))?;
         let is_finite = code.are_finite(&[origin, direction].concat())?;
         Ok(Ray { origin, epsilon, limit, finite_inverse, is_finite, state })
-    }
-
-    fn begin(&mut self, ray: &Ray, to: &mut Vec<Op>) -> Linking<Nearest> {
-        let item = self.linker.constant(to, Constant::I32(NO_ITEM))?;
-        Ok(Nearest { distance: ray.limit, item })
     }
 
     /// Tests the ray against all objects of a class.
@@ -378,6 +404,8 @@ impl SearchCode<'_, '_> {
     ) -> Linking<(Value, Value)> {
         let function = &*class.intersect.function;
         let linker = &mut *self.linker;
+        // The scratch of a call is zero when it begins, and no one reads it afterwards.
+        let scratch = linker.scratch.replace(Vec::new());
         let mut site = Site::new(self.tree, function, class.prefix.clone(), &mut linker.out);
         site.overrides.clone_from(&ray.state);
         site.in_loop = element.is_some();
@@ -396,7 +424,7 @@ impl SearchCode<'_, '_> {
             None => linker.constant(to, Constant::Bool(false))?,
         };
         let set = linker.note_outputs(&mut site);
-        linker.scratch = Some(Vec::new());
+        linker.scratch = scratch;
         let distance = StateComponent::named("rt_HitDistance", 0);
         let distance = distance.and_then(|distance| find_override(&set, distance));
         Ok((accepted, distance.unwrap_or(ray.limit)))
@@ -416,15 +444,22 @@ impl SearchCode<'_, '_> {
         self.linker.load_of_element(element, member, Index::Constant(index), to)
     }
 
-    /// Returns the answers to the search, and what stages know of their paths after it, with the scratch arrays.
-    fn answers(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Vec<(String, Value)>> {
-        let (search, items) = (self.search, self.links.items);
+    /// Returns whether anything was hit.
+    pub fn is_found(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Value> {
         let code = &mut self.code(to);
         let no_item = code.integer(NO_ITEM)?;
-        let is_found = code.compare(CompareOp::NotEqual, nearest.item, no_item)?;
-        if search == Search::Any {
-            return Ok(vec![(Port::Answer(0).name(), is_found)]);
-        }
+        code.compare(CompareOp::NotEqual, nearest.item, no_item)
+    }
+
+    /// Returns the answers to a search of the nearest hit and the group of its surface, with the scratch arrays.
+    pub fn answers(
+        &mut self,
+        nearest: Nearest,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<(String, Value)>> {
+        let is_found = self.is_found(nearest, to)?;
+        let items = self.links.items;
+        let code = &mut self.code(to);
         let mut of_item = |name: &str| {
             let (kind, name) = (VariableKind::Member, name.to_owned());
             let member = Variable { kind, name, scalar: Scalar::I32, len: items };
@@ -445,18 +480,24 @@ impl SearchCode<'_, '_> {
         let mut known: Vec<(String, Value)> =
             (0..).map(|index| Port::Answer(index).name()).zip(answers).collect();
         known.push((GROUP_COLUMN.to_owned(), code.select(is_found, group, zero)?));
+        Ok(known)
+    }
+
+    /// Returns the number of searches of the path, this one included, and the counts of its sequences after it, with the
+    /// scratch arrays.
+    pub fn counts(&mut self, to: &mut Vec<Op>) -> Linking<Vec<(String, Value)>> {
+        let code = &mut self.code(to);
         let (searches, one) = (code.column(SEARCHES_COLUMN, Scalar::U32)?, code.word(1)?);
         let searches = code.add(searches, one)?;
-        known.push((SEARCHES_COLUMN.to_owned(), searches));
         let sequences = code.word(SEQUENCES_OF_SEARCH)?;
         let count = code.multiply(searches, sequences)?;
-        known.extend(Purpose::ALL.map(|purpose| (purpose.column().to_owned(), count)));
-        Ok(known)
+        let purposes = Purpose::ALL.map(|purpose| (purpose.column().to_owned(), count));
+        Ok([(SEARCHES_COLUMN.to_owned(), searches)].into_iter().chain(purposes).collect())
     }
 }
 
 impl Arithmetic<'_> {
-    fn integer(&mut self, value: i32) -> Linking<Value> {
+    pub fn integer(&mut self, value: i32) -> Linking<Value> {
         self.linker.constant(self.to, Constant::I32(value))
     }
 
@@ -487,6 +528,14 @@ impl Arithmetic<'_> {
 }
 
 impl Linker {
+    /// Stores a value to a scratch array when the function ends.
+    pub(super) fn set_column(&mut self, name: String, value: Value) {
+        let (kind, scalar) = (VariableKind::Scratch, self.out.scalar(value));
+        let variable = self.intern_variable(Variable { kind, name, scalar, len: 1 });
+        self.out.outputs.push(Output { variable, component: 0 });
+        self.out.body.yields.push(value);
+    }
+
     /// Loads a scalar of an object's member; of several objects the members are in an array.
     pub(super) fn load_of_element(
         &mut self,

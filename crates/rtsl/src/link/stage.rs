@@ -21,6 +21,7 @@ use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
 use super::numbers;
 use super::sequences::Purpose;
+use super::stage_search::StageSearch;
 use super::surface::ShapeLinks;
 
 /// The scratch array with the time of each path within the shutter.
@@ -43,8 +44,10 @@ pub(crate) struct SurfaceLinks {
     pub sampler: Option<Sampler>,
     /// The lights, if operations compute their samples.
     pub lights: Option<Arc<LightLinks>>,
-    /// True if the stage stores its contribution, of which there is at most one.
-    pub stores_contribution: bool,
+    /// True if the stage keeps its contribution, of which there is at most one, until it ends.
+    pub keeps_contribution: bool,
+    /// The searches that the stage makes at its end; without, it stores its contribution and its request.
+    pub search: Option<Arc<StageSearch>>,
 }
 
 /// An answer to a query.
@@ -104,10 +107,14 @@ pub(crate) fn link_stage(
     surface: SurfaceLinks,
 ) -> Result<Linked, Diagnostic> {
     let mut linker = Linker::new(Function::new(function.name.clone()));
+    let search = surface.search.clone();
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
     linker.pass_on_counts()?;
-    linker.store_contribution()?;
+    match search {
+        Some(search) => linker.search_at_end(tree, &search)?,
+        None => linker.store_contribution()?,
+    }
     Ok(linker.finish())
 }
 
@@ -186,7 +193,7 @@ impl Linker {
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }
-            Query::Contribute if links.stores_contribution => {
+            Query::Contribute if links.keeps_contribution => {
                 self.keep_contribution(operands, to)?;
                 Ok(Some(Vec::new()))
             }

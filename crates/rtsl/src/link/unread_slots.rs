@@ -16,9 +16,18 @@ use super::stage::first_of;
 
 /// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene, and other outputs that no
 /// one needs, those of the integrator with `unread` names among them. Each function comes with the index of its stage.
-pub(crate) fn remove(functions: &mut [(usize, &mut Function)], unread: &BTreeSet<&str>) {
+///
+/// No one reads the requests of paths that wait for the stages `answered`.
+pub(crate) fn remove(
+    functions: &mut [(usize, &mut Function)],
+    unread: &BTreeSet<&str>,
+    answered: &BTreeSet<i32>,
+) {
     functions.iter_mut().for_each(|(_, function)| forget_unread_widths(function));
-    functions.iter_mut().for_each(|(_, function)| forget_needless_outputs(function, unread));
+    let forget = |(_, function): &mut (usize, &mut Function)| {
+        forget_needless_outputs(function, unread, answered);
+    };
+    functions.iter_mut().for_each(forget);
     let stages = functions.iter().map(|(stage, _)| stage + 1).max().unwrap_or(0);
     let next: Vec<Next> = functions.iter().map(|(_, function)| Next::of(function)).collect();
     // By stage, the slots whose values are needed when it begins.
@@ -45,13 +54,13 @@ pub(crate) fn remove(functions: &mut [(usize, &mut Function)], unread: &BTreeSet
 }
 
 /// The stages that may follow a function.
-enum Next {
+pub(super) enum Next {
     Any,
     Of(BTreeSet<usize>),
 }
 
 impl Next {
-    fn of(function: &Function) -> Next {
+    pub fn of(function: &Function) -> Next {
         let is_next =
             |output: &Output| Port::of(function.variable(output.variable)) == Some(Port::Next);
         let outputs = function.outputs.iter().zip(&function.body.yields);
@@ -62,6 +71,23 @@ impl Next {
             stages.extend(known.into_iter().filter_map(|stage| usize::try_from(stage).ok()));
         }
         Next::Of(stages)
+    }
+
+    /// True if this stage may follow.
+    pub fn may_be(&self, stage: i32) -> bool {
+        match self {
+            Next::Any => true,
+            Next::Of(stages) => usize::try_from(stage).is_ok_and(|stage| stages.contains(&stage)),
+        }
+    }
+
+    /// True if none but these stages may follow, or none at all.
+    pub fn is_among(&self, others: &BTreeSet<i32>) -> bool {
+        let is_other = |stage: &usize| i32::try_from(*stage).is_ok_and(|it| others.contains(&it));
+        match self {
+            Next::Any => false,
+            Next::Of(stages) => stages.iter().all(is_other),
+        }
     }
 
     /// Returns the slots that these stages need.
@@ -106,10 +132,16 @@ fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i
     }
 }
 
-/// Removes the requests of a stage after which all paths have ended, a contribution that is always black, and outputs
-/// with `unread` names.
-fn forget_needless_outputs(function: &mut Function, unread: &BTreeSet<&str>) {
-    let ends = matches!(Next::of(function), Next::Of(stages) if stages.is_empty());
+/// Removes the requests of a stage after which all paths have ended or wait for stages that are `answered`, a
+/// contribution that is always black, and outputs with `unread` names.
+fn forget_needless_outputs(
+    function: &mut Function,
+    unread: &BTreeSet<&str>,
+    answered: &BTreeSet<i32>,
+) {
+    let next = Next::of(function);
+    let ends = next.is_among(&BTreeSet::new());
+    let is_answered = next.is_among(answered);
     let outputs = || function.outputs.iter().zip(&function.body.yields);
     let is_black = |value: Value| {
         let known = defined(function, value).map(|(op, _)| &op.kind);
@@ -122,7 +154,8 @@ fn forget_needless_outputs(function: &mut Function, unread: &BTreeSet<&str>) {
     let is_needed = |output: &Output| {
         let variable = function.variable(output.variable);
         match Port::of(variable) {
-            Some(Port::Request(_) | Port::Surface(_)) => !ends,
+            Some(Port::Request(_)) => !ends && !is_answered,
+            Some(Port::Surface(_)) => !ends,
             Some(_) => true,
             None if variable.kind == VariableKind::Scratch && unread.contains(&*variable.name) => {
                 false
@@ -237,7 +270,7 @@ mod tests {
             }",
         ]
         .map(function);
-        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>(), &BTreeSet::from(["unread"]));
+        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>(), &BTreeSet::from(["unread"]), &BTreeSet::new());
         assert_eq!(stored(&stages[0]), ["frame.0", "frame.2", "next"]);
         assert_eq!(stored(&stages[1]), ["request.0", "next"]);
         assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next", "read"]);

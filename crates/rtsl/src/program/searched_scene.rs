@@ -52,11 +52,12 @@ pub struct SearchedItem {
 }
 
 /// All objects of a scene, with the kernels that search for hits of rays among them.
+#[derive(Debug)]
 pub struct SearchedScene {
-    links: SearchLinks,
+    pub(crate) links: SearchLinks,
     programs: Vec<Arc<Program>>,
     /// The members.
-    layout: Layout,
+    pub(crate) layout: Layout,
     /// Their data.
     objects: Arc<Objects>,
 }
@@ -109,11 +110,17 @@ impl SearchedScene {
         form(self) == form(other) && self.layout == other.layout
     }
 
-    /// Returns the linked and optimised functions of both kinds of searches, with the layout of their kernels and their
+    /// The data of all objects as a part of other data.
+    pub(crate) fn block(&self) -> &InstanceBlock {
+        self.objects.shared()
+    }
+
+    /// Returns the linked and optimised functions of these searches, with the layout of their kernels and their
     /// variant. Rays and answers are in the scratch of stages of a program with this layout. Of what searches of
     /// nearest hits find they store the scratch that `is_read`.
     pub(crate) fn link(
         &self,
+        searches: &[Search],
         (program, stages): (&Program, &Layout),
         is_read: &impl Fn(&str) -> bool,
         compiler: &KernelCompiler,
@@ -124,9 +131,9 @@ impl SearchedScene {
             ..self.layout.clone()
         };
         let variant = Variant::new(CallMode::Packet).of_objects(self.objects.form().clone());
-        let searches = [Search::Nearest, Search::Any].into_iter().map(|search| {
-            let mut linked = link_search(program.tree(), &self.links, search)?.function;
-            if search == Search::Nearest {
+        let searches = searches.iter().map(|search| {
+            let mut linked = link_search(program.tree(), &self.links, *search)?.function;
+            if *search == Search::Nearest {
                 let outputs = linked.outputs.iter();
                 let read: Vec<bool> =
                     outputs.map(|it| is_read(&linked.variable(it.variable).name)).collect();

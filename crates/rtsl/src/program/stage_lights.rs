@@ -311,7 +311,7 @@ mod tests {
         };
         let program = engine.program(&integrator);
         let staged =
-            StagedProgram::new(&program, sampler, &lights, ParameterValues::Final).unwrap();
+            StagedProgram::new(&program, sampler, (&lights, None), ParameterValues::Final).unwrap();
         let balls_program = engine.program(&balls[0]);
         let class = SurfaceClass {
             material: engine.program(&emitter),

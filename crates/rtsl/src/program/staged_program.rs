@@ -1,5 +1,6 @@
 //! Methods that wait for the renderer as stages: `radiance` of integrators, and the methods of materials that trace.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,8 +12,9 @@ use rtsl_spec::Method;
 use rtsl_stages::{MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
 
 use super::program::Program;
+use super::searched_scene::SearchedScene;
 use super::stage_lights::{LinkedLights, StageLights};
-use super::surface_class::{SurfaceClass, SurfaceObject, no_surface};
+use super::surface_class::{SurfaceClass, SurfaceObject, add_part, no_surface};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
@@ -23,6 +25,7 @@ use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
 use crate::link::stage::{DEPTH_COLUMN, RAY_TYPE_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
+use crate::link::stage_search::{LIT_COLUMNS, SHADOW_RAYS_COLUMN, StageSearch};
 use crate::{errors, nesting};
 
 /// The stages of a method, from which kernels are made. Those of an integrator have one for each class of surfaces that
@@ -41,6 +44,16 @@ pub struct StagedProgram {
     sampler: Sampler,
     /// The lights, if operations compute their samples.
     lights: Option<LinkedLights>,
+    /// The objects of the scene, if it has few.
+    searched: Option<Arc<SearchedScene>>,
+    values: ParameterValues,
+}
+
+/// What stages are linked with.
+struct Parts {
+    sampler: Sampler,
+    lights: Option<LinkedLights>,
+    searched: Option<Arc<SearchedScene>>,
     values: ParameterValues,
 }
 
@@ -86,25 +99,21 @@ impl StageRequest {
 
 impl StagedProgram {
     /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler. Kernels sample the
-    /// lights of the scene if their methods permit it; else hosts do. `values` are those of the integrator, the lights
-    /// and the surfaces.
+    /// lights of the scene if their methods permit it; else hosts do. Kernels also search among the objects of a scene
+    /// that has few. `values` are those of the integrator, the lights and the surfaces.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
     pub fn new(
         program: &Arc<Program>,
         sampler: Sampler,
-        lights: &StageLights<'_>,
+        (lights, searched): (&StageLights<'_>, Option<Arc<SearchedScene>>),
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let radiance = program.method(Method::Radiance)?;
         let lights = LinkedLights::new(lights, &sampler, values);
-        StagedProgram::split(
-            program,
-            Method::Radiance,
-            &radiance.function,
-            (sampler, lights, values),
-        )
+        let parts = Parts { sampler, lights, searched, values };
+        StagedProgram::split(program, Method::Radiance, &radiance.function, parts)
     }
 
     /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages
@@ -124,7 +133,8 @@ impl StagedProgram {
             let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
             *kind == VariableKind::State && COLORS.contains(&name.as_str())
         });
-        StagedProgram::split(program, method, &function, (sampler, None, values))
+        let parts = Parts { sampler, lights: None, searched: None, values };
+        StagedProgram::split(program, method, &function, parts)
     }
 
     /// Returns the stage that samples lights for the paths that wait for [`ResumedBy::LightSample`], in the arrays of
@@ -146,26 +156,26 @@ impl StagedProgram {
         };
         let stages =
             Stages { name: "illuminance".to_owned(), slots: Vec::new(), stages: vec![stage] };
-        let of = (sampler, Some(lights), values);
-        Some(StagedProgram::with_stages(program, Method::Illumination, stages, of))
+        let parts = Parts { sampler, lights: Some(lights), searched: None, values };
+        Some(StagedProgram::with_stages(program, Method::Illumination, stages, parts))
     }
 
     fn split(
         program: &Arc<Program>,
         method: Method,
         function: &Function,
-        (sampler, lights, values): (Sampler, Option<LinkedLights>, ParameterValues),
+        parts: Parts,
     ) -> Result<StagedProgram, Diagnostic> {
         let stages = nesting::with_deep_stack(|| rtsl_stages::split(function));
         let stages = stages.map_err(|error| errors::splitting(&function.name, &error))?;
-        Ok(StagedProgram::with_stages(program, method, stages, (sampler, lights, values)))
+        Ok(StagedProgram::with_stages(program, method, stages, parts))
     }
 
     fn with_stages(
         program: &Arc<Program>,
         method: Method,
         stages: Stages,
-        (sampler, lights, values): (Sampler, Option<LinkedLights>, ParameterValues),
+        Parts { sampler, lights, searched, values }: Parts,
     ) -> StagedProgram {
         let mut layout = program.layout().clone();
         let shared = shared_columns();
@@ -177,8 +187,34 @@ impl StagedProgram {
         layout.scratch.extend(slots.zip(end..));
         layout.scratch_arrays = end + stages.slots.len() as u32;
         lights.iter().for_each(|lights| lights.add_to(&mut layout));
+        searched.iter().for_each(|searched| add_part(&mut layout, "", &searched.layout));
         let program = program.clone();
-        StagedProgram { program, method, stages, layout, sampler, lights, values }
+        StagedProgram { program, method, stages, layout, sampler, lights, searched, values }
+    }
+
+    /// The objects among which kernels search; `None` if hosts search.
+    pub fn searched(&self) -> Option<&Arc<SearchedScene>> {
+        self.searched.as_ref()
+    }
+
+    /// True if each stage searches at its end for the paths that wait for the nearest hit, and for what blocks its
+    /// contribution. Then no path waits for anything but searches, so answers have the types of theirs.
+    pub fn searches_at_end(&self) -> bool {
+        let is_search = |stage: &Stage| match stage.resumed_by {
+            ResumedBy::Start
+            | ResumedBy::Dispatch
+            | ResumedBy::NearestHit
+            | ResumedBy::Occluded => true,
+            ResumedBy::Trace | ResumedBy::LightSample | ResumedBy::Shade => false,
+        };
+        self.searched.is_some() && self.stages().iter().all(is_search)
+    }
+
+    /// The stages that begin with the answer to a search which the stage before has made.
+    pub(crate) fn answered(&self) -> BTreeSet<i32> {
+        let stages = (0..).zip(self.stages());
+        let resumed = stages.filter(|(_, it)| it.resumed_by == ResumedBy::NearestHit);
+        resumed.map(|(stage, _)| stage).filter(|_| self.searches_at_end()).collect()
     }
 
     /// Returns the scratch array for that of the class with an index.
@@ -198,6 +234,10 @@ impl StagedProgram {
             && self.sampler == other.sampler
             && [self.values, other.values] == [ParameterValues::Changing; 2]
             && has_like_lights
+            && match (&self.searched, &other.searched) {
+                (Some(own), Some(others)) => own.is_like(others),
+                (own, others) => own.is_none() && others.is_none(),
+            }
     }
 
     /// The program of the class.
@@ -277,6 +317,16 @@ impl StagedProgram {
         self.layout.scratch[GROUP_COLUMN] as usize
     }
 
+    /// The scratch arrays with the sum of the contributions to each path that nothing blocked.
+    pub fn lit_arrays(&self) -> [usize; 3] {
+        LIT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
+    }
+
+    /// The scratch array with the number of contributions to each path for which stages have searched.
+    pub fn shadow_rays_array(&self) -> usize {
+        self.layout.scratch[SHADOW_RAYS_COLUMN] as usize
+    }
+
     /// The scratch array with the number of searches of each path.
     pub fn searches_array(&self) -> usize {
         self.layout.scratch[SEARCHES_COLUMN] as usize
@@ -300,7 +350,8 @@ impl StagedProgram {
     ) -> Objects {
         let own = [self.program.block(integrator)];
         let lights = self.lights.iter().flat_map(|lights| lights.blocks.iter().cloned());
-        let own = joined(&own.into_iter().chain(lights).collect::<Vec<_>>());
+        let searched = self.searched.iter().map(|searched| searched.block().clone());
+        let own = joined(&own.into_iter().chain(lights).chain(searched).collect::<Vec<_>>());
         let Some(class) = class else {
             return Objects::of_instances(ObjectForm::new([]), [own]);
         };
@@ -389,10 +440,18 @@ impl StagedProgram {
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
-            stores_contribution: is_single(&stage.function),
+            keeps_contribution: is_single(&stage.function),
+            search: self.stage_search(),
             ..links
         };
         Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
+    }
+
+    /// The searches that stages make at their ends.
+    fn stage_search(&self) -> Option<Arc<StageSearch>> {
+        let searched = self.searched.as_ref().filter(|_| self.searches_at_end())?;
+        let (links, resumed) = (searched.links.clone(), self.answered());
+        Some(Arc::new(StageSearch { links, resumed }))
     }
 
     /// The layout of the stages without surfaces.
@@ -415,7 +474,7 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 10] = [
+pub(crate) const PATH_COLUMNS: [&str; 14] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     RAY_TYPE_COLUMN,
@@ -426,6 +485,10 @@ pub(crate) const PATH_COLUMNS: [&str; 10] = [
     DRAWN_COLUMN,
     GROUP_COLUMN,
     SEARCHES_COLUMN,
+    LIT_COLUMNS[0],
+    LIT_COLUMNS[1],
+    LIT_COLUMNS[2],
+    SHADOW_RAYS_COLUMN,
 ];
 
 /// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but

@@ -185,8 +185,8 @@ impl ShadingCall<'_> {
         self.load(staged, &mut run);
         let all = PathSet::all(count);
         run.run(&all);
-        let color = self.method.color();
-        run.wave.radiance((&run.frames.paths.state, color), all.paths(), colors);
+        let sums = (&*run.frames, &staged.columns, self.method.color());
+        run.wave.radiance(sums, all.paths(), colors);
         if !all_finite(colors.as_flattened()) {
             let by_lights = |index: usize| run.wave.rays.get(index).is_some_and(|it| it.is_spoilt);
             let is_spoilt = |index: usize| run.wave.spawning.is_spoilt[index] || by_lights(index);

@@ -13,7 +13,7 @@ use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
 use super::FeatureArrays;
 use super::host::{RayOfCall, SceneHost};
-use super::staged::{Blocks, Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
+use super::staged::{Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -177,8 +177,8 @@ impl PathTracer<'_> {
         run.begin_rays();
         let all = PathSet::all(radiance.len());
         run.run(&all);
-        let state = (&run.frames.paths.state, variables().sample_color);
-        run.wave.radiance(state, all.paths(), radiance);
+        let colors = (&*run.frames, &staged.columns, variables().sample_color);
+        run.wave.radiance(colors, all.paths(), radiance);
         let counts = std::mem::take(&mut run.queries.rays);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
@@ -219,8 +219,8 @@ impl PathTracer<'_> {
             let all: Vec<Path> = run.paths(active.paths().iter().copied()).collect();
             return self.report_exhausted(&all, 0, own);
         }
-        let Blocks { state, scratch } = &run.frames.paths;
-        let colors = (state, variables().sample_color);
+        let scratch = &run.frames.paths.scratch;
+        let colors = (&*run.frames, &staged.columns, variables().sample_color);
         run.wave.radiance(colors, active.paths(), &mut results.radiance);
         if self.with_features {
             let arrays = self.scene.integrator.features.in_stages(staged);

@@ -20,6 +20,10 @@ pub struct Columns {
     pub ray_type: usize,
     /// The number of searches.
     pub searches: usize,
+    /// The sum of the contributions that nothing blocked.
+    pub lit: [usize; 3],
+    /// The number of contributions for which stages have searched.
+    pub shadow_rays: usize,
     /// The group of the surface that a search by kernel has found.
     pub group: usize,
     /// The key of the sequences of numbers.
@@ -50,6 +54,8 @@ impl Columns {
             depth: program.depth_array(),
             ray_type: program.ray_type_array(),
             searches: program.searches_array(),
+            lit: program.lit_arrays(),
+            shadow_rays: program.shadow_rays_array(),
             group: program.group_array(),
             key: program.key_array(),
             sample: program.sample_array(),

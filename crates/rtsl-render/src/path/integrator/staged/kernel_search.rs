@@ -5,32 +5,52 @@ use rtsl::{CallArguments, Instances, Objects, ResumedBy, StageKernel};
 
 use super::super::super::memory::BatchMemory;
 use super::super::host::first_hit;
+use super::columns::Columns;
 use super::frames::{Blocks, CALL_PATHS, Frames};
 use super::path_set::PathSet;
 use super::run::StagedPaths;
-use super::staged_method::StageSearch;
 use crate::compiled::calls::Callee;
 
 /// The operands of a request for visibility.
 const ENDS: usize = ResumedBy::Occluded.request().len();
 
 impl StagedPaths<'_> {
+    /// Notes the searches of paths that the stages before have made.
+    pub fn note_stage_searches(&mut self, paths: &PathSet) {
+        if self.tracer.with_features {
+            self.note_first_hits(paths.paths());
+        }
+        self.tell_of_searches(paths.paths());
+    }
+
+    /// Counts the searches that the stages of these paths have made.
+    pub fn count_stage_searches(&mut self, paths: &PathSet) {
+        let Columns { searches, shadow_rays, .. } = self.staged.columns;
+        let scratch = &self.frames.paths.scratch;
+        let [searches, shadow_rays] = [searches, shadow_rays].map(|array| {
+            let counts = scratch.words(array);
+            paths.paths().iter().map(|path| u64::from(counts[*path as usize])).sum::<u64>()
+        });
+        let rays = &mut self.queries.rays;
+        rays.traced += searches;
+        rays.shadow += shadow_rays;
+    }
+
     /// Answers searches of paths, and counts them.
-    pub fn search_by_kernel(&mut self, search: &StageSearch, paths: &PathSet) {
-        let kernel = search.nearest();
+    pub fn search_by_kernel(&mut self, kernel: &StageKernel, objects: &Objects, paths: &PathSet) {
         if paths.is_dense() {
             let is_masked = paths.paths().len() < self.wave.count;
             if is_masked {
                 paths.store_mask(&mut self.frames.mask);
             }
             self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
-            self.call_search(kernel, search.objects(), CalledRays::All { is_masked });
+            self.call_search(kernel, objects, CalledRays::All { is_masked });
         } else {
             let next = self.staged.columns.next;
             for slots in paths.paths().chunks(CALL_PATHS) {
                 self.frames.gather(kernel, slots);
                 self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
-                self.call_search(kernel, search.objects(), CalledRays::Copied(slots.len()));
+                self.call_search(kernel, objects, CalledRays::Copied(slots.len()));
                 self.frames.scatter(kernel, slots, next);
             }
         }
@@ -43,7 +63,7 @@ impl StagedPaths<'_> {
     /// Traces the waiting shadow rays, and notes those that nothing blocks.
     pub fn trace_shadow_rays(&mut self) {
         let staged = self.staged;
-        let Some(search) = staged.search() else {
+        let Some((kernel, objects)) = staged.any_search().zip(staged.searched_objects()) else {
             return self.tracer.trace_shadow_rays(self.queries);
         };
         let count = self.queries.shadow_rays.len();
@@ -61,7 +81,7 @@ impl StagedPaths<'_> {
             }
             self.count_lanes(end - start, (end - start).next_multiple_of(self.width()));
             let rays = CalledRays::Copied(end - start);
-            self.call_search(search.any(), search.objects(), rays);
+            self.call_search(kernel, objects, rays);
             let answers = self.frames.call.scratch.words(staged.columns.answers[0]);
             let free = (start as u32..).zip(&answers[..end - start]);
             let free = free.filter(|(_, is_occluded)| **is_occluded == 0);

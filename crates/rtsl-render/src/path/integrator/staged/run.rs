@@ -88,6 +88,9 @@ impl StagedPaths<'_> {
             self.add_contributions();
         }
         (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
+        if self.staged.program.searches_at_end() {
+            self.count_stage_searches(active);
+        }
         self.discount_first_searches(active);
     }
 
@@ -116,7 +119,7 @@ impl StagedPaths<'_> {
         if surface == StageSurface::None || self.staged.is_of_material() {
             return self.call((stage, 0), paths);
         }
-        if surface == StageSurface::Answer && self.staged.search().is_some() {
+        if surface == StageSurface::Answer && self.staged.program.searched().is_some() {
             let groups = self.frames.paths.scratch.words(self.staged.columns.group);
             by_group.sort(paths, groups, self.staged.group_count());
             return by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
@@ -169,11 +172,18 @@ impl StagedPaths<'_> {
 
     /// Adds the contributions that nothing blocks.
     fn add_contributions(&mut self) {
+        if self.queries.shadow_rays.len() == 0 {
+            return;
+        }
         self.trace_shadow_rays();
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
-        for index in reached {
-            let index = *index as usize;
-            self.wave.add(shadow_rays.paths[index], shadow_rays.color(index));
+        let scratch = &mut self.frames.paths.scratch;
+        for (array, colors) in self.staged.columns.lit.iter().zip(&shadow_rays.colors) {
+            let sums = scratch.floats_mut(*array);
+            for index in &*reached {
+                let index = *index as usize;
+                sums[shadow_rays.paths[index] as usize] += colors[index];
+            }
         }
         shadow_rays.clear();
     }

@@ -32,8 +32,11 @@ impl StagedPaths<'_> {
         let scene = self.tracer.scene;
         let slots = paths.paths();
         let staged = self.staged;
-        if let Some(search) = staged.search() {
-            return self.search_by_kernel(search, paths);
+        if staged.program.searches_at_end() {
+            return self.note_stage_searches(paths);
+        }
+        if let Some((kernel, objects)) = staged.nearest_search().zip(staged.searched_objects()) {
+            return self.search_by_kernel(kernel, objects, paths);
         }
         if scene.has_alpha() {
             self.search_past_alpha(slots, are_together);
@@ -192,9 +195,22 @@ impl StagedPaths<'_> {
         self.note_searches(slots);
     }
 
-    /// Tells hosts and stages of searches that are counted.
+    /// Counts the searches of paths, and tells hosts and stages of them.
     pub fn note_searches(&mut self, slots: &[u32]) {
         self.queries.rays.traced += slots.len() as u64;
+        self.tell_of_searches(slots);
+    }
+
+    /// Tells hosts and stages of searches that are counted.
+    pub fn tell_of_searches(&mut self, slots: &[u32]) {
+        let staged = self.staged;
+        let is_told = staged.shades()
+            || !self.wave.rays.is_empty()
+            || staged.reads_depths()
+            || staged.reads_ray_types();
+        if !is_told {
+            return;
+        }
         let scratch = &mut self.frames.paths.scratch;
         let searches: Vec<u32> = {
             let searches = scratch.words(self.staged.columns.searches);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
-    Program, Query, ResumedBy, SearchedScene, ShapeClass, StageKernel, StageKernels, StageLights,
+    Program, Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageOutputs,
     StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -31,8 +31,6 @@ pub struct StagedMethod {
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
     kernels: KernelTable,
-    /// The search among all objects of the scene, if it has few.
-    search: Option<StageSearch>,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
     reads_depths: bool,
@@ -46,7 +44,7 @@ pub struct StagedMethod {
 /// The kernels of stages, with what they were made for.
 struct KernelTable {
     /// In the order of stages and groups; the stages without surfaces have a kernel for no group only. Those that search
-    /// the scene come last, if it has few objects: for nearest hits, and for any.
+    /// the scene come last, if it has few objects.
     made: Arc<StageKernels>,
     /// The index of the first kernel of each stage, then that of those that search.
     firsts: Vec<usize>,
@@ -54,31 +52,8 @@ struct KernelTable {
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
-}
-
-/// The search of rays among all objects of a scene.
-pub struct StageSearch {
-    kernels: Arc<StageKernels>,
-    /// The index of the first kernel that searches.
-    first: usize,
-    scene: SearchedScene,
-}
-
-impl StageSearch {
-    /// The kernel that finds nearest hits.
-    pub fn nearest(&self) -> &StageKernel {
-        &self.kernels.kernels[self.first]
-    }
-
-    /// The kernel that finds out whether there are hits.
-    pub fn any(&self) -> &StageKernel {
-        &self.kernels.kernels[self.first + 1]
-    }
-
-    /// The data for which these are called.
-    pub fn objects(&self) -> &Objects {
-        self.scene.objects()
-    }
+    /// True if they store what hosts read of first hits.
+    first_hits: bool,
 }
 
 /// The surface of an object.
@@ -102,8 +77,8 @@ pub struct StageParts<'a> {
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
     pub lights: &'a Lights,
-    /// The outputs of the integrator that are read.
-    pub outputs: &'a [&'a str],
+    /// What is read of the results.
+    pub outputs: StageOutputs<'a>,
     /// The dependence of kernels on the values of parameters.
     pub values: ParameterValues,
     /// Earlier stages, whose kernels are used again if they serve the scene.
@@ -135,29 +110,30 @@ impl StagedMethod {
     ) -> Result<StagedMethod, Diagnostic> {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
+        let by_class = by_class(scene, parts);
+        let mut surfaces = vec![Surface::default(); scene.objects.len()];
+        for (group, members) in (1..).zip(by_class.values()) {
+            members.iter().for_each(|object| surfaces[*object as usize].group = group);
+        }
+        let searched = searched_objects(classes, |object| surfaces[object as usize].group);
+        let lights = (lights, searched.map(Arc::new));
         let program = StagedProgram::new(program, sampler, lights, *values)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
-        let mut surfaces = vec![Surface::default(); scene.objects.len()];
-        for (key, members) in by_class(scene, parts) {
+        for (key, members) in by_class {
             let class = Arc::new(key.class(classes));
-            let group = groups.len() as u32;
             let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
                 let is_mesh = scene.objects[object as usize].elements.is_some();
                 let has_elements = is_mesh && class.shape.is_some();
-                surfaces[object as usize] = Surface { group, index, has_elements };
+                let surface = &mut surfaces[object as usize];
+                *surface = Surface { index, has_elements, ..*surface };
             });
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
-        let earlier = parts.earlier;
-        let searched = searched_objects(classes, |object| surfaces[object as usize].group);
-        let others = (parts.outputs, searched.as_ref(), earlier);
-        let table = KernelTable::new(engine, &program, &groups, others)?;
-        let (kernels, first) = (table.made.clone(), table.firsts[table.firsts.len() - 1]);
-        let search = searched.map(|scene| StageSearch { kernels, first, scene });
-        Ok(StagedMethod { search, ..StagedMethod::with_kernels(program, groups, table, surfaces) })
+        let table = KernelTable::new(engine, &program, &groups, (parts.outputs, parts.earlier))?;
+        Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
     }
 
     /// Compiles stages that know no surfaces, called for these objects.
@@ -171,7 +147,8 @@ impl StagedMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
         let groups = vec![StageGroup { class: None, objects }];
-        let table = KernelTable::new(engine, &program, &groups, (&[], None, earlier))?;
+        let outputs = StageOutputs::default();
+        let table = KernelTable::new(engine, &program, &groups, (outputs, earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
     }
 
@@ -195,7 +172,6 @@ impl StagedMethod {
             columns,
             groups,
             kernels: table,
-            search: None,
             surfaces,
             reads_depths,
             reads_ray_types,
@@ -206,9 +182,19 @@ impl StagedMethod {
         }
     }
 
-    /// The search among all objects of the scene, if it has few.
-    pub fn search(&self) -> Option<&StageSearch> {
-        self.search.as_ref()
+    /// The kernel that finds nearest hits, unless stages do so at their ends, or a hierarchy is searched.
+    pub fn nearest_search(&self) -> Option<&StageKernel> {
+        self.kernels.made.nearest_search()
+    }
+
+    /// The kernel that finds out whether rays hit anything, unless stages do so at their ends, or a hierarchy is searched.
+    pub fn any_search(&self) -> Option<&StageKernel> {
+        self.kernels.made.any_search()
+    }
+
+    /// The data for which these are called.
+    pub fn searched_objects(&self) -> Option<&Objects> {
+        self.program.searched().map(|searched| &**searched.objects())
     }
 
     /// The answers to searches that anyone reads, with their arrays.
@@ -460,7 +446,7 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (outputs, searched, earlier): (&[&str], Option<&SearchedScene>, Option<&StagedMethod>),
+        (outputs, earlier): (StageOutputs<'_>, Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -470,23 +456,21 @@ impl KernelTable {
             Some(*end)
         }));
         let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
-        let names: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
+        let names: Vec<String> = outputs.names.iter().map(|name| (*name).to_owned()).collect();
+        let first_hits = outputs.first_hits;
         let serves = |earlier: &&StagedMethod| {
             let table = &earlier.kernels;
             let mut pairs = requests.iter().zip(&table.requests);
             earlier.program.is_like(program)
                 && (requests.len(), &names) == (table.requests.len(), &table.outputs)
+                && first_hits == table.first_hits
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
-                && match (searched, &earlier.search) {
-                    (Some(now), Some(earlier)) => now.is_like(&earlier.scene),
-                    (now, earlier) => now.is_none() && earlier.is_none(),
-                }
         };
         let made = match earlier.filter(serves) {
             Some(earlier) => earlier.kernels.made.clone(),
-            None => Arc::new(engine.stage_kernels(program, &requests, outputs, searched)?),
+            None => Arc::new(engine.stage_kernels(program, &requests, outputs)?),
         };
-        Ok(KernelTable { made, firsts, requests, outputs: names })
+        Ok(KernelTable { made, firsts, requests, outputs: names, first_hits })
     }
 
     fn all(&self) -> &[StageKernel] {

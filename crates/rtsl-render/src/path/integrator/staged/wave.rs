@@ -1,6 +1,6 @@
 //! The data of a wavefront's paths beside their frames.
 
-use rtsl::{END, LaneBlock, RayType};
+use rtsl::{END, RayType};
 use rtsl_bvh::LANES;
 
 use super::super::super::rows::{all_finite, are_finite};
@@ -19,8 +19,6 @@ pub struct Wave {
     pub count: usize,
     /// The weights of their radiance.
     weights: [Vec<f32>; 3],
-    /// The sums of the contributions that nothing blocked.
-    lit: [Vec<f32>; 3],
     /// The distances and the objects of the first surfaces; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
@@ -55,20 +53,19 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { weights, lit, first_hits, rays, spawning, objects, .. } = self;
+        let Wave { weights, first_hits, rays, spawning, objects, .. } = self;
         self.count = count;
-        for (column, value) in
-            weights.iter_mut().map(|it| (it, 1.0)).chain(lit.iter_mut().map(|it| (it, 0.0)))
-        {
+        for column in weights {
             column.clear();
-            column.resize(count, value);
+            column.resize(count, 1.0);
         }
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
         spawning.begin(count);
         objects.clear();
-        for array in columns.counts.into_iter().chain([columns.drawn, columns.searches]) {
+        let counts = [columns.drawn, columns.searches, columns.shadow_rays];
+        for array in columns.counts.into_iter().chain(counts).chain(columns.lit) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
@@ -146,24 +143,17 @@ impl Wave {
         self.rays.extend((0..self.count).map(ray));
     }
 
-    /// Adds a contribution to a path.
-    #[inline(always)]
-    pub fn add(&mut self, path: u32, color: [f32; 3]) {
-        for (lit, color) in self.lit.iter_mut().zip(color) {
-            lit[path as usize] += color;
-        }
-    }
-
     /// Returns in `radiance` that of paths that have ended, by path, whose colours are at component `first` of the state.
     pub fn radiance(
         &self,
-        (state, first): (&LaneBlock, usize),
+        (frames, columns, first): (&Frames, &Columns, usize),
         paths: &[u32],
         radiance: &mut [[f32; 3]],
     ) {
+        let Blocks { state, scratch } = &frames.paths;
         for channel in 0..3 {
             let color = state.floats(first + channel);
-            let (weights, lit) = (&self.weights[channel], &self.lit[channel]);
+            let (weights, lit) = (&self.weights[channel], scratch.floats(columns.lit[channel]));
             // A sum with 0 has no negative zeros.
             let of_path = |path: usize| 0.0 + weights[path] * (color[path] + lit[path]);
             if paths.len() == self.count {

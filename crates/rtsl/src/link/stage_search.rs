@@ -1,0 +1,218 @@
+//! The searches that a stage asks for, as its last operations: a path that waits for the nearest hit has the answer when
+//! the next stage begins, and light that nothing blocks is added to the path's sum.
+//!
+//! The rays are then values of the stage, and pass through memory neither on their way to the search nor to the sum.
+
+use std::collections::BTreeSet;
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, Value, Variable, VariableKind,
+};
+use rtsl_stages::Port;
+
+use super::arithmetic::Arithmetic;
+use super::class_tree::ClassTree;
+use super::contribution::CONTRIBUTION_SCALARS;
+use super::linker::{Linker, Linking};
+use super::search::{Search, SearchCode, SearchLinks, SearchOperands};
+use super::unread_slots::Next;
+
+/// The scratch arrays with the sum of the contributions to a path that nothing blocked.
+pub(crate) const LIT_COLUMNS: [&str; 3] = ["path.lit.red", "path.lit.green", "path.lit.blue"];
+/// The scratch array with the number of the contributions to a path for which stages searched.
+pub(crate) const SHADOW_RAYS_COLUMN: &str = "path.shadow_rays";
+
+/// The searches of stages.
+#[derive(Debug)]
+pub(crate) struct StageSearch {
+    /// The objects among which rays search.
+    pub links: SearchLinks,
+    /// The stages that begin with the answer to a search of the nearest hit.
+    pub resumed: BTreeSet<i32>,
+}
+
+impl Linker {
+    /// Adds the searches that the linked stage asks for.
+    pub(super) fn search_at_end(&mut self, tree: &ClassTree, search: &StageSearch) -> Linking<()> {
+        let next = Next::of(&self.out);
+        let mut ops = std::mem::take(&mut self.out.body.ops);
+        self.add_light(tree, &search.links, &mut ops)?;
+        let resumed: Vec<i32> =
+            search.resumed.iter().copied().filter(|stage| next.may_be(*stage)).collect();
+        if !resumed.is_empty() {
+            self.find_nearest(tree, &search.links, &resumed, &mut ops)?;
+        }
+        self.out.body.ops = ops;
+        Ok(())
+    }
+
+    /// Adds the stage's contribution to the path's sum if nothing blocks its ray.
+    fn add_light(
+        &mut self,
+        tree: &ClassTree,
+        links: &SearchLinks,
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let Some(local) = self.contribution else { return Ok(()) };
+        let mut kept = Vec::with_capacity(CONTRIBUTION_SCALARS);
+        for index in 0..CONTRIBUTION_SCALARS as u32 {
+            let kind = OpKind::Load(local, Index::Constant(index));
+            kept.push(self.emit(to, kind, &[Scalar::F32], false)?.get(0));
+        }
+        let [ox, oy, oz, dx, dy, dz, limit, red, green, blue] = kept[..] else {
+            unreachable!("a contribution has {CONTRIBUTION_SCALARS} scalars")
+        };
+        let color = [red, green, blue];
+        let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(color)?;
+        let operands = SearchOperands {
+            origin: [ox, oy, oz],
+            direction: [dx, dy, dz],
+            epsilon: None,
+            limit,
+        };
+        let blocked = |linker: &mut Linker, to: &mut Vec<Op>| {
+            let mut code = SearchCode { linker, tree, links, search: Search::Any };
+            let hit = code.find(operands, to)?;
+            Ok(vec![code.is_found(hit, to)?])
+        };
+        let is_blocked = self.only_if(is_lit, to, blocked)?[0];
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let is_free = code.unary(rtsl_ir::UnaryOp::Not, is_blocked)?;
+        let is_added = code.and(is_lit, is_free)?;
+        let mut sums = Vec::new();
+        for (column, color) in LIT_COLUMNS.into_iter().zip(color) {
+            let before = code.column(column, Scalar::F32)?;
+            let sum = code.add(before, color)?;
+            sums.push((column, code.select(is_added, sum, before)?));
+        }
+        let (before, one) = (code.column(SHADOW_RAYS_COLUMN, Scalar::U32)?, code.word(1)?);
+        let more = code.add(before, one)?;
+        sums.push((SHADOW_RAYS_COLUMN, code.select(is_lit, more, before)?));
+        for (column, sum) in sums {
+            self.set_column(column.to_owned(), sum);
+        }
+        Ok(())
+    }
+
+    /// Finds the nearest hits for paths whose next stage is among these.
+    fn find_nearest(
+        &mut self,
+        tree: &ClassTree,
+        links: &SearchLinks,
+        resumed: &[i32],
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let Some(next) = self.stored(Port::Next) else { return Ok(()) };
+        let mut operands = Vec::new();
+        for index in 0..8 {
+            operands.extend(self.stored(Port::Request(index)));
+        }
+        let [ox, oy, oz, dx, dy, dz, epsilon, limit] = operands[..] else { return Ok(()) };
+        let operands = SearchOperands {
+            origin: [ox, oy, oz],
+            direction: [dx, dy, dz],
+            epsilon: Some(epsilon),
+            limit,
+        };
+        let searches = Arithmetic { linker: self, to }.is_one_of(next, resumed)?;
+        let mut names = Vec::new();
+        let answers = |linker: &mut Linker, to: &mut Vec<Op>| {
+            let mut code = SearchCode { linker, tree, links, search: Search::Nearest };
+            let nearest = code.find(operands, to)?;
+            let (found, answers) = code.answers(nearest, to)?.into_iter().unzip();
+            names = found;
+            Ok(answers)
+        };
+        let answers = self.only_if(searches, to, answers)?;
+        for (name, answer) in names.into_iter().zip(answers) {
+            self.set_column(name, answer);
+        }
+        let mut code = SearchCode { linker: &mut *self, tree, links, search: Search::Nearest };
+        for (name, count) in code.counts(to)? {
+            self.replace_column(&name, (searches, count), to)?;
+        }
+        Ok(())
+    }
+
+    /// Adds operations that run under a condition; their results are zeros where it does not hold.
+    fn only_if(
+        &mut self,
+        condition: Value,
+        to: &mut Vec<Op>,
+        work: impl FnOnce(&mut Linker, &mut Vec<Op>) -> Linking<Vec<Value>>,
+    ) -> Linking<Vec<Value>> {
+        let mut then = Region::default();
+        self.nested(|linker| {
+            then.yields = work(linker, &mut then.ops)?;
+            Ok(())
+        })?;
+        let scalars: Vec<Scalar> = then.yields.iter().map(|it| self.out.scalar(*it)).collect();
+        let mut otherwise = Region::default();
+        for scalar in &scalars {
+            let zero = self.constant(&mut otherwise.ops, Constant::zero(*scalar))?;
+            otherwise.yields.push(zero);
+        }
+        let kind = OpKind::If { condition, then, otherwise };
+        Ok(self.emit(to, kind, &scalars, false)?.iter().collect())
+    }
+
+    /// Returns the value that the stage stores to a port.
+    fn stored(&self, port: Port) -> Option<Value> {
+        let mut outputs = self.out.outputs.iter().zip(&self.out.body.yields);
+        let is_port = |variable| Port::of(self.out.variable(variable)) == Some(port);
+        outputs.find(|(output, _)| is_port(output.variable)).map(|(_, value)| *value)
+    }
+
+    /// Stores a value to a scratch array where a condition holds; elsewhere what the stage stores, or what it was.
+    fn replace_column(
+        &mut self,
+        name: &str,
+        (condition, value): (Value, Value),
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let scalar = self.out.scalar(value);
+        let (kind, name) = (VariableKind::Scratch, name.to_owned());
+        let variable = self.intern_variable(Variable { kind, name, scalar, len: 1 });
+        let stored = self.out.outputs.iter().position(|output| output.variable == variable);
+        let before = match stored {
+            Some(index) => self.out.body.yields[index],
+            None => {
+                let kind = OpKind::Load(variable, Index::Constant(0));
+                self.emit(to, kind, &[scalar], false)?.get(0)
+            }
+        };
+        let value = Arithmetic { linker: self, to }.select(condition, value, before)?;
+        match stored {
+            Some(index) => self.out.body.yields[index] = value,
+            None => {
+                let name = self.out.variable(variable).name.clone();
+                self.set_column(name, value);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Arithmetic<'_> {
+    /// True if any of these numbers is not 0.
+    fn is_any_nonzero(&mut self, numbers: [Value; 3]) -> Linking<Value> {
+        let zero = self.float(0.0)?;
+        let mut is_any = self.linker.constant(self.to, Constant::Bool(false))?;
+        for number in numbers {
+            let is_nonzero = self.compare(CompareOp::NotEqual, number, zero)?;
+            is_any = self.binary(BinaryOp::Or, is_any, is_nonzero)?;
+        }
+        Ok(is_any)
+    }
+
+    /// True if a value is one of these.
+    fn is_one_of(&mut self, value: Value, integers: &[i32]) -> Linking<Value> {
+        let mut is_any = self.linker.constant(self.to, Constant::Bool(false))?;
+        for integer in integers {
+            let integer = self.integer(*integer)?;
+            let is_equal = self.compare(CompareOp::Equal, value, integer)?;
+            is_any = self.binary(BinaryOp::Or, is_any, is_equal)?;
+        }
+        Ok(is_any)
+    }
+}
