@@ -10,7 +10,11 @@ const INDEPENDENT_SAMPLER: Sampler =
 const SOBOL_SAMPLER: Sampler = Sampler { kind: SamplerKind::Sobol, ..INDEPENDENT_SAMPLER };
 
 fn sobol(pixel: u32, dimension: u32, sample: u32) -> f32 {
-    SOBOL_SAMPLER.number_of_stream::<SOBOL>(SOBOL_SAMPLER.stream_key(pixel), dimension, sample)
+    SOBOL_SAMPLER.number_of_stream::<SOBOL>(
+        SOBOL_SAMPLER.pixel_keys(pixel).stream,
+        dimension,
+        sample,
+    )
 }
 
 /// Pearson's statistic minus its mean, in standard deviations of its distribution.
@@ -67,7 +71,7 @@ fn error<const SPREAD: u8, const DIMENSIONS: usize>(
 ) -> f64 {
     const PIXELS: u32 = 300;
     let squares = (0..PIXELS).map(|pixel| {
-        let key = sampler.stream_key(pixel);
+        let key = sampler.pixel_keys(pixel).stream;
         let value = |sample: u32| {
             integrand(std::array::from_fn(|dimension| {
                 f64::from(sampler.number_of_stream::<SPREAD>(key, dimension as u32, sample))

@@ -24,4 +24,6 @@ pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 
 pub use filter::{FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};
-pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, SamplerKind, child_key};
+pub use sampler::{
+    ANY_COUNT, INDEPENDENT, POWER_OF_TWO, PixelKeys, SOBOL, Sampler, SamplerKind, child_key,
+};

@@ -31,6 +31,19 @@ pub struct Sampler {
     pub seed: u64,
 }
 
+/// The keys of the numbers of a pixel's samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelKeys {
+    /// That of positions in the pixel.
+    pub position: u32,
+    /// That of positions on the lens.
+    pub lens: u32,
+    /// That of times.
+    pub time: u32,
+    /// That of the sequences of camera rays.
+    pub stream: u32,
+}
+
 impl Sampler {
     /// Returns the number of samples per pixel.
     pub fn samples_per_pixel(&self) -> u32 {
@@ -50,29 +63,31 @@ impl Sampler {
         (1.0 / (among as f32).sqrt()).max(LEAST)
     }
 
-    /// Returns the position of a sample in its pixel, in [0,1)^2, from dimensions reserved for it.
+    /// Returns the keys of a pixel's numbers.
     #[inline(always)]
-    pub fn pixel_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
-        self.pair::<SPREAD>(self.key(pixel, 1), sample)
+    pub fn pixel_keys(&self, pixel: u32) -> PixelKeys {
+        let key = |purpose: u32| self.key(pixel, purpose);
+        PixelKeys { position: key(1), lens: key(2), time: key(4), stream: key(5) }
     }
 
-    /// Returns the position of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
+    /// Returns the position of a sample in its pixel, in [0,1)^2, from dimensions reserved for it; `key` is
+    /// [`PixelKeys::position`].
     #[inline(always)]
-    pub fn lens_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
-        let key = self.key(pixel, 2);
+    pub fn pixel_position<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
+        self.pair::<SPREAD>(key, sample)
+    }
+
+    /// Returns the position of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel; `key` is
+    /// [`PixelKeys::lens`].
+    #[inline(always)]
+    pub fn lens_position<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
         self.pair::<SPREAD>(key, self.permuted::<SPREAD>(sample, hash(key, 3)))
     }
 
-    /// Returns the time of a sample within the shutter interval, in [0,1).
+    /// Returns the time of a sample within the shutter interval, in [0,1); `key` is [`PixelKeys::time`].
     #[inline(always)]
-    pub fn time<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> f32 {
-        self.number::<SPREAD>(self.key(pixel, 4), sample)
-    }
-
-    /// Returns the key of a camera ray's sequence of numbers.
-    #[inline(always)]
-    pub fn stream_key(&self, pixel: u32) -> u32 {
-        self.key(pixel, 5)
+    pub fn time<const SPREAD: u8>(&self, key: u32, sample: u32) -> f32 {
+        self.number::<SPREAD>(key, sample)
     }
 
     /// Returns a number of a ray's sequence.
@@ -221,7 +236,7 @@ mod tests {
         for dimension in 0..8 {
             let mut strata: Vec<usize> = (0..16)
                 .map(|sample| {
-                    let key = STRATIFIED.stream_key(11);
+                    let key = STRATIFIED.pixel_keys(11).stream;
                     let number =
                         STRATIFIED.number_of_stream::<POWER_OF_TWO>(key, dimension, sample);
                     (number * 16.0) as usize
@@ -249,7 +264,8 @@ mod tests {
     fn positions_fill_the_grid() {
         let mut cells: Vec<usize> = (0..16)
             .map(|sample| {
-                let [x, y] = STRATIFIED.lens_position::<POWER_OF_TWO>(3, sample);
+                let [x, y] =
+                    STRATIFIED.lens_position::<POWER_OF_TWO>(STRATIFIED.pixel_keys(3).lens, sample);
                 (y * 4.0) as usize * 4 + (x * 4.0) as usize
             })
             .collect();

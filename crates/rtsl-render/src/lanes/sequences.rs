@@ -109,7 +109,7 @@ mod tests {
     ];
 
     fn sequences(sampler: &Sampler) -> Sequences<LANES> {
-        Sequences::new(std::array::from_fn(|lane| sampler.stream_key(lane as u32)))
+        Sequences::new(std::array::from_fn(|lane| sampler.pixel_keys(lane as u32).stream))
     }
 
     /// Draws three numbers for all lanes, one after another, but only two for lane 5, in requests of `width` lanes.
@@ -135,7 +135,9 @@ mod tests {
 
     /// The number of this dimension for a lane.
     fn number(sampler: &Sampler, samples: &[u32; LANES], lane: usize, dimension: u32) -> u32 {
-        sampler.single_number(sampler.stream_key(lane as u32), dimension, samples[lane]).to_bits()
+        sampler
+            .single_number(sampler.pixel_keys(lane as u32).stream, dimension, samples[lane])
+            .to_bits()
     }
 
     #[test]

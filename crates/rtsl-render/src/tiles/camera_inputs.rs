@@ -62,6 +62,8 @@ impl CameraInputs {
         // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
         // ignored.
         let mut pixels = [[0_u32; LANES]; 2];
+        let [mut position_keys, mut lens_keys, mut time_keys] = [[0_u32; LANES]; 3];
+        let keys_of = |x: u32, y: u32| sampler.pixel_keys(y.wrapping_mul(width).wrapping_add(x));
         if samples.count == 1 {
             let (x, y) = (samples.tile.x + origin[0], samples.tile.y + origin[1]);
             for lane in 0..LANES {
@@ -70,18 +72,36 @@ impl CameraInputs {
                 pixels[1][lane] = (y as u32).wrapping_add(row);
             }
             inputs.samples = [samples.first; LANES];
+            for lane in 0..LANES {
+                let keys = keys_of(pixels[0][lane], pixels[1][lane]);
+                position_keys[lane] = keys.position;
+                lens_keys[lane] = keys.lens;
+                time_keys[lane] = keys.time;
+                inputs.stream_keys[lane] = keys.stream;
+            }
         } else {
+            // The samples of a pixel share its keys, which are most of the work.
             for (pixel, lanes, first) in samples.of_packet(packet) {
                 let (x, y) = samples.tile.pixel(pixel);
-                pixels[0][lanes.clone()].fill((x + origin[0]) as u32);
-                pixels[1][lanes.clone()].fill((y + origin[1]) as u32);
+                let (x, y) = ((x + origin[0]) as u32, (y + origin[1]) as u32);
+                let keys = keys_of(x, y);
+                let [columns, rows] = &mut pixels;
+                for (column, value) in [
+                    (columns, x),
+                    (rows, y),
+                    (&mut position_keys, keys.position),
+                    (&mut lens_keys, keys.lens),
+                    (&mut time_keys, keys.time),
+                    (&mut inputs.stream_keys, keys.stream),
+                ] {
+                    column[lanes.clone()].fill(value);
+                }
                 inputs.samples[lanes].iter_mut().zip(first..).for_each(|(to, sample)| *to = sample);
             }
         }
-        let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
             [inputs.screen[0][lane], inputs.screen[1][lane]] =
-                sampler.pixel_position::<SPREAD>(index(lane), inputs.samples[lane]);
+                sampler.pixel_position::<SPREAD>(position_keys[lane], inputs.samples[lane]);
         }
         let [columns, rows] = &mut inputs.screen;
         settings.filter.sample_each([columns, rows], &mut inputs.filter_weights);
@@ -95,14 +115,11 @@ impl CameraInputs {
         if with_lens {
             for lane in 0..LANES {
                 [inputs.lens[0][lane], inputs.lens[1][lane]] =
-                    sampler.lens_position::<SPREAD>(index(lane), inputs.samples[lane]);
+                    sampler.lens_position::<SPREAD>(lens_keys[lane], inputs.samples[lane]);
             }
         }
         for lane in 0..LANES {
-            inputs.time[lane] = sampler.time::<SPREAD>(index(lane), inputs.samples[lane]);
-        }
-        for lane in 0..LANES {
-            inputs.stream_keys[lane] = sampler.stream_key(index(lane));
+            inputs.time[lane] = sampler.time::<SPREAD>(time_keys[lane], inputs.samples[lane]);
         }
         inputs
     }

@@ -251,8 +251,7 @@ impl Linked {
         };
         let function = &mut self.function;
         let outputs = function.outputs.iter();
-        let read: Vec<bool> =
-            outputs.map(|it| is_needed(function.variable(it.variable))).collect();
+        let read: Vec<bool> = outputs.map(|it| is_needed(function.variable(it.variable))).collect();
         dead_outputs::run(function, &read);
         dce::run(function);
         function.renumber();

@@ -211,9 +211,7 @@ impl SearchCode<'_, '_> {
                 let (epsilon, limit) = (Some(operand(6)?), operand(7)?);
                 SearchOperands { origin, direction, epsilon, limit }
             }
-            Search::Any => {
-                SearchOperands { origin, direction, epsilon: None, limit: operand(6)? }
-            }
+            Search::Any => SearchOperands { origin, direction, epsilon: None, limit: operand(6)? },
         })
     }
 
@@ -452,11 +450,7 @@ impl SearchCode<'_, '_> {
     }
 
     /// Returns the answers to a search of the nearest hit and the group of its surface, with the scratch arrays.
-    pub fn answers(
-        &mut self,
-        nearest: Nearest,
-        to: &mut Vec<Op>,
-    ) -> Linking<Vec<(String, Value)>> {
+    pub fn answers(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Vec<(String, Value)>> {
         let is_found = self.is_found(nearest, to)?;
         let items = self.links.items;
         let code = &mut self.code(to);

@@ -64,12 +64,8 @@ impl Linker {
         };
         let color = [red, green, blue];
         let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(color)?;
-        let operands = SearchOperands {
-            origin: [ox, oy, oz],
-            direction: [dx, dy, dz],
-            epsilon: None,
-            limit,
-        };
+        let operands =
+            SearchOperands { origin: [ox, oy, oz], direction: [dx, dy, dz], epsilon: None, limit };
         let blocked = |linker: &mut Linker, to: &mut Vec<Op>| {
             let mut code = SearchCode { linker, tree, links, search: Search::Any };
             let hit = code.find(operands, to)?;

@@ -270,7 +270,11 @@ mod tests {
             }",
         ]
         .map(function);
-        remove(&mut stages.iter_mut().enumerate().collect::<Vec<_>>(), &BTreeSet::from(["unread"]), &BTreeSet::new());
+        remove(
+            &mut stages.iter_mut().enumerate().collect::<Vec<_>>(),
+            &BTreeSet::from(["unread"]),
+            &BTreeSet::new(),
+        );
         assert_eq!(stored(&stages[0]), ["frame.0", "frame.2", "next"]);
         assert_eq!(stored(&stages[1]), ["request.0", "next"]);
         assert_eq!(stored(&stages[2]), ["rt_HitDistance", "next", "read"]);

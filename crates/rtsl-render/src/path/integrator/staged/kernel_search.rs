@@ -20,7 +20,9 @@ impl StagedPaths<'_> {
         if self.tracer.with_features {
             self.note_first_hits(paths.paths());
         }
-        self.tell_of_searches(paths.paths());
+        if self.is_anyone_told_of_searches() {
+            self.tell_of_searches(paths.paths());
+        }
     }
 
     /// Counts the searches that the stages of these paths have made.
@@ -39,11 +41,11 @@ impl StagedPaths<'_> {
     /// Answers searches of paths, and counts them.
     pub fn search_by_kernel(&mut self, kernel: &StageKernel, objects: &Objects, paths: &PathSet) {
         if paths.is_dense() {
-            let is_masked = paths.paths().len() < self.wave.count;
+            let is_masked = paths.len() < self.wave.count;
             if is_masked {
                 paths.store_mask(&mut self.frames.mask);
             }
-            self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
+            self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
             self.call_search(kernel, objects, CalledRays::All { is_masked });
         } else {
             let next = self.staged.columns.next;

@@ -1,5 +1,7 @@
 //! Sets of a wavefront's paths.
 
+use std::cell::{OnceCell, RefCell};
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16, u32x16};
 use rtsl::LaneMask;
@@ -8,13 +10,16 @@ use rtsl_bvh::LaneMask as PacketMask;
 /// The number of paths in a vector.
 const VECTOR_PATHS: usize = 16;
 
-/// A set of paths, as masks of vectors and as a list in ascending order. The paths are also the lanes of columns, of
-/// which the set selects numbers.
+/// A set of paths, as masks of vectors and, once anyone asks for it, as a list in ascending order. The paths are also the
+/// lanes of columns, of which the set selects numbers.
 #[derive(Clone, Debug, Default)]
 pub struct PathSet {
     /// A mask for each vector.
     masks: Vec<u16>,
-    paths: Vec<u32>,
+    count: usize,
+    list: OnceCell<Vec<u32>>,
+    /// Memory for the next list.
+    spare: RefCell<Vec<u32>>,
 }
 
 impl PathSet {
@@ -30,19 +35,34 @@ impl PathSet {
         let mut set = PathSet::default();
         let vectors = |mask: &PacketMask| [0, 16, 32, 48].map(|shift| (mask >> shift) as u16);
         set.masks.extend(masks.iter().flat_map(vectors));
-        dispatch!(Level::new(), simd => set.make_list(simd));
+        set.masks_are_set();
         set
+    }
+
+    /// The number of paths.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// True if it has no paths.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
     }
 
     /// The paths, in ascending order.
     pub fn paths(&self) -> &[u32] {
-        &self.paths
+        self.list.get_or_init(|| {
+            let mut list = self.spare.take();
+            list.clear();
+            dispatch!(Level::new(), simd => self.add_to_list(simd, &mut list));
+            list
+        })
     }
 
     /// True if half of the lanes of the vectors with any path have a path.
     pub fn is_dense(&self) -> bool {
         let vectors = self.masks.iter().filter(|mask| **mask != 0).count();
-        2 * self.paths.len() >= vectors * VECTOR_PATHS
+        2 * self.count >= vectors * VECTOR_PATHS
     }
 
     /// Makes it the set of all of so many paths.
@@ -51,22 +71,22 @@ impl PathSet {
         self.masks.resize(count / VECTOR_PATHS, u16::MAX);
         let rest = count % VECTOR_PATHS;
         self.masks.extend((rest > 0).then_some(!(u16::MAX << rest)));
-        self.paths.clear();
-        self.paths.extend(0..count as u32);
+        self.masks_are_set();
     }
 
     /// Makes it an empty set of so many paths.
     pub fn clear(&mut self, count: usize) {
         self.masks.clear();
         self.masks.resize(count.div_ceil(VECTOR_PATHS), 0);
-        self.paths.clear();
+        self.masks_are_set();
     }
 
-    /// Adds a path above all others.
+    /// Adds a path that it does not have.
     pub fn push(&mut self, path: u32) {
         let path_in_vector = path as usize % VECTOR_PATHS;
         self.masks[path as usize / VECTOR_PATHS] |= 1 << path_in_vector;
-        self.paths.push(path);
+        self.count += 1;
+        self.forget_list();
     }
 
     /// Makes it the set of those of other paths whose word in a column is `key`.
@@ -75,6 +95,7 @@ impl PathSet {
             let words: u32x16<_> = vector(simd, column, start);
             words.simd_eq(key).to_bitmask() as u16
         }));
+        self.masks_are_set();
     }
 
     /// Makes it the set of those of other paths with a number in any of three columns that is not 0.
@@ -87,6 +108,7 @@ impl PathSet {
             let is_zero = x.simd_eq(0.0) & y.simd_eq(0.0) & z.simd_eq(0.0);
             !is_zero.to_bitmask() as u16
         }));
+        self.masks_are_set();
     }
 
     /// Appends the numbers of the paths in columns.
@@ -111,14 +133,29 @@ impl PathSet {
 
     /// Makes it the mask of kernels.
     pub fn store_mask(&self, mask: &mut LaneMask) {
-        let words = mask.words_mut();
-        words.fill(0);
-        self.paths.iter().for_each(|path| words[*path as usize] = u32::MAX);
+        let vectors = self.masks.iter().copied().chain(std::iter::repeat(0));
+        for (words, mask) in mask.words_mut().chunks_mut(VECTOR_PATHS).zip(vectors) {
+            for (lane, word) in words.iter_mut().enumerate() {
+                *word = (u32::from(mask) >> lane & 1).wrapping_neg();
+            }
+        }
+    }
+
+    /// Counts the paths after the masks have changed.
+    fn masks_are_set(&mut self) {
+        self.count = self.masks.iter().map(|mask| mask.count_ones() as usize).sum();
+        self.forget_list();
+    }
+
+    fn forget_list(&mut self) {
+        if let Some(list) = self.list.take() {
+            self.spare.replace(list);
+        }
     }
 
     /// Makes it the set of those of other paths that a test selects, vector by vector, given the first path.
     #[inline(always)]
-    fn select<S: Simd>(&mut self, simd: S, others: &PathSet, test: impl Fn(usize) -> u16) {
+    fn select<S: Simd>(&mut self, _: S, others: &PathSet, test: impl Fn(usize) -> u16) {
         self.masks.clear();
         self.masks.extend_from_slice(&others.masks);
         // A loop, because calls of closures by iterators leave the code for vectors.
@@ -127,16 +164,13 @@ impl PathSet {
                 *mask &= test(index * VECTOR_PATHS);
             }
         }
-        self.make_list(simd);
     }
 
-    /// Makes the list of the paths from the masks.
+    /// Appends the paths of the masks to a list.
     #[inline(always)]
-    fn make_list<S: Simd>(&mut self, simd: S) {
-        let PathSet { masks, paths } = self;
+    fn add_to_list<S: Simd>(&self, simd: S, list: &mut Vec<u32>) {
         let lanes = u32x16::from_fn(simd, |lane| lane as u32);
-        paths.clear();
-        compress(simd, masks, |start| lanes + start as u32, paths);
+        compress(simd, &self.masks, |start| lanes + start as u32, list);
     }
 
     #[inline(always)]
@@ -233,7 +267,8 @@ mod tests {
         let mut pushed = PathSet::default();
         pushed.clear(128);
         set.paths().iter().for_each(|path| pushed.push(*path));
-        assert_eq!((&pushed.masks, &pushed.paths), (&set.masks, &set.paths));
+        assert_eq!((&pushed.masks, pushed.len()), (&set.masks, 3));
+        assert_eq!(pushed.paths(), set.paths());
         let mut mask = LaneMask::new(130);
         set.store_mask(&mut mask);
         assert!((0..130).all(|path| mask.get(path) == set.paths().contains(&(path as u32))));

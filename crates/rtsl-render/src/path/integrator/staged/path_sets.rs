@@ -34,7 +34,7 @@ impl PathSets {
     /// Returns the sets that are not empty, with their keys.
     pub fn sets(&self) -> impl Iterator<Item = (usize, &PathSet)> {
         let sets = self.sets[..self.keys].iter().enumerate();
-        sets.filter(|(_, set)| !set.paths().is_empty())
+        sets.filter(|(_, set)| !set.is_empty())
     }
 }
 

@@ -263,15 +263,19 @@ impl StagedPaths<'_> {
         paths: &PathSet,
     ) {
         let count = self.wave.count;
-        let is_masked = paths.paths().len() < count;
+        let is_masked = paths.len() < count;
         if is_masked {
             paths.store_mask(&mut self.frames.mask);
         }
-        self.set_surfaces(staged, (stage, group), paths.paths(), true);
-        self.count_lanes(paths.paths().len(), paths.lanes_of_vectors(self.width()));
+        let (kernel, objects) = staged.kernel(stage, group);
+        if objects.len() > 1 {
+            self.set_surfaces(staged, (stage, group), paths.paths(), true);
+        }
+        self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
         let place = Place::All { paths, count, is_masked };
-        let (kernel, _) = staged.kernel(stage, group);
-        self.prepare_surfaces(kernel, place, paths.paths());
+        if kernel.prepared.is_some() {
+            self.prepare_surfaces(kernel, place, paths.paths());
+        }
         self.call_kernel(staged, (stage, group), place);
         if kernel.contributes {
             self.take_contributions(place);

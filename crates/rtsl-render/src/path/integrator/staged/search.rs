@@ -30,7 +30,6 @@ impl StagedPaths<'_> {
     pub fn search(&mut self, paths: &PathSet) {
         let are_together = std::mem::take(&mut self.are_together);
         let scene = self.tracer.scene;
-        let slots = paths.paths();
         let staged = self.staged;
         if staged.program.searches_at_end() {
             return self.note_stage_searches(paths);
@@ -38,6 +37,7 @@ impl StagedPaths<'_> {
         if let Some((kernel, objects)) = staged.nearest_search().zip(staged.searched_objects()) {
             return self.search_by_kernel(kernel, objects, paths);
         }
+        let slots = paths.paths();
         if scene.has_alpha() {
             self.search_past_alpha(slots, are_together);
             return self.count_searches(slots);
@@ -201,16 +201,16 @@ impl StagedPaths<'_> {
         self.tell_of_searches(slots);
     }
 
+    /// True if hosts or stages have to know of searches.
+    pub fn is_anyone_told_of_searches(&self) -> bool {
+        self.staged.shades()
+            || !self.wave.rays.is_empty()
+            || self.staged.reads_depths()
+            || self.staged.reads_ray_types()
+    }
+
     /// Tells hosts and stages of searches that are counted.
     pub fn tell_of_searches(&mut self, slots: &[u32]) {
-        let staged = self.staged;
-        let is_told = staged.shades()
-            || !self.wave.rays.is_empty()
-            || staged.reads_depths()
-            || staged.reads_ray_types();
-        if !is_told {
-            return;
-        }
         let scratch = &mut self.frames.paths.scratch;
         let searches: Vec<u32> = {
             let searches = scratch.words(self.staged.columns.searches);
