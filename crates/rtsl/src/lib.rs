@@ -54,7 +54,9 @@ pub use compile::loader::FileLoader;
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
 pub use engine::specialised::SpecialisedKernel;
-pub use engine::stage_kernels::{PreparedOperand, PreparedSurface, StageKernel, StageKernels};
+pub use engine::stage_kernels::{
+    PreparedOperand, PreparedSurface, ReadResults, StageKernel, StageKernels,
+};
 pub use engine::tiered_kernel::TieredKernel;
 pub use errors::unknown_class;
 pub use instance::defaults::default_value;

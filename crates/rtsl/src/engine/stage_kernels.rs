@@ -87,11 +87,20 @@ struct Linked {
     prepared: Option<prepared_surface::PreparedSurface>,
 }
 
+/// The results of an integrator that a host reads beside its radiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadResults<'a> {
+    /// The names of outputs.
+    pub outputs: &'a [&'a str],
+    /// True if the hits of first searches are read.
+    pub first_hits: bool,
+}
+
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
-    /// stages and all surfaces of a scene: kernels leave out what none of them reads. Of the integrator's outputs they
-    /// store those of these names. The kernels that search a scene come last: that of nearest hits, and that of any
-    /// hits. The code is not [optimised](StageKernels::optimise) yet.
+    /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads.
+    /// The kernels that search a scene come last: that of nearest hits, and that of any hits. The code is not
+    /// [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -99,7 +108,7 @@ impl Engine {
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
-        outputs: &[&str],
+        read: ReadResults<'_>,
         searched: Option<&SearchedScene>,
     ) -> Result<StageKernels, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
@@ -107,15 +116,15 @@ impl Engine {
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
         let all = program.program().class().outputs.iter().map(|(name, _)| name.as_str());
-        let unread: BTreeSet<&str> = all.filter(|name| !outputs.contains(name)).collect();
+        let unread: BTreeSet<&str> = all.filter(|name| !read.outputs.contains(name)).collect();
         nesting::with_deep_stack(|| unread_slots::remove(&mut functions, &unread));
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
             linked.prepared = nesting::with_deep_stack(prepare);
         }
         if let Some(searched) = searched {
-            let read = read_scratch(&linked, outputs);
-            let is_read = |name: &str| read.contains(name);
+            let scratch = read_scratch(&linked, read.first_hits);
+            let is_read = |name: &str| scratch.contains(name);
             let link =
                 || searched.link((program.program(), program.layout()), &is_read, self.compiler());
             let searches = nesting::with_deep_stack(link)?.into_iter();
@@ -217,10 +226,9 @@ impl Linked {
 }
 
 /// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and
-/// the elements that searches have found, the numbers of searches, and all of the first hit if outputs of the
-/// integrator are read.
-fn read_scratch(linked: &[Linked], outputs: &[&str]) -> BTreeSet<String> {
-    let answers = if outputs.is_empty() { &[1, 3][..] } else { &[0, 1, 3, 4] };
+/// the elements that searches have found, the numbers of searches, and all of first hits if these are read.
+fn read_scratch(linked: &[Linked], first_hits: bool) -> BTreeSet<String> {
+    let answers = if first_hits { &[0, 1, 3, 4][..] } else { &[1, 3] };
     let mut read: BTreeSet<String> =
         answers.iter().map(|index| Port::Answer(*index).name()).collect();
     read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));

@@ -34,7 +34,7 @@ impl StagedPaths<'_> {
                 self.frames.scatter(kernel, slots, next);
             }
         }
-        if self.tracer.with_features {
+        if self.tracer.keeps_first_hits() {
             self.note_first_hits(paths.paths());
         }
         self.note_searches(paths.paths());

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
-    Program, Query, ResumedBy, SearchedScene, ShapeClass, StageKernel, StageKernels, StageLights,
-    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
+    Program, Query, ReadResults, ResumedBy, SearchedScene, ShapeClass, StageKernel, StageKernels,
+    StageLights, StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
 
@@ -54,6 +54,8 @@ struct KernelTable {
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
+    /// True if they store first hits.
+    first_hits: bool,
 }
 
 /// The search of rays among all objects of a scene.
@@ -102,8 +104,8 @@ pub struct StageParts<'a> {
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
     pub lights: &'a Lights,
-    /// The outputs of the integrator that are read.
-    pub outputs: &'a [&'a str],
+    /// The results of the integrator that are read beside radiance.
+    pub read: ReadResults<'a>,
     /// The dependence of kernels on the values of parameters.
     pub values: ParameterValues,
     /// Earlier stages, whose kernels are used again if they serve the scene.
@@ -153,7 +155,7 @@ impl StagedMethod {
         }
         let earlier = parts.earlier;
         let searched = searched_objects(classes, |object| surfaces[object as usize].group);
-        let others = (parts.outputs, searched.as_ref(), earlier);
+        let others = (parts.read, searched.as_ref(), earlier);
         let table = KernelTable::new(engine, &program, &groups, others)?;
         let (kernels, first) = (table.made.clone(), table.firsts[table.firsts.len() - 1]);
         let search = searched.map(|scene| StageSearch { kernels, first, scene });
@@ -171,7 +173,8 @@ impl StagedMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
         let groups = vec![StageGroup { class: None, objects }];
-        let table = KernelTable::new(engine, &program, &groups, (&[], None, earlier))?;
+        let table =
+            KernelTable::new(engine, &program, &groups, (ReadResults::default(), None, earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
     }
 
@@ -460,7 +463,7 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (outputs, searched, earlier): (&[&str], Option<&SearchedScene>, Option<&StagedMethod>),
+        (read, searched, earlier): (ReadResults<'_>, Option<&SearchedScene>, Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -470,12 +473,14 @@ impl KernelTable {
             Some(*end)
         }));
         let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
-        let names: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
+        let outputs: Vec<String> = read.outputs.iter().map(|name| (*name).to_owned()).collect();
+        let first_hits = read.first_hits;
         let serves = |earlier: &&StagedMethod| {
             let table = &earlier.kernels;
             let mut pairs = requests.iter().zip(&table.requests);
             earlier.program.is_like(program)
-                && (requests.len(), &names) == (table.requests.len(), &table.outputs)
+                && (&outputs, first_hits) == (&table.outputs, table.first_hits)
+                && requests.len() == table.requests.len()
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
                 && match (searched, &earlier.search) {
                     (Some(now), Some(earlier)) => now.is_like(&earlier.scene),
@@ -484,9 +489,9 @@ impl KernelTable {
         };
         let made = match earlier.filter(serves) {
             Some(earlier) => earlier.kernels.made.clone(),
-            None => Arc::new(engine.stage_kernels(program, &requests, outputs, searched)?),
+            None => Arc::new(engine.stage_kernels(program, &requests, read, searched)?),
         };
-        Ok(KernelTable { made, firsts, requests, outputs: names })
+        Ok(KernelTable { made, firsts, requests, outputs, first_hits })
     }
 
     fn all(&self) -> &[StageKernel] {
