@@ -1,5 +1,5 @@
-//! Arbitrary output variables (AOVs): images of other quantities than colour, such as properties of the visible surface,
-//! the outputs of an integrator, or the cost of a pixel.
+//! Arbitrary output variables (AOVs): images of other quantities than colour, such as properties of the visible
+//! surface, the outputs of an integrator, or the cost of a pixel.
 
 use std::sync::Arc;
 

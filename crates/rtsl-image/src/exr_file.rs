@@ -1,7 +1,7 @@
 //! OpenEXR files with linear colours and AOVs, as layers of one part or as several parts.
 //!
-//! Channels have the usual names: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the distance; that of an output with one
-//! component. They are the same in one part and in several parts, which are named after the images.
+//! Channels have the usual names: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the distance; that of an output with
+//! one component. They are the same in one part and in several parts, which are named after the images.
 
 use std::io::{self, BufWriter, Write};
 
