@@ -11,7 +11,7 @@ use crate::denoiser::{Denoiser, DenoiserError, DenoiserInput};
 /// AOVs that help the denoiser to preserve edges and textures.
 pub const DENOISER_AOVS: [Aov; 2] = [Aov::Albedo, Aov::Normal];
 
-/// Returns the denoised picture. Of `aovs`, those in [`DENOISER_AOVS`] are used.
+/// Returns the denoised picture. Of `aovs`, those in [`DENOISER_AOVS`] are used if they have three channels.
 ///
 /// # Errors
 /// If the library reports an error.
@@ -20,8 +20,7 @@ pub fn denoised(
     image: &Image,
     aovs: &[AovImage],
 ) -> Result<Image, DenoiserError> {
-    let find =
-        |aov: Aov| aovs.iter().find(|image| image.aov == aov).map(|image| image.pixels.as_slice());
+    let find = |aov: Aov| aovs.iter().find(|image| image.aov == aov)?.triples();
     let pixels = denoiser.denoise(&DenoiserInput {
         width: image.width,
         height: image.height,

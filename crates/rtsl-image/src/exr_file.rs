@@ -1,7 +1,7 @@
 //! OpenEXR files with linear colours and AOVs, as layers of one part or as several parts.
 //!
-//! Channels have the usual names: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the distance. They are the same in one
-//! part and in several parts, which are named after the images.
+//! Channels have the usual names: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the distance; that of an output with
+//! one component. They are the same in one part and in several parts, which are named after the images.
 
 use std::io::{self, BufWriter, Write};
 
@@ -11,7 +11,7 @@ use exr::prelude::{
 };
 use rtsl_memory::{OutOfMemory, collected};
 
-use super::{AovImage, Image, ImageMetadata};
+use super::{AovImage, AovType, Image, ImageMetadata};
 use crate::atomic_write::Output;
 
 /// Options for EXR files.
@@ -45,11 +45,12 @@ pub fn write_exr(
     let size = Vec2(image.width, image.height);
     let color = Part {
         name: "color",
-        channels: channels(&["R", "G", "B"], &image.pixels, options.precision)?,
+        channels: channels(&["R", "G", "B"], image.pixels.as_flattened(), options.precision)?,
     };
     let others = aovs.iter().map(|aov| {
-        let precision = if aov.aov.is_color() { options.precision } else { ExrPrecision::Float };
-        let channels = channels(aov.aov.channels(), &aov.pixels, precision)?;
+        let is_color = aov.ty == AovType::Color;
+        let precision = if is_color { options.precision } else { ExrPrecision::Float };
+        let channels = channels(&aov.aov.channels(aov.ty), &aov.values, precision)?;
         Ok(Part { name: aov.aov.name(), channels })
     });
     let parts: Vec<Part> =
@@ -83,23 +84,26 @@ pub fn write_exr(
 }
 
 /// An image in the file.
-struct Part {
-    name: &'static str,
+struct Part<'a> {
+    name: &'a str,
     channels: Vec<AnyChannel<FlatSamples>>,
 }
 
+/// Returns the channels of these names, of which `values` has one number after the other for each pixel.
 fn channels(
-    names: &[&str],
-    pixels: &[[f32; 3]],
+    names: &[impl AsRef<str>],
+    values: &[f32],
     precision: ExrPrecision,
 ) -> Result<Vec<AnyChannel<FlatSamples>>, OutOfMemory> {
-    let channel = |(component, name): (usize, &&str)| {
-        let values = pixels.iter().map(|pixel| pixel[component]);
+    let count = values.len() / names.len();
+    let channel = |(component, name): (usize, _)| {
+        let name: &str = AsRef::as_ref(name);
+        let values = values.iter().skip(component).step_by(names.len()).copied();
         let samples = match precision {
-            ExrPrecision::Float => FlatSamples::F32(collected(pixels.len(), values)?),
-            ExrPrecision::Half => FlatSamples::F16(collected(pixels.len(), values.map(half))?),
+            ExrPrecision::Float => FlatSamples::F32(collected(count, values)?),
+            ExrPrecision::Half => FlatSamples::F16(collected(count, values.map(half))?),
         };
-        Ok(AnyChannel::new(*name, samples))
+        Ok(AnyChannel::new(name, samples))
     };
     names.iter().enumerate().map(channel).collect()
 }

@@ -153,17 +153,20 @@ mod tests {
     use tempfile::tempdir;
 
     use super::*;
-    use crate::{Aov, ExrPrecision};
+    use crate::{Aov, AovType, ExrPrecision};
 
     fn picture() -> (Image, Vec<AovImage>) {
         let pixels =
             (0..96 * 64).map(|index| [index as f32 * 100.0, 0.1, -1.0 / (1 + index) as f32]);
         let image = Image { width: 96, height: 64, pixels: pixels.collect() };
-        let aovs = [Aov::Albedo, Aov::Object, Aov::Distance].map(|aov| {
-            let pixels = (0..96 * 64).map(|index| [index as f32 + 0.1; 3]).collect();
-            AovImage { aov, width: 96, height: 64, pixels }
+        let types = [AovType::Color, AovType::Integer, AovType::Float];
+        let aovs = [Aov::Albedo, Aov::Object, Aov::Distance].into_iter().zip(types);
+        let aovs = aovs.map(|(aov, ty)| {
+            let pixels = (0..96 * 64).map(|index| index as f32 + 0.1);
+            let values = pixels.flat_map(|value| vec![value; ty.channels()]).collect();
+            AovImage { aov, ty, width: 96, height: 64, values }
         });
-        (image, aovs.to_vec())
+        (image, aovs.collect())
     }
 
     fn options(precision: ExrPrecision, multi_part: bool) -> ImageOptions {

@@ -6,6 +6,7 @@
 //! crate does not depend on scenes or shaders.
 
 mod aov;
+mod aov_image;
 pub mod atomic_write;
 mod bmp_picture;
 mod colormap;
@@ -36,7 +37,8 @@ mod tga_picture;
 mod view_transform;
 mod webp_picture;
 
-pub use aov::{Aov, AovImage};
+pub use aov::{Aov, AovType};
+pub use aov_image::AovImage;
 pub use colormap::{HeatScale, logarithm};
 pub use denoise::{DENOISER_AOVS, denoised, denoiser_diagnostic};
 pub use denoiser::{Denoiser, DenoiserError, DenoiserInput};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rtsl::{
     Backend, Diagnostic, Engine, EngineOptions, Instance, Math, Messages, diagnostic_codes as codes,
 };
-use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
+use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
@@ -17,7 +17,7 @@ use crate::compiled::runtime_errors::MAX_CAUSES;
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::execution::{Execution, Rendered};
 use crate::path::{
-    self, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, is_feature,
+    self, AovPlan, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, Features,
 };
 use crate::progress::Progress;
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
@@ -52,9 +52,9 @@ pub struct RenderRequest<'a> {
     pub execution: Execution<'a>,
     /// Options of the engine, such as backend and width.
     pub engine: EngineOptions,
-    /// The AOVs to render.
+    /// The AOVs to render: images that the renderer makes, and [outputs](Aov::Output) of the integrator by their names.
     pub aovs: Vec<Aov>,
-    /// True if the AOVs that help a denoiser are made, too, after those requested.
+    /// True if the AOVs that help a denoiser are made, too, after those requested, if the integrator has such outputs.
     pub for_denoiser: bool,
     /// The noise, relative to their luminance, at which tiles take no more samples.
     pub noise_target: Option<f32>,
@@ -78,11 +78,11 @@ pub struct CheckpointRequest {
 }
 
 impl RenderRequest<'_> {
-    /// The AOVs that are made.
-    fn all_aovs(&self) -> Vec<Aov> {
-        let helps =
-            DENOISER_AOVS.iter().filter(|aov| self.for_denoiser && !self.aovs.contains(aov));
-        self.aovs.iter().chain(helps).copied().collect()
+    /// Resolves the AOVs for the integrator of the scene.
+    fn aov_plan(&self, scene: &Scene) -> Result<AovPlan, Messages> {
+        let class = scene.integrator().class();
+        let plan = AovPlan::new(&self.aovs, class).map_err(Messages::one)?;
+        Ok(if self.for_denoiser { plan.with_denoiser(class) } else { plan })
     }
 
     fn tell(&self, progress: Progress) {
@@ -97,7 +97,7 @@ impl RenderRequest<'_> {
 pub struct RenderResult {
     /// The image.
     pub image: Image,
-    /// The AOVs in the order of the request, then those for a denoiser.
+    /// The AOVs in the order of the request, each once, then those for a denoiser.
     pub aovs: Vec<AovImage>,
     /// The settings of the image.
     pub settings: Settings,
@@ -155,13 +155,14 @@ pub fn render_scene_from(
     })?;
     loaded.choose_renderer();
     let Settings { width, height, .. } = loaded.scene.settings;
-    let need = need(request, (width, height));
+    let plan = request.aov_plan(&loaded.scene)?;
+    let need = need(request, (width, height), &plan);
     check_render((width, height), need).map_err(Messages::one)?;
     let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
         path: checkpoint.path.clone(),
         every: checkpoint.every,
         resume: checkpoint.resume,
-        fingerprint: fingerprint(request, &loaded, &files),
+        fingerprint: fingerprint(request, &loaded, &files, &plan.features),
     });
     if let Some(checkpoints) = &checkpoints {
         check_place(request, checkpoints)?;
@@ -185,16 +186,16 @@ pub fn render_integrator(
 
 /// The peak memory of a render besides the scene: the film and all images while they are made, or the images and their
 /// encoded form while they are written.
-fn need(request: &RenderRequest<'_>, size: (usize, usize)) -> Need {
-    let aovs = request.all_aovs();
+fn need(request: &RenderRequest<'_>, size: (usize, usize), plan: &AovPlan) -> Need {
     let image = Amount::of::<[f32; 3]>(size.0.saturating_mul(size.1));
-    let images = image.times(1 + aovs.len());
-    let with_features = aovs.iter().any(|aov| is_feature(*aov));
+    let channel = Amount::of::<f32>(size.0.saturating_mul(size.1));
+    let images = image + channel.times(plan.channels());
     let keeps = request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
     let checkpoint =
-        if keeps { Checkpoints::memory(size, with_features) } else { Amount::default() };
-    let film = BatchFilm::memory(size, with_features) + checkpoint.max(images);
-    let denoised = if request.for_denoiser { image.times(DENOISER_AOVS.len() + 1) } else { image };
+        if keeps { Checkpoints::memory(size, &plan.features) } else { Amount::default() };
+    let film = BatchFilm::memory(size, &plan.features) + checkpoint.max(images);
+    let helps = if request.for_denoiser { plan.denoiser_aovs() } else { 0 };
+    let denoised = image.times(1 + helps);
     // An encoder reorders the numbers, for an EXR all of them.
     let written = images + images.max(denoised);
     Need { bytes: film.max(written), addresses: RenderThreads::stacks(request.execution.threads) }
@@ -224,6 +225,7 @@ fn fingerprint(
     request: &RenderRequest<'_>,
     loaded: &LoadedScene,
     files: &RecordedFiles<'_>,
+    features: &Features,
 ) -> Fingerprint {
     let mut fingerprint = Fingerprint::of_settings(&loaded.scene.settings);
     for (name, digest) in files.digests(&request.scene) {
@@ -237,8 +239,10 @@ fn fingerprint(
     }
     let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
     fingerprint.set("noise target", noise);
-    let has_features = request.all_aovs().iter().any(|aov| is_feature(*aov));
-    fingerprint.set("features of pixels", if has_features { "kept" } else { "not kept" });
+    fingerprint.set("first hits", if features.first_hits { "kept" } else { "not kept" });
+    let outputs: Vec<&str> = features.outputs().iter().map(|output| &*output.name).collect();
+    let outputs = if outputs.is_empty() { "none".to_owned() } else { outputs.join(", ") };
+    fingerprint.set("outputs", outputs);
     fingerprint
 }
 
@@ -432,7 +436,8 @@ impl Prepared {
             BuildStep::Kernels { shaders } => request.tell(Progress::Compiling { shaders }),
             BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
         };
-        let scene = BatchScene::new(&scene, &engine, &request.all_aovs(), &mut warnings, &told)?;
+        let aovs = request.aov_plan(&scene)?.names();
+        let scene = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
             check_seconds: check_time.as_secs_f64(),

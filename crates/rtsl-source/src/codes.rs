@@ -196,7 +196,7 @@ diagnostics! {
     E0621 BAD_CHECKPOINT "a checkpoint that cannot be resumed";
     E0622 FOREIGN_CHECKPOINT "a checkpoint of another render";
     E0623 UNWRITABLE_FILE "a file that cannot be written";
-    E0624 NO_SUCH_IMAGE "an image that the renderer does not make";
+    E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";

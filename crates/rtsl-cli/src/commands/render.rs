@@ -1,5 +1,6 @@
 //! `rtsl render`: renders a scene to a picture.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -7,8 +8,8 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 use rtsl_image::{
-    Aov, Denoiser, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions,
-    ViewTransform, check_writable, denoised, denoiser_diagnostic, write_image_with,
+    Aov, DENOISER_AOVS, Denoiser, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata,
+    ImageOptions, ViewTransform, check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
 use rtsl_render::{
     CheckpointRequest, Execution, Messages, Progress, RenderRequest, RenderResult, Renderer,
@@ -222,7 +223,8 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
             // The render is kept even if it cannot be denoised.
             Err(error) => outcome = refused(denoiser_diagnostic(&error), reporter),
         }
-        rendered.aovs.retain(|image| arguments.aov.contains(&image.aov));
+        let is_asked = |aov: &Aov| arguments.aov.contains(aov) || !DENOISER_AOVS.contains(aov);
+        rendered.aovs.retain(|image| is_asked(&image.aov));
     }
     let options = image_options(arguments, &rendered);
     let written = write_image_with(&rendered.image, &rendered.aovs, &arguments.output, &options);
@@ -341,18 +343,17 @@ pub fn parse_threads(text: &str) -> Result<usize, String> {
 }
 
 fn aov_help() -> String {
+    let names = Aov::ALL;
+    let names = names.each_ref().map(Aov::name).join(", ");
     format!(
-        "Besides the picture, what its pixels show and take, with commas between: {}. In an EXR as further channels, \
-         beside a PNG as files of their own",
-        Aov::ALL.map(Aov::name).join(", ")
+        "Besides the picture, what its pixels show and take, with commas between: {names}; outputs of the integrator \
+         by their names. In an EXR as further channels, beside a PNG as files of their own"
     )
 }
 
-fn parse_aov(text: &str) -> Result<Aov, String> {
-    Aov::from_name(text).ok_or_else(|| {
-        let names = Aov::ALL.map(Aov::name).join(", ");
-        format!("known are {names}")
-    })
+/// Any name may be that of an output of the integrator, which is known once the scene is loaded.
+fn parse_aov(text: &str) -> Result<Aov, Infallible> {
+    Ok(Aov::from_name(text))
 }
 
 fn parse_noise(text: &str) -> Result<f32, String> {

@@ -377,7 +377,7 @@ fn render_writes_a_picture() {
     assert!(
         ["x.png", "x.normal.png", "x.time.png"].iter().all(|it| folder.0.path().join(it).exists())
     );
-    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "colour"]).exits(WRONG_USAGE);
+    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "colour"]).fails_with("E0624");
     folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt"]).exits(WRONG_USAGE);
@@ -434,6 +434,15 @@ fn pictures_are_kept_as_asked() {
     assert!(ran.errors().contains("cannot write `f.png`: it is a folder"), "{}", ran.errors());
     render("g.png", &["--denoise"]).fails_with("E0704");
     render("h.exr", &["--aov", "variance"]).exits(DONE);
+    // The integrator of this scene calls `shade`, which says nothing about albedo.
+    let ran = render("i.exr", &["--aov", "normal,albedo"]).exits(INPUT_AT_FAULT);
+    assert!(ran.errors().contains("error[E0624]: `Whitted` has no output `albedo`"));
+    let outputs = bytes("j.exr", &["--integrator", "Depth", "--aov", "depth,distance"]);
+    for channel in [&b"\0depth\0"[..], b"\0Z\0"] {
+        assert!(outputs.windows(channel.len()).any(|name| name == channel), "{channel:?}");
+    }
+    render("k.png", &["--integrator", "Depth", "--aov", "depth"]).exits(DONE);
+    assert!(folder.0.path().join("k.depth.png").is_file());
     assert!(!folder.0.path().join("g.png").exists());
 }
 

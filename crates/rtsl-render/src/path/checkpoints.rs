@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rtsl_bvh::LANES;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
-use super::features::FeatureSums;
+use super::features::{Features, FirstHitSums};
 use super::film::{BatchFilm, TileRecord};
 use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
 use crate::tiles::TILE;
@@ -27,9 +27,9 @@ pub struct Checkpoints {
 
 impl Checkpoints {
     /// The memory for writing or reading a checkpoint, besides the film's.
-    pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
+    pub fn memory((width, height): (usize, usize), features: &Features) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
-        FilmNumbers::memory(tiles, with_features)
+        FilmNumbers::memory(tiles, features)
     }
 }
 
@@ -80,12 +80,15 @@ struct FilmNumbers {
     seconds: Vec<f64>,
     sums: Vec<f64>,
     squares: Vec<f64>,
-    albedo: Vec<f64>,
-    normals: Vec<f64>,
     distances: Vec<f64>,
     hits: Vec<u32>,
     objects: Vec<f32>,
+    /// The outputs, each with the name of its section.
+    outputs: Vec<(String, Vec<f64>)>,
 }
+
+/// The prefix of the names of sections of outputs.
+const OUTPUT: &str = "output ";
 
 fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointError> {
     let no_memory = |error: OutOfMemory| CheckpointError::Unwritable {
@@ -95,7 +98,7 @@ fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointEr
     let mut numbers = FilmNumbers::with_room_for(film).map_err(no_memory)?;
     for tile in 0..film.tiles().len() {
         // Tiles are copied one by one: the state of each is consistent, and that suffices.
-        numbers.add(&film.record(tile));
+        numbers.add(&film.record(tile), film.features());
     }
     let fingerprint = checkpoints.fingerprint.clone();
     Checkpoint { fingerprint, sections: numbers.sections() }.write(&checkpoints.path)
@@ -114,7 +117,7 @@ pub fn restore(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<bool, Chec
     let numbers = FilmNumbers::from_sections(checkpoint.sections, film)
         .map_err(|what| malformed(path, what))?;
     for tile in 0..film.tiles().len() {
-        numbers.give(tile, &mut film.record(tile));
+        numbers.give(tile, &mut film.record(tile), film.features());
     }
     Ok(true)
 }
@@ -125,10 +128,11 @@ fn malformed(path: &Path, what: String) -> CheckpointError {
 
 impl FilmNumbers {
     /// The memory of a film's numbers.
-    fn memory(tiles: usize, with_features: bool) -> Amount {
+    fn memory(tiles: usize, features: &Features) -> Amount {
         let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1);
-        let of_features = Amount::of::<f64>(7) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
-        let of_pixel = Amount::of::<f64>(4) + if with_features { of_features } else { Amount(0) };
+        let of_hit = Amount::of::<f64>(1) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
+        let of_hit = if features.first_hits { of_hit } else { Amount(0) };
+        let of_pixel = Amount::of::<f64>(4 + features.components()) + of_hit;
         (of_tile + of_pixel.times(LANES)).times(tiles)
     }
 
@@ -136,7 +140,11 @@ impl FilmNumbers {
     fn with_room_for(film: &BatchFilm) -> Result<Self, OutOfMemory> {
         let tiles = film.tiles().len();
         let pixels = tiles * LANES;
-        let featured = if has_features(film) { pixels } else { 0 };
+        let hits = if film.features().first_hits { pixels } else { 0 };
+        let outputs = film.features().outputs().iter().map(|output| {
+            let numbers = reserved(pixels * output.ty.channels())?;
+            Ok((format!("{OUTPUT}{}", output.name), numbers))
+        });
         Ok(FilmNumbers {
             taken: reserved(tiles)?,
             done: reserved(tiles)?,
@@ -144,27 +152,28 @@ impl FilmNumbers {
             seconds: reserved(tiles)?,
             sums: reserved(3 * pixels)?,
             squares: reserved(pixels)?,
-            albedo: reserved(3 * featured)?,
-            normals: reserved(3 * featured)?,
-            distances: reserved(featured)?,
-            hits: reserved(featured)?,
-            objects: reserved(featured)?,
+            distances: reserved(hits)?,
+            hits: reserved(hits)?,
+            objects: reserved(hits)?,
+            outputs: outputs.collect::<Result<_, OutOfMemory>>()?,
         })
     }
 
-    fn add(&mut self, record: &TileRecord) {
+    fn add(&mut self, record: &TileRecord, features: &Features) {
         self.taken.push(record.taken);
         self.done.push(u32::from(record.is_done));
         self.dropped.push(u32::try_from(record.dropped).unwrap_or(u32::MAX));
         self.seconds.push(record.time.as_secs_f64());
         self.sums.extend(record.sums.as_flattened());
         self.squares.extend(record.squares);
-        if let Some(features) = &record.features {
-            self.albedo.extend(features.albedo.as_flattened());
-            self.normals.extend(features.normal.as_flattened());
-            self.distances.extend(features.distance);
-            self.hits.extend(features.hits);
-            self.objects.extend(features.object);
+        if let Some(sums) = &record.first_hits {
+            self.distances.extend(sums.distance);
+            self.hits.extend(sums.hits);
+            self.objects.extend(sums.object);
+        }
+        for (output, (_, numbers)) in features.outputs().iter().zip(&mut self.outputs) {
+            let pixels = record.outputs.chunks_exact(features.components());
+            numbers.extend(pixels.flat_map(|pixel| &pixel[output.components()]));
         }
     }
 
@@ -179,13 +188,12 @@ impl FilmNumbers {
         ];
         if !self.hits.is_empty() {
             sections.extend([
-                Section::f64("albedo", &self.albedo),
-                Section::f64("normals", &self.normals),
                 Section::f64("distances", &self.distances),
                 Section::u32("hits", &self.hits),
                 Section::f32("objects", &self.objects),
             ]);
         }
+        sections.extend(self.outputs.iter().map(|(name, numbers)| Section::f64(name, numbers)));
         sections
     }
 
@@ -200,11 +208,12 @@ impl FilmNumbers {
                 ("seconds", Numbers::F64(numbers)) => all.seconds = numbers.into_owned(),
                 ("sums", Numbers::F64(numbers)) => all.sums = numbers.into_owned(),
                 ("squares", Numbers::F64(numbers)) => all.squares = numbers.into_owned(),
-                ("albedo", Numbers::F64(numbers)) => all.albedo = numbers.into_owned(),
-                ("normals", Numbers::F64(numbers)) => all.normals = numbers.into_owned(),
                 ("distances", Numbers::F64(numbers)) => all.distances = numbers.into_owned(),
                 ("hits", Numbers::U32(numbers)) => all.hits = numbers.into_owned(),
                 ("objects", Numbers::F32(numbers)) => all.objects = numbers.into_owned(),
+                (name, Numbers::F64(numbers)) if name.starts_with(OUTPUT) => {
+                    all.outputs.push((name.to_owned(), numbers.into_owned()));
+                }
                 (name, _) => return Err(format!("its section `{name}` has an unexpected type")),
             }
         }
@@ -216,20 +225,30 @@ impl FilmNumbers {
     fn check(&self, film: &BatchFilm) -> Result<(), String> {
         let tiles = film.tiles().len();
         let pixels = tiles * LANES;
-        let featured = if has_features(film) { pixels } else { 0 };
-        let lengths = [
+        let hits = if film.features().first_hits { pixels } else { 0 };
+        let mut lengths = vec![
             ("taken", self.taken.len(), tiles),
             ("done", self.done.len(), tiles),
             ("dropped", self.dropped.len(), tiles),
             ("seconds", self.seconds.len(), tiles),
             ("sums", self.sums.len(), 3 * pixels),
             ("squares", self.squares.len(), pixels),
-            ("albedo", self.albedo.len(), 3 * featured),
-            ("normals", self.normals.len(), 3 * featured),
-            ("distances", self.distances.len(), featured),
-            ("hits", self.hits.len(), featured),
-            ("objects", self.objects.len(), featured),
+            ("distances", self.distances.len(), hits),
+            ("hits", self.hits.len(), hits),
+            ("objects", self.objects.len(), hits),
         ];
+        let outputs = film.features().outputs();
+        // Sections of outputs are in the order of the film's.
+        for (index, (name, numbers)) in self.outputs.iter().enumerate() {
+            let output = outputs.get(index).filter(|output| name[OUTPUT.len()..] == *output.name);
+            let Some(output) = output else {
+                return Err(format!("its section `{name}` is not one of this render"));
+            };
+            lengths.push((name, numbers.len(), output.ty.channels() * pixels));
+        }
+        if let Some(output) = outputs.get(self.outputs.len()) {
+            return Err(format!("it has no section `{OUTPUT}{}`", output.name));
+        }
         match lengths.into_iter().find(|(_, found, expected)| found != expected) {
             None => Ok(()),
             Some((name, found, expected)) => {
@@ -238,7 +257,7 @@ impl FilmNumbers {
         }
     }
 
-    fn give(&self, tile: usize, record: &mut TileRecord) {
+    fn give(&self, tile: usize, record: &mut TileRecord, features: &Features) {
         record.taken = self.taken[tile];
         record.is_done = self.done[tile] != 0;
         record.dropped = u64::from(self.dropped[tile]);
@@ -249,21 +268,20 @@ impl FilmNumbers {
             record.sums[lane] = vector(&self.sums, pixel);
             record.squares[lane] = self.squares[pixel];
         }
-        let Some(features) = record.features.as_deref_mut() else { return };
-        let FeatureSums { albedo, normal, distance, hits, object } = features;
-        for lane in 0..LANES {
-            let pixel = first + lane;
-            albedo[lane] = vector(&self.albedo, pixel);
-            normal[lane] = vector(&self.normals, pixel);
-            distance[lane] = self.distances[pixel];
-            hits[lane] = self.hits[pixel];
-            object[lane] = self.objects[pixel];
+        if let Some(sums) = record.first_hits.as_deref_mut() {
+            let FirstHitSums { distance, hits, object } = sums;
+            distance.copy_from_slice(&self.distances[first..first + LANES]);
+            hits.copy_from_slice(&self.hits[first..first + LANES]);
+            object.copy_from_slice(&self.objects[first..first + LANES]);
+        }
+        for (output, (_, numbers)) in features.outputs().iter().zip(&self.outputs) {
+            let channels = output.ty.channels();
+            let pixels = record.outputs.chunks_exact_mut(features.components());
+            for (pixel, numbers) in pixels.zip(numbers[first * channels..].chunks_exact(channels)) {
+                pixel[output.components()].copy_from_slice(numbers);
+            }
         }
     }
-}
-
-fn has_features(film: &BatchFilm) -> bool {
-    !film.tiles().is_empty() && film.record(0).features.is_some()
 }
 
 fn vector(numbers: &[f64], pixel: usize) -> [f64; 3] {

@@ -5,11 +5,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rtsl_bvh::{LANES, lanes_of};
-use rtsl_image::{Aov, AovImage, Image};
+use rtsl_image::{Aov, AovImage, AovType, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 use rtsl_scene::Imaging;
 
-use super::features::FeatureSums;
+use super::features::{Features, FirstHitSums};
 use super::samples::{Samples, TileResults};
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::statistics::LaneUse;
@@ -21,6 +21,7 @@ pub struct BatchFilm {
     height: usize,
     tiles: Vec<Tile>,
     records: Vec<Mutex<TileRecord>>,
+    features: Features,
     /// The noise at which a tile needs no more samples.
     noise_target: Option<f32>,
     imaging: Imaging,
@@ -33,8 +34,10 @@ pub struct TileRecord {
     pub sums: [[f64; 3]; LANES],
     /// The sum of their squared luminances.
     pub squares: [f64; LANES],
-    /// The sums of features, if AOVs need them.
-    pub features: Option<Box<FeatureSums>>,
+    /// The sums of first hits, if these are kept.
+    pub first_hits: Option<Box<FirstHitSums>>,
+    /// The sums of the components of outputs, pixel by pixel.
+    pub outputs: Vec<f64>,
     /// The samples of each pixel.
     pub taken: u32,
     /// The number of samples that were not finite and count as black.
@@ -65,11 +68,12 @@ pub struct TileWork {
 const MIN_SAMPLES: u32 = 32;
 
 impl TileRecord {
-    fn new(with_features: bool) -> Self {
+    fn new(features: &Features) -> Self {
         TileRecord {
             sums: [[0.0; 3]; LANES],
             squares: [0.0; LANES],
-            features: with_features.then(|| Box::new(FeatureSums::NONE)),
+            first_hits: features.first_hits.then(|| Box::new(FirstHitSums::NONE)),
+            outputs: vec![0.0; LANES * features.components()],
             taken: 0,
             dropped: 0,
             time: Duration::ZERO,
@@ -80,32 +84,49 @@ impl TileRecord {
     }
 
     /// Adds samples that took this time.
-    fn take(&mut self, samples: TileResults<'_>, time: Duration, imaging: &Imaging) {
+    fn take(
+        &mut self,
+        samples: TileResults<'_>,
+        time: Duration,
+        (imaging, features): (&Imaging, &Features),
+    ) {
         let count = samples.radiance.len() / LANES;
         for (lane, radiance) in samples.radiance.chunks_exact(count.max(1)).enumerate() {
+            // Sums in registers: through memory, each would wait for the one before.
+            let (mut sum, mut squares) = (self.sums[lane], self.squares[lane]);
             for radiance in radiance {
                 let color = imaging.develop(*radiance);
-                if color.iter().all(|channel| channel.is_finite()) {
-                    self.add(lane, color.map(f64::from));
-                } else {
+                if !color.iter().all(|channel| channel.is_finite()) {
                     self.dropped += 1;
+                    continue;
                 }
+                let color = color.map(f64::from);
+                (0..3).for_each(|channel| sum[channel] += color[channel]);
+                let luminance = luminance(color);
+                squares += luminance * luminance;
             }
+            (self.sums[lane], self.squares[lane]) = (sum, squares);
         }
-        if let Some(features) = &mut self.features {
-            for (lane, samples) in samples.features.chunks_exact(count.max(1)).enumerate() {
-                features.add(lane, samples, self.taken == 0);
-            }
-        }
+        self.take_features(samples, count, features);
         self.taken += count as u32;
         self.time += time;
     }
 
-    /// Adds a colour to the sums of a pixel.
-    fn add(&mut self, lane: usize, color: [f64; 3]) {
-        (0..3).for_each(|channel| self.sums[lane][channel] += color[channel]);
-        let luminance = luminance(color);
-        self.squares[lane] += luminance * luminance;
+    /// Adds the features of samples, of which there are `count` for each pixel.
+    fn take_features(&mut self, samples: TileResults<'_>, count: usize, features: &Features) {
+        let are_first = self.taken == 0;
+        if let Some(sums) = &mut self.first_hits {
+            for (lane, samples) in samples.first_hits.chunks_exact(count.max(1)).enumerate() {
+                sums.add(lane, samples, are_first);
+            }
+        }
+        let components = features.components();
+        if count > 0 && components > 0 {
+            let samples = samples.outputs.chunks_exact(count * components);
+            for (sums, samples) in self.outputs.chunks_exact_mut(components).zip(samples) {
+                features.add_outputs(sums, samples, are_first);
+            }
+        }
     }
 
     /// Returns the mean of a pixel.
@@ -140,32 +161,27 @@ fn luminance([red, green, blue]: [f64; 3]) -> f64 {
 
 impl BatchFilm {
     /// Returns the memory of a film.
-    pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
+    pub fn memory((width, height): (usize, usize), features: &Features) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
-        let features = if with_features { tiles } else { 0 };
-        Amount::of::<Tile>(tiles)
-            + Amount::of::<Mutex<TileRecord>>(tiles)
-            + Amount::of::<FeatureSums>(features)
+        Amount::of::<Tile>(tiles) + Amount::of::<Mutex<TileRecord>>(tiles) + features.memory(tiles)
     }
 
-    /// Creates a black film, with features if an AOV needs them.
+    /// Creates a black film that keeps these features.
     ///
     /// # Errors
     /// If there is not enough memory.
     pub fn new(
         (width, height): (usize, usize),
-        with_features: bool,
+        features: Features,
         noise_target: Option<f32>,
     ) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
-        let record = |_: &Tile| Mutex::new(TileRecord::new(with_features));
-        // Features are boxed separately: this allocation tests that there is room for all of them.
-        let features = reserved::<FeatureSums>(if with_features { tiles.len() } else { 0 })?;
+        let record = |_: &Tile| Mutex::new(TileRecord::new(&features));
         let mut records = reserved(tiles.len())?;
-        drop(features);
+        features.check_room(tiles.len())?;
         records.extend(tiles.iter().map(record));
         let imaging = Imaging::default();
-        Ok(BatchFilm { width, height, tiles, records, noise_target, imaging })
+        Ok(BatchFilm { width, height, tiles, records, features, noise_target, imaging })
     }
 
     /// Sets the response to radiance.
@@ -177,6 +193,11 @@ impl BatchFilm {
     /// Returns the tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
+    }
+
+    /// Returns the features that it keeps.
+    pub fn features(&self) -> &Features {
+        &self.features
     }
 
     /// Returns the number of samples of a tile; `None` if it needs no more.
@@ -202,7 +223,7 @@ impl BatchFilm {
     /// Adds the next samples of a tile, unless it needs no more.
     fn take(&self, record: &mut TileRecord, tile: usize, samples: TileResults<'_>, time: Duration) {
         if !record.is_done {
-            record.take(samples, time, &self.imaging);
+            record.take(samples, time, (&self.imaging, &self.features));
             // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
             if let Some(target) = self.noise_target
                 && record.taken >= MIN_SAMPLES
@@ -239,15 +260,30 @@ impl BatchFilm {
         Ok(image)
     }
 
-    /// Returns an AOV; `classes` are the indices of the objects' classes.
+    /// Returns an AOV, whose values are of this type; `classes` are the indices of the objects' classes. An output that
+    /// is not kept is black.
     ///
     /// # Errors
     /// If there is not enough memory.
-    pub fn aov(&self, aov: Aov, classes: &[f32]) -> Result<AovImage, OutOfMemory> {
-        let mut image = AovImage::new(aov, self.width, self.height)?;
-        self.for_each_pixel(|record, lane, index| {
-            image.pixels[index] = value(aov, record, lane, classes);
-        });
+    pub fn aov(
+        &self,
+        (aov, ty): (&Aov, AovType),
+        classes: &[f32],
+    ) -> Result<AovImage, OutOfMemory> {
+        let mut image = AovImage::new(aov.clone(), ty, self.width, self.height)?;
+        if aov.renderer_type().is_some() {
+            self.for_each_pixel(|record, lane, index| {
+                image.values[index] = value(aov, record, lane, classes);
+            });
+        } else if let Some(output) = self.features.output(aov.name()) {
+            let (components, count) = (output.components(), self.features.components());
+            self.for_each_pixel(|record, lane, index| {
+                let sums = &record.outputs[lane * count..][components.clone()];
+                let divisor = if ty.is_mean() { f64::from(record.taken.max(1)) } else { 1.0 };
+                let values = image.pixel_mut(index).iter_mut().zip(sums);
+                values.for_each(|(value, sum)| *value = (sum / divisor) as f32);
+            });
+        }
         Ok(image)
     }
 
@@ -278,74 +314,83 @@ impl BatchFilm {
     }
 }
 
-/// The value of an AOV for a pixel.
-fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3] {
-    let count = f64::from(record.taken.max(1));
-    let mean = |sum: [f64; 3]| sum.map(|channel| (channel / count) as f32);
-    let features = record.features.as_deref().unwrap_or(&FeatureSums::NONE);
+/// The value of an image of the renderer for a pixel.
+fn value(aov: &Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> f32 {
+    let hits = record.first_hits.as_deref().unwrap_or(&FirstHitSums::NONE);
     match aov {
-        Aov::Albedo => mean(features.albedo[lane]),
-        Aov::Normal => mean(features.normal[lane]),
-        Aov::Distance if features.hits[lane] == 0 => [f32::INFINITY; 3],
-        Aov::Distance => [(features.distance[lane] / f64::from(features.hits[lane])) as f32; 3],
-        Aov::Object => [features.object[lane]; 3],
+        Aov::Distance if hits.hits[lane] == 0 => f32::INFINITY,
+        Aov::Distance => (hits.distance[lane] / f64::from(hits.hits[lane])) as f32,
+        Aov::Object => hits.object[lane],
         // Without a hit the object is -1, which no class has.
-        Aov::Class if features.object[lane] < 0.0 => [-1.0; 3],
-        Aov::Class => [classes.get(features.object[lane] as usize).copied().unwrap_or(-1.0); 3],
-        Aov::Samples => [record.taken as f32; 3],
-        Aov::Variance => [record.variance(lane) as f32; 3],
-        Aov::Time => [(record.time.as_nanos() as f64 / (count * LANES as f64)) as f32; 3],
+        Aov::Class if hits.object[lane] < 0.0 => -1.0,
+        Aov::Class => classes.get(hits.object[lane] as usize).copied().unwrap_or(-1.0),
+        Aov::Samples => record.taken as f32,
+        Aov::Variance => record.variance(lane) as f32,
+        Aov::Time => {
+            let samples = f64::from(record.taken.max(1)) * LANES as f64;
+            (record.time.as_nanos() as f64 / samples) as f32
+        }
         Aov::Nodes => {
             let visits = |work: &TileWork| work.visits[lane] as f32 / work.samples.max(1) as f32;
-            [record.work.as_deref().map_or(0.0, visits); 3]
+            record.work.as_deref().map_or(0.0, visits)
         }
-        Aov::Lanes => {
-            let lane_use = record.work.as_deref().and_then(|work| work.lane_use.part());
-            [lane_use.unwrap_or(0.0); 3]
-        }
+        Aov::Lanes => record.work.as_deref().and_then(|work| work.lane_use.part()).unwrap_or(0.0),
+        Aov::Albedo | Aov::Normal | Aov::Output(_) => 0.0,
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::features::FeatureValues;
     use super::*;
 
     /// Two samples of each pixel, of these radiances.
     fn samples(radiance: [f32; 2]) -> Samples {
         let of_pixel = radiance.map(|radiance| [radiance; 3]);
-        Samples { radiance: [of_pixel; LANES].as_flattened().to_vec(), features: Vec::new() }
+        let radiance = [of_pixel; LANES].as_flattened().to_vec();
+        Samples { radiance, features: FeatureValues::default() }
     }
 
     #[test]
     fn samples_are_summed_in_their_order() {
-        let film = BatchFilm::new((8, 8), false, None).unwrap();
+        let film = BatchFilm::new((8, 8), Features::default(), None).unwrap();
         film.add(0, 2, (&samples([1.0, 1.0])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
         film.add(0, 0, (&samples([0.5, 0.5])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
-        assert_eq!(film.aov(Aov::Samples, &[]).unwrap().pixels[3][0], 4.0);
+        let image = |aov: &Aov| film.aov((aov, AovType::Float), &[]).unwrap();
+        assert_eq!(image(&Aov::Samples).values[3], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
-        let variance = film.aov(Aov::Variance, &[]).unwrap().pixels[3][0];
+        let variance = image(&Aov::Variance).values[3];
         assert!((variance - 1.0 / 48.0).abs() < 1e-7, "{variance}");
     }
 
     #[test]
     fn a_film_takes_what_it_says() {
-        let size = |with_features| BatchFilm::memory((17, 8), with_features).0 / 3 / 64;
-        assert_eq!([false, true].map(size), [33, 97], "bytes for each of the 64 pixels of 3 tiles");
-        assert!(BatchFilm::memory((usize::MAX, usize::MAX), true) == Amount(u64::MAX));
+        let output = || [("thickness".into(), AovType::Float)];
+        let both = [("albedo".into(), AovType::Color), ("normal".into(), AovType::Vector(3))];
+        let kept = [
+            Features::default(),
+            Features::new(true, []),
+            Features::new(false, output()),
+            Features::new(true, both),
+        ];
+        let size = |features: &Features| BatchFilm::memory((17, 8), features).0 / 3 / 64;
+        let sizes = kept.each_ref().map(size);
+        assert_eq!(sizes, [33, 49, 41, 97], "bytes for each of the 64 pixels of 3 tiles");
+        assert!(BatchFilm::memory((usize::MAX, usize::MAX), &kept[3]) == Amount(u64::MAX));
     }
 
     #[test]
     fn what_is_not_finite_is_dropped() {
-        let film = BatchFilm::new((8, 8), false, None).unwrap();
+        let film = BatchFilm::new((8, 8), Features::default(), None).unwrap();
         film.add(0, 0, (&samples([f32::NAN, 1.0])).into(), Duration::ZERO);
         assert_eq!((film.dropped(), film.image().unwrap().pixels[0]), (64, [0.5; 3]));
     }
 
     #[test]
     fn tiles_that_are_exact_take_no_more() {
-        let film = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
+        let film = BatchFilm::new((8, 8), Features::default(), Some(0.1)).unwrap();
         let mut first = 0;
         while film.taken(0).is_some() {
             film.add(0, first, (&samples([0.9, 1.1])).into(), Duration::ZERO);
@@ -354,7 +399,7 @@ mod tests {
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
         film.add(0, first, (&samples([9.0, 9.0])).into(), Duration::ZERO);
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
-        let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
+        let noisy = BatchFilm::new((8, 8), Features::default(), Some(0.1)).unwrap();
         (0..32)
             .for_each(|pass| noisy.add(0, 2 * pass, (&samples([0.0, 2.0])).into(), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
@@ -363,7 +408,7 @@ mod tests {
     /// A render that ends early and is resumed stops where it would have stopped without the interruption.
     #[test]
     fn noise_is_estimated_between_wavefronts_only() {
-        let film = BatchFilm::new((8, 8), false, Some(0.17)).unwrap();
+        let film = BatchFilm::new((8, 8), Features::default(), Some(0.17)).unwrap();
         // The standard error falls below the target at 36 samples, where no wavefront ends.
         (0..23)
             .for_each(|pass| film.add(0, 2 * pass, (&samples([0.0, 2.0])).into(), Duration::ZERO));

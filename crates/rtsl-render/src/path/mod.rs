@@ -9,6 +9,7 @@
 //! its size, or the thread.
 
 mod alpha;
+mod aov_plan;
 mod checkpoints;
 mod features;
 mod film;
@@ -41,8 +42,9 @@ mod tracer;
 mod visits;
 mod wavefront;
 
+pub(crate) use aov_plan::AovPlan;
 pub use checkpoints::Checkpoints;
-pub(crate) use features::is_feature;
+pub(crate) use features::Features;
 pub(crate) use film::BatchFilm;
 pub(crate) use hit_surfaces::HitSurfaces;
 pub use integrator::Evaluation;

@@ -2,6 +2,7 @@
 
 use rtsl::Method;
 
+use super::features::Features;
 use super::material::MaterialSource;
 use super::scene::BatchScene;
 use super::surface_group::SurfaceGroup;
@@ -16,8 +17,8 @@ pub struct PathTracer<'a> {
     pub groups: &'a [SurfaceGroup],
     /// The record of runtime errors.
     pub errors: &'a RuntimeErrors,
-    /// True if the features of first surfaces are needed.
-    pub with_features: bool,
+    /// The features that are kept, if any.
+    pub features: Option<&'a Features>,
     /// True if the causes of radiance that is not finite are reported.
     pub finds_causes: bool,
 }
@@ -26,7 +27,19 @@ impl<'a> PathTracer<'a> {
     /// Creates the inputs without features.
     pub fn new(scene: &'a BatchScene, errors: &'a RuntimeErrors) -> Self {
         let groups = &scene.groups;
-        PathTracer { scene, groups, errors, with_features: false, finds_causes: true }
+        PathTracer { scene, groups, errors, features: None, finds_causes: true }
+    }
+
+    /// Keeps the features of the scene's AOVs.
+    #[must_use]
+    pub fn with_features(self) -> Self {
+        let features = Some(&self.scene.aovs.features);
+        PathTracer { features: features.filter(|features| !features.is_empty()), ..self }
+    }
+
+    /// True if first hits are kept.
+    pub fn keeps_first_hits(&self) -> bool {
+        self.features.is_some_and(|features| features.first_hits)
     }
 
     /// Returns the name of the class whose methods are a group's material.

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use rtsl::Messages;
 use rtsl_bvh::LANES;
-use rtsl_image::Aov;
 use rtsl_memory::OutOfMemory;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
@@ -81,9 +80,9 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(scene: &'a BatchScene, options: BatchOptions<'a>) -> Result<Self, Messages> {
         let settings = &scene.compiled.settings;
-        let with_features = scene.has_features();
+        let features = scene.aovs.features.clone();
         let size = (settings.width, settings.height);
-        let film = BatchFilm::new(size, with_features, options.noise_target)
+        let film = BatchFilm::new(size, features, options.noise_target)
             .map_err(|error| Messages::one(error.diagnostic()))?
             .with_imaging(settings.imaging);
         if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
@@ -170,8 +169,7 @@ impl<'a> Job<'a> {
         let _span = tracing::trace_span!("wavefront", ?indices, first, end).entered();
         let begun = Instant::now();
         let Job { scene, errors, .. } = self;
-        let with_features = scene.has_features();
-        let tracer = PathTracer { with_features, ..PathTracer::new(scene, errors) };
+        let tracer = PathTracer::new(scene, errors).with_features();
         tracer.trace_samples(memory, &samples);
         // Samples that were aborted are not added.
         if !self.errors.any() {
@@ -180,7 +178,7 @@ impl<'a> Job<'a> {
             let mut start = 0;
             for (index, samples) in indices.into_iter().zip(&samples) {
                 let end = start + samples.packets() * LANES;
-                if scene.aovs.iter().any(|aov| matches!(aov, Aov::Nodes | Aov::Lanes)) {
+                if scene.aovs.counts_work() {
                     let visits = tracer.count_visits(memory, samples);
                     let work = TileWork { visits, samples: samples.count, lane_use };
                     self.film.add_work(index, &work);
@@ -207,7 +205,7 @@ impl<'a> Job<'a> {
         threads: usize,
     ) -> Result<BatchRendered, Messages> {
         let Job { scene, film, errors, writer, .. } = self;
-        let (scene, aovs) = (&scene.compiled, &scene.aovs);
+        let (scene, aovs) = (&scene.compiled, &scene.aovs.aovs);
         if errors.any() {
             return Err(exhausted_budgets(scene, &errors));
         }
@@ -216,7 +214,7 @@ impl<'a> Job<'a> {
             writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
         let classes = ObjectClasses::of(scene);
         let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
-        let aovs = aovs.iter().map(|aov| film.aov(*aov, &class_indices));
+        let aovs = aovs.iter().map(|(aov, ty)| film.aov((aov, *ty), &class_indices));
         let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
         let rendered = Rendered {
             image: film.image().map_err(no_memory)?,

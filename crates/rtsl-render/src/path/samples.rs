@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::features::PathFeatures;
+use super::features::{FeatureValues, Features, FirstHit};
 
 /// The results of successive samples of some tiles, tile by tile and pixel by pixel, in the order of
 /// [`TileSamples`](crate::tiles::TileSamples).
@@ -10,8 +10,8 @@ use super::features::PathFeatures;
 pub struct Samples {
     /// The radiance of each; black outside the image.
     pub radiance: Vec<[f32; 3]>,
-    /// The features of each, if they are needed; else empty.
-    pub features: Vec<PathFeatures>,
+    /// The features of each, as far as they are kept.
+    pub features: FeatureValues,
 }
 
 /// The results of a tile's samples among them.
@@ -19,35 +19,44 @@ pub struct Samples {
 pub struct TileResults<'a> {
     /// The radiance of each; black outside the image.
     pub radiance: &'a [[f32; 3]],
-    /// The features of each, if they are needed; else empty.
-    pub features: &'a [PathFeatures],
+    /// The first hit of each, if these are kept; else empty.
+    pub first_hits: &'a [FirstHit],
+    /// The components of the outputs, sample by sample.
+    pub outputs: &'a [f32],
 }
 
 impl Samples {
     /// Returns the results of the samples of a tile, which have these places.
     pub fn of_tile(&self, places: Range<usize>) -> TileResults<'_> {
-        let features = self.features.get(places.clone()).unwrap_or_default();
-        TileResults { radiance: &self.radiance[places], features }
+        let FeatureValues { first_hits, outputs } = &self.features;
+        let components = outputs.len() / self.radiance.len().max(1);
+        TileResults {
+            first_hits: first_hits.get(places.clone()).unwrap_or_default(),
+            outputs: &outputs[places.start * components..places.end * components],
+            radiance: &self.radiance[places],
+        }
     }
 
     /// Makes room for this number of samples, without results.
-    pub fn reset(&mut self, count: usize, with_features: bool) {
+    pub fn reset(&mut self, count: usize, features: Option<&Features>) {
         self.radiance.clear();
         self.radiance.resize(count, [0.0; 3]);
-        self.features.clear();
-        self.features.resize(if with_features { count } else { 0 }, PathFeatures::NONE);
+        self.features.reset(count, features);
     }
 }
 
 impl TileResults<'_> {
     /// Returns a copy.
     pub fn to_samples(self) -> Samples {
-        Samples { radiance: self.radiance.to_vec(), features: self.features.to_vec() }
+        let (first_hits, outputs) = (self.first_hits.to_vec(), self.outputs.to_vec());
+        let features = FeatureValues { first_hits, outputs };
+        Samples { radiance: self.radiance.to_vec(), features }
     }
 }
 
 impl<'a> From<&'a Samples> for TileResults<'a> {
     fn from(Samples { radiance, features }: &'a Samples) -> Self {
-        TileResults { radiance, features }
+        let FeatureValues { first_hits, outputs } = features;
+        TileResults { radiance, first_hits, outputs }
     }
 }

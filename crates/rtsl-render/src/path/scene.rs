@@ -5,9 +5,8 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use rtsl::{Diagnostics, Engine, Query};
-use rtsl_image::Aov;
 
-use super::features::is_feature;
+use super::aov_plan::AovPlan;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
 use super::integrator::{Integrator, StagedMethod};
@@ -46,7 +45,7 @@ pub struct BatchScene {
     /// The methods that shade surfaces, if any is called.
     pub(super) shading_methods: ShadingMethods,
     /// The AOVs to render.
-    pub(super) aovs: Vec<Aov>,
+    pub(super) aovs: AovPlan,
 }
 
 impl BatchScene {
@@ -59,11 +58,6 @@ impl BatchScene {
     #[cfg(test)]
     pub(crate) fn code(&self) -> Vec<*const rtsl::TieredKernel> {
         self.stages().flat_map(StagedMethod::code).collect()
-    }
-
-    /// True if the features of first surfaces are needed.
-    pub(super) fn has_features(&self) -> bool {
-        self.aovs.iter().any(|aov| is_feature(*aov))
     }
 
     /// True if rays may pass surfaces because of alpha textures.

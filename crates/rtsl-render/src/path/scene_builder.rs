@@ -6,16 +6,17 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, SourceMap, StageOutputs,
+    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, ReadResults, SourceMap,
     diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
 use rtsl_scene::Scene;
 
+use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{FEATURE_OUTPUTS, Integrator, StageParts, searched_objects, stage_lights};
+use super::integrator::{Integrator, StageParts, searched_objects, stage_lights};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::is_shaded;
@@ -42,7 +43,8 @@ impl<'a> BatchSceneBuilder<'a> {
         BatchSceneBuilder { scene, aovs: &[], values: ParameterValues::Final, earlier: None }
     }
 
-    /// Prepares for pictures with these AOVs.
+    /// Prepares for pictures with these AOVs. Their names are those of outputs of the scene's integrator, or of images
+    /// that the renderer makes.
     #[must_use]
     pub fn aovs(self, aovs: &'a [Aov]) -> Self {
         BatchSceneBuilder { aovs, ..self }
@@ -64,12 +66,14 @@ impl<'a> BatchSceneBuilder<'a> {
     /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors
-    /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
+    /// If a class lacks a method that its use needs, there is no image of a name, or a kernel cannot be compiled.
     pub fn build(&self, scene: &Scene, messages: &mut Messages) -> Result<BatchScene, Messages> {
         let BatchSceneBuilder { scene: builder, aovs, values, earlier } = *self;
         let engine = builder.engine();
         let instance = scene.integrator();
-        let integrator = Integrator::new(engine, instance).map_err(Messages::one)?;
+        let aovs = AovPlan::new(aovs, instance.class()).map_err(Messages::one)?;
+        let integrator =
+            Integrator::new(engine, instance, &aovs.features).map_err(Messages::one)?;
         let compiled = builder.for_searches().build(scene.clone(), messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
@@ -102,7 +106,7 @@ impl<'a> BatchSceneBuilder<'a> {
             lights,
             integrator,
             shading_methods: ShadingMethods::default(),
-            aovs: aovs.to_vec(),
+            aovs,
         };
         made.warn_of_shade(messages);
         made.select_lights()?;
@@ -147,15 +151,14 @@ impl BatchScene {
         (values, earlier): (ParameterValues, Option<&BatchScene>),
         messages: &mut Messages,
     ) -> Result<(), Messages> {
+        let features = &self.aovs.features;
+        let outputs: Vec<&str> = features.outputs().iter().map(|output| &*output.name).collect();
         let parts = StageParts {
             classes: self.classes(),
             keys: &self.keys,
             objects: &self.objects,
             lights: &self.lights,
-            outputs: StageOutputs {
-                names: if self.has_features() { &FEATURE_OUTPUTS } else { &[] },
-                first_hits: self.has_features(),
-            },
+            read: ReadResults { outputs: &outputs, first_hits: features.first_hits },
             values,
             earlier: earlier.and_then(|earlier| earlier.integrator.staged.as_ref()),
         };

@@ -3,7 +3,6 @@
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
-use super::features::PathFeatures;
 use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use super::rows::all_finite;
@@ -16,7 +15,7 @@ use crate::tiles::{CameraRays, TileSamples, camera_packet, packets_of};
 impl PathTracer<'_> {
     /// Traces a path for each sample of some tiles, and leaves the results in the memory.
     pub fn trace_samples(&self, memory: &mut BatchMemory, samples: &[TileSamples]) {
-        memory.samples.reset(packets_of(samples).count() * LANES, self.with_features);
+        memory.samples.reset(packets_of(samples).count() * LANES, self.features);
         match &self.scene.integrator.staged {
             Some(staged) => self.run_stages_for_samples(staged, memory, samples),
             None => self.interpret_samples(memory, samples),
@@ -41,7 +40,6 @@ impl PathTracer<'_> {
         let BatchMemory { wavefront, camera: camera_memory, rays: counts, .. } = memory;
         wavefront.paths.clear();
         wavefront.active.clear();
-        wavefront.features.clear();
         let tracer = Tracer { scene, errors: self.errors };
         for (samples, packet) in packets_of(samples) {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
@@ -62,9 +60,7 @@ impl PathTracer<'_> {
             }
             camera_memory.keep(camera);
         }
-        if self.with_features {
-            wavefront.features.resize(wavefront.paths.len(), PathFeatures::NONE);
-        }
+        wavefront.features.reset(wavefront.paths.len(), self.features);
     }
 
     /// Returns the camera rays whose weights are not finite, and reports their number.

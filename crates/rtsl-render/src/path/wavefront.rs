@@ -2,7 +2,7 @@
 
 use rtsl_bvh::RayPacket;
 
-use super::features::PathFeatures;
+use super::features::FeatureValues;
 use crate::surfaces::ObjectHit;
 
 /// The number of samples of each pixel in a wavefront: with 64 pixels these are a thousand paths, which fit into
@@ -125,8 +125,8 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 pub struct Wavefront {
     /// The paths.
     pub paths: Vec<Path>,
-    /// The features of their first surfaces, if they are needed; else empty.
-    pub features: Vec<PathFeatures>,
+    /// Their features, as far as they are kept.
+    pub features: FeatureValues,
     /// The indices of paths whose rays are not traced yet.
     pub active: Vec<u32>,
     /// The indices of paths whose rays left the scene.

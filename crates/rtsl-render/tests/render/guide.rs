@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use rtsl_image::Aov;
 use rtsl_render::{RenderRequest, render_scene};
 
 /// The blocks of a page with the words of their fences.
@@ -33,8 +34,8 @@ fn render_scenes_of(pages: &[&str]) -> usize {
     let mut files: BTreeMap<String, String> = BTreeMap::new();
     let mut rendered = 0;
     for page in pages {
-        let text = std::fs::read_to_string(book.join(page)).expect("the page is there");
-        for (words, text) in blocks(&text) {
+        let text_of_page = std::fs::read_to_string(book.join(page)).expect("the page is there");
+        for (words, text) in blocks(&text_of_page) {
             let Some(name) = words.iter().find_map(|word| word.strip_prefix("file=")) else {
                 continue;
             };
@@ -46,7 +47,7 @@ fn render_scenes_of(pages: &[&str]) -> usize {
             std::fs::write(folder.path().join(name), file.as_str())
                 .expect("the file can be written");
             if words[0] == "pbrt" {
-                render(page, &folder.path().join(name));
+                render(page, &folder.path().join(name), aovs_of(&text_of_page, name));
                 rendered += 1;
             }
         }
@@ -54,8 +55,17 @@ fn render_scenes_of(pages: &[&str]) -> usize {
     rendered
 }
 
-fn render(page: &str, scene: &Path) {
+/// The AOVs with which a page renders a scene.
+fn aovs_of(page: &str, scene: &str) -> Vec<Aov> {
+    let command = format!("rtsl render {scene} ");
+    let commands = page.lines().filter(|line| line.contains(&command));
+    let names = commands.filter_map(|line| line.split_once("--aov ")?.1.split(' ').next());
+    names.flat_map(|names| names.split(',')).map(Aov::from_name).collect()
+}
+
+fn render(page: &str, scene: &Path, aovs: Vec<Aov>) {
     let request = RenderRequest {
+        aovs,
         scene: scene.to_path_buf(),
         size: Some((16, 12)),
         samples: Some(1),

@@ -20,6 +20,7 @@ mod measure;
 mod mesh;
 mod moving;
 mod not_finite;
+mod outputs;
 mod pbrt_scenes;
 mod progress;
 mod radiance;

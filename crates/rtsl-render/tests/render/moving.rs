@@ -115,7 +115,8 @@ fn distances_and_normals_are_those_of_the_rays_time() {
         "{}ActiveTransform EndTime Rotate 60 0 1 0 ActiveTransform All Scale 9 9 1 Shape \"disk\"\n",
         head("")
     );
-    let normal = &render(&turning, &[Aov::Normal]).aovs[0].pixels[16];
+    let image = &render(&turning, &[Aov::Normal]).aovs[0];
+    let normal = image.pixel(16);
     let angle = 60_f32.to_radians();
     // The means of sine and cosine up to there.
     let expected = [0.5 / angle, 0.0, 0.75_f32.sqrt() / angle];
@@ -126,6 +127,6 @@ fn distances_and_normals_are_those_of_the_rays_time() {
         "{}ActiveTransform EndTime Translate 0 0 2 ActiveTransform All Scale 9 9 1 Shape \"disk\"\n",
         head("")
     );
-    let distance = render(&leaving, &[Aov::Distance]).aovs[0].pixels[16][0];
+    let distance = render(&leaving, &[Aov::Distance]).aovs[0].values[16];
     assert!((distance - 11.0).abs() < 0.01, "{distance}");
 }

@@ -81,15 +81,6 @@ pub struct StageKernels {
     begun: OnceLock<Vec<Answer<()>>>,
 }
 
-/// What hosts read of the results of stages.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StageOutputs<'a> {
-    /// The outputs of the integrator, by their names.
-    pub names: &'a [&'a str],
-    /// True for the rays and the answers of searches.
-    pub first_hits: bool,
-}
-
 /// A linked stage on its way to code.
 #[derive(Debug)]
 struct Linked {
@@ -99,10 +90,20 @@ struct Linked {
     prepared: Option<prepared_surface::PreparedSurface>,
 }
 
+/// The results of an integrator that a host reads beside its radiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadResults<'a> {
+    /// The names of outputs.
+    pub outputs: &'a [&'a str],
+    /// True if the hits of first searches are read.
+    pub first_hits: bool,
+}
+
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
-    /// stages and all surfaces of a scene: kernels leave out what none of them reads. If the program searches a scene, the
-    /// kernels for the searches that stages do not make themselves come last. The code is not
+    /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads. If
+    /// the program searches a scene, the kernels for the searches that stages do not make themselves come last. The code
+    /// is not
     /// [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
@@ -111,15 +112,15 @@ impl Engine {
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
-        outputs: StageOutputs<'_>,
+        read: ReadResults<'_>,
     ) -> Result<StageKernels, Diagnostic> {
         let mut linked = self.link_stages(program, requests)?;
         let stages = requests.iter().map(|request| request.stage);
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
         let all = program.program().class().outputs.iter().map(|(name, _)| name.as_str());
-        let unread: BTreeSet<&str> = all.filter(|name| !outputs.names.contains(name)).collect();
-        let answered = if outputs.first_hits { BTreeSet::new() } else { program.answered() };
+        let unread: BTreeSet<&str> = all.filter(|name| !read.outputs.contains(name)).collect();
+        let answered = if read.first_hits { BTreeSet::new() } else { program.answered() };
         nesting::with_deep_stack(|| unread_slots::remove(&mut functions, &unread, &answered));
         for linked in &mut linked {
             let prepare = || prepared_surface::prepare(&mut linked.function);
@@ -127,8 +128,8 @@ impl Engine {
         }
         let mut searches = Vec::new();
         if let Some(searched) = program.searched() {
-            let read = read_scratch(&linked, outputs);
-            let is_read = |name: &str| read.contains(name);
+            let scratch = read_scratch(&linked, read.first_hits);
+            let is_read = |name: &str| scratch.contains(name);
             if program.searches_at_end() {
                 linked.iter_mut().for_each(|linked| linked.forget_answers(&is_read));
             }
@@ -278,9 +279,9 @@ fn searches_left(program: &StagedProgram, linked: &[Linked]) -> Vec<Search> {
 }
 
 /// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and
-/// the elements that searches have found, the numbers of searches, and all of first hits if `outputs` says so.
-fn read_scratch(linked: &[Linked], outputs: StageOutputs<'_>) -> BTreeSet<String> {
-    let answers = if outputs.first_hits { &[0, 1, 3, 4][..] } else { &[1, 3] };
+/// the elements that searches have found, the numbers of searches, and all of first hits if these are read.
+fn read_scratch(linked: &[Linked], first_hits: bool) -> BTreeSet<String> {
+    let answers = if first_hits { &[0, 1, 3, 4][..] } else { &[1, 3] };
     let mut read: BTreeSet<String> =
         answers.iter().map(|index| Port::Answer(*index).name()).collect();
     read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));

@@ -436,7 +436,7 @@ impl Further<'_> {
 fn begin(wavefront: &mut Wavefront, path: Path) {
     wavefront.paths.clear();
     wavefront.paths.push(path);
-    wavefront.features.clear();
+    wavefront.features.reset(0, None);
     wavefront.active.clear();
     wavefront.active.push(0);
 }

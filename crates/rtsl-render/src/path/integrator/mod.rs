@@ -17,6 +17,7 @@ mod host;
 mod light;
 mod light_sample;
 mod numbers;
+mod output_columns;
 mod shaded_surface;
 mod shading;
 mod staged;
@@ -28,10 +29,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, InstanceBlock, Kernel, Method, ParameterType, Program,
-    Query, StageLights,
+    CallMode, Diagnostic, Engine, Instance, InstanceBlock, Kernel, Method, Program, Query,
+    StageLights,
 };
 use rtsl_scene::Scene;
+
+use super::features::Features;
+use output_columns::{OutputColumn, output_columns};
 
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
@@ -46,8 +50,8 @@ pub struct Integrator {
     /// The stages, if there is machine code.
     pub staged: Option<StagedMethod>,
     block: InstanceBlock,
-    /// The first scratch arrays of the outputs that are features of pixels, if the class has them.
-    features: FeatureArrays,
+    /// The columns of the components of kept outputs.
+    outputs: Vec<OutputColumn>,
     /// True if it calls `shade` of materials.
     pub calls_shade: bool,
     /// True if it asks for the emission of materials. Those that have nothing but `shade` emit what it computes.
@@ -56,50 +60,28 @@ pub struct Integrator {
     pub scatters: bool,
 }
 
-/// The outputs of integrators that are features of pixels.
-pub const FEATURE_OUTPUTS: [&str; 2] = ["albedo", "normal"];
-
-/// The first scratch arrays of an integrator's outputs of these names.
-#[derive(Clone, Copy, Default)]
-struct FeatureArrays {
-    albedo: Option<usize>,
-    normal: Option<usize>,
-}
-
-impl FeatureArrays {
-    /// Returns the arrays in the scratch of stages.
-    fn in_stages(self, staged: &StagedMethod) -> FeatureArrays {
-        let array = |array: Option<usize>| array.map(|array| staged.program.class_array(array));
-        FeatureArrays { albedo: array(self.albedo), normal: array(self.normal) }
-    }
-}
-
 impl Integrator {
-    /// Prepares an instance for the interpreter.
+    /// Prepares an instance for the interpreter. Of its outputs, those among the features are kept.
     ///
     /// # Errors
     /// If its class has no `radiance`, or linking passes a limit.
-    pub fn new(engine: &Engine, instance: &Arc<Instance>) -> Result<Integrator, Diagnostic> {
+    pub fn new(
+        engine: &Engine,
+        instance: &Arc<Instance>,
+        features: &Features,
+    ) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
         let radiance = program.method(Method::Radiance)?;
         let [calls_shade, asks_emission, scatters] =
             [Query::Shade, Query::Emission, Query::SampleBsdf].map(|query| radiance.asks(query));
         let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
-        let array = |name: &str| {
-            let mut outputs = program.class().outputs.iter();
-            let (_, ty) = outputs.find(|(output, _)| output == name)?;
-            let is_vector = matches!(ty, ParameterType::Color | ParameterType::Vector(_, 3));
-            let first = program.layout().scratch.get(name).filter(|_| is_vector)?;
-            Some(*first as usize)
-        };
-        let [albedo, normal] = FEATURE_OUTPUTS.map(array);
-        let features = FeatureArrays { albedo, normal };
+        let outputs = output_columns(&program, features);
         let block = program.block(instance);
         Ok(Integrator {
             kernel,
             staged: None,
             block,
-            features,
+            outputs,
             calls_shade,
             asks_emission,
             scatters,

@@ -60,7 +60,7 @@ impl PathTracer<'_> {
         Self: 'a,
     {
         let groups = self.scene.full_groups();
-        PathTracer { groups, errors, with_features: false, finds_causes: false, ..*self }
+        PathTracer { groups, errors, features: None, finds_causes: false, ..*self }
     }
 
     /// Reports a suspect; the integrator if there is none.

@@ -5,14 +5,14 @@ use std::cell::RefCell;
 use rtsl::{CallArguments, Instances, LaneBlock, Method, RayType, new_state};
 use rtsl_bvh::LANES;
 
-use super::super::features::PathFeatures;
+use super::super::features::{FeatureValues, FirstHit};
 use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
-use super::FeatureArrays;
 use super::host::{RayOfCall, SceneHost};
+use super::output_columns::copy_outputs;
 use super::staged::{Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
 use crate::compiled::calls::Callee;
@@ -88,18 +88,34 @@ impl PathTracer<'_> {
             }
             counts += self.call_integrator((active, &*paths), memory, depth);
             for (lane, index) in active.iter().enumerate() {
-                let IntegratorMemory { state, scratch, rays, .. } = &*memory;
+                let IntegratorMemory { state, rays, .. } = &*memory;
                 let path = &mut paths[*index as usize];
                 self.add_radiance(path, state, (&rays[lane], lane));
-                if let Some(features) = features.get_mut(*index as usize) {
-                    let first_hit = rays[lane].first_hit;
-                    *features =
-                        features_of(self.scene.integrator.features, scratch, (first_hit, lane));
-                }
             }
+            self.keep_features(active, memory, features);
         }
         active.clear();
         counts
+    }
+
+    /// Copies the features of a call for these paths to those of all paths, as far as they are kept.
+    fn keep_features(
+        &self,
+        active: &[u32],
+        memory: &IntegratorMemory,
+        FeatureValues { first_hits, outputs }: &mut FeatureValues,
+    ) {
+        let lanes = active.iter().enumerate().map(|(lane, index)| (lane, *index as usize));
+        // Paths of further rays have no features.
+        if !first_hits.is_empty() {
+            for (lane, index) in lanes.clone() {
+                first_hits[index] = FirstHit::from(memory.rays[lane].first_hit);
+            }
+        }
+        if !outputs.is_empty() {
+            let columns = self.scene.integrator.outputs.iter().copied();
+            copy_outputs(columns, &memory.scratch, lanes, outputs);
+        }
     }
 
     /// Begins a number of paths of this depth on the stages of the integrator; they have no rays yet.
@@ -222,14 +238,16 @@ impl PathTracer<'_> {
         let scratch = &run.frames.paths.scratch;
         let colors = (&*run.frames, &staged.columns, variables().sample_color);
         run.wave.radiance(colors, active.paths(), &mut results.radiance);
-        if self.with_features {
-            let arrays = self.scene.integrator.features.in_stages(staged);
-            for path in active.paths() {
-                let path = *path as usize;
-                let first_hit = run.wave.first_hits[path];
-                let hit = (first_hit, path);
-                results.features[path] = features_of(arrays, scratch, hit);
-            }
+        let paths = active.paths().iter().map(|path| *path as usize);
+        let FeatureValues { first_hits, outputs } = &mut results.features;
+        if !first_hits.is_empty() {
+            let hits = paths.clone().map(|path| (path, run.wave.first_hits[path]));
+            hits.for_each(|(path, hit)| first_hits[path] = FirstHit::from(hit));
+        }
+        if !outputs.is_empty() {
+            let columns = self.scene.integrator.outputs.iter();
+            let columns = columns.map(|column| column.in_stages(staged));
+            copy_outputs(columns, scratch, paths.map(|path| (path, path)), outputs);
         }
         let lost = run.wave.lost(active.paths(), &results.radiance);
         let lost: Vec<Path> = run.paths(lost).collect();
@@ -294,24 +312,6 @@ impl PathTracer<'_> {
             path.is_blamed = true;
             self.report_suspect(ray.suspect);
         }
-    }
-}
-
-/// Returns the features of a lane's first surface.
-fn features_of(
-    features: FeatureArrays,
-    scratch: &LaneBlock,
-    (first_hit, lane): (Option<(f32, f32)>, usize),
-) -> PathFeatures {
-    let output =
-        |first: Option<usize>| first.map_or([0.0; 3], |first| vector(scratch, first, lane));
-    let PathFeatures { distance, object, .. } = PathFeatures::NONE;
-    let (distance, object) = first_hit.unwrap_or((distance, object));
-    PathFeatures {
-        albedo: output(features.albedo),
-        normal: output(features.normal),
-        distance,
-        object,
     }
 }
 

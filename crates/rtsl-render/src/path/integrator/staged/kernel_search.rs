@@ -17,7 +17,7 @@ const ENDS: usize = ResumedBy::Occluded.request().len();
 impl StagedPaths<'_> {
     /// Notes the searches of paths that the stages before have made.
     pub fn note_stage_searches(&mut self, paths: &PathSet) {
-        if self.tracer.with_features {
+        if self.tracer.keeps_first_hits() {
             self.note_first_hits(paths.paths());
         }
         if self.is_anyone_told_of_searches() {
@@ -56,7 +56,7 @@ impl StagedPaths<'_> {
                 self.frames.scatter(kernel, slots, next);
             }
         }
-        if self.tracer.with_features {
+        if self.tracer.keeps_first_hits() {
             self.note_first_hits(paths.paths());
         }
         self.note_searches(paths.paths());

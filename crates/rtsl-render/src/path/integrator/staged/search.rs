@@ -127,7 +127,7 @@ impl StagedPaths<'_> {
         }
         let BatchMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
         wavefront.paths = paths;
-        wavefront.features.clear();
+        wavefront.features.reset(0, None);
         wavefront.active.clear();
         wavefront.active.extend(0..slots.len() as u32);
         searcher.are_together = are_together;
@@ -159,7 +159,7 @@ impl StagedPaths<'_> {
                 column[*slot as usize] = answer[*index];
             }
         }
-        if !self.tracer.with_features {
+        if !self.tracer.keeps_first_hits() {
             return;
         }
         for (slot, [found, object, .., bits]) in slots.iter().zip(answers) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
-    Program, Query, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights, StageOutputs,
+    Program, Query, ReadResults, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights,
     StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
 };
 use rtsl_scene::Scene;
@@ -52,7 +52,7 @@ struct KernelTable {
     requests: Vec<StageRequest>,
     /// The outputs that they store.
     outputs: Vec<String>,
-    /// True if they store what hosts read of first hits.
+    /// True if they store first hits.
     first_hits: bool,
 }
 
@@ -77,8 +77,8 @@ pub struct StageParts<'a> {
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
     pub lights: &'a Lights,
-    /// What is read of the results.
-    pub outputs: StageOutputs<'a>,
+    /// The results of the integrator that are read beside radiance.
+    pub read: ReadResults<'a>,
     /// The dependence of kernels on the values of parameters.
     pub values: ParameterValues,
     /// Earlier stages, whose kernels are used again if they serve the scene.
@@ -132,7 +132,7 @@ impl StagedMethod {
             let objects = program.objects(integrator, Some(&class), made);
             groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
         }
-        let table = KernelTable::new(engine, &program, &groups, (parts.outputs, parts.earlier))?;
+        let table = KernelTable::new(engine, &program, &groups, (parts.read, parts.earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
     }
 
@@ -147,8 +147,8 @@ impl StagedMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
         let groups = vec![StageGroup { class: None, objects }];
-        let outputs = StageOutputs::default();
-        let table = KernelTable::new(engine, &program, &groups, (outputs, earlier))?;
+        let of = (ReadResults::default(), earlier);
+        let table = KernelTable::new(engine, &program, &groups, of)?;
         Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
     }
 
@@ -446,7 +446,7 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (outputs, earlier): (StageOutputs<'_>, Option<&StagedMethod>),
+        (read, earlier): (ReadResults<'_>, Option<&StagedMethod>),
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -456,21 +456,21 @@ impl KernelTable {
             Some(*end)
         }));
         let requests: Vec<StageRequest> = requests.into_iter().flatten().collect();
-        let names: Vec<String> = outputs.names.iter().map(|name| (*name).to_owned()).collect();
-        let first_hits = outputs.first_hits;
+        let outputs: Vec<String> = read.outputs.iter().map(|name| (*name).to_owned()).collect();
+        let first_hits = read.first_hits;
         let serves = |earlier: &&StagedMethod| {
             let table = &earlier.kernels;
             let mut pairs = requests.iter().zip(&table.requests);
             earlier.program.is_like(program)
-                && (requests.len(), &names) == (table.requests.len(), &table.outputs)
-                && first_hits == table.first_hits
+                && (&outputs, first_hits) == (&table.outputs, table.first_hits)
+                && requests.len() == table.requests.len()
                 && pairs.all(|(now, earlier)| now.is_like(earlier))
         };
         let made = match earlier.filter(serves) {
             Some(earlier) => earlier.kernels.made.clone(),
-            None => Arc::new(engine.stage_kernels(program, &requests, outputs)?),
+            None => Arc::new(engine.stage_kernels(program, &requests, read)?),
         };
-        Ok(KernelTable { made, firsts, requests, outputs: names, first_hits })
+        Ok(KernelTable { made, firsts, requests, outputs, first_hits })
     }
 
     fn all(&self) -> &[StageKernel] {
