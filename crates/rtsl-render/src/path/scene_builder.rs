@@ -16,7 +16,7 @@ use rtsl_scene::Scene;
 use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{Integrator, StageParts, searched_objects, stage_lights};
+use super::integrator::{Integrator, StageParts, Surface, searched_objects, stage_lights};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::material::is_shaded;
@@ -88,7 +88,7 @@ impl<'a> BatchSceneBuilder<'a> {
         messages.push(SourceMap::new(), diagnostics);
         // Paths are incoherent, so searches of hierarchies need all kernels at once.
         let is_searched_by_kernels =
-            engine.llvm().is_some() && searched_objects(&classes, |_| 0).is_some();
+            engine.llvm().is_some() && searched_objects(&classes, |_| Surface::default()).is_some();
         if !is_searched_by_kernels {
             let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
             compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));

@@ -19,7 +19,7 @@ use crate::codegen::variant::Variant;
 use crate::link::contribution::is_contribution;
 use crate::link::indexed_lights::is_shaded_column;
 use crate::link::prepared_surface::{self, Operand, property_column};
-use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, Search};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN, Search};
 use crate::link::sequences::Purpose;
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
@@ -284,7 +284,7 @@ fn read_scratch(linked: &[Linked], first_hits: bool) -> BTreeSet<String> {
     let answers = if first_hits { &[0, 1, 3, 4][..] } else { &[1, 3] };
     let mut read: BTreeSet<String> =
         answers.iter().map(|index| Port::Answer(*index).name()).collect();
-    read.extend([GROUP_COLUMN, SEARCHES_COLUMN].map(str::to_owned));
+    read.extend([GROUP_COLUMN, SURFACE_COLUMN, SEARCHES_COLUMN].map(str::to_owned));
     for Linked { function, prepared, .. } in linked {
         function.body.for_each_op(&mut |op| {
             let OpKind::Load(variable, _) = &op.kind else { return };

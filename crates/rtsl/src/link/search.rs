@@ -23,12 +23,15 @@ use super::surface::needs_only;
 
 /// The member with the least distance of hits of rays that do not have their own.
 pub(crate) const EPSILON: &str = "search.epsilon";
-/// The members with the objects, the elements and the groups of items.
+/// The members with the objects, the elements and the groups of items, and with the indices of their surfaces.
 pub(crate) const ITEM_OBJECTS: &str = "search.objects";
 pub(crate) const ITEM_ELEMENTS: &str = "search.elements";
 pub(crate) const ITEM_GROUPS: &str = "search.groups";
+pub(crate) const ITEM_SURFACES: &str = "search.surfaces";
 /// The scratch array with the group of the surface that a search has found; 0 for none.
 pub(crate) const GROUP_COLUMN: &str = "path.group";
+/// The scratch array with the index of that surface among those of its group; 0 for none.
+pub(crate) const SURFACE_COLUMN: &str = "path.surface";
 /// The scratch array with the number of searches of each path.
 pub(crate) const SEARCHES_COLUMN: &str = "path.searches";
 /// The members of a class with the own boxes of its objects, minima first, and with their items.
@@ -449,7 +452,8 @@ impl SearchCode<'_, '_> {
         code.compare(CompareOp::NotEqual, nearest.item, no_item)
     }
 
-    /// Returns the answers to a search of the nearest hit and the group of its surface, with the scratch arrays.
+    /// Returns the answers to a search of the nearest hit, and the group and the index of its surface, with the scratch
+    /// arrays.
     pub fn answers(&mut self, nearest: Nearest, to: &mut Vec<Op>) -> Linking<Vec<(String, Value)>> {
         let is_found = self.is_found(nearest, to)?;
         let items = self.links.items;
@@ -461,8 +465,8 @@ impl SearchCode<'_, '_> {
             let kind = OpKind::Load(member, Index::Dynamic(nearest.item));
             Ok(code.linker.emit(code.to, kind, &[Scalar::I32], false)?.get(0))
         };
-        let [object, element, group] =
-            [of_item(ITEM_OBJECTS)?, of_item(ITEM_ELEMENTS)?, of_item(ITEM_GROUPS)?];
+        let [object, element] = [of_item(ITEM_OBJECTS)?, of_item(ITEM_ELEMENTS)?];
+        let [group, surface] = [of_item(ITEM_GROUPS)?, of_item(ITEM_SURFACES)?];
         let (none, zero, nowhere) = (code.integer(NONE)?, code.integer(0)?, code.float(0.0)?);
         let answers = [
             is_found,
@@ -473,7 +477,9 @@ impl SearchCode<'_, '_> {
         ];
         let mut known: Vec<(String, Value)> =
             (0..).map(|index| Port::Answer(index).name()).zip(answers).collect();
-        known.push((GROUP_COLUMN.to_owned(), code.select(is_found, group, zero)?));
+        for (column, number) in [(GROUP_COLUMN, group), (SURFACE_COLUMN, surface)] {
+            known.push((column.to_owned(), code.select(is_found, number, zero)?));
+        }
         Ok(known)
     }
 

@@ -296,12 +296,17 @@ mod tests {
                 }}"
             ))
         };
+        let none = BTreeSet::new();
         let mut ended = stage("-1", "%zero");
-        forget_needless_outputs(&mut ended, &BTreeSet::new());
+        forget_needless_outputs(&mut ended, &BTreeSet::new(), &none);
         assert_eq!(stored(&ended), ["next"]);
         let mut goes_on = stage("1", "%x");
         let all = stored(&goes_on).len();
-        forget_needless_outputs(&mut goes_on, &BTreeSet::new());
+        forget_needless_outputs(&mut goes_on, &BTreeSet::new(), &none);
         assert_eq!(stored(&goes_on).len(), all);
+        let mut answered = stage("1", "%x");
+        forget_needless_outputs(&mut answered, &BTreeSet::new(), &BTreeSet::from([1]));
+        assert_eq!(stored(&answered).len(), all - 1);
+        assert!(!stored(&answered).contains(&"request.0"));
     }
 }

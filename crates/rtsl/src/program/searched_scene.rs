@@ -12,8 +12,8 @@ use super::program::Program;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{Variant, placed_layout};
 use crate::link::search::{
-    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_GROUPS, ITEM_OBJECTS, Search, SearchLinks,
-    SearchedClassLink, link_search,
+    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_GROUPS, ITEM_OBJECTS, ITEM_SURFACES,
+    Search, SearchLinks, SearchedClassLink, link_search,
 };
 
 /// Objects of one class among which rays search.
@@ -49,6 +49,8 @@ pub struct SearchedItem {
     pub element: u32,
     /// The [group](crate::StagedProgram::group_array) of its surface.
     pub group: u32,
+    /// The index of its surface among the objects of the group.
+    pub surface: u32,
 }
 
 /// All objects of a scene, with the kernels that search for hits of rays among them.
@@ -79,6 +81,7 @@ impl SearchedScene {
         members.add(ITEM_OBJECTS, items.iter().map(|item| item.object));
         members.add(ITEM_ELEMENTS, items.iter().map(|item| item.element));
         members.add(ITEM_GROUPS, items.iter().map(|item| item.group));
+        members.add(ITEM_SURFACES, items.iter().map(|item| item.surface));
         for (class, link) in classes.iter().zip(&links) {
             class.add_to(link, &mut members);
         }

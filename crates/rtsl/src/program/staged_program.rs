@@ -22,7 +22,7 @@ use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_si
 use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
 use crate::link::prepared_surface::{property_column, property_count};
-use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN};
+use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
 use crate::link::stage::{DEPTH_COLUMN, RAY_TYPE_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
 use crate::link::stage_search::{LIT_COLUMNS, SHADOW_RAYS_COLUMN, StageSearch};
@@ -317,6 +317,11 @@ impl StagedProgram {
         self.layout.scratch[GROUP_COLUMN] as usize
     }
 
+    /// The scratch array with the index of that surface among the objects of its group; 0 for none.
+    pub fn surface_array(&self) -> usize {
+        self.layout.scratch[SURFACE_COLUMN] as usize
+    }
+
     /// The scratch arrays with the sum of the contributions to each path that nothing blocked.
     pub fn lit_arrays(&self) -> [usize; 3] {
         LIT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
@@ -474,7 +479,7 @@ pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bo
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 14] = [
+pub(crate) const PATH_COLUMNS: [&str; 15] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     RAY_TYPE_COLUMN,
@@ -484,6 +489,7 @@ pub(crate) const PATH_COLUMNS: [&str; 14] = [
     Purpose::MaterialCall.column(),
     DRAWN_COLUMN,
     GROUP_COLUMN,
+    SURFACE_COLUMN,
     SEARCHES_COLUMN,
     LIT_COLUMNS[0],
     LIT_COLUMNS[1],

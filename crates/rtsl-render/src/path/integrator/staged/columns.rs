@@ -26,6 +26,8 @@ pub struct Columns {
     pub shadow_rays: usize,
     /// The group of the surface that a search by kernel has found.
     pub group: usize,
+    /// The index of that surface among those of its group.
+    pub surface_index: usize,
     /// The key of the sequences of numbers.
     pub key: usize,
     /// The index of the sample.
@@ -57,6 +59,7 @@ impl Columns {
             lit: program.lit_arrays(),
             shadow_rays: program.shadow_rays_array(),
             group: program.group_array(),
+            surface_index: program.surface_array(),
             key: program.key_array(),
             sample: program.sample_array(),
             counts: program.count_arrays(),

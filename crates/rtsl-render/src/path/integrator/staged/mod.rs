@@ -26,5 +26,5 @@ pub use path_set::PathSet;
 pub use run::StagedPaths;
 pub use searched_objects::searched_objects;
 pub use stage_lights::stage_lights;
-pub use staged_method::{StageParts, StagedMethod};
+pub use staged_method::{StageParts, StagedMethod, Surface};
 pub use wave::{Wave, ray_components};

@@ -14,7 +14,7 @@ use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, CALL_PATHS, Frames, set_objects};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
-use super::staged_method::{StagedMethod, Surface};
+use super::staged_method::StagedMethod;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -119,7 +119,7 @@ impl StagedPaths<'_> {
         if surface == StageSurface::None || self.staged.is_of_material() {
             return self.call((stage, 0), paths);
         }
-        if surface == StageSurface::Answer && self.staged.program.searched().is_some() {
+        if self.staged.finds_surfaces(stage) {
             let groups = self.frames.paths.scratch.words(self.staged.columns.group);
             by_group.sort(paths, groups, self.staged.group_count());
             return by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
@@ -269,7 +269,10 @@ impl StagedPaths<'_> {
         }
         let (kernel, objects) = staged.kernel(stage, group);
         if objects.len() > 1 {
-            self.set_surfaces(staged, (stage, group), paths.paths(), true);
+            match self.staged.finds_surfaces(stage) {
+                true => self.take_surfaces(objects.len(), count),
+                false => self.set_surfaces(staged, (stage, group), paths.paths(), true),
+            }
         }
         self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
         let place = Place::All { paths, count, is_masked };
@@ -308,15 +311,29 @@ impl StagedPaths<'_> {
             let index = |slot: &u32| indices[*slot as usize];
             return set_objects(&mut self.frames.surfaces, slots, in_place, index);
         }
-        let [objects, _, elements] = staged.columns.surface(surface);
         let scratch = &self.frames.paths.scratch;
+        if staged.finds_surfaces(stage) {
+            let indices = scratch.words(staged.columns.surface_index);
+            let index = |slot: &u32| indices[*slot as usize];
+            return set_objects(&mut self.frames.surfaces, slots, in_place, index);
+        }
+        let [objects, _, elements] = staged.columns.surface(surface);
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
         let index = |slot: &u32| {
             let slot = *slot as usize;
-            let Surface { index, has_elements, .. } = staged.surface_of(objects[slot]);
-            if has_elements { index + elements[slot] } else { index }
+            staged.surface_of(objects[slot]).index_of(elements[slot])
         };
         set_objects(&mut self.frames.surfaces, slots, in_place, index);
+    }
+
+    /// Sets the index of each path's surface as searches have found it, for a group of so many.
+    fn take_surfaces(&mut self, objects: usize, count: usize) {
+        let Frames { paths, surfaces, .. } = &mut *self.frames;
+        let indices = &paths.scratch.words(self.staged.columns.surface_index)[..count];
+        // Kernels need valid indices for all paths, also those with surfaces of other groups.
+        let last = objects as u32 - 1;
+        let surfaces = surfaces.as_mut_slice().iter_mut();
+        surfaces.zip(indices).for_each(|(to, index)| *to = (*index).min(last));
     }
 
     fn call_kernel(

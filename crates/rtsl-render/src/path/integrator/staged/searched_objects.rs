@@ -7,6 +7,7 @@ use rtsl::{SearchedClass, SearchedItem, SearchedObject, SearchedScene};
 use rtsl_bvh::SLACK;
 
 use super::super::super::group_plan::Classes;
+use super::staged_method::Surface;
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::placed_objects::GroupMember;
 
@@ -15,10 +16,10 @@ use crate::compiled::placed_objects::GroupMember;
 const MAX_ITEMS: u32 = 20;
 
 /// Returns the objects of a scene for kernels that test all of them; `None` if a hierarchy is faster, or needed for
-/// instances or alpha textures. The surfaces of objects are of these groups.
+/// instances or alpha textures. `surface_of` returns the surfaces of objects.
 pub fn searched_objects(
     classes: &Classes<'_>,
-    group_of: impl Fn(u32) -> u32,
+    surface_of: impl Fn(u32) -> Surface,
 ) -> Option<SearchedScene> {
     let scene = classes.compiled;
     let group = scene.items.first()?;
@@ -53,7 +54,9 @@ pub fn searched_objects(
     searched.sort_unstable_by_key(|class| class.objects[0].item);
     let items = (0..group.count()).map(|item| {
         let GroupMember { object, first, .. } = group.member(item)?;
-        Some(SearchedItem { object, element: item - first, group: group_of(object) })
+        let (element, surface) = (item - first, surface_of(object));
+        let (group, surface) = (surface.group, surface.index_of(element));
+        Some(SearchedItem { object, element, group, surface })
     });
     let items: Vec<SearchedItem> = items.collect::<Option<_>>()?;
     SearchedScene::new(&searched, &items, (scene.epsilon, SLACK))

@@ -67,6 +67,13 @@ pub struct Surface {
     pub has_elements: bool,
 }
 
+impl Surface {
+    /// Returns the index of an element's surface.
+    pub fn index_of(self, element: u32) -> u32 {
+        if self.has_elements { self.index + element } else { self.index }
+    }
+}
+
 /// The prepared parts of a scene.
 pub struct StageParts<'a> {
     /// The classes of the parts of surfaces.
@@ -110,28 +117,27 @@ impl StagedMethod {
     ) -> Result<StagedMethod, Diagnostic> {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
-        let by_class = by_class(scene, parts);
         let mut surfaces = vec![Surface::default(); scene.objects.len()];
-        for (group, members) in (1..).zip(by_class.values()) {
-            members.iter().for_each(|object| surfaces[*object as usize].group = group);
+        let mut classed = Vec::new();
+        for (group, (key, members)) in (1..).zip(by_class(scene, parts)) {
+            let class = Arc::new(key.class(classes));
+            let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
+                let is_mesh = scene.objects[object as usize].elements.is_some();
+                let has_elements = is_mesh && class.shape.is_some();
+                surfaces[object as usize] = Surface { group, index, has_elements };
+            });
+            classed.push((class, made));
         }
-        let searched = searched_objects(classes, |object| surfaces[object as usize].group);
+        let searched = searched_objects(classes, |object| surfaces[object as usize]);
         let lights = (lights, searched.map(Arc::new));
         let program = StagedProgram::new(program, sampler, lights, *values)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
-        for (key, members) in by_class {
-            let class = Arc::new(key.class(classes));
-            let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
-                let is_mesh = scene.objects[object as usize].elements.is_some();
-                let has_elements = is_mesh && class.shape.is_some();
-                let surface = &mut surfaces[object as usize];
-                *surface = Surface { index, has_elements, ..*surface };
-            });
-            let objects = program.objects(integrator, Some(&class), made);
-            groups.push(StageGroup { class: Some(class), objects: Arc::new(objects) });
-        }
+        groups.extend(classed.into_iter().map(|(class, surfaces)| {
+            let objects = program.objects(integrator, Some(&class), surfaces);
+            StageGroup { class: Some(class), objects: Arc::new(objects) }
+        }));
         let table = KernelTable::new(engine, &program, &groups, (parts.read, parts.earlier))?;
         Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
     }
@@ -205,6 +211,12 @@ impl StagedMethod {
     /// The arrays with counts of random sequences that anyone reads.
     pub fn read_counts(&self) -> &[usize] {
         &self.read_counts
+    }
+
+    /// True if a stage is about surfaces whose groups and indices kernels have found.
+    pub fn finds_surfaces(&self, stage: usize) -> bool {
+        let surface = self.program.stages()[stage].surface;
+        surface == StageSurface::Answer && self.program.searched().is_some()
     }
 
     /// True if a kernel reads the number of surfaces that a path has met.
