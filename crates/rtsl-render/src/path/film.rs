@@ -10,6 +10,7 @@ use rtsl_memory::{Amount, OutOfMemory, reserved};
 use rtsl_scene::Imaging;
 
 use super::features::{Features, FirstHitSums};
+use super::rows::{all_finite, are_finite};
 use super::samples::{Samples, TileResults};
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::statistics::LaneUse;
@@ -91,19 +92,26 @@ impl TileRecord {
         (imaging, features): (&Imaging, &Features),
     ) {
         let count = samples.radiance.len() / LANES;
+        let is_plain = imaging.is_plain();
         for (lane, radiance) in samples.radiance.chunks_exact(count.max(1)).enumerate() {
             // Sums in registers: through memory, each would wait for the one before.
             let (mut sum, mut squares) = (self.sums[lane], self.squares[lane]);
-            for radiance in radiance {
-                let color = imaging.develop(*radiance);
-                if !color.iter().all(|channel| channel.is_finite()) {
-                    self.dropped += 1;
-                    continue;
-                }
+            let mut add = |color: [f32; 3]| {
                 let color = color.map(f64::from);
                 (0..3).for_each(|channel| sum[channel] += color[channel]);
                 let luminance = luminance(color);
                 squares += luminance * luminance;
+            };
+            if is_plain && all_finite(radiance.as_flattened()) {
+                radiance.iter().for_each(|radiance| add(*radiance));
+            } else {
+                for radiance in radiance {
+                    let color = imaging.develop(*radiance);
+                    match are_finite(&color) {
+                        true => add(color),
+                        false => self.dropped += 1,
+                    }
+                }
             }
             (self.sums[lane], self.squares[lane]) = (sum, squares);
         }

@@ -188,6 +188,70 @@ fn kernels_find_the_hits_of_hierarchies() {
     }
 }
 
+/// An integrator that waits for an answer about visibility; one that contributes several times, and in a loop; and one
+/// that goes on from surfaces to others without light.
+const SEARCHING: &str = "
+class Asking : rt_Integrator;
+output float seen;
+void radiance() {
+    rt_Surface surface = nearestHit();
+    if (!surface.found) return;
+    vec3 up = vec3(0.3, 1.0, -0.2);
+    vec3 origin = surface.leave(up);
+    bool isDark = occluded(origin, up, 3.0);
+    rt_Surface next = surface.follow(up, 0.0);
+    seen = (isDark ? 1.0 : 0.0) + (next.found ? 2.0 : 0.0);
+    rt_SampleColor = color(isDark ? 0.2 : 0.8, next.found ? next.distance : 0.0, 0.5);
+}
+class Repeating : rt_Integrator;
+void radiance() {
+    rt_Surface surface = nearestHit();
+    for (int bounce = 0; surface.found && bounce < 3; ++bounce) {
+        for (int light = 0; light < 3; ++light) {
+            rt_LightSample sampled = surface.sampleLight(sample1D(4 * bounce + light));
+            if (sampled.found) surface.contribute(sampled.direction, sampled.distance, sampled.light * 0.1);
+        }
+        surface.contribute(vec3(0.0, 1.0, 0.0), 2.0, color(0.1 * float(bounce)));
+        surface = surface.follow(reflect(surface.direction, surface.shadingNormal), 0.0);
+    }
+}
+class Wandering : rt_Integrator;
+void radiance() {
+    rt_Surface surface = nearestHit();
+    float way = 0.0;
+    for (int count = 0; surface.found && count < 5; ++count) {
+        way += surface.distance;
+        surface = count % 2 == 0 ? surface.follow(surface.direction, 0.0)
+            : nearestHit(surface.point + vec3(0.0, 0.5, 0.0), vec3(0.1, -1.0, 0.0));
+    }
+    rt_SampleColor = color(way);
+}
+";
+
+#[test]
+fn searches_of_stages_have_one_result_and_are_counted() {
+    for integrator in ["Asking", "Repeating", "Wandering", "Path", "Direct", "Whitted"] {
+        let text = format!("{CAMERA}Integrator \"{integrator}\"\n{FEW}");
+        let make = |backend: Backend, width: u32, aovs: &[Aov]| {
+            let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+            let how = RenderRequest { engine, aovs: aovs.to_vec(), ..samples(4) };
+            let result = rendered_files(&text, SEARCHING, how);
+            let values =
+                result.aovs.iter().flat_map(|aov| aov.values.iter().map(|it| it.to_bits()));
+            let rays = result.statistics.rays;
+            (bits(&result), values.collect::<Vec<u32>>(), (rays.traced, rays.shadow))
+        };
+        let all = [Aov::Distance, Aov::Object];
+        let reference = make(Backend::Interpreter, 1, &all);
+        for width in [1, 4, 8, 16] {
+            let found = make(Backend::Auto, width, &all);
+            assert!(found == reference, "{integrator}, {width}: {:?} {:?}", found.2, reference.2);
+            let alone = make(Backend::Auto, width, &[]);
+            assert!((alone.0, alone.2) == (reference.0.clone(), reference.2), "{integrator}");
+        }
+    }
+}
+
 /// Highlights are widened alike by stages and by hosts, which the glass of the instance asks.
 #[test]
 fn regularization_has_one_result() {

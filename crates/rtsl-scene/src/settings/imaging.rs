@@ -32,6 +32,11 @@ impl Imaging {
         self.balance = Some(matrix.map(|row| row.map(|component| component as f32)));
     }
 
+    /// True if colours are radiances.
+    pub fn is_plain(&self) -> bool {
+        self.scale == 1.0 && self.max_component.is_none() && self.balance.is_none()
+    }
+
     /// Returns the colour of a sample for a radiance in linear sRGB.
     #[inline]
     pub fn develop(&self, radiance: [f32; 3]) -> [f32; 3] {
