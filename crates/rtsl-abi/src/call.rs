@@ -122,8 +122,6 @@ pub struct RawCall {
     pub count: u32,
     /// Status bits stored by code, such as [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET).
     pub status: u32,
-    /// The first ray of the first chunk, for code that may begin at any chunk.
-    pub begin: MaybeUninit<u32>,
     /// The number of tests, for `intersect` in the leaf mode.
     pub test_count: MaybeUninit<u32>,
     /// The tests, for `intersect` in the leaf mode.
@@ -152,7 +150,6 @@ mod tests {
             ("user", offset_of!(RawCall, user), offsets::CALL_USER),
             ("count", offset_of!(RawCall, count), offsets::CALL_COUNT),
             ("status", offset_of!(RawCall, status), offsets::CALL_STATUS),
-            ("begin", offset_of!(RawCall, begin), offsets::CALL_BEGIN),
             ("test count", offset_of!(RawCall, test_count), offsets::CALL_TEST_COUNT),
             ("tests", offset_of!(RawCall, tests), offsets::CALL_TESTS),
             ("size", size_of::<RawCall>(), offsets::CALL_SIZE),

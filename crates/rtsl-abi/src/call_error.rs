@@ -2,7 +2,8 @@
 
 use crate::offsets::OBJECTS_IN_BLOCK;
 
-/// The reason a call is refused: its arguments do not fit the kernel, or there is no memory for it. Nothing was called.
+/// The reason a call is refused: its arguments do not fit the kernel, or the stack has no room for it. Nothing was
+/// called.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
     /// The state lacks the array of a component that the kernel accesses.
@@ -42,8 +43,9 @@ pub enum CallError {
     /// The first object of a leaf is not at the start of a block.
     #[error("the first object of a leaf must be a multiple of {OBJECTS_IN_BLOCK}, but is {0}")]
     NoBlockStart(u32),
-    /// The kernel needs a large stack while its host answers, and the system has no memory for one.
-    #[error("out of memory for the stack that the kernel needs")]
+    /// The stack of the calling thread has too little room left for the kernel and its host's functions: the thread has
+    /// a small stack, or answers of the host call kernels too deeply.
+    #[error("the calling thread's stack has too little room left for the kernel and its host")]
     NoStack,
 }
 

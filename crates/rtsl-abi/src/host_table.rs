@@ -57,7 +57,7 @@ pub struct HostCalls<'a> {
 
 impl HostCalls<'_> {
     /// Queries the host; returns zeros once it has panicked.
-    pub fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
+    fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
         if self.panic.is_some() {
             return T::default();
         }
@@ -87,7 +87,7 @@ unsafe extern "C" fn trace(
     rays: *const RayLanes,
     radiance: *mut LaneColors,
 ) {
-    // Safety: kernels pass their user pointer, and lanes on their own stack.
+    // Safety: kernels pass their user pointer, and lanes on the stack.
     let (calls, rays, radiance) = unsafe { (calls(user), &*rays, &mut *radiance) };
     *radiance = calls.ask(|host| {
         let mut answer = LaneColors::default();

@@ -446,13 +446,6 @@ impl LaneMask {
     pub fn pointer(&self) -> *mut i32 {
         self.words.words().cast()
     }
-
-    /// Returns the lanes in the form that kernels read.
-    #[inline]
-    pub fn signed_words(&self) -> &[i32] {
-        // Safety: the memory has that many words, and i32 has the size and alignment of u32.
-        unsafe { std::slice::from_raw_parts(self.pointer(), self.lanes) }
-    }
 }
 
 // Safety: the memory is owned by the mask alone.

@@ -26,6 +26,7 @@ mod objects;
 pub mod offsets;
 mod record;
 mod signature;
+mod stack;
 
 pub use call::{CallArguments, CallStatus, Instances, RawCall};
 pub use call_error::CallError;
@@ -41,3 +42,4 @@ pub use object_form::ObjectForm;
 pub use objects::{ObjectRow, Objects};
 pub use record::{Mark, MarkWord, RayRecord};
 pub use signature::Signature;
+pub use stack::{HOST_STACK_BYTES, check_stack};

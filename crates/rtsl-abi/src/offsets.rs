@@ -18,13 +18,11 @@
 //! | 64 | `user: *void` | the first argument of those functions |
 //! | 72 | `count: u32` | the number of rays; 1 in the single mode, which reads neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
-//! | 80 | `begin: u32` | the first ray of the first chunk, a multiple of the width |
-//! | 84 | `test_count: u32` | leaf mode, `intersect`: the number of tests |
+//! | 80 | `test_count: u32` | leaf mode, `intersect`: the number of tests |
 //! | 88 | `tests: *LeafTest` | leaf mode, `intersect`: the tests |
 //!
-//! Only kernels that [begin at any chunk](crate::Signature::separate_chunks) read `begin`. `objects` points to object 0
-//! of the blocks in the stream mode, and for `intersect` in the leaf mode; for other methods in the leaf mode to the
-//! first object of the call; in the other modes to the first word of the call's object.
+//! `objects` points to object 0 of the blocks in the stream mode, and for `intersect` in the leaf mode; for other
+//! methods in the leaf mode to the first object of the call; in the other modes to the first word of the call's object.
 //!
 //! In the leaf mode lanes are `count` consecutive objects, and all lanes share one ray. Blocks of objects are readable
 //! for [`LANE_PADDING`] objects from the first of any block. `intersect` executes a list of tests, each of three words:
@@ -67,7 +65,7 @@ use rtsl_ir::Scalar;
 use crate::CallMode;
 
 /// The version of this interface and of the descriptions in libraries. Any change of offsets or meanings changes it.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 pub const CALL_STATE: u32 = 0;
 pub const CALL_SCRATCH: u32 = 8;
@@ -80,8 +78,7 @@ pub const CALL_HOST: u32 = 56;
 pub const CALL_USER: u32 = 64;
 pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
-pub const CALL_BEGIN: u32 = 80;
-pub const CALL_TEST_COUNT: u32 = 84;
+pub const CALL_TEST_COUNT: u32 = 80;
 pub const CALL_TESTS: u32 = 88;
 pub const CALL_SIZE: u32 = 96;
 

@@ -33,8 +33,6 @@ pub struct Signature {
     pub mode: CallMode,
     /// True if it stores the rays with a hit.
     pub accepts: bool,
-    /// The number of rays in a chunk, if a call may begin at any chunk.
-    pub separate_chunks: Option<u32>,
 }
 
 impl Signature {
@@ -76,11 +74,11 @@ impl Signature {
             && mask.is_none_or(|mask| mask.lanes() >= count)
     }
 
-    /// True if a call takes one instance without buffers, for any number of rays, in one go.
+    /// True if a call takes one instance without buffers, for any number of rays.
     pub fn is_plain(&self) -> bool {
         let for_packets = matches!(self.mode, CallMode::Packet | CallMode::CommonOrigin);
         let no_buffers = self.buffers.is_empty() && self.object_buffers.is_empty();
-        for_packets && no_buffers && self.object_words.is_none() && self.separate_chunks.is_none()
+        for_packets && no_buffers && self.object_words.is_none()
     }
 
     /// Checks the arguments of a host's call of a kernel with this width.
@@ -313,7 +311,6 @@ mod tests {
             object_buffers: Arc::default(),
             mode: CallMode::Packet,
             accepts: true,
-            separate_chunks: None,
         }
     }
 
@@ -350,12 +347,11 @@ mod tests {
     }
 
     #[test]
-    fn calls_of_objects_and_in_parts_are_not_plain() {
+    fn calls_of_objects_are_not_plain() {
         let plain = signature();
         assert!(plain.is_plain());
         assert!(!Signature { mode: CallMode::Stream, ..plain.clone() }.is_plain());
         assert!(!Signature { object_words: Some(3), ..plain.clone() }.is_plain());
-        assert!(!Signature { separate_chunks: Some(8), ..plain.clone() }.is_plain());
         let buffers = [BufferEntry { offset: 0, element_words: 1 }].into();
         assert!(!Signature { buffers, ..plain }.is_plain());
     }

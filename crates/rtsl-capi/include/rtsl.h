@@ -39,7 +39,7 @@ typedef enum {
     RTSL_RESULT_FORKED = 12,
     // The process is ending, and nothing is compiled any more.
     RTSL_RESULT_ENDING = 13,
-    // The system gives no memory for the stack that the kernel needs; nothing was called.
+    // The calling thread's stack has too little room left for the kernel and its host; nothing was called.
     RTSL_RESULT_MEMORY = 14,
 } RtslResult;
 

@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /* The version of this interface: that of a library must be the same. */
-#define RTSL_ABI 1
+#define RTSL_ABI 2
 
 /* Rays in one request of a shader to its host. */
 #define RTSL_LANES 16
@@ -205,7 +205,6 @@ typedef struct RtslCall {
     void *user;                    /* passed to the host's functions */
     uint32_t count;                /* rays; leaf: objects; 1 for RTSL_SINGLE */
     uint32_t status;               /* bits of RtslStatus are set */
-    uint32_t begin;                /* 0: the first ray */
     uint32_t test_count;           /* leaf, intersect */
     RtslLeafTest *tests;           /* leaf, intersect */
 } RtslCall;

@@ -40,7 +40,7 @@ pub enum RtslResult {
     Forked = 12,
     /// The process is ending, and nothing is compiled any more.
     Ending = 13,
-    /// The system gives no memory for the stack that the kernel needs; nothing was called.
+    /// The calling thread's stack has too little room left for the kernel and its host; nothing was called.
     Memory = 14,
 }
 

@@ -126,7 +126,6 @@ typedef struct RtslCall {
     void *user;                    /* passed to the host's functions */
     uint32_t count;                /* rays; leaf: objects; 1 for RTSL_SINGLE */
     uint32_t status;               /* bits of RtslStatus are set */
-    uint32_t begin;                /* 0: the first ray */
     uint32_t test_count;           /* leaf, intersect */
     RtslLeafTest *tests;           /* leaf, intersect */
 } RtslCall;

@@ -81,42 +81,10 @@ pub struct LightLanes {
     pub pdf: LaneFloats,
 }
 
-/// A request for the radiance along rays.
-pub struct TraceRequest<'a> {
-    /// The active lanes.
-    pub lanes: LaneSet,
-    /// The rays.
-    pub rays: &'a RayLanes,
-    /// The answer, initially zero.
-    pub radiance: &'a mut LaneColors,
-}
-
-/// A request for the visibility along rays.
-pub struct OcclusionRequest<'a> {
-    /// The active lanes.
-    pub lanes: LaneSet,
-    /// The rays.
-    pub rays: &'a RayLanes,
-    /// The answer, bit `i` set if the ray of lane `i` is blocked; initially zero.
-    pub occluded: u32,
-}
-
-/// A request for samples of a light.
-pub struct LightRequest<'a> {
-    /// The active lanes.
-    pub lanes: LaneSet,
-    /// The points.
-    pub query: &'a LightQueryLanes,
-    /// The answer, initially zero.
-    pub light: &'a mut LightLanes,
-    /// The lanes that the light reaches, initially none.
-    pub reached: u32,
-}
-
 /// The renderer's side of the interface. The default methods answer with zeros: black, no lights, nothing occluded.
 ///
-/// `light_count`, `ambient` and `rand` may be called on a small stack with half a megabyte left: they must not call
-/// kernels.
+/// Kernels and the interpreter call the methods directly, on the stack of the thread that calls them. The methods may
+/// call kernels.
 pub trait Host {
     /// Computes the radiance along new rays; `radiance` is zero on entry.
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
@@ -145,29 +113,6 @@ pub trait Host {
     ) -> u32 {
         let _ = (lanes, index, query, light);
         0
-    }
-
-    /// Answers several [`Host::trace`] requests of one call together, with as many lanes as are available at a time. No
-    /// lane is in two requests. A host may override this, and the two methods that follow, to answer them as one
-    /// request.
-    fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
-        for TraceRequest { lanes, rays, radiance } in requests {
-            self.trace(*lanes, rays, radiance);
-        }
-    }
-
-    /// Answers several [`Host::occluded`] requests of one call together.
-    fn occluded_together(&mut self, requests: &mut [OcclusionRequest<'_>]) {
-        for OcclusionRequest { lanes, rays, occluded } in requests {
-            *occluded = self.occluded(*lanes, rays);
-        }
-    }
-
-    /// Answers several [`Host::light_sample`] requests of one call together.
-    fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
-        for LightRequest { lanes, query, light, reached } in requests {
-            *reached = self.light_sample(*lanes, index, query, light);
-        }
     }
 
     /// Returns the scene's ambient light.

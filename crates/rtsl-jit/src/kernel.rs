@@ -7,18 +7,20 @@ use std::sync::Arc;
 
 use rtsl_abi::{
     CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, InstanceBlock,
-    Instances, LaneMask, LeafArguments, LeafTest, Objects, RawCall, Signature, offsets,
+    Instances, LeafArguments, LeafTest, Objects, RawCall, Signature, check_stack, offsets,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
 
-use crate::coroutines::{LARGE_FRAME_BYTES, call_in_coroutines, call_on_own_stack};
 use crate::entry::Entry;
 use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::opt_level::OptLevel;
 use crate::target::Target;
+
+/// The least size of a frame whose calls check the room on the stack, without requests to the host too.
+const LARGE_FRAME_BYTES: usize = 16 << 10;
 
 /// A compiled method. Cheap to clone; the code lives as long as any handle to it.
 #[derive(Clone, Debug)]
@@ -29,12 +31,10 @@ pub struct CompiledKernel {
     signature: Signature,
     /// The number of rays per chunk.
     width: u32,
-    /// The stack size of a call.
-    frame_bytes: usize,
-    /// True if the kernel runs on a separate stack: hosts may answer its requests by calling kernels, recursively,
-    /// while its large frame is on the stack.
-    has_own_stack: bool,
-    /// True if calls are [plain](Signature::is_plain), on the caller's stack and without requests to the host.
+    /// The stack size of a call, if calls check it: hosts may answer requests by calling kernels, recursively, and the
+    /// room of a thread may be too small for large frames.
+    checked_frame: Option<usize>,
+    /// True if calls are [plain](Signature::is_plain), without requests to the host or a large frame.
     is_plain: bool,
 }
 
@@ -75,14 +75,14 @@ impl CompiledKernel {
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
             let signature = kernel.signature();
             let frame_bytes = module.frame(&symbol(index));
-            let is_plain = signature.is_plain() && !kernel.asks_host();
+            let checks_stack = kernel.asks_host() || frame_bytes > LARGE_FRAME_BYTES;
+            let is_plain = signature.is_plain() && !checks_stack;
             Ok(CompiledKernel {
                 _module: module.clone(),
                 entry,
                 signature,
                 width: kernel.width,
-                frame_bytes,
-                has_own_stack: kernel.asks_for_rays() && frame_bytes > LARGE_FRAME_BYTES,
+                checked_frame: checks_stack.then_some(frame_bytes),
                 is_plain,
             })
         });
@@ -108,8 +108,7 @@ impl CompiledKernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, or if the host
-    /// panics.
+    /// If the arguments' sizes do not fit the kernel, if the stack has no room for it, or if the host panics.
     // Always inlined: otherwise the arguments are written to memory and immediately read back in pieces of other sizes,
     // which takes 4 ns, a fifth of the time of a short kernel for 64 rays.
     #[inline(always)]
@@ -123,7 +122,7 @@ impl CompiledKernel {
     /// Like [`CompiledKernel::call`], but returns an error if the call is not possible.
     ///
     /// # Errors
-    /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
+    /// If the arguments' sizes do not fit the kernel, or the stack has no room for it.
     ///
     /// # Panics
     /// If the host panics.
@@ -137,6 +136,7 @@ impl CompiledKernel {
             return Ok(unsafe { self.call_plainly(call, block) });
         }
         self.signature.check(&call)?;
+        self.check_stack()?;
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
@@ -151,7 +151,6 @@ impl CompiledKernel {
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
-            begin: MaybeUninit::uninit(),
             test_count: MaybeUninit::uninit(),
             tests: MaybeUninit::uninit(),
         };
@@ -174,22 +173,22 @@ impl CompiledKernel {
                 raw.objects.write(objects.pointer(first as usize));
             }
         }
-        match self.signature.separate_chunks {
-            // Safety: the pointers are to memory that the arguments borrow, of the sizes just checked; all fields that
-            // the kernel's call mode reads are written; the code conforms to the interface.
-            None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
-            // Safety: the same.
-            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
-            Some(width) => {
-                let mask = mask.map(LaneMask::signed_words);
-                // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_in_coroutines(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
-            }
-        }
+        // Safety: the pointers are to memory that the arguments borrow, of the sizes just checked; all fields that the
+        // kernel's call mode reads are written; the code conforms to the interface.
+        unsafe { (self.entry)(&mut raw) };
         Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
     }
 
-    /// Runs the method for all rays of a plain call, which needs no host, stack or objects.
+    /// Checks that the stack has room for the kernel.
+    ///
+    /// # Errors
+    /// [`CallError::NoStack`].
+    #[inline(always)]
+    pub(crate) fn check_stack(&self) -> Result<(), CallError> {
+        self.checked_frame.map_or(Ok(()), check_stack)
+    }
+
+    /// Runs the method for all rays of a plain call, which needs no host or objects, and little stack.
     ///
     /// # Safety
     /// `is_plain`, and the call has passed [`Signature::fits_plain_call`].
@@ -209,7 +208,6 @@ impl CompiledKernel {
             user: std::ptr::null_mut(),
             count: count as u32,
             status: 0,
-            begin: MaybeUninit::uninit(),
             test_count: MaybeUninit::uninit(),
             tests: MaybeUninit::uninit(),
         };
@@ -222,25 +220,23 @@ impl CompiledKernel {
     /// Runs the method for all rays of a host's arrays.
     ///
     /// # Errors
-    /// If the arguments do not fit the kernel, or there is no memory for the stack that it needs.
+    /// If the arguments do not fit the kernel, or the stack has no room for it.
     ///
     /// # Panics
     /// If the host panics.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         self.signature().check_host(&call, self.width())?;
+        self.check_stack()?;
         // Safety: the arguments fit, as just checked.
-        unsafe { self.run_host(call) }
+        Ok(unsafe { self.run_host(call) })
     }
 
     /// Runs the method for all rays of a host's arrays.
     ///
-    /// # Errors
-    /// [`CallError::NoStack`].
-    ///
     /// # Safety
     /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code accesses are present,
     /// with lanes for whole vectors of the rays, of which the single mode has exactly one.
-    unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+    unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
@@ -255,7 +251,6 @@ impl CompiledKernel {
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
-            begin: MaybeUninit::new(0),
             test_count: MaybeUninit::new(0),
             tests: MaybeUninit::new(std::ptr::null_mut()),
         };
@@ -269,18 +264,10 @@ impl CompiledKernel {
                 raw.index.write(indices.pointer());
             }
         }
-        match self.signature.separate_chunks {
-            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; all fields
-            // that the kernel's call mode reads are written; the code conforms to the interface.
-            None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
-            // Safety: the same.
-            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
-            Some(width) => {
-                // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_in_coroutines(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
-            }
-        }
-        Ok(finish(&raw, host, None))
+        // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; all fields that
+        // the kernel's call mode reads are written; the code conforms to the interface.
+        unsafe { (self.entry)(&mut raw) };
+        finish(&raw, host, None)
     }
 
     /// Runs `intersect` in the leaf mode.
@@ -308,7 +295,6 @@ impl CompiledKernel {
             user: (&raw mut host).cast(),
             count,
             status: 0,
-            begin: MaybeUninit::uninit(),
             test_count: MaybeUninit::new(tests.len() as u32),
             tests: MaybeUninit::new(tests.as_mut_ptr()),
         };

@@ -32,11 +32,15 @@ impl LeafKernel {
     /// Executes the tests.
     ///
     /// # Panics
-    /// If the objects are out of range, the rays' blocks do not fit the kernel, or the host panics.
+    /// If the objects are out of range, the rays' blocks do not fit the kernel, the stack has no room for it, or the host
+    /// panics.
     // Inlined for the same reason as `CompiledKernel::call`.
     #[inline(always)]
     pub fn call(&self, call: LeafArguments<'_>) -> CallStatus {
         self.kernel.signature().check_leaf(&call, self.objects.len());
+        if let Err(error) = self.kernel.check_stack() {
+            error.refuse();
+        }
         // Safety: objects and kernel fit each other, as `new` checked, and neither changes; the rest
         // was checked just now.
         unsafe { self.kernel.call_leaf(call, &self.objects) }

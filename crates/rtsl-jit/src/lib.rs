@@ -11,9 +11,7 @@
 #![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
 
 mod callback;
-mod chunk_stack;
 mod compile;
-mod coroutines;
 mod elf;
 mod ending;
 mod entry;

@@ -135,8 +135,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
     /// Emits the function and returns its text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
-        let begins_at_any_chunk = self.kernel.begins_at_any_chunk();
-        if self.part == Part::Rest || begins_at_any_chunk {
+        if self.part == Part::Rest {
             self.begun = self.new_local();
         }
         let checked = self.callback.map(|callback| self.check_mask(callback, start, done));
@@ -156,10 +155,6 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),
-            (None, Part::All) if begins_at_any_chunk => (
-                load_begin(self.begun) + &enter_unless_empty(self.begun, start, done),
-                String::new(),
-            ),
             (None, Part::All | Part::Rest) => {
                 (enter_unless_empty(self.begun, start, done), String::new())
             }
@@ -393,17 +388,6 @@ fn load_count(name: &str) -> String {
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
   %count.word = load i32, ptr %count.at, align 4
   {name} = zext i32 %count.word to i64
-"
-    )
-}
-
-/// Loads the index of the first ray of the first chunk to a local of this name.
-fn load_begin(name: Operand) -> String {
-    let begin = rtsl_abi::offsets::CALL_BEGIN;
-    format!(
-        "  %begin.at = getelementptr i8, ptr %call, i64 {begin}
-  %begin.word = load i32, ptr %begin.at, align 4
-  {name} = zext i32 %begin.word to i64
 "
     )
 }

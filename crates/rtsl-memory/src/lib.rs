@@ -9,7 +9,9 @@
 //!
 //! Large tables that rays access at random are placed in huge pages ([`in_huge_pages`]), and hierarchies fetch nodes
 //! ahead of their use ([`prefetch`]).
-#![allow(unsafe_code, reason = "advises the system and the processor about memory")]
+//!
+//! Recursive calls check the room on the thread's stack ([`has_stack`]).
+#![allow(unsafe_code, reason = "asks and advises the system and the processor about memory")]
 
 mod amount;
 mod available;
@@ -18,6 +20,7 @@ mod huge_pages;
 mod need;
 mod prefetch;
 mod shared_words;
+mod stack;
 
 use std::collections::TryReserveError;
 use std::io;
@@ -31,6 +34,7 @@ pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};
 pub use need::{Need, check_render};
 pub use prefetch::{prefetch, prefetch_values};
 pub use shared_words::{SharedWords, temporary_folder};
+pub use stack::has_stack;
 
 /// The error of an allocation that the system refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -115,10 +115,8 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => kernel.width > 1,
         CallMode::Leaf | CallMode::Single => false,
     };
-    // Such kernels run chunks as coroutines, each separately.
-    let alone = kernel.begins_at_any_chunk();
     let known = FACTORS.contains(&factor);
-    known && !alone && many_rays && !overwrites_shared && (factor == 1 || fits)
+    known && many_rays && !overwrites_shared && (factor == 1 || fits)
 }
 
 /// Returns the stack size of the locals of a chunk, in bytes.

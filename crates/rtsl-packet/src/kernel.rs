@@ -4,8 +4,8 @@
 //!
 //! A [`Kernel`] is called for any number of rays. Its [prologue](Kernel::prologue) runs once per call and computes the
 //! values common to all rays. Its [body](Kernel::body) runs once for each chunk of W rays, in order, and yields one
-//! value for each [output](Kernel::outputs), which are then stored. The first chunk starts at ray 0, or at a ray [given
-//! by the call](Kernel::begins_at_any_chunk); the last may extend beyond the last ray.
+//! value for each [output](Kernel::outputs), which are then stored. The last chunk may extend beyond the
+//! last ray.
 //!
 //! # Uniform values, lanes and masks
 //!
@@ -139,25 +139,6 @@ impl Kernel {
         self.values[value.0 as usize]
     }
 
-    /// True if a call may begin with any of its chunks. This holds if the body requests rays or light: chunks can then
-    /// be run as coroutines, and their requests answered together.
-    pub fn begins_at_any_chunk(&self) -> bool {
-        match self.mode {
-            // Kernels that accept hits also write for chunks without rays.
-            CallMode::Packet | CallMode::Stream => {
-                self.width > 1 && self.accepted_output().is_none() && self.asks_for_rays()
-            }
-            // Common-origin kernels read shared values from the first ray; leaf and single kernels have one ray.
-            CallMode::CommonOrigin | CallMode::Leaf | CallMode::Single => false,
-        }
-    }
-
-    /// True if it requests rays or light from the host, and nothing else that may call kernels: queries of integrators
-    /// are answered on the stack of the caller, and so are then all requests.
-    pub fn asks_for_rays(&self) -> bool {
-        self.body.asks_for_rays() && !self.body.has_queries()
-    }
-
     /// True if it requests anything from the host.
     pub fn asks_host(&self) -> bool {
         self.prologue.asks_host() || self.body.asks_host()
@@ -222,21 +203,6 @@ impl Region {
             | OpKind::Rand(_)
             | OpKind::Query { .. } => true,
             kind => kind.regions().any(Region::asks_host),
-        })
-    }
-
-    /// True if it or a nested region requests rays or light from the host.
-    fn asks_for_rays(&self) -> bool {
-        self.ops.iter().any(|op| match &op.kind {
-            OpKind::Trace { .. } | OpKind::Occluded { .. } | OpKind::LightSample { .. } => true,
-            kind => kind.regions().any(Region::asks_for_rays),
-        })
-    }
-
-    /// True if it or a nested region has queries of integrators.
-    fn has_queries(&self) -> bool {
-        self.ops.iter().any(|op| {
-            matches!(op.kind, OpKind::Query { .. }) || op.kind.regions().any(Region::has_queries)
         })
     }
 }

@@ -33,7 +33,6 @@ impl Kernel {
             object_buffers,
             mode: self.mode,
             accepts: self.accepted_output().is_some(),
-            separate_chunks: self.begins_at_any_chunk().then_some(self.width),
         }
     }
 }

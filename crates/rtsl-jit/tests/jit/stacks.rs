@@ -1,24 +1,23 @@
-//! Kernels with large frames during requests run on separate stacks. If the system has no memory for these, a call
-//! returns an error before anything has run, or uses the existing stacks.
-#![cfg(target_os = "linux")]
-#![allow(unsafe_code, reason = "limits the memory of its own process")]
+//! Calls from within calls: a host that answers requests by calling kernels gets an error where the stack of its thread
+//! ends, and nothing has run then.
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
 
-use std::process::Command;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, InstanceBlock, Instances, LaneBlock, Layout,
 };
+use rtsl_ir::host::{Host, LaneColors, LaneSet, RayLanes};
 use rtsl_ir::{Builder, OpKind, Scalar, Variable, VariableKind};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
-use rtsl_testing::functions::HashHost;
 
 /// The number of values kept: 64 KiB for 16 rays at a time.
 const KEPT: usize = 1_000;
 
-/// The rays of three groups of chunks that could run as coroutines.
-const RAYS: usize = 16 * 16 * 2 + 5;
+/// The rays of a call: three chunks.
+const RAYS: usize = 37;
 
 /// Keeps values during a request for a ray, and returns their sum with the answer.
 fn kernel(mode: CallMode) -> Kernel {
@@ -40,77 +39,126 @@ fn kernel(mode: CallMode) -> Kernel {
     rtsl_packet::lower(&function, &layout, mode, 16).unwrap()
 }
 
-fn call(kernel: &CompiledKernel, rays: usize) -> Result<(CallStatus, Vec<u32>), CallError> {
-    let (mut state, mut scratch) = (LaneBlock::new(0, rays), LaneBlock::new(2, rays));
-    for (index, x) in scratch.floats_mut(0).iter_mut().enumerate() {
-        *x = 1.0 - index as f32 * 1e-4;
-    }
-    let status = kernel.try_call(CallArguments {
-        state: &mut state,
-        scratch: &mut scratch,
-        count: rays,
-        mask: None,
-        accepted: None,
-        instances: Instances::One(&InstanceBlock::new(&[], Vec::new())),
-        host: &mut HashHost::default(),
-    });
-    status.map(|status| (status, scratch.words(1).to_vec()))
-}
-
-/// Limits the memory of the process, or removes the limit.
-fn limit_memory(is_limited: bool) {
-    let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: u64 = pages.split(' ').next().unwrap().parse().unwrap();
-    // Some for the heap of the test, less than a stack.
-    let used = (pages << 12) + (256 << 10);
-    // Safety: the limits are read and written in local memory; the hard limit is unchanged.
-    unsafe {
-        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        assert_eq!(libc::getrlimit(libc::RLIMIT_AS, &mut limit), 0);
-        limit.rlim_cur = if is_limited { used } else { limit.rlim_max };
-        assert_eq!(libc::setrlimit(libc::RLIMIT_AS, &limit), 0);
-    }
-}
-
-#[test]
-fn calls_without_stacks_are_errors() {
-    let program = std::env::current_exe().unwrap();
-    let arguments = ["--exact", "stacks::stacks_run_out", "--ignored", "--nocapture"];
-    let output = Command::new(program).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (said, complained) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{}\n{said}\n{complained}", output.status);
-    assert!(said.contains("1 passed"), "{said}");
-}
-
-#[test]
-#[ignore = "run by the test before it, in a process of its own"]
-fn stacks_run_out() {
+fn compiled(mode: CallMode) -> CompiledKernel {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("", "", "");
-    // The packet's chunks are separate; those of the leaf mode are not.
-    for (mode, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
-        let compile = || CompiledKernel::compile(&llvm, &[kernel(mode)], &features, OptLevel::O1);
-        let kernel = compile().unwrap().remove(0);
-        let work = move || {
-            limit_memory(true);
-            let without = call(&kernel, rays);
-            limit_memory(false);
-            // The first stack of this thread, needed for one ray.
-            let one = call(&kernel, 1);
-            assert!(one.is_ok());
-            limit_memory(true);
-            let with_one = call(&kernel, rays);
-            limit_memory(false);
-            (without, with_one, call(&kernel, rays))
-        };
-        // A thread that has no stacks yet.
-        let (without, with_one, with_all) = std::thread::spawn(work).join().unwrap();
-        match mode {
-            CallMode::Single => assert!(without.is_ok(), "its frame is small"),
-            _ => assert_eq!(without, Err(CallError::NoStack), "{mode:?}"),
-        }
-        assert!(with_all.is_ok());
-        assert_eq!(with_one, with_all, "{mode:?}");
+    CompiledKernel::compile(&llvm, &[kernel(mode)], &features, OptLevel::O1).unwrap().remove(0)
+}
+
+/// Answers with the number of levels below, by a call of the kernel for each request.
+struct Deeper<'a> {
+    kernel: &'a CompiledKernel,
+    /// The rays of each call.
+    rays: usize,
+    /// The number of further levels.
+    levels: u32,
+    /// Panics if a call is refused, instead of answering 0.
+    insists: bool,
+    /// The levels that answers came from, and the requests.
+    reached: u32,
+    requests: u32,
+}
+
+impl<'a> Deeper<'a> {
+    fn new(kernel: &'a CompiledKernel, rays: usize, levels: u32) -> Self {
+        Deeper { kernel, rays, levels, insists: false, reached: 0, requests: 0 }
     }
+
+    fn call(&mut self) -> Result<(CallStatus, Vec<f32>), CallError> {
+        let (kernel, rays) = (self.kernel, self.rays);
+        let (mut state, mut scratch) = (LaneBlock::new(0, rays), LaneBlock::new(2, rays));
+        for (index, x) in scratch.floats_mut(0).iter_mut().enumerate() {
+            *x = 1.0 - index as f32 * 1e-4;
+        }
+        let status = kernel.try_call(CallArguments {
+            state: &mut state,
+            scratch: &mut scratch,
+            count: rays,
+            mask: None,
+            accepted: None,
+            instances: Instances::One(&InstanceBlock::new(&[], Vec::new())),
+            host: self,
+        });
+        status.map(|status| (status, scratch.floats(1).to_vec()))
+    }
+}
+
+impl Host for Deeper<'_> {
+    fn trace(&mut self, lanes: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
+        self.requests += 1;
+        if self.levels == 0 {
+            return;
+        }
+        let levels = self.levels - 1;
+        // One of the chunks descends: all would take exponential time.
+        let mut inner = Deeper { levels, requests: 0, ..*self };
+        if lanes.base > 0 {
+            return;
+        }
+        let called = inner.call();
+        let reached = match called {
+            Ok(_) => 1 + inner.reached,
+            Err(error) if self.insists => panic!("level {levels}: {error}"),
+            Err(error) => {
+                assert_eq!((error, inner.requests), (CallError::NoStack, 0), "nothing has run");
+                0
+            }
+        };
+        self.reached = reached;
+        lanes.iter().for_each(|lane| radiance[0][lane] = reached as f32);
+    }
+}
+
+/// Does work on a thread with a stack of this size.
+fn on_stack<T: Send>(kib: usize, work: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(kib << 10);
+        thread.spawn_scoped(scope, work).unwrap().join().unwrap()
+    })
+}
+
+#[test]
+fn calls_that_are_too_deep_are_errors() {
+    for (mode, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
+        let kernel = compiled(mode);
+        let depth = |kib| {
+            on_stack(kib, || {
+                let mut host = Deeper::new(&kernel, rays, u32::MAX);
+                host.call().map(|(_, sums)| (host.reached, host.requests, sums))
+            })
+        };
+        // The vectors of a packet take 64 KiB a level, the values of one ray 4.
+        let at_least = if mode == CallMode::Single { 40 } else { 10 };
+        let (reached, requests, sums) = depth(2048).unwrap();
+        let (twice, ..) = depth(4096).unwrap();
+        assert!((at_least..500).contains(&reached), "{mode:?}: {reached} levels");
+        assert!(twice > reached * 3 / 2, "{mode:?}: {reached} levels, then {twice}");
+        assert_eq!(requests, rays.div_ceil(kernel.width()) as u32);
+        // As deep as that and no deeper, by the host's own limit.
+        let limited = on_stack(4096, || Deeper::new(&kernel, rays, reached).call());
+        assert_eq!(limited.unwrap().1, sums, "{mode:?}");
+    }
+}
+
+#[test]
+fn small_stacks_are_refused_and_512_kib_suffice() {
+    let kernel = compiled(CallMode::Packet);
+    let call = || {
+        let mut host = Deeper::new(&kernel, RAYS, 0);
+        (host.call().map(|_| ()), host.requests)
+    };
+    assert_eq!(on_stack(160, call), (Err(CallError::NoStack), 0));
+    assert_eq!(on_stack(512, call), (Ok(()), 3));
+}
+
+#[test]
+fn panics_of_deep_calls_pass_all_levels() {
+    let kernel = compiled(CallMode::Packet);
+    let message = on_stack(2048, || {
+        let mut host = Deeper { insists: true, ..Deeper::new(&kernel, RAYS, u32::MAX) };
+        let result = catch_unwind(AssertUnwindSafe(|| host.call()));
+        (*result.err().unwrap().downcast::<String>().unwrap(), host.requests)
+    });
+    assert!(message.0.contains("the calling thread's stack has too little room"), "{}", message.0);
+    assert_eq!(message.1, 1, "a host that has panicked is not asked again");
 }

@@ -4,22 +4,18 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, Method, SourceMap,
-    diagnostic_codes as codes,
-};
-use rtsl_bvh::{Bounds, Geometry, HitId};
+use rtsl::{Diagnostic, Diagnostics, Engine, Messages, SourceMap};
+use rtsl_bvh::{Bounds, Geometry};
 use rtsl_scene::{PlacedLight, Scene, SceneObject};
 
-use super::area_light::{AreaLight, MAX_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
 use super::compiled_scene::CompiledScene;
 use super::extents::Extents;
 use super::light::Light;
 use super::object::Object;
-use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
+use super::placed_objects::{GroupItems, PlacedObjects};
 use super::placement::inverse;
-use super::shaders::{Purpose, Shader, ShaderTable, is_own_material};
+use super::shaders::{Shader, ShaderTable};
 
 /// A step of preparing a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +33,6 @@ pub enum BuildStep {
 #[derive(Clone, Copy)]
 pub struct SceneBuilder<'a> {
     engine: &'a Engine,
-    purpose: Purpose,
     shapes: Shapes<'a>,
     listener: &'a dyn Fn(BuildStep),
 }
@@ -45,19 +40,13 @@ pub struct SceneBuilder<'a> {
 impl<'a> SceneBuilder<'a> {
     /// Creates a builder that compiles kernels by `engine` and reuses nothing.
     pub fn new(engine: &'a Engine) -> Self {
-        SceneBuilder { engine, purpose: Purpose::Shading, shapes: Shapes::New, listener: &|_| {} }
+        SceneBuilder { engine, shapes: Shapes::New, listener: &|_| {} }
     }
 
     /// Calls `listener` with each step when it begins.
     #[must_use]
     pub fn listener(self, listener: &'a dyn Fn(BuildStep)) -> Self {
         SceneBuilder { listener, ..self }
-    }
-
-    /// Compiles only the kernels that searches need.
-    #[must_use]
-    pub(crate) fn for_searches(self) -> Self {
-        SceneBuilder { purpose: Purpose::Searching, ..self }
     }
 
     /// Reuses the acceleration structure of a scene whose shapes and placements
@@ -78,19 +67,14 @@ impl<'a> SceneBuilder<'a> {
         self.engine
     }
 
-    /// Makes kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
+    /// Makes the kernels that searches of a scene need, and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors
     /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
     pub fn build(&self, scene: Scene, messages: &mut Messages) -> Result<CompiledScene, Messages> {
-        let SceneBuilder { engine, purpose, shapes, listener } = *self;
-        if purpose == Purpose::Shading && scene.objects.iter().any(|object| object.alpha.is_some())
-        {
-            let message = "alpha has no effect on the interactive renderer: surfaces are opaque";
-            messages.push_one(Diagnostic::new(codes::IGNORED_SETTING, message));
-        }
+        let SceneBuilder { engine, shapes, listener } = *self;
         let start = Instant::now();
-        let shaders = ShaderTable::new(engine, &scene, purpose);
+        let shaders = ShaderTable::new(engine, &scene);
         listener(BuildStep::Kernels { shaders: shaders.len() });
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);
@@ -111,16 +95,6 @@ impl<'a> SceneBuilder<'a> {
         compiled.compile_time = compile_time;
         compiled.build_time = start.elapsed();
         Ok(compiled)
-    }
-}
-
-impl CompiledScene {
-    /// Prepares a scene with the defaults of [`SceneBuilder`].
-    ///
-    /// # Errors
-    /// As for [`SceneBuilder::build`].
-    pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
-        SceneBuilder::new(engine).build(scene, messages)
     }
 }
 
@@ -173,7 +147,6 @@ impl Assembly<'_> {
         let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
         let PlacedObjects { groups: items, instances, .. } = placed;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
-        let area_lights = self.area_lights(&scene, &items);
         Ok(CompiledScene {
             usual_camera_epsilon,
             epsilon: scene.settings.epsilon.unwrap_or(0.0),
@@ -183,9 +156,7 @@ impl Assembly<'_> {
             camera: self.table.instance(&scene.camera),
             camera_to_world: scene.camera_to_world.affine(),
             camera_motion: scene.camera_motion.clone(),
-            materials: scene.materials.iter().map(|it| self.table.instance(it)).collect(),
-            lights: scene.lights.iter().map(|light| self.light(light)).collect(),
-            area_lights,
+            lights: scene.lights.iter().map(placed_light).collect(),
             ambient: scene.ambient,
             objects,
             geometry,
@@ -199,47 +170,6 @@ impl Assembly<'_> {
         })
     }
 
-    fn light(&self, light: &PlacedLight) -> Light {
-        Light {
-            instance: self.table.instance(&light.light),
-            forward: light.transform.affine(),
-            inverse: inverse(light.transform),
-        }
-    }
-
-    /// The area lights of the world.
-    fn area_lights(&self, scene: &Scene, items: &[GroupItems]) -> Vec<AreaLight> {
-        let has = |instance: &Instance, method: Method| {
-            let shader = self.table.instance(instance).shader;
-            self.shaders[shader].kernel(method).is_some()
-        };
-        let mut lights = Vec::new();
-        let world = items.first().into_iter().flat_map(GroupItems::members);
-        let world = world.map(|member| (*member, None));
-        for (member, instance) in world.chain(moving_members(scene, items)) {
-            let object = &scene.objects[member.object as usize];
-            let Some(emitter) = object.emitter else { continue };
-            let sampled = has(&object.primitive, Method::GenerateSample)
-                && has(&scene.materials[emitter as usize], Method::Emission)
-                && object.elements.is_none_or(|count| count <= MAX_SAMPLED_ELEMENTS);
-            let volume_scale = object.fixed_transform().volume_scale();
-            let id = |item: u32| match instance {
-                None => HitId::new(item, 0),
-                Some(instance) => HitId::new(items[0].count() + instance, item),
-            };
-            let primitives = if sampled { self.table.items(object) } else { Vec::new() };
-            lights.extend((member.first..).zip(primitives).map(|(item, primitive)| AreaLight {
-                id: id(item),
-                instance,
-                object: member.object,
-                primitive,
-                emitter,
-                volume_scale,
-            }));
-        }
-        lights
-    }
-
     fn object(&self, object: &SceneObject) -> Object {
         let forward = object.fixed_transform().affine();
         let inverse = inverse(object.fixed_transform());
@@ -249,8 +179,6 @@ impl Assembly<'_> {
             inverse,
             sizes: forward.of_sizes().after(&inverse.of_sizes()),
             volume_scale: object.fixed_transform().volume_scale() as f32,
-            material: (!is_own_material(object)).then_some(object.material),
-            emitter: object.emitter,
             reverse_orientation: object.reverse_orientation,
         }
     }
@@ -275,19 +203,8 @@ impl Assembly<'_> {
     }
 }
 
-/// The moving objects of the world, with the instances that place them.
-fn moving_members<'a>(
-    scene: &'a Scene,
-    items: &'a [GroupItems],
-) -> impl Iterator<Item = (GroupMember, Option<u32>)> {
-    let moves = |object: &&u32| scene.objects[**object as usize].motion.is_some();
-    let moving = scene.world.iter().filter(moves).count();
-    // Their groups come after those of the scene, their instances after the scene's.
-    let groups = items.iter().skip(1 + scene.groups.len()).take(moving);
-    let first = scene.instances.len() as u32;
-    groups.zip(first..).flat_map(|(group, instance)| {
-        group.members().iter().map(move |member| (*member, Some(instance)))
-    })
+fn placed_light(light: &PlacedLight) -> Light {
+    Light { forward: light.transform.affine(), inverse: inverse(light.transform) }
 }
 
 /// The least distance of a camera ray's hit: 1e-4 of the scene's scale. The scale is the median diagonal of the

@@ -4,14 +4,14 @@ use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::host::Host;
 use rtsl::{
     CallArguments, CallStatus, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, LeafArguments,
-    LeafKernel, Method, Program, new_state,
+    LeafKernel, Method, new_state,
 };
 use rtsl_bvh::{LANES, LaneMask};
 
 use super::compiled_scene::CompiledScene;
 use super::runtime_errors::RuntimeErrors;
 use super::shader_instance::ShaderInstance;
-use crate::lanes::mask_bits::{bits, set_bits};
+use crate::lanes::mask_bits::set_bits;
 
 /// The method that a kernel implements, by whose name errors of its calls are reported.
 #[derive(Clone, Copy)]
@@ -85,14 +85,9 @@ pub struct CallBlocks {
 impl CallBlocks {
     /// Allocates blocks for shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize) -> Self {
-        Self::with_lanes(scratch_arrays, LANES)
-    }
-
-    /// The same for `lanes` rays.
-    pub fn with_lanes(scratch_arrays: usize, lanes: usize) -> Self {
         CallBlocks {
-            state: new_state(lanes),
-            scratch: LaneBlock::new(scratch_arrays, lanes),
+            state: new_state(LANES),
+            scratch: LaneBlock::new(scratch_arrays, LANES),
             mask: MaskBlock::new(LANES),
             is_masked: false,
             masked: 0,
@@ -113,32 +108,19 @@ impl CallBlocks {
         count
     }
 
-    /// Calls a method for `lanes`; returns the lanes that accepted a hit. If `scratch` is given, it replaces that of
-    /// the blocks.
-    pub fn call(
-        &mut self,
-        call: &KernelCall<'_>,
-        lanes: LaneMask,
-        scratch: Option<&mut LaneBlock>,
-        host: &mut dyn Host,
-    ) -> LaneMask {
+    /// Calls a method that accepts no hits for `lanes`.
+    pub fn call(&mut self, call: &KernelCall<'_>, lanes: LaneMask, host: &mut dyn Host) {
         let count = dispatch!(SimdLevel::new(), simd => self.prepare_mask(simd, lanes));
         let arguments = CallArguments {
             state: &mut self.state,
-            scratch: scratch.unwrap_or(&mut self.scratch),
+            scratch: &mut self.scratch,
             count,
             mask: self.is_masked.then_some(&self.mask),
-            accepted: (call.callee.method == Method::Intersect).then_some(&mut self.accepted),
+            accepted: None,
             instances: call.instances,
             host,
         };
         call.callee.call(call.kernel, arguments);
-        match call.callee.method {
-            Method::Intersect => {
-                dispatch!(SimdLevel::new(), simd => bits(simd, &self.accepted, lanes))
-            }
-            _ => 0,
-        }
     }
 }
 
@@ -153,28 +135,9 @@ pub struct KernelCall<'a> {
 }
 
 impl KernelCall<'_> {
-    /// Reports values of the call that are not finite for these lanes.
-    pub fn report_not_finite(&self, lanes: LaneMask) {
-        self.callee.report_not_finite(u64::from(lanes.count_ones()));
-    }
-
     /// True if the kernel reads or writes a component of the state.
     pub fn touches(&self, component: usize) -> bool {
         self.kernel.state_components().contains(component as u32)
-    }
-}
-
-impl<'a> KernelCall<'a> {
-    /// A call of a method of a program's class.
-    pub fn new(
-        program: &'a Program,
-        kernel: &'a Kernel,
-        method: Method,
-        instances: Instances<'a>,
-        errors: &'a RuntimeErrors,
-    ) -> Self {
-        let callee = Callee { class: &program.class().name, method, errors };
-        KernelCall { kernel, callee, instances }
     }
 }
 
@@ -188,7 +151,7 @@ impl CompiledScene {
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
         let kernel = shader.kernel(method)?;
-        let instances = Instances::One(&instance.block);
-        Some(KernelCall::new(&shader.program, kernel, method, instances, errors))
+        let callee = Callee { class: &shader.program.class().name, method, errors };
+        Some(KernelCall { kernel, callee, instances: Instances::One(&instance.block) })
     }
 }

@@ -7,7 +7,6 @@ use rtsl_bvh::Geometry;
 use rtsl_math::{Affine, MovingTransform};
 use rtsl_scene::Settings;
 
-use super::area_light::AreaLight;
 use super::extents::Extents;
 use super::light::Light;
 use super::object::Object;
@@ -15,7 +14,7 @@ use super::object_class::ObjectClass;
 use super::placed_objects::GroupItems;
 use super::placement::Placement;
 use super::shader_instance::ShaderInstance;
-use super::shaders::{Shader, SurfaceNeeds};
+use super::shaders::Shader;
 
 /// A scene prepared for rendering.
 pub struct CompiledScene {
@@ -29,12 +28,8 @@ pub struct CompiledScene {
     pub camera_to_world: Affine,
     /// The same over the shutter interval, if it moves.
     pub camera_motion: Option<Arc<MovingTransform>>,
-    /// The materials.
-    pub materials: Vec<ShaderInstance>,
-    /// The lights.
+    /// The lights without a shape.
     pub lights: Vec<Light>,
-    /// The area lights; their light indices come after those of `lights`.
-    pub area_lights: Vec<AreaLight>,
     /// The value of `ambient()`.
     pub ambient: [f32; 3],
     /// The objects.
@@ -87,19 +82,5 @@ impl CompiledScene {
     pub fn placement(&self, instance: u32) -> Option<Placement<'_>> {
         let forward = *self.instance_transforms.get(instance as usize)?;
         Some(Placement::new(self.geometry.instances.get(instance as usize)?, forward))
-    }
-
-    /// Returns the surface properties that the material of an object, its emitter and its own methods read.
-    pub fn needs(&self, object: &Object) -> SurfaceNeeds {
-        let own = object.material.is_none().then_some(object.primitive.shader);
-        let others = [object.material, object.emitter].into_iter().flatten();
-        let others = others.map(|material| self.materials[material as usize].shader);
-        let needs = own.into_iter().chain(others).map(|it| self.shaders[it].surface_needs());
-        let shape = &self.shaders[object.primitive.shader];
-        let own = SurfaceNeeds {
-            inverse_directions: shape.reads_inverse_directions,
-            ..SurfaceNeeds::default()
-        };
-        needs.fold(own, SurfaceNeeds::union)
     }
 }

@@ -14,11 +14,6 @@ pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
     placed(Variant::new(CallMode::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
 }
 
-/// The kernel of `intersect` for closest hits whose scratch is read.
-pub fn hit_variant(program: &Program, is_placed: bool) -> Variant {
-    packet_variant(program, is_placed).reading(Outputs::NONE.with_scratch())
-}
-
 /// Returns the variant for objects with or without transforms to their group's space.
 pub fn placed(variant: Variant, is_placed: bool) -> Variant {
     if is_placed { variant.placed() } else { variant }

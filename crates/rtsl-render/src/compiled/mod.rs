@@ -1,7 +1,6 @@
 //! A scene prepared for rendering: kernels for its shaders, an acceleration structure over its objects, and searches
 //! for hits. All renderers share this module.
 
-pub(crate) mod area_light;
 mod bounds;
 mod builder;
 pub(crate) mod calls;

@@ -1,6 +1,8 @@
-//! Objects: shapes with transforms and materials.
+//! Objects: shapes with transforms.
 
+use rtsl::Role;
 use rtsl_math::Affine;
+use rtsl_scene::SceneObject;
 
 use super::shader_instance::ShaderInstance;
 
@@ -17,10 +19,11 @@ pub struct Object {
     pub sizes: Affine,
     /// The factor by which volumes are scaled from its own space to its group's; positive.
     pub volume_scale: f32,
-    /// The index of its material; `None` if the shape is its own material.
-    pub material: Option<u32>,
-    /// The index of the material whose emission it gives off besides.
-    pub emitter: Option<u32>,
     /// True if its normals are flipped.
     pub reverse_orientation: bool,
+}
+
+/// True if a shape's class is also a material, whose methods shade it.
+pub fn is_own_material(object: &SceneObject) -> bool {
+    object.primitive.class().roles.contains(&Role::Material)
 }

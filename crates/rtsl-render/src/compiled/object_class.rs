@@ -1,12 +1,11 @@
 //! Traversal classes: objects of one group that share a shader, in the order of the leaves of the group's tree, so that
 //! one call can test several.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement,
-    Program, Variant,
+    CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Placement, Program,
+    Variant,
 };
 use rtsl_bvh::{Bvh8, Leaf};
 use rtsl_math::{Affine, SIMD_LANES};
@@ -29,10 +28,6 @@ pub struct ObjectClass {
     common_origin: OnceLock<Option<Arc<Kernel>>>,
     leaf: OnceLock<Option<LeafKernel>>,
     stream: OnceLock<Option<Arc<Kernel>>>,
-    /// `intersect` for closest hits, if later methods read its scratch.
-    pub hit: Option<Arc<Kernel>>,
-    /// For elements, the methods that compute properties of hits, with an element for each ray.
-    surface: BTreeMap<Method, Arc<Kernel>>,
 }
 
 /// The mapping of the scene's objects to indices in the class.
@@ -137,21 +132,8 @@ impl ObjectClass {
         let program = &shader.program;
         let form = objects.form().clone();
         let variant = placed(Variant::new(CallMode::Packet), is_placed).of_objects(form);
-        let intersect = |outputs: Outputs, mode: CallMode| {
-            let variant = Variant { mode, ..variant.clone() }.reading(outputs);
-            program.kernel(Method::Intersect, variant)
-        };
-        let packet = intersect(traversal_outputs(), CallMode::Packet)?;
-        let has_elements = matches!(which, ObjectNumbering::Elements(_));
-        let mode = if has_elements { CallMode::Stream } else { CallMode::Packet };
-        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), mode));
-        let mut surface = BTreeMap::new();
-        if has_elements {
-            for (method, outputs) in shader.hit_methods() {
-                let variant = Variant { mode, placed: false, ..variant.clone() };
-                surface.insert(*method, program.kernel(*method, variant.reading(*outputs))?);
-            }
-        }
+        let of_packets = variant.clone().reading(traversal_outputs());
+        let packet = program.kernel(Method::Intersect, of_packets)?;
         Ok(ObjectClass {
             which,
             objects: Arc::new(objects),
@@ -162,8 +144,6 @@ impl ObjectClass {
             common_origin: OnceLock::new(),
             leaf: OnceLock::new(),
             stream: OnceLock::new(),
-            hit: hit.transpose()?,
-            surface,
         })
     }
 
@@ -206,11 +186,6 @@ impl ObjectClass {
             ObjectNumbering::Separate(_) => false,
             ObjectNumbering::Elements(_) => true,
         }
-    }
-
-    /// Returns the kernel of a method that computes properties of hits, with an element for each ray.
-    pub fn surface_kernel(&self, method: Method) -> Option<&Kernel> {
-        self.surface.get(&method).map(|kernel| &**kernel)
     }
 
     /// Returns the kernel for packets with or without a common origin.

@@ -13,8 +13,8 @@ use super::material::MaterialSource;
 use super::object_entry::ObjectEntry;
 use super::surface_group::{GroupKey, GroupParts};
 use crate::compiled::CompiledScene;
+use crate::compiled::object::is_own_material;
 use crate::compiled::placed_objects::GroupMember;
-use crate::compiled::shaders::is_own_material;
 
 /// In classes with at most so many objects, each is called separately: its members are then read once.
 const MAX_OBJECTS_ALONE: usize = 8;

@@ -24,8 +24,8 @@ use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::shading_methods::{ShadingMethods, ShadingParts};
 use super::surface_group::GroupKey;
+use crate::compiled::object::is_own_material;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, SceneBuilder};
 
 /// Prepares scenes for path tracing.
@@ -74,7 +74,7 @@ impl<'a> BatchSceneBuilder<'a> {
         let aovs = AovPlan::new(aovs, instance.class()).map_err(Messages::one)?;
         let integrator =
             Integrator::new(engine, instance, &aovs.features).map_err(Messages::one)?;
-        let compiled = builder.for_searches().build(scene.clone(), messages)?;
+        let compiled = builder.build(scene.clone(), messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();

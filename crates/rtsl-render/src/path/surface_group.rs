@@ -13,7 +13,7 @@ use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
 use super::material::{MaterialKernels, MaterialSource, called_methods, is_shaded};
 use crate::compiled::object_class::ObjectClass;
-use crate::compiled::shaders::SurfaceNeeds;
+use crate::surfaces::SurfaceNeeds;
 
 /// The key of a surface group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -289,3 +289,7 @@ fn reads_inverse(program: &Program) -> bool {
         methods.into_iter().filter_map(|method| program.method(method).ok()).collect();
     SurfaceNeeds::of(Read::by(&linked).state).inverse_directions
 }
+
+#[cfg(test)]
+#[path = "surface_group_tests.rs"]
+mod tests;

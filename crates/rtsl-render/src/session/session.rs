@@ -21,6 +21,7 @@ use super::picked::Picked;
 use super::renderer::SessionRenderer;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
+use crate::compiled::object::is_own_material;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
@@ -380,23 +381,23 @@ impl Session {
         }
         let hit = HitObject::of(&compiled.geometry, &compiled.items, hits.id[lane])?;
         let index = hit.member.object as usize;
-        let object = &compiled.objects[index];
+        let object = &self.scene.objects[index];
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
         let t = f64::from(hits.distance[lane]);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shape = *self.origins.objects.get(index)?;
-        let material = object.material;
-        let shader = match material {
-            Some(material) => &compiled.materials[material as usize],
+        let material = (!is_own_material(object)).then_some(object.material);
+        let shading = match material {
+            Some(material) => &self.scene.materials[material as usize],
             None => &object.primitive,
         };
         Some(Picked {
             shape,
             title: self.title(shape),
-            class: self.scene.objects[index].primitive.class().name.clone(),
+            class: object.primitive.class().name.clone(),
             material: material.and_then(|material| self.origins.materials[material as usize]),
-            material_class: compiled.shader(shader).program.class().name.clone(),
+            material_class: shading.class().name.clone(),
             distance: t * length,
             position: std::array::from_fn(|axis| origin[axis] + t * direction[axis]),
         })

@@ -94,9 +94,9 @@ pub(super) fn find(session: &Session, title: &str) -> EntityId {
     things.iter().find(|thing| thing.title == title).unwrap_or_else(|| panic!("{things:?}")).entity
 }
 
-/// The addresses of the code of every method.
+/// The addresses of the kernels that take one instance.
 fn kernels(session: &Session) -> Vec<(String, Method, *const rtsl::Kernel)> {
-    let methods = [Method::GenerateRay, Method::Intersect, Method::Shade, Method::Illumination];
+    let methods = [Method::GenerateRay, Method::ComputeBounds];
     let shaders = session.renderer.compiled().shaders.iter();
     let kernels = shaders.flat_map(|shader| {
         let name = &shader.program.class().name;

@@ -1,9 +1,9 @@
 //! The surface properties that materials and lights read at hits. The shapes' methods run in object space; their
-//! results are then transformed to world space. Both renderers use this module, the interactive one for packets, the
-//! batch one for shading batches.
+//! results are then transformed to world space.
 
 mod hit_lanes;
 mod state;
+mod surface_needs;
 mod transforms;
 
 use fearless_simd::prelude::*;
@@ -12,9 +12,9 @@ use rtsl::Method;
 
 pub use hit_lanes::{EightSurfaces, HitLanes, ObjectHit, SurfaceLanes};
 pub use state::EightRays;
+pub use surface_needs::SurfaceNeeds;
 pub use transforms::SurfaceTransforms;
 
-use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled};
 use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl::LaneBlock;
 
-use crate::compiled::shaders::SurfaceNeeds;
+use super::surface_needs::SurfaceNeeds;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;

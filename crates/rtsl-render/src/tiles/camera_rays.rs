@@ -119,7 +119,7 @@ pub fn camera_packet(
     camera.streams.begin(&inputs);
     inputs.set(tracer.scene, &mut blocks.state);
     if let Some(call) = call {
-        blocks.call(&call, lanes, None, &mut camera.streams);
+        blocks.call(&call, lanes, &mut camera.streams);
     }
     dispatch!(Level::new(), simd => take_rays(simd, tracer.scene, blocks, &inputs, &mut camera));
     if let Some(motion) = &tracer.scene.camera_motion {
@@ -188,7 +188,7 @@ fn set_footprints(
         };
         place(step, blocks);
         // The random numbers that this call draws must not advance the rays' sequences.
-        blocks.call(&call, lanes, None, &mut camera.streams.clone());
+        blocks.call(&call, lanes, &mut camera.streams.clone());
         let mut others = [[[0.0; LANES]; 3]; 2];
         dispatch!(Level::new(), simd => {
             store_rays(simd, &blocks.state, &mut others);

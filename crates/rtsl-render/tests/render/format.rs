@@ -7,7 +7,6 @@ use std::sync::Arc;
 use rtsl::{Backend, Engine, EngineOptions, Instance, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::batch::BatchScene;
-use rtsl_render::compiled::CompiledScene;
 use rtsl_scene::reader::{DiskFiles, MemoryFiles};
 use rtsl_scene::{LoadOptions, Loaded, PlacedLight, load_scene};
 
@@ -32,13 +31,8 @@ fn a_texture_or_a_number_cuts_a_shape_out() {
         alphas.map(|alpha| alpha.map(|it| it.class().name.as_str())).collect();
     assert_eq!(classes, [Some("Checker"), Some("Constant"), None, None]);
     assert_eq!(loaded.warnings.to_text(false), "");
-    // Of the renderers one does without.
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the interpreter is there");
-    let mut warnings = Messages::default();
-    CompiledScene::new(loaded.scene.clone(), &engine, &mut warnings).expect("it compiles");
-    let interactive = warnings.to_text(false);
-    assert_eq!(interactive.matches("warning[W0601]").count(), 1, "said once: {interactive}");
     let mut warnings = Messages::default();
     BatchScene::new(&loaded.scene, &engine, &[], &mut warnings, &|_| {}).expect("it compiles");
     assert_eq!(warnings.to_text(false), "");

@@ -13,7 +13,6 @@ mod guide;
 mod hand_made;
 mod importance;
 mod integrators;
-mod kernels;
 mod leaving;
 mod lights;
 mod measure;

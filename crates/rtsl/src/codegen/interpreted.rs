@@ -2,13 +2,16 @@
 
 use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
-    Layout, LeafArguments, Objects, Signature,
+    Layout, LeafArguments, Objects, Signature, check_stack,
 };
 use rtsl_ir::{Function, Interpreter, PrepareError, Storage, VariableId, VariableKind};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::state_component_count;
 
 use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
+
+/// The stack of a call, in builds without optimisation. The interpreter does not recurse.
+const FRAME_BYTES: usize = 32 << 10;
 
 /// A method that runs ray by ray.
 #[derive(Clone, Debug)]
@@ -46,6 +49,7 @@ impl InterpretedKernel {
     /// Runs the method for all lanes of the call, in order.
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         self.signature.check(&call)?;
+        check_stack(FRAME_BYTES)?;
         Ok(self.run(call))
     }
 
@@ -61,6 +65,7 @@ impl InterpretedKernel {
     /// Runs the method for all rays of a host's arrays, whose values it copies.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         self.signature.check_host(&call, 1)?;
+        check_stack(FRAME_BYTES)?;
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let components: Vec<u32> = self.signature.state.iter().collect();
         let mut own_state = LaneBlock::sparse(state_component_count() as usize, &components, count);

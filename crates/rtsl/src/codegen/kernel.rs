@@ -82,8 +82,7 @@ impl Kernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a
-    /// panic of the host.
+    /// If the arguments' sizes do not fit the kernel, if the stack has no room for it, and with a panic of the host.
     // Inlined for the same reason as `CompiledKernel::call`.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
@@ -96,7 +95,7 @@ impl Kernel {
     /// Like [`Kernel::call`], but returns an error if the call is not possible.
     ///
     /// # Errors
-    /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
+    /// If the arguments' sizes do not fit the kernel, or the stack has no room for it.
     ///
     /// # Panics
     /// With a panic of the host.
@@ -147,7 +146,7 @@ impl Kernel {
     /// ```
     ///
     /// # Errors
-    /// If the arguments do not fit the kernel, or there is no memory for the stack that it needs.
+    /// If the arguments do not fit the kernel, or the stack has no room for it.
     ///
     /// # Panics
     /// With a panic of the host.

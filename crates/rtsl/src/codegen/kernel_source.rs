@@ -70,8 +70,6 @@ impl<'a> KernelSource<'a> {
                 .outputs
                 .iter()
                 .any(|output| kind(output) == VariableKind::Accepted),
-            // Only machine code has chunks.
-            separate_chunks: None,
         }
     }
 

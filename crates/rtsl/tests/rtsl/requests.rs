@@ -1,13 +1,9 @@
-//! Requests for rays and light: what one chunk of a call asks for comes to the host together with what
-//! others ask for, and nobody's answer depends on that.
+//! Requests for rays and light: hosts answer them chunk by chunk, may call kernels, and may panic.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use rtsl::host::{
-    Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, LightRequest,
-    OcclusionRequest, RayLanes, TraceRequest,
-};
+use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
     Backend, CallArguments, CallMode, Engine, EngineOptions, Instance, InstanceBlock, Instances,
     Kernel, LaneMask, Method, lookup_state, new_state,
@@ -78,31 +74,42 @@ impl Shader {
 struct Scene<'a> {
     shader: &'a Shader,
     depth: u32,
-    /// The number of calls; the number of requests in all of them.
+    /// The number of requests.
     asked: usize,
-    requests: usize,
     /// It panics when it is asked so often.
     patience: usize,
 }
 
 impl<'a> Scene<'a> {
     fn new(shader: &'a Shader, depth: u32) -> Self {
-        Scene { shader, depth, asked: 0, requests: 0, patience: usize::MAX }
+        Scene { shader, depth, asked: 0, patience: usize::MAX }
     }
 
-    fn count(&mut self, requests: usize) {
+    fn count(&mut self) {
         assert!(self.asked < self.patience, "the host has had enough");
         self.asked += 1;
-        self.requests += requests;
     }
 }
 
 impl Host for Scene<'_> {
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
-        self.trace_together(&mut [TraceRequest { lanes, rays, radiance }]);
+        self.count();
+        for lane in lanes.iter() {
+            radiance[0][lane] = 2.0 * rays.origin[0][lane] + rays.direction[0][lane];
+            assert_eq!(rays.origin[0][lane], (lanes.base as usize + lane) as f32);
+        }
+        if self.depth > 0 {
+            // A call from within a call.
+            let mut inner = Scene::new(self.shader, self.depth - 1);
+            let shaded = self.shader.shade(33, None, &mut inner);
+            lanes
+                .iter()
+                .for_each(|lane| radiance[1][lane] = shaded[(lanes.base as usize + lane) % 33][1]);
+        }
     }
 
     fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
+        self.count();
         lanes
             .iter()
             .filter(|lane| (rays.origin[0][*lane] as u32).is_multiple_of(2))
@@ -120,41 +127,10 @@ impl Host for Scene<'_> {
         query: &LightQueryLanes,
         light: &mut LightLanes,
     ) -> u32 {
+        self.count();
         assert_eq!(index, 1);
         light.distance = query.point[0].map(|x| x + 0.5);
         u32::MAX
-    }
-
-    fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
-        self.count(requests.len());
-        for TraceRequest { lanes, rays, radiance } in requests {
-            for lane in lanes.iter() {
-                radiance[0][lane] = 2.0 * rays.origin[0][lane] + rays.direction[0][lane];
-                assert_eq!(rays.origin[0][lane], (lanes.base as usize + lane) as f32);
-            }
-            if self.depth > 0 {
-                // A call from within a call: its chunks need stacks of their own.
-                let mut inner = Scene::new(self.shader, self.depth - 1);
-                let shaded = self.shader.shade(33, None, &mut inner);
-                lanes.iter().for_each(|lane| {
-                    radiance[1][lane] = shaded[(lanes.base as usize + lane) % 33][1]
-                });
-            }
-        }
-    }
-
-    fn occluded_together(&mut self, requests: &mut [OcclusionRequest<'_>]) {
-        self.count(requests.len());
-        for request in requests {
-            request.occluded = self.occluded(request.lanes, request.rays);
-        }
-    }
-
-    fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
-        self.count(requests.len());
-        for request in requests {
-            request.reached = self.light_sample(request.lanes, index, request.query, request.light);
-        }
     }
 
     fn ambient(&mut self) -> [f32; 3] {
@@ -172,7 +148,7 @@ fn shaders() -> impl Iterator<Item = (u32, Shader)> {
 }
 
 #[test]
-fn answers_do_not_depend_on_who_asks_along() {
+fn answers_do_not_depend_on_the_width() {
     let oracle = Shader::new(Backend::Interpreter, 1).unwrap();
     let some = LaneMask::from_fn(150, |ray| ray % 7 != 3 && !(16..40).contains(&ray));
     for (width, shader) in shaders() {
@@ -187,21 +163,19 @@ fn answers_do_not_depend_on_who_asks_along() {
 }
 
 #[test]
-fn chunks_ask_together() {
+fn each_chunk_asks_once_for_all_of_its_rays() {
     for (width, shader) in shaders().filter(|(width, _)| *width > 1) {
         let mut scene = Scene::new(&shader, 0);
         shader.shade(64, None, &mut scene);
         let chunks = 64 / width as usize;
         let first = 20_usize.div_ceil(width as usize);
         let others = chunks - 20 / width as usize;
-        assert_eq!(scene.requests, first + 2 * others + chunks, "width {width}");
-        // Two kinds, then tracing; the chunk that takes both ways goes through all four once more.
-        assert!(scene.asked <= 7, "width {width}: asked {} times", scene.asked);
+        assert_eq!(scene.asked, first + 2 * others + chunks, "width {width}");
     }
 }
 
 #[test]
-fn a_panic_of_the_host_goes_on_when_all_chunks_have_ended() {
+fn a_panic_of_the_host_resumes_when_the_kernel_has_returned() {
     for (width, shader) in shaders() {
         for patience in 0..3 {
             let mut scene = Scene { patience, ..Scene::new(&shader, 1) };
@@ -210,5 +184,23 @@ fn a_panic_of_the_host_goes_on_when_all_chunks_have_ended() {
             assert_eq!(message, "the host has had enough", "width {width}");
             assert_eq!(scene.asked, patience);
         }
+    }
+}
+
+#[test]
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn calls_that_are_too_deep_panic_with_an_error() {
+    for backend in [Backend::Jit, Backend::Interpreter] {
+        let Some(shader) = Shader::new(backend, 16) else { continue };
+        let endless = || {
+            let mut scene = Scene::new(&shader, u32::MAX);
+            let result = catch_unwind(AssertUnwindSafe(|| shader.shade(1, None, &mut scene)));
+            *result.err().unwrap().downcast::<String>().unwrap()
+        };
+        let thread = std::thread::Builder::new().stack_size(4 << 20);
+        let message = std::thread::scope(|scope| {
+            thread.spawn_scoped(scope, endless).unwrap().join().unwrap()
+        });
+        assert!(message.contains("stack has too little room"), "{backend:?}: {message}");
     }
 }

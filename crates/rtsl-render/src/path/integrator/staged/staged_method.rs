@@ -19,7 +19,7 @@ use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
 use super::searched_objects::searched_objects;
 use super::stage_lights::shape_objects;
-use crate::compiled::shaders::is_own_material;
+use crate::compiled::object::is_own_material;
 use crate::compiled::variables::variables;
 
 /// An integrator's stages with their kernels.
