@@ -269,8 +269,8 @@ impl StagedPaths<'_> {
         }
         let (kernel, objects) = staged.kernel(stage, group);
         if objects.len() > 1 {
-            match self.staged.finds_surfaces(stage) {
-                true => self.take_surfaces(objects.len(), count),
+            match staged.finds_surfaces(stage) {
+                true => self.take_surfaces(staged, objects.len(), count),
                 false => self.set_surfaces(staged, (stage, group), paths.paths(), true),
             }
         }
@@ -326,10 +326,10 @@ impl StagedPaths<'_> {
         set_objects(&mut self.frames.surfaces, slots, in_place, index);
     }
 
-    /// Sets the index of each path's surface as searches have found it, for a group of so many.
-    fn take_surfaces(&mut self, objects: usize, count: usize) {
+    /// Sets the index of each of so many paths' surface as searches have found it, for a group of so many objects.
+    fn take_surfaces(&mut self, staged: &StagedMethod, objects: usize, count: usize) {
         let Frames { paths, surfaces, .. } = &mut *self.frames;
-        let indices = &paths.scratch.words(self.staged.columns.surface_index)[..count];
+        let indices = &paths.scratch.words(staged.columns.surface_index)[..count];
         // Kernels need valid indices for all paths, also those with surfaces of other groups.
         let last = objects as u32 - 1;
         let surfaces = surfaces.as_mut_slice().iter_mut();
