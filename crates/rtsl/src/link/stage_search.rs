@@ -212,3 +212,107 @@ impl Arithmetic<'_> {
         Ok(is_any)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use rtsl_ir::Function;
+    use rtsl_ir::class::Class;
+    use rtsl_ir::verify::verify;
+    use rtsl_spec::Role;
+
+    use super::super::linked_method::LinkedMethod;
+    use super::super::linker::{Linked, link_function};
+    use super::super::search::SearchedClassLink;
+    use super::super::stage::{SurfaceLinks, link_stage};
+    use super::*;
+
+    fn function(text: &str) -> Function {
+        text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))
+    }
+
+    fn tree() -> ClassTree {
+        let class = Class {
+            name: "Ball".to_owned(),
+            roles: vec![Role::Primitive],
+            documentation: None,
+            parameters: Vec::new(),
+            members: Vec::new(),
+            buffers: Vec::new(),
+            scratch: Vec::new(),
+            scratch_types: Vec::new(),
+            outputs: Vec::new(),
+            method_documentation: Default::default(),
+            references: Vec::new(),
+            initializer: Function::new("Ball.initializer"),
+            constructor: None,
+            methods: Default::default(),
+        };
+        ClassTree { class: Arc::new(class), references: Vec::new() }
+    }
+
+    /// Two shapes that rays hit at the distance that is a member.
+    fn links(tree: &ClassTree) -> SearchLinks {
+        let intersect = function(
+            "function intersect member at: f32[1] state rt_HitDistance: f32[1] accepted accepted: bool[1] {
+                %d: f32 = load member:at@0 %l: f32 = load state:rt_HitDistance@0 %hit: bool = less %d, %l
+                %new: f32 = select %hit, %d, %l
+                return state:rt_HitDistance@0 = %new, accepted:accepted@0 = %hit
+            }",
+        );
+        let intersect = Arc::new(LinkedMethod::new(link_function(tree, &intersect).unwrap()));
+        let class = SearchedClassLink { prefix: "class.0.".to_owned(), count: 2, intersect };
+        SearchLinks { classes: vec![class], items: 2, slack: 1e-6 }
+    }
+
+    /// Links a stage that contributes and requests a search, after which stage `next` follows.
+    fn linked(next: &str) -> Function {
+        let tree = tree();
+        let request: String =
+            (0..8).map(|index| format!("scratch request.{index}: f32[1] ")).collect();
+        let stored: String =
+            (0..8).map(|index| format!("scratch:request.{index}@0 = %x, ")).collect();
+        let stage = function(&format!(
+            "function f.0 {request} scratch next: i32[1] state rt_HitDistance: f32[1] {{
+                %x: f32 = load state:rt_HitDistance@0 %n: i32 = constant {next}
+                query contribute %x, %x, %x, %x, %x, %x, %x, %x, %x, %x
+                return {stored} scratch:next@0 = %n
+            }}"
+        ));
+        let search = StageSearch { links: links(&tree), resumed: BTreeSet::from([1]) };
+        let links = SurfaceLinks {
+            keeps_contribution: true,
+            search: Some(Arc::new(search)),
+            ..SurfaceLinks::default()
+        };
+        let Linked { function, .. } = link_stage(&tree, &stage, links).unwrap();
+        verify(&function).unwrap();
+        function
+    }
+
+    fn stored(function: &Function) -> BTreeSet<&str> {
+        let outputs = function.outputs.iter();
+        outputs.map(|output| function.variable(output.variable).name.as_str()).collect()
+    }
+
+    #[test]
+    fn a_stage_stores_answers_and_light_in_the_place_of_a_contribution() {
+        let function = linked("1");
+        let stored = stored(&function);
+        for name in ["answer.0", "answer.4", "path.group", "path.surface", "path.searches"] {
+            assert!(stored.contains(name), "{name}");
+        }
+        assert!(LIT_COLUMNS.iter().all(|name| stored.contains(name)));
+        assert!(stored.contains(SHADOW_RAYS_COLUMN));
+        assert!(!stored.iter().any(|name| name.starts_with("contribution")));
+    }
+
+    #[test]
+    fn a_stage_after_which_nothing_is_searched_has_no_answers() {
+        let function = linked("2");
+        let stored = stored(&function);
+        assert!(!stored.iter().any(|name| name.starts_with("answer")), "{stored:?}");
+        assert!(stored.contains(LIT_COLUMNS[0]));
+    }
+}
