@@ -1,5 +1,5 @@
-//! The searches that a stage asks for, as its last operations: a path that waits for the nearest hit has the answer when
-//! the next stage begins, and light that nothing blocks is added to the path's sum.
+//! The searches that a stage asks for, as its last operations: a path that waits for the nearest hit has the answer
+//! when the next stage begins, and light that nothing blocks is added to the path's sum.
 //!
 //! The rays are then values of the stage, and pass through memory neither on their way to the search nor to the sum.
 

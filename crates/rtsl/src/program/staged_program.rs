@@ -49,7 +49,7 @@ pub struct StagedProgram {
     values: ParameterValues,
 }
 
-/// What stages are linked with.
+/// The parts of a scene and a render with which stages are linked.
 struct Parts {
     sampler: Sampler,
     lights: Option<LinkedLights>,

@@ -10,8 +10,8 @@ use rtsl_bvh::LaneMask as PacketMask;
 /// The number of paths in a vector.
 const VECTOR_PATHS: usize = 16;
 
-/// A set of paths, as masks of vectors and, once anyone asks for it, as a list in ascending order. The paths are also the
-/// lanes of columns, of which the set selects numbers.
+/// A set of paths, as masks of vectors and, once anyone asks for it, as a list in ascending order. The paths are also
+/// the lanes of columns, of which the set selects numbers.
 #[derive(Clone, Debug, Default)]
 pub struct PathSet {
     /// A mask for each vector.
