@@ -4,8 +4,8 @@
 //!
 //! A [`Kernel`] is called for any number of rays. Its [prologue](Kernel::prologue) runs once per call and computes the
 //! values common to all rays. Its [body](Kernel::body) runs once for each chunk of W rays, in order, and yields one
-//! value for each [output](Kernel::outputs), which are then stored. The last chunk may extend beyond the
-//! last ray.
+//! value for each [output](Kernel::outputs), which are then stored. The last chunk may extend beyond the last
+//! ray.
 //!
 //! # Uniform values, lanes and masks
 //!

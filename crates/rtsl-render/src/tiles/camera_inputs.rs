@@ -72,12 +72,20 @@ impl CameraInputs {
                 pixels[1][lane] = (y as u32).wrapping_add(row);
             }
             inputs.samples = [samples.first; LANES];
+            let keys = |lane: usize| keys_of(pixels[0][lane], pixels[1][lane]);
             for lane in 0..LANES {
-                let keys = keys_of(pixels[0][lane], pixels[1][lane]);
-                position_keys[lane] = keys.position;
-                lens_keys[lane] = keys.lens;
-                time_keys[lane] = keys.time;
-                inputs.stream_keys[lane] = keys.stream;
+                position_keys[lane] = keys(lane).position;
+            }
+            for lane in 0..LANES {
+                time_keys[lane] = keys(lane).time;
+            }
+            for lane in 0..LANES {
+                inputs.stream_keys[lane] = keys(lane).stream;
+            }
+            if with_lens {
+                for lane in 0..LANES {
+                    lens_keys[lane] = keys(lane).lens;
+                }
             }
         } else {
             // The samples of a pixel share its keys, which are most of the work.

@@ -103,8 +103,7 @@ impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads. If
     /// the program searches a scene, the kernels for the searches that stages do not make themselves come last. The code
-    /// is not
-    /// [optimised](StageKernels::optimise) yet.
+    /// is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -266,16 +265,16 @@ impl Linked {
 
 /// Returns the searches that linked stages leave to kernels of their own.
 fn searches_left(program: &StagedProgram, linked: &[Linked]) -> Vec<Search> {
+    if !program.searches_at_end() {
+        return vec![Search::Nearest, Search::Any];
+    }
     let mut needs_any = program.stages().iter().any(|it| it.resumed_by == ResumedBy::Occluded);
     for Linked { function, .. } in linked {
         function.body.for_each_op(&mut |op| {
             needs_any |= matches!(op.kind, OpKind::Query(Query::Contribute, _));
         });
     }
-    match program.searches_at_end() {
-        true => needs_any.then_some(Search::Any).into_iter().collect(),
-        false => vec![Search::Nearest, Search::Any],
-    }
+    needs_any.then_some(Search::Any).into_iter().collect()
 }
 
 /// Returns the scratch that anyone reads: kernels, those who prepare surfaces, and hosts, which read the objects and

@@ -139,7 +139,7 @@ pub(crate) fn link_search(
 }
 
 impl Search {
-    fn event(self) -> ResumedBy {
+    pub fn event(self) -> ResumedBy {
         match self {
             Search::Nearest => ResumedBy::NearestHit,
             Search::Any => ResumedBy::Occluded,
@@ -155,6 +155,20 @@ pub(super) struct SearchOperands {
     /// The least distance of hits, if it is greater than 0; else, or if there is none, that of the scene counts.
     pub epsilon: Option<Value>,
     pub limit: Value,
+}
+
+impl SearchOperands {
+    /// Returns the operands of a request in their order: the origin, the direction, of searches of the nearest hit the
+    /// epsilon, and the limit. `None` for other numbers of operands.
+    pub fn of(operands: &[Value]) -> Option<SearchOperands> {
+        let (epsilon, limit) = match operands.get(6..)? {
+            [limit] => (None, *limit),
+            [epsilon, limit] => (Some(*epsilon), *limit),
+            _ => return None,
+        };
+        let [ox, oy, oz, dx, dy, dz] = *operands.first_chunk()?;
+        Some(SearchOperands { origin: [ox, oy, oz], direction: [dx, dy, dz], epsilon, limit })
+    }
 }
 
 /// A ray.
@@ -202,20 +216,12 @@ impl SearchCode<'_, '_> {
 
     /// Loads the operands that a path requests.
     fn requested(&mut self, to: &mut Vec<Op>) -> Linking<SearchOperands> {
-        let search = self.search;
-        let ports = search.event().request();
+        let ports = self.search.event().request();
         let code = &mut self.code(to);
-        let mut operand =
-            |index: usize| code.column(&Port::Request(ports[index]).name(), Scalar::F32);
-        let origin = [operand(0)?, operand(1)?, operand(2)?];
-        let direction = [operand(3)?, operand(4)?, operand(5)?];
-        Ok(match search {
-            Search::Nearest => {
-                let (epsilon, limit) = (Some(operand(6)?), operand(7)?);
-                SearchOperands { origin, direction, epsilon, limit }
-            }
-            Search::Any => SearchOperands { origin, direction, epsilon: None, limit: operand(6)? },
-        })
+        let columns =
+            ports.iter().map(|port| code.column(&Port::Request(*port).name(), Scalar::F32));
+        let operands = columns.collect::<Linking<Vec<Value>>>()?;
+        Ok(SearchOperands::of(&operands).expect("a search has these operands"))
     }
 
     fn ray(&mut self, operands: SearchOperands, to: &mut Vec<Op>) -> Linking<Ray> {

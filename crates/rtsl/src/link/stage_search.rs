@@ -6,7 +6,8 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, Value, Variable, VariableKind,
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, Variable,
+    VariableKind,
 };
 use rtsl_stages::Port;
 
@@ -59,13 +60,9 @@ impl Linker {
             let kind = OpKind::Load(local, Index::Constant(index));
             kept.push(self.emit(to, kind, &[Scalar::F32], false)?.get(0));
         }
-        let [ox, oy, oz, dx, dy, dz, limit, red, green, blue] = kept[..] else {
-            unreachable!("a contribution has {CONTRIBUTION_SCALARS} scalars")
-        };
-        let color = [red, green, blue];
-        let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(color)?;
-        let operands =
-            SearchOperands { origin: [ox, oy, oz], direction: [dx, dy, dz], epsilon: None, limit };
+        let (ray, color) = kept.split_last_chunk().expect("a contribution ends with its colour");
+        let operands = SearchOperands::of(ray).expect("it begins with a shadow ray");
+        let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(*color)?;
         let blocked = |linker: &mut Linker, to: &mut Vec<Op>| {
             let mut code = SearchCode { linker, tree, links, search: Search::Any };
             let hit = code.find(operands, to)?;
@@ -73,10 +70,10 @@ impl Linker {
         };
         let is_blocked = self.only_if(is_lit, to, blocked)?[0];
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let is_free = code.unary(rtsl_ir::UnaryOp::Not, is_blocked)?;
+        let is_free = code.unary(UnaryOp::Not, is_blocked)?;
         let is_added = code.and(is_lit, is_free)?;
         let mut sums = Vec::new();
-        for (column, color) in LIT_COLUMNS.into_iter().zip(color) {
+        for (column, color) in LIT_COLUMNS.into_iter().zip(*color) {
             let before = code.column(column, Scalar::F32)?;
             let sum = code.add(before, color)?;
             sums.push((column, code.select(is_added, sum, before)?));
@@ -99,17 +96,10 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<()> {
         let Some(next) = self.stored(Port::Next) else { return Ok(()) };
-        let mut operands = Vec::new();
-        for index in 0..8 {
-            operands.extend(self.stored(Port::Request(index)));
-        }
-        let [ox, oy, oz, dx, dy, dz, epsilon, limit] = operands[..] else { return Ok(()) };
-        let operands = SearchOperands {
-            origin: [ox, oy, oz],
-            direction: [dx, dy, dz],
-            epsilon: Some(epsilon),
-            limit,
-        };
+        let ports = Search::Nearest.event().request().iter();
+        let operands: Vec<Value> =
+            ports.filter_map(|port| self.stored(Port::Request(*port))).collect();
+        let operands = SearchOperands::of(&operands).expect("a stage stores whole requests");
         let searches = Arithmetic { linker: self, to }.is_one_of(next, resumed)?;
         let mut names = Vec::new();
         let answers = |linker: &mut Linker, to: &mut Vec<Op>| {
@@ -218,14 +208,14 @@ mod tests {
     use std::sync::Arc;
 
     use rtsl_ir::Function;
-    use rtsl_ir::class::Class;
     use rtsl_ir::verify::verify;
-    use rtsl_spec::Role;
+    use rtsl_spec::{Method, Role};
 
     use super::super::linked_method::LinkedMethod;
     use super::super::linker::{Linked, link_function};
     use super::super::search::SearchedClassLink;
     use super::super::stage::{SurfaceLinks, link_stage};
+    use super::super::tests::class;
     use super::*;
 
     fn function(text: &str) -> Function {
@@ -233,22 +223,8 @@ mod tests {
     }
 
     fn tree() -> ClassTree {
-        let class = Class {
-            name: "Ball".to_owned(),
-            roles: vec![Role::Primitive],
-            documentation: None,
-            parameters: Vec::new(),
-            members: Vec::new(),
-            buffers: Vec::new(),
-            scratch: Vec::new(),
-            scratch_types: Vec::new(),
-            outputs: Vec::new(),
-            method_documentation: Default::default(),
-            references: Vec::new(),
-            initializer: Function::new("Ball.initializer"),
-            constructor: None,
-            methods: Default::default(),
-        };
+        let text = "function intersect { return }";
+        let class = class("Ball", Role::Primitive, Method::Intersect, &[], text);
         ClassTree { class: Arc::new(class), references: Vec::new() }
     }
 

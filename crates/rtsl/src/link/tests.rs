@@ -15,7 +15,13 @@ fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> 
 }
 
 /// A class with one method, and with the references that are named `name[count]`.
-fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str) -> Class {
+pub(super) fn class(
+    name: &str,
+    role: Role,
+    method: Method,
+    references: &[&str],
+    text: &str,
+) -> Class {
     let reference = |text: &&str| {
         let (name, count) = match text.split_once('[') {
             Some((name, count)) => (name, count.trim_end_matches(']').parse().ok()),

@@ -46,6 +46,8 @@ pub struct StagedProgram {
     lights: Option<LinkedLights>,
     /// The objects of the scene, if it has few.
     searched: Option<Arc<SearchedScene>>,
+    /// The searches that each stage makes at its end, if it does.
+    search: Option<Arc<StageSearch>>,
     values: ParameterValues,
 }
 
@@ -87,10 +89,8 @@ impl StageRequest {
     /// True if the kernel of another request serves this one, in programs that are
     /// [alike](StagedProgram::is_like).
     pub fn is_like(&self, other: &StageRequest) -> bool {
-        let has_like_surface = match (&self.surface, &other.surface) {
-            (Some(own), Some(others)) => own.is_like(others),
-            (own, others) => own.is_none() && others.is_none(),
-        };
+        let has_like_surface =
+            are_alike(self.surface.as_deref(), other.surface.as_deref(), SurfaceClass::is_like);
         (self.stage, self.mode) == (other.stage, other.mode)
             && self.objects.form() == other.objects.form()
             && has_like_surface
@@ -188,8 +188,9 @@ impl StagedProgram {
         layout.scratch_arrays = end + stages.slots.len() as u32;
         lights.iter().for_each(|lights| lights.add_to(&mut layout));
         searched.iter().for_each(|searched| add_part(&mut layout, "", &searched.layout));
+        let search = searched.as_ref().and_then(|searched| stage_search(searched, &stages));
         let program = program.clone();
-        StagedProgram { program, method, stages, layout, sampler, lights, searched, values }
+        StagedProgram { program, method, stages, layout, sampler, lights, searched, search, values }
     }
 
     /// The objects among which kernels search; `None` if hosts search.
@@ -198,23 +199,14 @@ impl StagedProgram {
     }
 
     /// True if each stage searches at its end for the paths that wait for the nearest hit, and for what blocks its
-    /// contribution. Then no path waits for anything but searches, so answers have the types of theirs.
+    /// contribution.
     pub fn searches_at_end(&self) -> bool {
-        let is_search = |stage: &Stage| match stage.resumed_by {
-            ResumedBy::Start
-            | ResumedBy::Dispatch
-            | ResumedBy::NearestHit
-            | ResumedBy::Occluded => true,
-            ResumedBy::Trace | ResumedBy::LightSample | ResumedBy::Shade => false,
-        };
-        self.searched.is_some() && self.stages().iter().all(is_search)
+        self.search.is_some()
     }
 
     /// The stages that begin with the answer to a search which the stage before has made.
     pub(crate) fn answered(&self) -> BTreeSet<i32> {
-        let stages = (0..).zip(self.stages());
-        let resumed = stages.filter(|(_, it)| it.resumed_by == ResumedBy::NearestHit);
-        resumed.map(|(stage, _)| stage).filter(|_| self.searches_at_end()).collect()
+        self.search.as_ref().map_or_else(BTreeSet::new, |search| search.resumed.clone())
     }
 
     /// Returns the scratch array for that of the class with an index.
@@ -225,19 +217,16 @@ impl StagedProgram {
     /// True if kernels for another program's requests serve [like](StageRequest::is_like) requests of this one. Their
     /// objects may have other values if both programs permit that.
     pub fn is_like(&self, other: &StagedProgram) -> bool {
-        let has_like_lights = match (&self.lights, &other.lights) {
-            (Some(own), Some(others)) => own.is_like(others),
-            (own, others) => own.is_none() && others.is_none(),
-        };
         Arc::ptr_eq(&self.program, &other.program)
             && self.method == other.method
             && self.sampler == other.sampler
             && [self.values, other.values] == [ParameterValues::Changing; 2]
-            && has_like_lights
-            && match (&self.searched, &other.searched) {
-                (Some(own), Some(others)) => own.is_like(others),
-                (own, others) => own.is_none() && others.is_none(),
-            }
+            && are_alike(self.lights.as_ref(), other.lights.as_ref(), LinkedLights::is_like)
+            && are_alike(
+                self.searched.as_deref(),
+                other.searched.as_deref(),
+                SearchedScene::is_like,
+            )
     }
 
     /// The program of the class.
@@ -446,17 +435,10 @@ impl StagedProgram {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
             keeps_contribution: is_single(&stage.function),
-            search: self.stage_search(),
+            search: self.search.clone(),
             ..links
         };
         Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
-    }
-
-    /// The searches that stages make at their ends.
-    fn stage_search(&self) -> Option<Arc<StageSearch>> {
-        let searched = self.searched.as_ref().filter(|_| self.searches_at_end())?;
-        let (links, resumed) = (searched.links.clone(), self.answered());
-        Some(Arc::new(StageSearch { links, resumed }))
     }
 
     /// The layout of the stages without surfaces.
@@ -469,6 +451,30 @@ impl StagedProgram {
         let mut layout = self.layout.clone();
         class.into_iter().for_each(|class| class.add_to(&mut layout));
         layout
+    }
+}
+
+/// Returns the searches that stages make at their ends; `None` if paths wait for anything but searches: the answers to
+/// other requests have other types.
+fn stage_search(searched: &SearchedScene, stages: &Stages) -> Option<Arc<StageSearch>> {
+    let is_search = |stage: &Stage| match stage.resumed_by {
+        ResumedBy::Start | ResumedBy::Dispatch | ResumedBy::NearestHit | ResumedBy::Occluded => {
+            true
+        }
+        ResumedBy::Trace | ResumedBy::LightSample | ResumedBy::Shade => false,
+    };
+    let resumed =
+        (0..).zip(&stages.stages).filter(|(_, it)| it.resumed_by == ResumedBy::NearestHit);
+    let (links, resumed) = (searched.links.clone(), resumed.map(|(stage, _)| stage).collect());
+    let search = || Arc::new(StageSearch { links, resumed });
+    stages.stages.iter().all(is_search).then(search)
+}
+
+/// True if both are there and alike, or neither is.
+fn are_alike<T>(own: Option<&T>, other: Option<&T>, is_like: impl Fn(&T, &T) -> bool) -> bool {
+    match (own, other) {
+        (Some(own), Some(other)) => is_like(own, other),
+        (own, other) => own.is_none() && other.is_none(),
     }
 }
 

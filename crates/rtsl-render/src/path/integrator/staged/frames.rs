@@ -3,6 +3,7 @@
 use super::super::super::shading_batch::set_indices;
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
+use super::run::Place;
 use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, new_state};
 
 /// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
@@ -118,18 +119,34 @@ impl Frames {
     }
 }
 
-/// Sets the indices of the objects for which a kernel is called for these paths: in place, or on a copy of their data.
-pub fn set_objects(
-    objects: &mut LaneIndices,
-    slots: &[u32],
-    in_place: bool,
-    index: impl Fn(&u32) -> u32,
-) {
-    if !in_place {
-        return set_indices(objects, slots.iter().map(index));
+/// Sets the indices of the objects for which a kernel is called, by path.
+pub fn set_objects(objects: &mut LaneIndices, place: Place<'_>, index: impl Fn(usize) -> u32) {
+    match place {
+        Place::Copied(slots) => set_indices(objects, slots.iter().map(|it| index(*it as usize))),
+        Place::All { paths, .. } => {
+            // Kernels need valid indices for all paths.
+            let objects = objects.as_mut_slice();
+            objects.fill(0);
+            for path in paths.paths() {
+                objects[*path as usize] = index(*path as usize);
+            }
+        }
     }
-    // Kernels need valid indices for all paths.
-    let objects = objects.as_mut_slice();
-    objects.fill(0);
-    slots.iter().for_each(|slot| objects[*slot as usize] = index(slot));
+}
+
+/// The same for a column with the indices of so many objects. Paths of other kernels have those of other objects there.
+pub fn take_objects(
+    objects: &mut LaneIndices,
+    place: Place<'_>,
+    (indices, count): (&[u32], usize),
+) {
+    let last = count as u32 - 1;
+    match place {
+        Place::Copied(_) => set_objects(objects, place, |path| indices[path]),
+        // No list of the paths is needed, nor a scattered store.
+        Place::All { count, .. } => {
+            let objects = objects.as_mut_slice().iter_mut();
+            objects.zip(&indices[..count]).for_each(|(to, index)| *to = (*index).min(last));
+        }
+    }
 }

@@ -11,7 +11,7 @@ use super::super::super::wavefront::Path;
 use super::super::host::{NO_OBJECT, SceneHost};
 use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
-use super::frames::{Blocks, CALL_PATHS, Frames, set_objects};
+use super::frames::{Blocks, CALL_PATHS, Frames, set_objects, take_objects};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
 use super::staged_method::StagedMethod;
@@ -245,7 +245,7 @@ impl StagedPaths<'_> {
         for slots in paths.paths().chunks(CALL_PATHS) {
             self.frames.gather(kernel, slots);
             self.prepare_surfaces(kernel, Place::Copied(slots), slots);
-            self.set_surfaces(staged, (stage, group), slots, false);
+            self.set_surfaces(staged, (stage, group), Place::Copied(slots));
             self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
             self.call_kernel(staged, (stage, group), Place::Copied(slots));
             if kernel.contributes {
@@ -267,15 +267,10 @@ impl StagedPaths<'_> {
         if is_masked {
             paths.store_mask(&mut self.frames.mask);
         }
-        let (kernel, objects) = staged.kernel(stage, group);
-        if objects.len() > 1 {
-            match staged.finds_surfaces(stage) {
-                true => self.take_surfaces(staged, objects.len(), count),
-                false => self.set_surfaces(staged, (stage, group), paths.paths(), true),
-            }
-        }
-        self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
+        let (kernel, _) = staged.kernel(stage, group);
         let place = Place::All { paths, count, is_masked };
+        self.set_surfaces(staged, (stage, group), place);
+        self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
         if kernel.prepared.is_some() {
             self.prepare_surfaces(kernel, place, paths.paths());
         }
@@ -298,42 +293,27 @@ impl StagedPaths<'_> {
         &mut self,
         staged: &StagedMethod,
         (stage, group): (usize, usize),
-        slots: &[u32],
-        in_place: bool,
+        place: Place<'_>,
     ) {
         let (_, objects) = staged.kernel(stage, group);
         if objects.len() < 2 {
             return;
         }
+        let Frames { paths, surfaces, .. } = &mut *self.frames;
+        let scratch = &paths.scratch;
         let surface = staged.program.stages()[stage].surface;
         if surface == StageSurface::None || staged.is_of_material() {
             let indices = &self.wave.objects;
-            let index = |slot: &u32| indices[*slot as usize];
-            return set_objects(&mut self.frames.surfaces, slots, in_place, index);
+            return set_objects(surfaces, place, |slot| indices[slot]);
         }
-        let scratch = &self.frames.paths.scratch;
         if staged.finds_surfaces(stage) {
             let indices = scratch.words(staged.columns.surface_index);
-            let index = |slot: &u32| indices[*slot as usize];
-            return set_objects(&mut self.frames.surfaces, slots, in_place, index);
+            return take_objects(surfaces, place, (indices, objects.len()));
         }
         let [objects, _, elements] = staged.columns.surface(surface);
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
-        let index = |slot: &u32| {
-            let slot = *slot as usize;
-            staged.surface_of(objects[slot]).index_of(elements[slot])
-        };
-        set_objects(&mut self.frames.surfaces, slots, in_place, index);
-    }
-
-    /// Sets the index of each of so many paths' surface as searches have found it, for a group of so many objects.
-    fn take_surfaces(&mut self, staged: &StagedMethod, objects: usize, count: usize) {
-        let Frames { paths, surfaces, .. } = &mut *self.frames;
-        let indices = &paths.scratch.words(staged.columns.surface_index)[..count];
-        // Kernels need valid indices for all paths, also those with surfaces of other groups.
-        let last = objects as u32 - 1;
-        let surfaces = surfaces.as_mut_slice().iter_mut();
-        surfaces.zip(indices).for_each(|(to, index)| *to = (*index).min(last));
+        let index = |slot: usize| staged.surface_of(objects[slot]).index_of(elements[slot]);
+        set_objects(surfaces, place, index);
     }
 
     fn call_kernel(

@@ -61,3 +61,53 @@ pub fn searched_objects(
     let items: Vec<SearchedItem> = items.collect::<Option<_>>()?;
     SearchedScene::new(&searched, &items, (scene.epsilon, SLACK))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::{Path, PathBuf};
+
+    use rtsl::{Engine, EngineOptions, Messages};
+    use rtsl_scene::reader::MemoryFiles;
+    use rtsl_scene::{LoadOptions, load_scene};
+
+    use super::super::super::super::BatchScene;
+
+    /// The way in which paths of a scene search.
+    #[derive(Debug, PartialEq)]
+    enum Way {
+        StageEnds,
+        SearchKernels,
+        Hierarchy,
+    }
+
+    fn way(integrator: &str, spheres: usize) -> Way {
+        let shapes: String = (0..spheres)
+            .map(|index| format!("Shape \"Sphere\" \"point3 center\" [{index} 0 0]\n"))
+            .collect();
+        let text = format!(
+            "Camera \"Pinhole\"\nIntegrator \"{integrator}\"\nWorldBegin\n\
+             Material \"Lambertian\"\n{shapes}"
+        );
+        let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text)].into());
+        let loaded = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        let (engine, _) = Engine::new(EngineOptions::default()).unwrap();
+        let scene = BatchScene::new(&loaded.scene, &engine, &[], &mut Messages::default(), &|_| {});
+        let scene = scene.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        let staged = scene.integrator.staged.as_ref().expect("the test has machine code");
+        match (staged.program.searches_at_end(), staged.nearest_search()) {
+            (true, None) => Way::StageEnds,
+            (false, Some(_)) => Way::SearchKernels,
+            (false, None) => Way::Hierarchy,
+            (true, Some(_)) => panic!("a kernel searches for no one"),
+        }
+    }
+
+    #[test]
+    fn the_number_of_objects_and_the_integrator_decide_how_paths_search() {
+        assert_eq!(way("Path", 3), Way::StageEnds);
+        assert_eq!(way("AmbientOcclusion", 3), Way::StageEnds);
+        assert_eq!(way("Whitted", 3), Way::SearchKernels);
+        assert_eq!(way("Path", 30), Way::Hierarchy);
+    }
+}
