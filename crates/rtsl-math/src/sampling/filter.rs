@@ -67,18 +67,9 @@ impl PixelFilter {
         self.radius
     }
 
-    /// Replaces many points by the results of [`PixelFilter::sample`] and sets their weights. If the filter does not
-    /// change positions, nothing is written, so weights have to be 1 before.
-    #[inline(always)]
-    pub fn sample_each(&self, points: [&mut [f32]; 2], weights: &mut [f32]) {
-        let Some(tables) = &self.tables else { return };
-        weights.fill(1.0);
-        for (table, numbers) in tables.iter().zip(points) {
-            table.weigh_each(numbers, weights);
-            let (many, rest) = numbers.as_chunks_mut();
-            many.iter_mut().for_each(|numbers| table.positions(numbers));
-            rest.iter_mut().for_each(|number| *number = 0.5 + table.position(*number));
-        }
+    /// Returns the tables for x and y; `None` if positions are the points themselves.
+    pub fn tables(&self) -> Option<&[AxisTable; 2]> {
+        self.tables.as_deref()
     }
 
     /// Maps a point of [0,1)^2 to the position of a sample and its weight.
@@ -107,22 +98,17 @@ impl Default for PixelFilter {
 /// The number of cells of a table. All cells have the same share of the filter's integral; within a cell, positions are
 /// uniform.
 const CELLS: usize = 512;
-/// The number of elements of a table, fixed so that no check of an index keeps a loop from being vectorised.
-const DISTANCES: usize = CELLS + 1;
-/// The number of positions that are computed at once.
-const AT_ONCE: usize = 16;
 /// The number of steps of the numerical integral that a table inverts.
 const STEPS: usize = 1 << 14;
 
 /// The factor of a filter along one axis.
 #[derive(Clone, Debug, PartialEq)]
-struct AxisTable {
+pub struct AxisTable {
     /// Element `i` is the distance from the center within which `i` / CELLS of the magnitude's integral lies.
-    distances: Box<[f32; DISTANCES]>,
+    distances: Box<[f32]>,
     /// The numbers of cells before each change of sign.
     sign_changes: Vec<f32>,
-    /// The integral of the magnitude, divided by that of the filter.
-    weight: f32,
+    magnitude: f32,
 }
 
 impl AxisTable {
@@ -150,9 +136,24 @@ impl AxisTable {
             }
             below += part;
         }
-        distances.resize(DISTANCES, radius as f32);
-        let distances = Box::new(std::array::from_fn(|index| distances[index]));
-        AxisTable { distances, sign_changes, weight: (whole / signed) as f32 }
+        distances.resize(CELLS + 1, radius as f32);
+        let distances = distances.into_boxed_slice();
+        AxisTable { distances, sign_changes, magnitude: (whole / signed) as f32 }
+    }
+
+    /// Returns the distances from the center within which each number of cells' shares of the magnitude's integral lie.
+    pub fn distances(&self) -> &[f32] {
+        &self.distances
+    }
+
+    /// Returns the numbers of cells before each change of sign.
+    pub fn sign_changes(&self) -> &[f32] {
+        &self.sign_changes
+    }
+
+    /// Returns the magnitude of weights: the integral of the magnitude, divided by that of the filter.
+    pub fn magnitude(&self) -> f32 {
+        self.magnitude
     }
 
     /// Maps a number in [0,1) to a signed distance from the center and its weight.
@@ -171,45 +172,12 @@ impl AxisTable {
         distance.copysign(side)
     }
 
-    /// Replaces numbers in [0,1) by the positions of their samples, relative to the pixel's corner.
-    ///
-    /// Tables are read by a loop of its own, so that the others are vectorised.
-    #[inline(always)]
-    fn positions(&self, numbers: &mut [f32; AT_ONCE]) {
-        let (mut cells, mut near, mut far) = ([0; AT_ONCE], [0.0; AT_ONCE], [0.0; AT_ONCE]);
-        for (cell, number) in cells.iter_mut().zip(&*numbers) {
-            *cell = (side_and_place(*number).1 as i32).min(CELLS as i32 - 1);
-        }
-        for ((near, far), cell) in near.iter_mut().zip(&mut far).zip(cells) {
-            let cell = cell as usize % CELLS;
-            (*near, *far) = (self.distances[cell], self.distances[cell + 1]);
-        }
-        for index in 0..AT_ONCE {
-            let (side, scaled) = side_and_place(numbers[index]);
-            let part = scaled - cells[index] as f32;
-            let distance = near[index] + part * (far[index] - near[index]);
-            numbers[index] = 0.5 + distance.copysign(side);
-        }
-    }
-
     /// Maps a number in [0,1) to the weight of its sample.
     #[inline(always)]
     fn weight(&self, number: f32) -> f32 {
         let (_, scaled) = side_and_place(number);
         let changes = self.sign_changes.iter().filter(|change| scaled > **change).count();
-        if changes.is_multiple_of(2) { self.weight } else { -self.weight }
-    }
-
-    /// Multiplies weights by those of the samples of numbers.
-    #[inline(always)]
-    fn weigh_each(&self, numbers: &[f32], weights: &mut [f32]) {
-        if self.sign_changes.is_empty() {
-            weights.iter_mut().for_each(|weight| *weight *= self.weight);
-            return;
-        }
-        for (number, weight) in numbers.iter().zip(weights) {
-            *weight *= self.weight(*number);
-        }
+        if changes.is_multiple_of(2) { self.magnitude } else { -self.magnitude }
     }
 }
 
@@ -284,22 +252,6 @@ mod tests {
     }
 
     #[test]
-    fn many_points_become_the_samples_of_each() {
-        for shape in SHAPES {
-            let filter = PixelFilter::new(shape, [2.0, 1.5]);
-            let mut columns: Vec<f32> = (0..37).map(|index| index as f32 / 37.0).collect();
-            let mut rows: Vec<f32> = columns.iter().rev().copied().collect();
-            let expected: Vec<_> =
-                columns.iter().zip(&rows).map(|(x, y)| filter.sample([*x, *y])).collect();
-            let mut weights = vec![1.0; columns.len()];
-            filter.sample_each([&mut columns, &mut rows], &mut weights);
-            let samples = columns.iter().zip(&rows).zip(&weights);
-            let samples: Vec<_> = samples.map(|((x, y), weight)| ([*x, *y], *weight)).collect();
-            assert_eq!(samples, expected, "{shape:?}");
-        }
-    }
-
-    #[test]
     fn weighted_places_are_distributed_as_the_filter() {
         const POINTS: usize = 1 << 16;
         const BINS: usize = 40;
@@ -314,7 +266,7 @@ mod tests {
                 bins[bin.min(BINS - 1)] += f64::from(weight) / POINTS as f64;
             }
             let along_y = f64::from(filter.sample([0.5, 0.5]).1)
-                / f64::from(AxisTable::new(shape, radius).weight);
+                / f64::from(AxisTable::new(shape, radius).magnitude);
             let exact = |bin: usize| {
                 let mean = (0..100).map(|step| {
                     let x = (bin as f64 + (f64::from(step) + 0.5) / 100.0) / BINS as f64;
@@ -341,7 +293,7 @@ mod tests {
                 signed += if index % 2 == 0 { end - begin } else { begin - end };
                 begin = end;
             }
-            let mean = table.weight * signed / CELLS as f32;
+            let mean = table.magnitude * signed / CELLS as f32;
             assert!((mean - 1.0).abs() < 1e-6, "{shape:?}: {mean}");
             let has_negative = match shape {
                 FilterShape::Mitchell { c, .. } => c > 0.0,

@@ -22,7 +22,7 @@ pub const NUMBERS_OF_LIGHTS: u32 = 0x101;
 /// Selects that for shapes and, in integrators, for materials.
 pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 
-pub use filter::{FilterShape, PixelFilter};
+pub use filter::{AxisTable, FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};
 pub use sampler::{
     ANY_COUNT, INDEPENDENT, POWER_OF_TWO, PixelKeys, SOBOL, Sampler, SamplerKind, child_key,

@@ -50,17 +50,18 @@ impl Sampler {
         self.columns * self.rows
     }
 
+    /// The least result of [`Sampler::part_of_pixel`]. Narrower filters do not improve the picture.
+    pub const LEAST_PART_OF_PIXEL: f32 = 0.125;
+
     /// The fraction of a pixel's side that represents a sample, over which textures are filtered. Stratified samplers
     /// use the final number of samples. Other samplers use the number of samples up to this one: a sample must not
     /// depend on the number of samples after it, so that samples can be added to a picture.
     pub fn part_of_pixel(&self, sample: u32) -> f32 {
-        // Narrower filters do not improve the picture.
-        const LEAST: f32 = 0.125;
         let among = match self.kind {
             SamplerKind::Stratified { .. } => self.samples_per_pixel(),
             SamplerKind::Independent | SamplerKind::Sobol => sample.saturating_add(1),
         };
-        (1.0 / (among as f32).sqrt()).max(LEAST)
+        (1.0 / (among as f32).sqrt()).max(Self::LEAST_PART_OF_PIXEL)
     }
 
     /// Returns the keys of a pixel's numbers.

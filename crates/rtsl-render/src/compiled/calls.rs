@@ -1,6 +1,6 @@
 //! Kernel calls for the rays of a packet.
 
-use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use fearless_simd::Simd;
 use rtsl::host::Host;
 use rtsl::{
     CallArguments, CallStatus, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, LeafArguments,
@@ -8,9 +8,7 @@ use rtsl::{
 };
 use rtsl_bvh::{LANES, LaneMask};
 
-use super::compiled_scene::CompiledScene;
 use super::runtime_errors::RuntimeErrors;
-use super::shader_instance::ShaderInstance;
 use crate::lanes::mask_bits::set_bits;
 
 /// The method that a kernel implements, by whose name errors of its calls are reported.
@@ -106,52 +104,5 @@ impl CallBlocks {
             self.masked = lanes;
         }
         count
-    }
-
-    /// Calls a method that accepts no hits for `lanes`.
-    pub fn call(&mut self, call: &KernelCall<'_>, lanes: LaneMask, host: &mut dyn Host) {
-        let count = dispatch!(SimdLevel::new(), simd => self.prepare_mask(simd, lanes));
-        let arguments = CallArguments {
-            state: &mut self.state,
-            scratch: &mut self.scratch,
-            count,
-            mask: self.is_masked.then_some(&self.mask),
-            accepted: None,
-            instances: call.instances,
-            host,
-        };
-        call.callee.call(call.kernel, arguments);
-    }
-}
-
-/// A kernel with the arguments of its calls.
-pub struct KernelCall<'a> {
-    /// The kernel.
-    pub kernel: &'a Kernel,
-    /// Its method.
-    pub callee: Callee<'a>,
-    /// The instance, or instances.
-    pub instances: Instances<'a>,
-}
-
-impl KernelCall<'_> {
-    /// True if the kernel reads or writes a component of the state.
-    pub fn touches(&self, component: usize) -> bool {
-        self.kernel.state_components().contains(component as u32)
-    }
-}
-
-impl CompiledScene {
-    /// Returns the call of an instance's method; `None` if its class has none.
-    pub fn call<'a>(
-        &'a self,
-        instance: &'a ShaderInstance,
-        method: Method,
-        errors: &'a RuntimeErrors,
-    ) -> Option<KernelCall<'a>> {
-        let shader = self.shader(instance);
-        let kernel = shader.kernel(method)?;
-        let callee = Callee { class: &shader.program.class().name, method, errors };
-        Some(KernelCall { kernel, callee, instances: Instances::One(&instance.block) })
     }
 }

@@ -79,7 +79,7 @@ impl<'a> ShaderTable<'a> {
     /// Collects the shaders of a scene.
     pub fn new(engine: &'a Engine, scene: &Scene) -> Self {
         let mut table = ShaderTable { engine, entries: Vec::new(), by_address: BTreeMap::new() };
-        table.entry(&scene.camera).want(Method::GenerateRay);
+        table.entry(&scene.camera);
         for light in &scene.lights {
             table.entry(&light.light);
         }

@@ -23,8 +23,6 @@ macro_rules! variables {
 
 variables! {
     time_seed "rt_TimeSeed";
-    screen_coord "rt_ScreenCoord";
-    lens_coord "rt_LensCoord";
     du "rt_du";
     dv "rt_dv";
     ray_origin "rt_RayOrigin";

@@ -1,13 +1,12 @@
 //! Eight lanes of a packet at a time, in registers.
 //!
 //! Computations for a packet outside of kernels process eight lanes at a time in one loop with all steps in its body:
-//! code stays short, and only results go through memory. Groups of eight without an active lane are skipped. The
-//! operations are those of the functions for one vector, in the same order, so that the bits are the same.
+//! code stays short, and only results go through memory. The operations are those of the functions for one vector, in the same order, so that the bits are the same.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
 use rtsl::LaneBlock;
-use rtsl_bvh::{LaneMask, Lanes};
+use rtsl_bvh::Lanes;
 use rtsl_math::{Affine, SIMD_LANES, USUAL_SQUARES};
 
 /// A vector for each lane, component by component.
@@ -16,24 +15,12 @@ pub type LaneVectors = [Lanes; 3];
 /// A vector for each of eight lanes.
 pub type Vectors<S> = [f32x8<S>; 3];
 
-/// Eight lanes, some of which are active.
+/// Eight lanes.
 #[derive(Clone, Copy)]
 pub struct Eight<S: Simd> {
     simd: S,
     /// The first lane.
     start: usize,
-    /// The active lanes, as bits and as a mask.
-    bits: u64,
-    on: mask32x8<S>,
-    /// True if all eight may be stored: all are active, or the others are unused.
-    stores_all: bool,
-}
-
-/// Iterates over the groups of eight that contain some of `lanes`. Others are unused: stores may change them.
-// On Zen 3 a masked store takes 12 cycles; LLVM makes one of every load, select and store.
-#[inline(always)]
-pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
-    Eights { simd, lanes, stores_all: true }
 }
 
 /// Iterates over the groups of eight that contain the first `count` of any number of lanes, a multiple of eight; all
@@ -58,33 +45,7 @@ impl<S: Simd> Iterator for FirstEights<S> {
     fn next(&mut self) -> Option<Eight<S>> {
         let FirstEights { simd, start, count } = *self;
         self.start += SIMD_LANES;
-        let on = mask32x8::from_bitmask(simd, 0xFF);
-        (start < count).then_some(Eight { simd, start, bits: 0xFF, on, stores_all: true })
-    }
-}
-
-/// See [`eights_alone`].
-pub struct Eights<S> {
-    simd: S,
-    /// The lanes not processed yet.
-    lanes: LaneMask,
-    stores_all: bool,
-}
-
-impl<S: Simd> Iterator for Eights<S> {
-    type Item = Eight<S>;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Eight<S>> {
-        if self.lanes == 0 {
-            return None;
-        }
-        let start = self.lanes.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
-        let bits = self.lanes >> start & 0xFF;
-        self.lanes &= !(0xFF << start);
-        let on = mask32x8::from_bitmask(self.simd, bits);
-        let stores_all = self.stores_all || bits == 0xFF;
-        Some(Eight { simd: self.simd, start, bits, on, stores_all })
+        (start < count).then_some(Eight { simd, start })
     }
 }
 
@@ -139,45 +100,33 @@ impl<S: Simd> Eight<S> {
         [load(x), load(y), load(z)]
     }
 
-    /// Stores the numbers of active lanes in a component of a block.
+    /// Stores the numbers in a component of a block.
     #[inline(always)]
     pub fn store(self, block: &mut LaneBlock, component: usize, value: f32x8<S>) {
-        self.store_at(value, block.floats_mut_at(component, self.start));
+        *block.floats_mut_at(component, self.start) = value.to_array();
     }
 
-    #[inline(always)]
-    fn store_at(self, value: f32x8<S>, to: &mut [f32; SIMD_LANES]) {
-        if self.stores_all {
-            *to = value.to_array();
-            return;
-        }
-        let old = f32x8::load_array_ref(self.simd, to);
-        *to = self.on.select(value, old).to_array();
-    }
-
-    /// Stores the vectors of active lanes, starting at a component of a block.
+    /// Stores the vectors, starting at a component of a block.
     #[inline(always)]
     pub fn store_vectors(self, block: &mut LaneBlock, first: usize, value: &Vectors<S>) {
         let arrays = block.vectors_mut_at::<3, SIMD_LANES>(first, self.start);
         for (to, value) in arrays.into_iter().zip(value) {
-            self.store_at(*value, to);
+            *to = value.to_array();
         }
     }
 
-    /// Stores the numbers of active lanes.
+    /// Stores the lanes' numbers.
     #[inline(always)]
-    pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
-        let old = self.floats(to);
-        let new = if self.stores_all { value } else { self.on.select(value, old) };
-        new.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
+    pub fn put(self, value: f32x8<S>, to: &mut [f32]) {
+        value.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
     }
 
-    /// Stores the vectors of active lanes.
+    /// Stores the lanes' vectors.
     #[inline(always)]
-    pub fn blend_vectors<const N: usize>(self, value: &Vectors<S>, to: &mut [[f32; N]; 3]) {
-        self.blend(value[0], &mut to[0]);
-        self.blend(value[1], &mut to[1]);
-        self.blend(value[2], &mut to[2]);
+    pub fn put_vectors<const N: usize>(self, value: &Vectors<S>, to: &mut [[f32; N]; 3]) {
+        self.put(value[0], &mut to[0]);
+        self.put(value[1], &mut to[1]);
+        self.put(value[2], &mut to[2]);
     }
 
     /// Applies [`normalize_or`](rtsl_math::normalize_or) to each.
@@ -188,7 +137,7 @@ impl<S: Simd> Eight<S> {
             & square.simd_le(self.splat(*USUAL_SQUARES.end()));
         let factor = self.splat(1.0) / square.sqrt();
         let normalized = scaled(v, factor);
-        if usual.to_bitmask() & self.bits == self.bits {
+        if usual.to_bitmask() == 0xFF {
             return normalized;
         }
         select(usual, &normalized, &self.normalized_by_parts(v, otherwise))
@@ -305,10 +254,10 @@ mod tests {
     fn normalized(v: &LaneVectors) -> LaneVectors {
         let mut all = [[0.0; LANES]; 3];
         dispatch!(Level::new(), simd => {
-            for eight in eights_alone(simd, LaneMask::MAX) {
+            for eight in eights_of(simd, LANES) {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
                 let normalized = eight.normalized_or(&eight.vectors(v), &up);
-                eight.blend_vectors(&normalized, &mut all);
+                eight.put_vectors(&normalized, &mut all);
             }
         });
         all

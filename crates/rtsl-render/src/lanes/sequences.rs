@@ -24,11 +24,6 @@ impl<const LANES: usize> Sequences<LANES> {
         Sequences { keys, dimensions: [0; LANES] }
     }
 
-    /// Returns the keys of the sequences.
-    pub fn keys(&self) -> &[u32; LANES] {
-        &self.keys
-    }
-
     /// Starts other sequences: `derive` sets the keys of the first lanes in the slice that it gets.
     #[inline(always)]
     pub fn restart(&mut self, count: usize, derive: impl FnOnce(&mut [u32])) {

@@ -11,7 +11,7 @@ use super::spread::Spread;
 use crate::compiled::tracer::Tracer;
 use crate::path::{BatchMemory, PathTracer, tiles_of_wavefront};
 use crate::statistics::RayCounts;
-use crate::tiles::{RenderThreads, Tile, TileSamples, camera_packet};
+use crate::tiles::{RenderThreads, Tile, TileSamples};
 
 /// The number and the duration of repetitions.
 #[derive(Clone, Copy, Debug)]
@@ -44,9 +44,8 @@ impl Clock<'_> {
             let samples = TileSamples { tile: self.tiles[index], first: 0, count: 1 };
             let settings = &tracer.scene.settings;
             let lanes = samples.lanes(0, (settings.width, settings.height));
-            let camera = camera_packet(&tracer, &mut memory.camera, &samples, 0);
+            let camera = self.tracer.camera_packet(&mut memory.camera, &samples, 0);
             let hits = tracer.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
-            memory.camera.keep(camera);
             (lanes, hits.lanes(lanes))
         });
         let shadow = self.measure("shadow", sets.shadow.len(), |memory, index| {

@@ -6,7 +6,7 @@ use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
 use crate::path::{BatchMemory, HitSurfaces, PathTracer, ShadedSurface};
-use crate::tiles::{Tile, TileSamples, camera_packet};
+use crate::tiles::{Tile, TileSamples};
 
 /// A packet with its active lanes.
 pub struct Packet {
@@ -56,14 +56,13 @@ impl RaySets {
         let searches = Tracer { scene, errors: tracer.errors };
         let samples = TileSamples { tile, first: 0, count: 1 };
         let lanes = samples.lanes(0, (scene.settings.width, scene.settings.height));
-        let camera = camera_packet(&searches, &mut memory.camera, &samples, 0);
+        let camera = tracer.camera_packet(&mut memory.camera, &samples, 0);
         let hits = searches.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
         let surfaces = tracer.surfaces_of_hits(memory, (&camera.rays, lanes), &hits);
         let leaving = Leaving { tracer, surfaces: &surfaces, time: &camera.rays.time };
         self.secondary.extend(Some(leaving.secondary(index)).filter(|packet| packet.lanes != 0));
         let shadow = leaving.shadow(memory, index);
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
-        memory.camera.keep(camera);
     }
 }
 

@@ -58,8 +58,7 @@ impl BatchMemory {
             shadow_rays: ShadowRays::default(),
             reached: Vec::new(),
             searcher: Searcher::new(scene),
-            camera: CameraMemory::new(&scene.compiled)
-                .with_footprints(scene.integrator.reads_widths()),
+            camera: CameraMemory::default(),
             integrator: None,
             samples: Samples::default(),
             rays: RayCounts::default(),

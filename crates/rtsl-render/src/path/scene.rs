@@ -17,6 +17,7 @@ use super::shading_methods::ShadingMethods;
 use super::surface_group::{GroupKey, SurfaceGroup};
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
+use crate::tiles::Camera;
 
 /// A scene ready for path tracing.
 pub struct BatchScene {
@@ -42,6 +43,8 @@ pub struct BatchScene {
     pub(super) lights: Lights,
     /// The integrator.
     pub(super) integrator: Integrator,
+    /// The camera, once the stages that follow its rays are compiled.
+    pub(super) placed_camera: Option<Camera>,
     /// The methods that shade surfaces, if any is called.
     pub(super) shading_methods: ShadingMethods,
     /// The AOVs to render.
@@ -52,6 +55,18 @@ impl BatchScene {
     /// The name of the integrator's class.
     pub fn integrator(&self) -> &str {
         self.integrator.name()
+    }
+
+    /// The camera.
+    pub(super) fn camera(&self) -> &Camera {
+        self.placed_camera.as_ref().expect("the camera is compiled with the integrator")
+    }
+
+    /// Takes over changes of the compiled scene's camera and size.
+    pub(crate) fn place_camera(&mut self) {
+        if let Some(camera) = &mut self.placed_camera {
+            camera.place(&self.compiled);
+        }
     }
 
     /// The addresses of the code of the integrator's stages.

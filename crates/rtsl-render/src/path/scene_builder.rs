@@ -1,13 +1,13 @@
 //! Preparation of a scene for path tracing.
 
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues, ReadResults, SourceMap,
-    diagnostic_codes as codes,
+    CameraProgram, Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues,
+    ReadResults, SourceMap, diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
@@ -27,6 +27,7 @@ use super::surface_group::GroupKey;
 use crate::compiled::object::is_own_material;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::{BuildStep, SceneBuilder};
+use crate::tiles::Camera;
 
 /// Prepares scenes for path tracing.
 #[derive(Clone, Copy)]
@@ -105,6 +106,7 @@ impl<'a> BatchSceneBuilder<'a> {
             alpha,
             lights,
             integrator,
+            placed_camera: None,
             shading_methods: ShadingMethods::default(),
             aovs,
         };
@@ -153,7 +155,12 @@ impl BatchScene {
     ) -> Result<(), Messages> {
         let features = &self.aovs.features;
         let outputs: Vec<&str> = features.outputs().iter().map(|output| &*output.name).collect();
+        let settings = &self.compiled.settings;
+        let camera = self.compiled.shader(&self.compiled.camera).program.clone();
+        let camera = CameraProgram::new(&camera, settings.sampler, &settings.filter);
+        let camera = Arc::new(camera.map_err(Messages::one)?);
         let parts = StageParts {
+            camera: &camera,
             classes: self.classes(),
             keys: &self.keys,
             objects: &self.objects,
@@ -179,7 +186,13 @@ impl BatchScene {
             || self.integrator.stages(&self.engine, (instance, scene), &parts, &lights),
             || ShadingMethods::new(&of_methods, is_shaded, of_surfaces),
         );
-        self.integrator.staged = staged.map_err(Messages::one)?;
+        let staged = staged.map_err(Messages::one)?;
+        let kernel = match &staged {
+            Some(staged) => staged.camera_kernel().clone(),
+            None => self.engine.camera_kernel(&camera).map_err(Messages::one)?,
+        };
+        self.placed_camera = Some(Camera::new(camera, kernel, &self.compiled));
+        self.integrator.staged = staged;
         self.shading_methods = methods.map_err(Messages::one)?;
         let mut queries = self.integrator.queries();
         queries.extend(self.shading_methods.queries());

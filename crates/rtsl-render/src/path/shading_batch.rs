@@ -225,19 +225,19 @@ impl ShadingBatch {
                 std::array::from_fn(|lane| &paths[self.hits[start + lane].path as usize]);
             let [x, y, z, epsilon] =
                 fours(simd, |lane| with(paths[lane].origin, paths[lane].epsilon));
-            eight.blend_vectors(&[x, y, z], &mut self.origin);
-            eight.blend(epsilon, &mut self.epsilon);
+            eight.put_vectors(&[x, y, z], &mut self.origin);
+            eight.put(epsilon, &mut self.epsilon);
             let [x, y, z, distance] =
                 fours(simd, |lane| with(paths[lane].direction, paths[lane].distance));
-            eight.blend_vectors(&[x, y, z], &mut self.direction);
-            eight.blend(distance, &mut self.distance);
+            eight.put_vectors(&[x, y, z], &mut self.direction);
+            eight.put(distance, &mut self.distance);
             let [time, width, spread, keys] = fours(simd, |lane| {
                 let Path { time, width, spread, key, .. } = *paths[lane];
                 [time, width, spread, f32::from_bits(key)]
             });
-            eight.blend(time, &mut self.time);
-            eight.blend(width + spread * distance, &mut self.width);
-            eight.blend(spread, &mut self.spread);
+            eight.put(time, &mut self.time);
+            eight.put(width + spread * distance, &mut self.width);
+            eight.put(spread, &mut self.spread);
             let keys = keys.to_array();
             for lane in 0..8 {
                 self.keys[start + lane] = keys[lane].to_bits();

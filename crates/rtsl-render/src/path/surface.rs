@@ -130,19 +130,19 @@ impl SurfaceLanes for BatchSurfaces<'_> {
 
     #[inline(always)]
     fn keep_light_densities<S: Simd>(&mut self, eight: Eight<S>, densities: f32x8<S>) {
-        eight.blend(densities, &mut self.batch.light_density);
+        eight.put(densities, &mut self.batch.light_density);
     }
 
     #[inline(always)]
     fn keep<S: Simd>(&mut self, eight: Eight<S>, surfaces: &EightSurfaces<S>) {
         let EightSurfaces { direction, point, offset, geometric_normal, shading_normal } = surfaces;
         let batch = &mut *self.batch;
-        eight.blend_vectors(point, &mut batch.point);
-        eight.blend(*offset, &mut batch.offset);
+        eight.put_vectors(point, &mut batch.point);
+        eight.put(*offset, &mut batch.offset);
         let is_behind = dots(direction, geometric_normal).simd_gt(0.0);
-        eight.blend(is_behind.select(eight.splat(-1.0), eight.splat(1.0)), &mut batch.side);
-        eight.blend_vectors(geometric_normal, &mut batch.geometric_normal);
-        eight.blend_vectors(shading_normal, &mut batch.shading_normal);
+        eight.put(is_behind.select(eight.splat(-1.0), eight.splat(1.0)), &mut batch.side);
+        eight.put_vectors(geometric_normal, &mut batch.geometric_normal);
+        eight.put_vectors(shading_normal, &mut batch.shading_normal);
     }
 }
 

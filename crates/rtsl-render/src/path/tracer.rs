@@ -9,8 +9,7 @@ use super::rows::all_finite;
 use super::shadow_rays::trace_shadow_rays;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
-use crate::lanes::eight::LaneVectors;
-use crate::tiles::{CameraRays, TileSamples, camera_packet, packets_of};
+use crate::tiles::{CameraMemory, CameraRays, TileSamples, camera_packet, packets_of};
 
 impl PathTracer<'_> {
     /// Traces a path for each sample of some tiles, and leaves the results in the memory.
@@ -40,11 +39,10 @@ impl PathTracer<'_> {
         let BatchMemory { wavefront, camera: camera_memory, rays: counts, .. } = memory;
         wavefront.paths.clear();
         wavefront.active.clear();
-        let tracer = Tracer { scene, errors: self.errors };
         for (samples, packet) in packets_of(samples) {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
-            let camera = camera_packet(&tracer, camera_memory, samples, packet);
-            let CameraRays { rays, streams, weights, footprints } = &*camera;
+            let of_packet = self.camera_packet(camera_memory, samples, packet);
+            let CameraRays { rays, keys, samples, weights, footprints } = &of_packet;
             let begun = wavefront.paths.len() as u32;
             wavefront.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
             counts.camera += u64::from(lanes.count_ones());
@@ -52,26 +50,35 @@ impl PathTracer<'_> {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
-                ..Path::from_ray(rays, lane, streams.keys()[lane], streams.samples()[lane])
+                ..Path::from_ray(rays, lane, keys[lane], samples[lane])
             }));
-            for lane in lanes_of(self.lost_by_camera(&camera.weights, lanes)) {
+            for lane in lanes_of(self.lost_by_camera(weights.each_ref().map(|it| &it[..]), lanes)) {
                 let path = &mut wavefront.paths[begun as usize + lane];
                 (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
             }
-            camera_memory.keep(camera);
         }
         wavefront.features.reset(wavefront.paths.len(), self.features);
     }
 
+    /// Generates a packet of the camera rays of some samples of a tile.
+    pub fn camera_packet(
+        &self,
+        memory: &mut CameraMemory,
+        samples: &TileSamples,
+        packet: usize,
+    ) -> CameraRays {
+        let of_scene = (&self.scene.compiled, self.errors);
+        camera_packet(self.scene.camera(), of_scene, memory, (samples, packet))
+    }
+
     /// Returns the camera rays whose weights are not finite, and reports their number.
-    pub fn lost_by_camera(&self, weights: &LaneVectors, lanes: LaneMask) -> LaneMask {
-        if all_finite(weights.as_flattened()) {
+    pub fn lost_by_camera(&self, weights: [&[f32]; 3], lanes: LaneMask) -> LaneMask {
+        if weights.iter().all(|channel| all_finite(channel)) {
             return 0;
         }
         let is_lost = |lane: &usize| !weights.iter().all(|channel| channel[*lane].is_finite());
         let lost = lanes_of(lanes).filter(is_lost).fold(0, |lost, lane| lost | 1 << lane);
-        let scene = &self.scene.compiled;
-        let camera = &scene.shader(&scene.camera).program.class().name;
+        let camera = self.scene.camera().name();
         self.report_lost(camera, Method::GenerateRay, u64::from(LaneMask::count_ones(lost)));
         lost
     }

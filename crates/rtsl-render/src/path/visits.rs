@@ -6,7 +6,7 @@ use super::memory::BatchMemory;
 use super::path_tracer::PathTracer;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::tiles::{TileSamples, camera_packet};
+use crate::tiles::TileSamples;
 
 impl PathTracer<'_> {
     /// Traces the camera rays of samples of a tile once more. Returns for each pixel the number of nodes and leaves that
@@ -17,12 +17,11 @@ impl PathTracer<'_> {
         let mut sums = [0; LANES];
         for packet in 0..samples.packets() {
             let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
-            let camera = camera_packet(&tracer, &mut memory.camera, samples, packet);
+            let camera = self.camera_packet(&mut memory.camera, samples, packet);
             let search = &mut memory.searcher.memory;
             search.counts = Some(WorkCounts::new(scene.width));
             tracer.nearest(search, &camera.rays, lanes);
             let visited = search.counts.take().map_or([0; LANES], |counts| counts.visited);
-            memory.camera.keep(camera);
             for (pixel, of_pixel, _) in samples.of_packet(packet) {
                 let of_pixel = of_pixel.filter(|lane| lanes >> lane & 1 != 0);
                 sums[pixel] += of_pixel.map(|lane| visited[lane]).sum::<u32>();

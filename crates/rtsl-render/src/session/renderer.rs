@@ -12,7 +12,7 @@ use crate::path::{
     tiles_of_wavefront,
 };
 use crate::statistics::LaneUse;
-use crate::tiles::TileSamples;
+use crate::tiles::{CameraRays, TileSamples};
 
 /// A renderer with its scene.
 pub struct SessionRenderer {
@@ -66,9 +66,20 @@ impl SessionRenderer {
         &self.scene.compiled
     }
 
-    /// The compiled scene, whose camera and size may be changed.
-    pub fn compiled_mut(&mut self) -> &mut CompiledScene {
-        &mut self.scene.compiled
+    /// Changes the place of the camera, or the size.
+    pub fn change_view(&mut self, change: impl FnOnce(&mut CompiledScene)) {
+        change(&mut self.scene.compiled);
+        self.scene.place_camera();
+    }
+
+    /// Generates the camera rays of a sample of each pixel of a tile.
+    pub fn camera_packet(
+        &self,
+        errors: &RuntimeErrors,
+        memory: &mut BatchMemory,
+        samples: &TileSamples,
+    ) -> CameraRays {
+        self.tracer(errors).camera_packet(&mut memory.camera, samples, 0)
     }
 
     /// The name of the integrator, or of the interactive renderer.

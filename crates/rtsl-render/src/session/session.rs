@@ -27,7 +27,7 @@ use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{RenderThreads, TILE, Tile, TileSamples, camera_packet};
+use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
 /// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
@@ -251,9 +251,10 @@ impl Session {
     fn place_camera(&mut self) {
         let is_of_scene = self.camera_to_world == self.scene.camera_to_world;
         let motion = self.scene.camera_motion.as_ref().filter(|_| is_of_scene);
-        let compiled = self.renderer.compiled_mut();
-        compiled.camera_motion = motion.cloned();
-        compiled.camera_to_world = self.camera_to_world.affine();
+        let (motion, map) = (motion.cloned(), self.camera_to_world.affine());
+        self.renderer.change_view(|compiled| {
+            (compiled.camera_motion, compiled.camera_to_world) = (motion, map);
+        });
     }
 
     /// Changes columns and rows. Invalid sizes, and sizes without enough memory, are ignored.
@@ -268,7 +269,7 @@ impl Session {
         let Ok(film) = Film::new(width, height) else { return };
         self.options.size = Some((width, height));
         self.scene = scene;
-        self.renderer.compiled_mut().settings.set_size(width, height);
+        self.renderer.change_view(|compiled| compiled.settings.set_size(width, height));
         film.show_scaled(&self.film);
         self.film = film;
         self.restart();
@@ -374,7 +375,7 @@ impl Session {
         let lane = Tile::lane(x, y);
         // With one sample of each pixel, lanes of packets are those of tiles.
         let samples = TileSamples { tile, first: 0, count: 1 };
-        let rays = &camera_packet(&tracer, &mut memory.camera, &samples, 0).rays;
+        let rays = &self.renderer.camera_packet(&errors, &mut memory, &samples).rays;
         let hits = tracer.nearest(&mut memory.searcher.memory, rays, 1 << lane);
         if hits.lanes(1 << lane) == 0 {
             return None;
@@ -484,10 +485,10 @@ impl Session {
         }
         self.frame.clear();
         let whole = self.renderer.compiled().settings.clone();
-        self.renderer.compiled_mut().settings.set_size(size.0, size.1);
+        self.renderer.change_view(|compiled| compiled.settings.set_size(size.0, size.1));
         let all: Vec<usize> = (0..self.frame.tiles().len()).collect();
         let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
-        self.renderer.compiled_mut().settings = whole;
+        self.renderer.change_view(|compiled| compiled.settings = whole);
         if self.errors.any() {
             return rays;
         }

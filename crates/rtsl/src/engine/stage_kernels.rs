@@ -16,6 +16,7 @@ use super::tiered_kernel::TieredKernel;
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
+use crate::link::camera::FOOTPRINTS;
 use crate::link::contribution::is_contribution;
 use crate::link::indexed_lights::is_shaded_column;
 use crate::link::prepared_surface::{self, Operand, property_column};
@@ -24,6 +25,7 @@ use crate::link::sequences::Purpose;
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
+use crate::program::camera_program::CameraProgram;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
 
 /// A kernel of a stage, with the data that it reads and sets.
@@ -72,9 +74,10 @@ pub enum PreparedOperand {
 /// The kernels of stages, and what is left to be optimised.
 #[derive(Debug)]
 pub struct StageKernels {
-    /// The kernels, in the order of their requests, then those that search.
+    /// The kernels, in the order of their requests, then those that search, then that of the camera.
     pub kernels: Vec<StageKernel>,
-    /// The kinds of searches of the last kernels.
+    has_camera: bool,
+    /// The kinds of searches of the kernels after those of requests.
     searches: Vec<Search>,
     unoptimised: Vec<(Arc<TieredKernel>, Arc<Linked>)>,
     /// The work of the background, once it has begun.
@@ -102,7 +105,7 @@ pub struct ReadResults<'a> {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads. If
-    /// the program searches a scene, the kernels for the searches that stages do not make themselves come last. The code
+    /// the program searches a scene, the kernels for the searches that stages do not make themselves come next; that of the camera is the last. The code
     /// is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
@@ -143,6 +146,11 @@ impl Engine {
                 prepared: None,
             }));
         }
+        if let Some(camera) = program.camera() {
+            let first = requests.iter().zip(&linked).find(|(request, _)| request.stage == 0);
+            let has_footprints = first.is_some_and(|(_, linked)| linked.reads_footprints());
+            linked.push(self.link_camera(camera, has_footprints)?);
+        }
         let kernels = self.compile_stages(&linked)?;
         let made = kernels.into_iter().zip(&linked);
         let kernels: Vec<StageKernel> =
@@ -155,7 +163,29 @@ impl Engine {
                 .collect(),
             false => Vec::new(),
         };
-        Ok(StageKernels { kernels, searches, unoptimised, begun: OnceLock::new() })
+        let has_camera = program.camera().is_some();
+        Ok(StageKernels { kernels, has_camera, searches, unoptimised, begun: OnceLock::new() })
+    }
+
+    /// Makes the kernel of a camera, which computes footprints too, without stages.
+    ///
+    /// # Errors
+    /// If linking passes a limit, or code generation fails.
+    pub fn camera_kernel(&self, camera: &CameraProgram) -> Result<Arc<TieredKernel>, Diagnostic> {
+        let linked = self.link_camera(camera, true)?;
+        let kernels = self.compiler().kernels(&[linked.source(self.width())])?;
+        let kernel = kernels.into_iter().next().expect("each source has a kernel");
+        Ok(Arc::new(TieredKernel::new(kernel)))
+    }
+
+    fn link_camera(
+        &self,
+        camera: &CameraProgram,
+        has_footprints: bool,
+    ) -> Result<Linked, Diagnostic> {
+        let link = || camera.link(has_footprints, self.compiler());
+        let (function, layout, variant) = nesting::with_deep_stack(link)?;
+        Ok(Linked { function, layout, variant, prepared: None })
     }
 
     fn link_stages(
@@ -163,7 +193,7 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
     ) -> Result<Vec<Linked>, Diagnostic> {
-        let may_draw = nesting::with_deep_stack(|| may_draw(program, requests));
+        let may_draw = nesting::with_deep_stack(|| may_draw(requests));
         let linked = each_on_threads(requests.len(), |index| {
             let link = || program.link(&requests[index], may_draw, self.compiler());
             nesting::with_deep_stack(link)
@@ -210,7 +240,13 @@ impl StageKernels {
 
     fn search(&self, search: Search) -> Option<&StageKernel> {
         let index = self.searches.iter().position(|it| *it == search)?;
-        self.kernels.get(self.kernels.len() - self.searches.len() + index)
+        let camera = usize::from(self.has_camera);
+        self.kernels.get(self.kernels.len() - camera - self.searches.len() + index)
+    }
+
+    /// The kernel of the camera, if the program has one.
+    pub fn camera(&self) -> Option<&StageKernel> {
+        self.kernels.last().filter(|_| self.has_camera)
     }
 
     /// Has a background thread of the engine optimise the kernels, at the first call. Calls use each as soon as it is
@@ -242,6 +278,18 @@ impl StageKernels {
 }
 
 impl Linked {
+    /// True if the function reads the footprints of rays.
+    fn reads_footprints(&self) -> bool {
+        let mut reads = false;
+        self.function.body.for_each_op(&mut |op| {
+            if let OpKind::Load(variable, _) = &op.kind {
+                let Variable { kind, name, .. } = self.function.variable(*variable);
+                reads |= *kind == VariableKind::State && FOOTPRINTS.contains(&name.as_str());
+            }
+        });
+        reads
+    }
+
     /// Removes the answers of searches that no one reads.
     fn forget_answers(&mut self, is_read: &impl Fn(&str) -> bool) {
         let is_needed = |variable: &Variable| {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use rtsl_ir::{CompareOp, Constant, Op, Query, Scalar, StateComponent, Value};
 use rtsl_math::MAX_SHAPE_MARGIN;
-use rtsl_math::sampling::Sampler;
 use rtsl_spec::{Role, StateVariable};
 
 use super::arithmetic::{Arithmetic, Vector};
@@ -54,14 +53,14 @@ pub(crate) struct AreaLightLink {
 }
 
 impl AreaLightLink {
-    /// True if the methods need nothing but the lit point and random numbers of this sampler.
-    pub fn is_complete(&self, sampler: &Sampler) -> bool {
+    /// True if the methods need nothing but the lit point and random numbers.
+    pub fn is_complete(&self) -> bool {
         let AreaLightLink { shape, generate, emission, .. } = self;
         let sets = |name: &str| generate.writes.iter().any(|it| it.name == name);
         let is_readable =
             |it: &StateVariable| input(Query::LightEmission, it).is_some_and(Input::is_of_surface);
-        may_draw_only(generate, sampler)
-            && may_draw_only(emission, sampler)
+        may_draw_only(generate)
+            && may_draw_only(emission)
             && generate.reads.iter().all(|it| INPUTS.contains(&it.name))
             && OUTPUTS.into_iter().all(sets)
             && emission.reads.iter().all(|it| is_readable(it))

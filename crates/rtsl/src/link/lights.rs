@@ -17,7 +17,6 @@ use super::chosen_light::{ChosenLight, LightClassLink};
 use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
-use super::numbers::has_operations;
 use super::sequences::Purpose;
 use super::stage::{TIME_COLUMN, asks_host};
 use super::surface::needs_only;
@@ -111,21 +110,21 @@ impl LightLink {
         format!("{}forward.map", self.prefix)
     }
 
-    /// True if the methods need nothing but what queries give and, for samples, random numbers of this sampler.
-    pub fn is_complete(&self, sampler: &Sampler) -> bool {
+    /// True if the methods need nothing but what queries give and, for samples, random numbers.
+    pub fn is_complete(&self) -> bool {
         let is_fixed = |it: &Arc<LinkedMethod>| !it.reads_scratch && needs_only(it, &INPUTS);
         let has_inputs =
             |it: &Arc<LinkedMethod>| it.reads.iter().all(|it| INPUTS.contains(&it.name));
         self.emission.iter().chain(&self.density).all(is_fixed)
-            && self.illumination.iter().all(|it| may_draw_only(it, sampler) && has_inputs(it))
+            && self.illumination.iter().all(|it| may_draw_only(it) && has_inputs(it))
     }
 }
 
-/// True if a method asks nothing of a host but random numbers of a sampler whose numbers are operations.
-pub(super) fn may_draw_only(method: &LinkedMethod, sampler: &Sampler) -> bool {
+/// True if a method asks nothing of a host but random numbers.
+pub(super) fn may_draw_only(method: &LinkedMethod) -> bool {
     let mut is_plain = !method.reads_scratch;
     method.function.body.for_each_op(&mut |op| {
-        is_plain &= !asks_host(&op.kind) || op.kind == OpKind::Rand && has_operations(sampler);
+        is_plain &= !asks_host(&op.kind) || op.kind == OpKind::Rand;
     });
     is_plain
 }

@@ -1,9 +1,8 @@
 //! The numbers of a path's sampler as operations: [`Sampler`] in the representation of linked functions.
 
-use rtsl_ir::{BinaryOp, Query, Scalar, Value};
+use rtsl_ir::{BinaryOp, CompareOp, OpKind, Query, Region, Scalar, Value};
 use rtsl_math::sampling::{
-    ANY_COUNT, INDEPENDENT, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler,
-    SamplerKind,
+    INDEPENDENT, NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES, SOBOL, Sampler, SamplerKind,
 };
 
 use super::arithmetic::Arithmetic;
@@ -13,11 +12,6 @@ use super::linker::Linking;
 pub(crate) const KEY_COLUMN: &str = "path.key";
 /// The scratch array with the sample of each path.
 pub(crate) const SAMPLE_COLUMN: &str = "path.sample";
-
-/// True if the sampler's numbers are computed without loops.
-pub(crate) fn has_operations(sampler: &Sampler) -> bool {
-    sampler.spread() != ANY_COUNT
-}
 
 impl Arithmetic<'_> {
     /// Returns the numbers that a query for dimensions gets.
@@ -37,11 +31,7 @@ impl Arithmetic<'_> {
         let key = self.hash_with(key, NUMBERS_OF_PAIRS)?;
         if sampler.spread() == SOBOL {
             let key = self.hash(key, dimension)?;
-            let index = self.shuffled(sample, key)?;
-            let first = self.scrambled(index, key, 0)?;
-            let index = self.pascal(index)?;
-            let second = self.scrambled(index, key, 1)?;
-            return Ok(vec![self.unit_float(first)?, self.unit_float(second)?]);
+            return Ok(self.sobol_pair(key, sample)?.to_vec());
         }
         let one = self.word(1)?;
         let first = self.add(dimension, dimension)?;
@@ -64,25 +54,76 @@ impl Arithmetic<'_> {
             return self.sobol_number(key, dimension, sample);
         }
         let key = self.hash(key, dimension)?;
-        let bits = self.hash(key, sample)?;
-        let random = self.unit_float(bits)?;
-        match sampler.spread() {
-            POWER_OF_TWO => self.stratified(sampler, key, sample, random),
-            INDEPENDENT => Ok(random),
-            other => unreachable!("numbers of kind {other} have loops"),
-        }
+        self.number(sampler, key, sample)
     }
 
-    fn stratified(
+    /// Returns the time of a sample, as [`Sampler::time`]; `key` is that of a pixel's times.
+    pub fn number(&mut self, sampler: &Sampler, key: Value, sample: Value) -> Linking<Value> {
+        if sampler.spread() == SOBOL {
+            return Ok(self.sobol_pair(key, sample)?[0]);
+        }
+        let random = self.random(key, sample)?;
+        if sampler.spread() == INDEPENDENT {
+            return Ok(random);
+        }
+        let order = self.hash_with(key, u32::MAX)?;
+        let stratum = self.permuted(sampler, sample, order)?;
+        self.in_stratum(sampler, (stratum, sampler.samples_per_pixel()), random)
+    }
+
+    /// Returns the position of a sample in its pixel, as [`Sampler::pixel_position`].
+    pub fn position(
         &mut self,
         sampler: &Sampler,
         key: Value,
         sample: Value,
+    ) -> Linking<[Value; 2]> {
+        if sampler.spread() == SOBOL {
+            return self.sobol_pair(key, sample);
+        }
+        let one = self.word(1)?;
+        let even = self.shifted_left(sample, 1)?;
+        let odd = self.binary(BinaryOp::Or, even, one)?;
+        let random = [self.random(key, even)?, self.random(key, odd)?];
+        if sampler.spread() == INDEPENDENT {
+            return Ok(random);
+        }
+        let columns = self.word(sampler.columns)?;
+        let column = self.binary(BinaryOp::Remainder, sample, columns)?;
+        let row = self.divide(sample, columns)?;
+        Ok([
+            self.in_stratum(sampler, (column, sampler.columns), random[0])?,
+            self.in_stratum(sampler, (row, sampler.rows), random[1])?,
+        ])
+    }
+
+    /// Returns the position of a sample on the lens, as [`Sampler::lens_position`].
+    pub fn lens_position(
+        &mut self,
+        sampler: &Sampler,
+        key: Value,
+        sample: Value,
+    ) -> Linking<[Value; 2]> {
+        let order = self.hash_with(key, 3)?;
+        let sample = match sampler.kind {
+            SamplerKind::Stratified { .. } => self.permuted(sampler, sample, order)?,
+            SamplerKind::Independent | SamplerKind::Sobol => sample,
+        };
+        self.position(sampler, key, sample)
+    }
+
+    fn random(&mut self, key: Value, sample: Value) -> Linking<Value> {
+        let bits = self.hash(key, sample)?;
+        self.unit_float(bits)
+    }
+
+    /// The number in a stratum, of which there are `count`, at a random place or in the middle.
+    fn in_stratum(
+        &mut self,
+        sampler: &Sampler,
+        (stratum, count): (Value, u32),
         random: Value,
     ) -> Linking<Value> {
-        let count = sampler.samples_per_pixel();
-        let order = self.hash_with(key, u32::MAX)?;
-        let stratum = self.permuted(sample, count, order)?;
         let stratum = self.bitcast(Scalar::I32, stratum)?;
         let stratum = self.convert(Scalar::F32, stratum)?;
         let within = match sampler.kind {
@@ -96,8 +137,32 @@ impl Arithmetic<'_> {
         self.select(is_below, number, last)
     }
 
-    /// The permutation of a power of two.
-    fn permuted(&mut self, index: Value, length: u32, key: Value) -> Linking<Value> {
+    /// The stratum of a sample in an order of all of a pixel's, as [`permute`](rtsl_math::sampling::permute).
+    fn permuted(&mut self, sampler: &Sampler, sample: Value, order: Value) -> Linking<Value> {
+        let count = sampler.samples_per_pixel();
+        if count <= 1 {
+            return self.word(0);
+        }
+        if count.is_power_of_two() {
+            return self.permuted_power_of_two(sample, count, order);
+        }
+        let last = self.word(count - 1)?;
+        let first = self.binary(BinaryOp::Min, sample, last)?;
+        let param = self.linker.out.new_values(&[Scalar::U32]).get(0);
+        let mut body = Region { params: vec![param], ..Region::default() };
+        self.linker.nested(|linker| {
+            let code = &mut Arithmetic { linker, to: &mut body.ops };
+            let next = code.permuted_power_of_two(param, count.next_power_of_two(), order)?;
+            let count = code.word(count)?;
+            let again = code.compare(CompareOp::GreaterEqual, next, count)?;
+            body.yields = vec![again, next];
+            Ok(())
+        })?;
+        let kind = OpKind::Loop { initial: vec![first], body };
+        Ok(self.linker.emit(self.to, kind, &[Scalar::U32], false)?.get(0))
+    }
+
+    fn permuted_power_of_two(&mut self, index: Value, length: u32, key: Value) -> Linking<Value> {
         let mask = length.wrapping_sub(1);
         let (mask_word, shift) = (self.word(mask)?, self.word((mask.count_ones() / 2).max(1))?);
         let one = self.word(1)?;
@@ -124,9 +189,17 @@ impl Arithmetic<'_> {
         let product = self.pascal(index)?;
         let first = self.scrambled(index, key, 0)?;
         let second = self.scrambled(product, key, 1)?;
-        let is_second = self.compare(rtsl_ir::CompareOp::Equal, component, one)?;
+        let is_second = self.compare(CompareOp::Equal, component, one)?;
         let bits = self.select(is_second, second, first)?;
         self.unit_float(bits)
+    }
+
+    fn sobol_pair(&mut self, key: Value, sample: Value) -> Linking<[Value; 2]> {
+        let index = self.shuffled(sample, key)?;
+        let first = self.scrambled(index, key, 0)?;
+        let product = self.pascal(index)?;
+        let second = self.scrambled(product, key, 1)?;
+        Ok([self.unit_float(first)?, self.unit_float(second)?])
     }
 
     /// The index that replaces a sample.
@@ -242,7 +315,7 @@ mod tests {
     use rtsl_ir::host::NoHost;
     use rtsl_ir::{Function, Interpreter, Op, Output, Region, Storage, Variable};
     use rtsl_ir::{VariableId, VariableKind};
-    use rtsl_math::sampling::hash;
+    use rtsl_math::sampling::{ANY_COUNT, hash};
 
     use super::super::linker::Linker;
     use super::*;
@@ -264,8 +337,9 @@ mod tests {
         }
     }
 
-    /// Returns a function that stores the numbers of one dimension and of one pair to `result.0` to `result.2`. Its
-    /// variables are, in order, the results, the dimension, key and sample.
+    /// Returns a function that stores the numbers of one dimension and of one pair to `result.0` to `result.2`, then the
+    /// positions in the pixel and on the lens, and the time. Its variables are, in order, the results, the dimension, key
+    /// and sample.
     fn function(sampler: &Sampler) -> Function {
         let mut linker = Linker::new(Function::new("numbers".to_owned()));
         let variable = |name: &str, scalar: Scalar| Variable {
@@ -274,18 +348,41 @@ mod tests {
             scalar,
             len: 1,
         };
-        let results = ["result.0", "result.1", "result.2"];
-        let results = results.map(|name| linker.intern_variable(variable(name, Scalar::F32)));
+        let results: [String; 8] = std::array::from_fn(|index| format!("result.{index}"));
+        let results = results.map(|name| linker.intern_variable(variable(&name, Scalar::F32)));
         let mut ops: Vec<Op> = Vec::new();
         let mut code = Arithmetic { linker: &mut linker, to: &mut ops };
         let dimension = code.column("dimension", Scalar::I32).unwrap();
         let mut yields = code.numbers(sampler, Query::Sample, dimension).unwrap();
         yields.extend(code.numbers(sampler, Query::SamplePair, dimension).unwrap());
+        let [key, sample] =
+            [KEY_COLUMN, SAMPLE_COLUMN].map(|name| code.column(name, Scalar::U32).unwrap());
+        yields.extend(code.position(sampler, key, sample).unwrap());
+        yields.extend(code.lens_position(sampler, key, sample).unwrap());
+        yields.push(code.number(sampler, key, sample).unwrap());
         let outputs = results.map(|variable| Output { variable, component: 0 });
         linker.out.outputs.extend(outputs);
         linker.out.body = Region { ops, yields, ..Region::default() };
         rtsl_ir::verify::verify(&linker.out).expect("it is valid");
         linker.out
+    }
+
+    /// The position in the pixel, that on the lens, and the time.
+    fn of_pixel(sampler: &Sampler, key: u32, sample: u32) -> ([f32; 2], [f32; 2], f32) {
+        fn all<const SPREAD: u8>(
+            sampler: &Sampler,
+            key: u32,
+            sample: u32,
+        ) -> ([f32; 2], [f32; 2], f32) {
+            let position = sampler.pixel_position::<SPREAD>(key, sample);
+            let lens = sampler.lens_position::<SPREAD>(key, sample);
+            (position, lens, sampler.time::<SPREAD>(key, sample))
+        }
+        match sampler.spread() {
+            INDEPENDENT => all::<INDEPENDENT>(sampler, key, sample),
+            SOBOL => all::<SOBOL>(sampler, key, sample),
+            _ => all::<ANY_COUNT>(sampler, key, sample),
+        }
     }
 
     #[test]
@@ -300,18 +397,24 @@ mod tests {
             of_kind(SamplerKind::Sobol),
             stratified(4, true),
             stratified(8, false),
+            stratified(5, true),
+            Sampler { columns: 1, rows: 1, ..stratified(1, true) },
         ];
         for sampler in samplers {
             let mut interpreter = Interpreter::prepare(&function(&sampler)).unwrap();
             for index in 0..200 {
-                let (key, sample, dimension) = (hash(1, index), hash(2, index) % 32, index % 9);
-                let mut words = Words(vec![0, 0, 0, dimension, key, sample]);
+                let (key, dimension) = (hash(1, index), index % 9);
+                let sample = hash(2, index) % sampler.samples_per_pixel();
+                let mut words = Words(vec![0; 8]);
+                words.0.extend([dimension, key, sample]);
                 let _ = interpreter.run(0, &mut words, &mut NoHost);
                 let single =
                     sampler.single_number(hash(key, NUMBERS_OF_SINGLES), dimension, sample);
                 let pair = sampler.single_pair(hash(key, NUMBERS_OF_PAIRS), dimension, sample);
-                let expected = [single, pair[0], pair[1]].map(f32::to_bits);
-                assert_eq!(words.0[..3], expected, "{sampler:?}, {index}");
+                let (position, lens, time) = of_pixel(&sampler, key, sample);
+                let expected =
+                    [single, pair[0], pair[1], position[0], position[1], lens[0], lens[1], time];
+                assert_eq!(words.0[..8], expected.map(f32::to_bits), "{sampler:?}, {index}");
             }
         }
     }

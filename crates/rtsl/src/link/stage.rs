@@ -19,7 +19,6 @@ use super::class_tree::ClassTree;
 use super::lights::LightLinks;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
-use super::numbers;
 use super::sequences::Purpose;
 use super::stage_search::StageSearch;
 use super::surface::ShapeLinks;
@@ -152,7 +151,7 @@ impl Linker {
             }
             OpKind::Rand => match (self.copied_numbers, &links.sampler) {
                 (Some(numbers), _) => Ok(Some(vec![self.next_number(numbers, to)?])),
-                (None, Some(sampler)) if numbers::has_operations(sampler) => {
+                (None, Some(sampler)) => {
                     let code = &mut Arithmetic { linker: self, to };
                     Ok(Some(vec![code.drawn_number(sampler)?]))
                 }
@@ -188,8 +187,7 @@ impl Linker {
     ) -> Linking<Option<Vec<Value>>> {
         match query {
             Query::Sample | Query::SamplePair => {
-                let sampler = links.sampler.filter(numbers::has_operations);
-                let Some(sampler) = sampler else { return Ok(None) };
+                let Some(sampler) = links.sampler else { return Ok(None) };
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }

@@ -8,6 +8,7 @@ use rtsl_opt::dead_outputs;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
+use super::members::Members;
 use super::program::Program;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{Variant, placed_layout};
@@ -85,9 +86,7 @@ impl SearchedScene {
         for (class, link) in classes.iter().zip(&links) {
             class.add_to(link, &mut members);
         }
-        let Members { mut layout, words } = members;
-        layout.block_words = (words.len() as u32).next_multiple_of(2);
-        let block = InstanceBlock::new(&words, Vec::new());
+        let (layout, block) = members.finish();
         Some(SearchedScene {
             links: SearchLinks { classes: links, items: items.len() as u32, slack },
             programs: classes.iter().map(|class| class.program.clone()).collect(),
@@ -198,18 +197,4 @@ fn loaded_members(function: &Function) -> Vec<&Variable> {
     let members =
         variables.filter(|(variable, loaded)| *loaded && variable.kind == VariableKind::Member);
     members.map(|(variable, _)| variable).collect()
-}
-
-/// Members with their data.
-#[derive(Default)]
-struct Members {
-    layout: Layout,
-    words: Vec<u32>,
-}
-
-impl Members {
-    fn add(&mut self, name: &str, scalars: impl IntoIterator<Item = u32>) {
-        self.layout.members.insert(name.to_owned(), self.words.len() as u32);
-        self.words.extend(scalars);
-    }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
-use rtsl_math::sampling::Sampler;
 use rtsl_spec::Method;
 
 use super::light_part::{LightPart, have_same_programs, light_classes};
@@ -82,20 +81,16 @@ pub(crate) struct LinkedLights {
 
 impl LinkedLights {
     /// Returns the lights if their methods need nothing of a host.
-    pub fn new(
-        lights: &StageLights<'_>,
-        sampler: &Sampler,
-        values: ParameterValues,
-    ) -> Option<LinkedLights> {
+    pub fn new(lights: &StageLights<'_>, values: ParameterValues) -> Option<LinkedLights> {
         if lights.lights.len() > MAX_LIGHTS {
             return None;
         }
         let links = lights.lights.iter().enumerate().map(|(index, it)| it.link(index));
         let links: Vec<LightLink> = links.collect();
-        if !links.iter().all(|light| light.is_complete(sampler)) {
+        if !links.iter().all(|light| light.is_complete()) {
             return None;
         }
-        let areas = lights.linked_areas(sampler);
+        let areas = lights.linked_areas();
         let shapeless = lights.lights.iter().zip(&links).map(|(light, link)| light.part(link));
         let of_areas = lights.areas.iter().flatten().zip(areas.iter().flatten());
         let parts =
@@ -147,10 +142,10 @@ impl LinkedLights {
 
 impl StageLights<'_> {
     /// Returns the area lights if their methods need nothing of a host.
-    fn linked_areas(&self, sampler: &Sampler) -> Option<Vec<(ShapeClass, AreaLightLink)>> {
+    fn linked_areas(&self) -> Option<Vec<(ShapeClass, AreaLightLink)>> {
         let areas = (self.lights.len()..).zip(self.areas.as_ref()?);
         let linked = areas.map(|(index, light)| light.link(index));
-        linked.map(|linked| linked.filter(|(_, link)| link.is_complete(sampler))).collect()
+        linked.map(|linked| linked.filter(|(_, link)| link.is_complete())).collect()
     }
 
     /// Returns the data that lights share, in the order of the layout.
@@ -235,13 +230,13 @@ mod tests {
     use rtsl_abi::CallMode;
     use rtsl_ir::class::Class;
     use rtsl_ir::{OpKind, Query};
-    use rtsl_math::sampling::SamplerKind;
+    use rtsl_math::sampling::{Sampler, SamplerKind};
 
     use super::*;
     use crate::codegen::kernel_compiler::KernelCompiler;
     use crate::link::light_selection::{LightContent, LightNode};
     use crate::link::stage::asks_host;
-    use crate::program::staged_program::{StageRequest, StagedProgram};
+    use crate::program::staged_program::{StageRequest, StageScene, StagedProgram};
     use crate::program::surface_class::{SurfaceClass, SurfaceObject};
     use crate::{Backend, Compiler, CompilerOptions, Engine, EngineOptions, Value, library};
 
@@ -310,8 +305,8 @@ mod tests {
             ..StageLights::default()
         };
         let program = engine.program(&integrator);
-        let staged =
-            StagedProgram::new(&program, sampler, (&lights, None), ParameterValues::Final).unwrap();
+        let scene = StageScene { lights: &lights, searched: None, camera: None };
+        let staged = StagedProgram::new(&program, sampler, scene, ParameterValues::Final).unwrap();
         let balls_program = engine.program(&balls[0]);
         let class = SurfaceClass {
             material: engine.program(&emitter),
@@ -384,19 +379,13 @@ mod tests {
     #[test]
     fn lights_that_materials_name_are_sampled_by_a_stage() {
         assert_eq!(left_requests(sampler(4)), Some(0));
-        assert_eq!(left_requests(sampler(3)), None);
+        assert_eq!(left_requests(sampler(3)), Some(0));
     }
 
     #[test]
     fn area_lights_are_sampled_without_the_host() {
-        let left = left_queries(sampler(4));
-        assert_eq!(of_lights(&left), []);
-    }
-
-    #[test]
-    fn lights_are_sampled_by_the_host_if_numbers_have_no_operations() {
-        let left = left_queries(sampler(3));
-        assert!(of_lights(&left).iter().all(|query| *query == Query::SampleLight), "{left:?}");
-        assert!(left.contains(&Query::SampleLight));
+        for columns in [4, 3] {
+            assert_eq!(of_lights(&left_queries(sampler(columns))), []);
+        }
     }
 }

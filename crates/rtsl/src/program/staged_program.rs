@@ -1,6 +1,6 @@
 //! Methods that wait for the renderer as stages: `radiance` of integrators, and the methods of materials that trace.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 use rtsl_stages::{MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Stages, Surface};
 
+use super::camera_program::CameraProgram;
 use super::program::Program;
 use super::searched_scene::SearchedScene;
 use super::stage_lights::{LinkedLights, StageLights};
@@ -18,9 +19,10 @@ use super::surface_class::{SurfaceClass, SurfaceObject, add_part, no_surface};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
+use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
 use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
 use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
-use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN, has_operations};
+use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
@@ -48,7 +50,20 @@ pub struct StagedProgram {
     searched: Option<Arc<SearchedScene>>,
     /// The searches that each stage makes at its end, if it does.
     search: Option<Arc<StageSearch>>,
+    /// The camera, if stages follow its rays.
+    camera: Option<Arc<CameraProgram>>,
     values: ParameterValues,
+}
+
+/// The scene with which the stages of an integrator are linked.
+#[derive(Clone)]
+pub struct StageScene<'a> {
+    /// Its lights. Kernels sample them if their methods permit it; else hosts do.
+    pub lights: &'a StageLights<'a>,
+    /// Its objects, if it has few: kernels search among them.
+    pub searched: Option<Arc<SearchedScene>>,
+    /// Its camera, if paths begin with its rays: a kernel computes them.
+    pub camera: Option<Arc<CameraProgram>>,
 }
 
 /// The parts of a scene and a render with which stages are linked.
@@ -56,6 +71,7 @@ struct Parts {
     sampler: Sampler,
     lights: Option<LinkedLights>,
     searched: Option<Arc<SearchedScene>>,
+    camera: Option<Arc<CameraProgram>>,
     values: ParameterValues,
 }
 
@@ -98,21 +114,21 @@ impl StageRequest {
 }
 
 impl StagedProgram {
-    /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler. Kernels sample the
-    /// lights of the scene if their methods permit it; else hosts do. Kernels also search among the objects of a scene
-    /// that has few. `values` are those of the integrator, the lights and the surfaces.
+    /// Splits the `radiance` of an integrator, whose paths take their numbers from this sampler. `values` are those of the
+    /// integrator, the lights and the surfaces.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
     pub fn new(
         program: &Arc<Program>,
         sampler: Sampler,
-        (lights, searched): (&StageLights<'_>, Option<Arc<SearchedScene>>),
+        scene: StageScene<'_>,
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
+        let StageScene { lights, searched, camera } = scene;
         let radiance = program.method(Method::Radiance)?;
-        let lights = LinkedLights::new(lights, &sampler, values);
-        let parts = Parts { sampler, lights, searched, values };
+        let lights = LinkedLights::new(lights, values);
+        let parts = Parts { sampler, lights, searched, camera, values };
         StagedProgram::split(program, Method::Radiance, &radiance.function, parts)
     }
 
@@ -133,7 +149,7 @@ impl StagedProgram {
             let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
             *kind == VariableKind::State && COLORS.contains(&name.as_str())
         });
-        let parts = Parts { sampler, lights: None, searched: None, values };
+        let parts = Parts { sampler, lights: None, searched: None, camera: None, values };
         StagedProgram::split(program, method, &function, parts)
     }
 
@@ -146,8 +162,8 @@ impl StagedProgram {
         lights: &StageLights<'_>,
         values: ParameterValues,
     ) -> Option<StagedProgram> {
-        let lights = LinkedLights::new(lights, &sampler, values);
-        let lights = lights.filter(|it| it.has_indices() && has_operations(&sampler))?;
+        let lights = LinkedLights::new(lights, values);
+        let lights = lights.filter(LinkedLights::has_indices)?;
         let stage = Stage {
             function: Function::new("illuminance"),
             resumed_by: ResumedBy::LightSample,
@@ -156,7 +172,8 @@ impl StagedProgram {
         };
         let stages =
             Stages { name: "illuminance".to_owned(), slots: Vec::new(), stages: vec![stage] };
-        let parts = Parts { sampler, lights: Some(lights), searched: None, values };
+        let lights = Some(lights);
+        let parts = Parts { sampler, lights, searched: None, camera: None, values };
         Some(StagedProgram::with_stages(program, Method::Illumination, stages, parts))
     }
 
@@ -175,7 +192,7 @@ impl StagedProgram {
         program: &Arc<Program>,
         method: Method,
         stages: Stages,
-        Parts { sampler, lights, searched, values }: Parts,
+        Parts { sampler, lights, searched, camera, values }: Parts,
     ) -> StagedProgram {
         let mut layout = program.layout().clone();
         let shared = shared_columns();
@@ -190,7 +207,23 @@ impl StagedProgram {
         searched.iter().for_each(|searched| add_part(&mut layout, "", &searched.layout));
         let search = searched.as_ref().and_then(|searched| stage_search(searched, &stages));
         let program = program.clone();
-        StagedProgram { program, method, stages, layout, sampler, lights, searched, search, values }
+        StagedProgram {
+            program,
+            method,
+            stages,
+            layout,
+            sampler,
+            lights,
+            searched,
+            search,
+            camera,
+            values,
+        }
+    }
+
+    /// The camera; `None` if the paths do not begin with its rays.
+    pub fn camera(&self) -> Option<&Arc<CameraProgram>> {
+        self.camera.as_ref()
     }
 
     /// The objects among which kernels search; `None` if hosts search.
@@ -227,6 +260,7 @@ impl StagedProgram {
                 other.searched.as_deref(),
                 SearchedScene::is_like,
             )
+            && are_alike(self.camera.as_deref(), other.camera.as_deref(), CameraProgram::is_like)
     }
 
     /// The program of the class.
@@ -319,6 +353,11 @@ impl StagedProgram {
     /// The scratch array with the number of contributions to each path for which stages have searched.
     pub fn shadow_rays_array(&self) -> usize {
         self.layout.scratch[SHADOW_RAYS_COLUMN] as usize
+    }
+
+    /// The scratch arrays with the weight of each path's radiance.
+    pub fn weight_arrays(&self) -> [usize; 3] {
+        WEIGHT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
     }
 
     /// The scratch array with the number of searches of each path.
@@ -479,13 +518,13 @@ fn are_alike<T>(own: Option<&T>, other: Option<&T>, is_like: impl Fn(&T, &T) -> 
 }
 
 /// True if operations compute all random numbers that surfaces of these requests draw.
-pub(crate) fn may_draw(program: &StagedProgram, requests: &[StageRequest]) -> bool {
+pub(crate) fn may_draw(requests: &[StageRequest]) -> bool {
     let mut surfaces = requests.iter().filter_map(|request| request.surface.as_ref());
-    has_operations(&program.sampler) && surfaces.all(|surface| surface.may_draw())
+    surfaces.all(|surface| surface.may_draw())
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 15] = [
+pub(crate) const PATH_COLUMNS: [&str; 20] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     RAY_TYPE_COLUMN,
@@ -501,7 +540,18 @@ pub(crate) const PATH_COLUMNS: [&str; 15] = [
     LIT_COLUMNS[1],
     LIT_COLUMNS[2],
     SHADOW_RAYS_COLUMN,
+    WEIGHT_COLUMNS[0],
+    WEIGHT_COLUMNS[1],
+    WEIGHT_COLUMNS[2],
+    PIXEL_COLUMNS[0],
+    PIXEL_COLUMNS[1],
 ];
+
+/// Returns the layout of the scratch arrays that all programs have at the same places, without members.
+pub(super) fn shared_scratch() -> Layout {
+    let scratch: BTreeMap<String, u32> = shared_columns().into_iter().zip(0..).collect();
+    Layout { scratch_arrays: scratch.len() as u32, scratch, ..Layout::default() }
+}
 
 /// Returns the names of the scratch arrays, each of one scalar, that all programs have at the same places: all but
 /// those of the class and the frame.

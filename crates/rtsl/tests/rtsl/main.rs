@@ -3,6 +3,7 @@
 mod agreement;
 mod bounds;
 mod calls;
+mod cameras;
 mod common;
 mod cpp;
 mod cpp_text;

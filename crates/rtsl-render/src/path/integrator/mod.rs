@@ -120,11 +120,6 @@ impl Integrator {
         }
     }
 
-    /// True if it reads the widths of camera rays.
-    pub fn reads_widths(&self) -> bool {
-        self.staged.as_ref().is_none_or(StagedMethod::reads_widths)
-    }
-
     /// Returns the name of the class.
     pub fn name(&self) -> &str {
         &self.program.class().name

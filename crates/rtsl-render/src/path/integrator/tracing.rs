@@ -217,15 +217,13 @@ impl PathTracer<'_> {
         memory: &mut BatchMemory,
         samples: &[TileSamples],
     ) {
-        let BatchMemory {
-            integrator: own, camera, samples: results, rays: counts, lane_use, ..
-        } = memory;
+        let BatchMemory { integrator: own, samples: results, rays: counts, lane_use, .. } = memory;
         let Some(own) = own else { return };
         let count = packets_of(samples).count() * LANES;
         let exhausted = RuntimeErrors::default();
         let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
         let Some(mut run) = begun else { return };
-        let active = run.load_samples(camera, samples);
+        let active = run.load_samples(samples);
         run.begin_rays();
         counts.camera += active.paths().len() as u64;
         run.run(&active);
@@ -249,7 +247,8 @@ impl PathTracer<'_> {
             let columns = columns.map(|column| column.in_stages(staged));
             copy_outputs(columns, scratch, paths.map(|path| (path, path)), outputs);
         }
-        let lost = run.wave.lost(active.paths(), &results.radiance);
+        let of = (&*run.frames, &staged.columns);
+        let lost = Wave::lost(of, active.paths(), &results.radiance);
         let lost: Vec<Path> = run.paths(lost).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
     }

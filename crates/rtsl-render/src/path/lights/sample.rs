@@ -150,8 +150,8 @@ impl LightMemory {
             let is_delta = own.simd_le(0.0);
             let scale = 1.0 / is_delta.select(part, density);
             let color = scaled(&eight.vectors(&self.color), scale);
-            eight.blend_vectors(&color, &mut self.color);
-            eight.blend(density, &mut self.density);
+            eight.put_vectors(&color, &mut self.color);
+            eight.put(density, &mut self.density);
         }
     }
 
@@ -353,12 +353,12 @@ impl PathTracer<'_> {
                 distance *= stretch2.sqrt();
                 direction = eight.normalized_or(&world, &direction);
             }
-            eight.blend_vectors(&direction, &mut memory.direction);
-            eight.blend(distance, &mut memory.reach);
+            eight.put_vectors(&direction, &mut memory.direction);
+            eight.put(distance, &mut memory.reach);
             let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
-            eight.blend(end, &mut memory.distance);
-            eight.blend_vectors(&color, &mut memory.color);
-            eight.blend(density, &mut memory.density);
+            eight.put(end, &mut memory.distance);
+            eight.put_vectors(&color, &mut memory.color);
+            eight.put(density, &mut memory.density);
         }
     }
 
@@ -413,7 +413,7 @@ impl PathTracer<'_> {
                 let color = eight.load_vectors(&memory.state, v.emission_color);
                 let is_usable = eight.floats(&memory.density).simd_gt(0.0) & is_lit(&color);
                 let black = eight.splat_vector([0.0; 3]);
-                eight.blend_vectors(&select(is_usable, &color, &black), &mut memory.color);
+                eight.put_vectors(&select(is_usable, &color, &black), &mut memory.color);
             }
         });
     }
@@ -441,7 +441,7 @@ impl PathTracer<'_> {
                 // As for hits, NaN is opaque.
                 let alpha = alpha.simd_lt(one).select(alpha.simd_gt(zero).select(alpha, zero), one);
                 let color = scaled(&eight.vectors(&memory.color), alpha);
-                eight.blend_vectors(&color, &mut memory.color);
+                eight.put_vectors(&color, &mut memory.color);
             }
         });
     }
@@ -516,9 +516,9 @@ impl SampledShapes<'_> {
                 & distance.simd_gt(0.0)
                 & distance.simd_lt(f32::INFINITY);
             let density = is_usable.select(density, eight.splat(0.0));
-            eight.blend(density, &mut memory.density);
-            eight.blend_vectors(&direction, &mut memory.direction);
-            eight.blend(distance, &mut memory.reach);
+            eight.put(density, &mut memory.density);
+            eight.put_vectors(&direction, &mut memory.direction);
+            eight.put(distance, &mut memory.reach);
             let sizes = sums(&sizes(&origin), &sizes(&way));
             let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes);
             let height = surface_offsets(eight, &normal, &sizes) + eight.floats(&memory.offset);
@@ -527,7 +527,7 @@ impl SampledShapes<'_> {
             let margin = height / dots(&normal, &direction).abs();
             let most = distance * MAX_SHAPE_MARGIN;
             let margin = margin.simd_lt(most).select(margin, most);
-            eight.blend(distance - margin, &mut memory.distance);
+            eight.put(distance - margin, &mut memory.distance);
             let state = &mut memory.state;
             eight.store_vectors(state, v.ray_origin, &origin);
             eight.store_vectors(state, v.ray_direction, &direction);

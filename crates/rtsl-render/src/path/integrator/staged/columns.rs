@@ -22,6 +22,8 @@ pub struct Columns {
     pub searches: usize,
     /// The sum of the contributions that nothing blocked.
     pub lit: [usize; 3],
+    /// The weight of the path's radiance.
+    pub weights: [usize; 3],
     /// The number of contributions for which stages have searched.
     pub shadow_rays: usize,
     /// The group of the surface that a search by kernel has found.
@@ -57,6 +59,7 @@ impl Columns {
             ray_type: program.ray_type_array(),
             searches: program.searches_array(),
             lit: program.lit_arrays(),
+            weights: program.weight_arrays(),
             shadow_rays: program.shadow_rays_array(),
             group: program.group_array(),
             surface_index: program.surface_array(),

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use rtsl::{CallArguments, END, Instances, ResumedBy, StageSurface};
-use rtsl_bvh::LANES;
+use rtsl_bvh::{LANES, LaneMask};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
@@ -18,8 +18,7 @@ use super::staged_method::StagedMethod;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::compiled::tracer::Tracer;
-use crate::tiles::{CameraMemory, TileSamples, camera_packet, packets_of};
+use crate::tiles::{TileSamples, packets_of};
 
 /// Paths on their way through the stages.
 pub struct StagedPaths<'a> {
@@ -49,19 +48,18 @@ pub enum Place<'a> {
 }
 
 impl StagedPaths<'_> {
-    /// Loads the camera rays of samples of some tiles; returns the paths of those whose pixels lie inside the image.
-    pub fn load_samples(&mut self, camera: &mut CameraMemory, samples: &[TileSamples]) -> PathSet {
+    /// Computes the camera rays of samples of some tiles; returns the paths of those whose pixels lie inside the image.
+    pub fn load_samples(&mut self, samples: &[TileSamples]) -> PathSet {
         let scene = &self.tracer.scene.compiled;
-        let tracer = Tracer { scene, errors: self.tracer.errors };
-        let mut active = Vec::with_capacity(packets_of(samples).count());
-        for (samples, packet) in packets_of(samples) {
-            let start = active.len() * LANES;
-            let lanes = samples.lanes(packet, (scene.settings.width, scene.settings.height));
-            let rays = camera_packet(&tracer, camera, samples, packet);
-            self.wave.load_camera_rays(self.frames, &self.staged.columns, &rays, start);
-            self.tracer.lost_by_camera(&rays.weights, lanes);
-            camera.keep(rays);
-            active.push(lanes);
+        let Blocks { state, scratch } = &mut self.frames.paths;
+        let of_scene = (scene, self.tracer.errors);
+        self.tracer.scene.camera().generate(of_scene, packets_of(samples), (state, scratch));
+        let size = (scene.settings.width, scene.settings.height);
+        let lanes = packets_of(samples).map(|(samples, packet)| samples.lanes(packet, size));
+        let active: Vec<LaneMask> = lanes.collect();
+        let weights = self.staged.columns.weights.map(|array| scratch.floats(array));
+        for (start, lanes) in (0..).step_by(LANES).zip(&active) {
+            self.tracer.lost_by_camera(weights.map(|it| &it[start..start + LANES]), *lanes);
         }
         PathSet::of_packets(&active)
     }

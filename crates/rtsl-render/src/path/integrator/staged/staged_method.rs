@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, Diagnostic, Engine, Instance, Method, Objects, ParameterValues, PreparedSurface,
-    Program, Query, ReadResults, ResumedBy, ShapeClass, StageKernel, StageKernels, StageLights,
-    StageRequest, StageSurface, StagedProgram, SurfaceClass, SurfaceObject,
+    CallMode, CameraProgram, Diagnostic, Engine, Instance, Method, Objects, ParameterValues,
+    PreparedSurface, Program, Query, ReadResults, ResumedBy, ShapeClass, StageKernel, StageKernels,
+    StageLights, StageRequest, StageScene, StageSurface, StagedProgram, SurfaceClass,
+    SurfaceObject, TieredKernel,
 };
 use rtsl_scene::Scene;
 
@@ -20,7 +21,6 @@ use super::columns::Columns;
 use super::searched_objects::searched_objects;
 use super::stage_lights::shape_objects;
 use crate::compiled::object::is_own_material;
-use crate::compiled::variables::variables;
 
 /// An integrator's stages with their kernels.
 pub struct StagedMethod {
@@ -84,6 +84,8 @@ pub struct StageParts<'a> {
     pub objects: &'a [ObjectEntry],
     /// The lights, with their selection.
     pub lights: &'a Lights,
+    /// The camera with whose rays paths begin.
+    pub camera: &'a Arc<CameraProgram>,
     /// The results of the integrator that are read beside radiance.
     pub read: ReadResults<'a>,
     /// The dependence of kernels on the values of parameters.
@@ -129,8 +131,9 @@ impl StagedMethod {
             classed.push((class, made));
         }
         let searched = searched_objects(classes, |object| surfaces[object as usize]);
-        let lights = (lights, searched.map(Arc::new));
-        let program = StagedProgram::new(program, sampler, lights, *values)?;
+        let camera = Some(parts.camera.clone());
+        let of_scene = StageScene { lights, searched: searched.map(Arc::new), camera };
+        let program = StagedProgram::new(program, sampler, of_scene, *values)?;
         let none =
             StageGroup { class: None, objects: Arc::new(program.objects(integrator, None, [])) };
         let mut groups = vec![none];
@@ -198,6 +201,15 @@ impl StagedMethod {
         self.kernels.made.any_search()
     }
 
+    /// The kernel of the camera.
+    ///
+    /// # Panics
+    /// If these are not the stages of an integrator.
+    pub fn camera_kernel(&self) -> &Arc<TieredKernel> {
+        let camera = self.kernels.made.camera();
+        &camera.expect("the stages of integrators follow a camera").kernel
+    }
+
     /// The data for which these are called.
     pub fn searched_objects(&self) -> Option<&Objects> {
         self.program.searched().map(|searched| &**searched.objects())
@@ -254,13 +266,6 @@ impl StagedMethod {
         &self.queries
     }
 
-    /// True if the first stage reads the widths of rays.
-    pub fn reads_widths(&self) -> bool {
-        let v = variables();
-        let reads = self.first_reads();
-        reads.contains(&v.ray_width) || reads.contains(&v.ray_spread)
-    }
-
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.
     pub fn kernel(&self, stage: usize, group: usize) -> (&StageKernel, &Objects) {
         (self.kernels.get(stage, group), &self.groups[group].objects)
@@ -278,7 +283,7 @@ impl StagedMethod {
 
     /// The addresses of the code.
     #[cfg(test)]
-    pub fn code(&self) -> Vec<*const rtsl::TieredKernel> {
+    pub fn code(&self) -> Vec<*const TieredKernel> {
         self.kernels.all().iter().map(|it| Arc::as_ptr(&it.kernel)).collect()
     }
 

@@ -1,7 +1,6 @@
 //! The data of a wavefront's paths beside their frames.
 
 use rtsl::{END, RayType};
-use rtsl_bvh::LANES;
 
 use super::super::super::rows::{all_finite, are_finite};
 use super::super::super::wavefront::Path;
@@ -10,15 +9,12 @@ use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::spawning::Spawning;
 use crate::compiled::variables::variables;
-use crate::tiles::CameraRays;
 
 /// The data of a wavefront's paths beside their frames, by path.
 #[derive(Default)]
 pub struct Wave {
     /// The number of paths.
     pub count: usize,
-    /// The weights of their radiance.
-    weights: [Vec<f32>; 3],
     /// The distances and the objects of the first surfaces; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
@@ -53,12 +49,8 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        let Wave { weights, first_hits, rays, spawning, objects, .. } = self;
+        let Wave { first_hits, rays, spawning, objects, .. } = self;
         self.count = count;
-        for column in weights {
-            column.clear();
-            column.resize(count, 1.0);
-        }
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
@@ -67,6 +59,9 @@ impl Wave {
         let counts = [columns.drawn, columns.searches, columns.shadow_rays];
         for array in columns.counts.into_iter().chain(counts).chain(columns.lit) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
+        }
+        for array in columns.weights {
+            frames.paths.scratch.floats_mut(array)[..count].fill(1.0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
         let state = &mut frames.paths.state;
@@ -90,43 +85,12 @@ impl Wave {
         set(time, |path| path.time.to_bits());
         set(key, |path| path.key);
         set(sample, |path| path.sample);
-        for (channel, weights) in self.weights.iter_mut().enumerate() {
-            weights.iter_mut().zip(paths).for_each(|(to, path)| *to = path.throughput[channel]);
-        }
+        let [red, green, blue] = columns.weights;
+        set(red, |path| path.throughput[0].to_bits());
+        set(green, |path| path.throughput[1].to_bits());
+        set(blue, |path| path.throughput[2].to_bits());
         let bounds = self.spawning.importance.iter_mut();
         bounds.zip(paths).for_each(|(to, path)| *to = path.importance);
-    }
-
-    /// Loads a packet of camera rays, from the path `start` on.
-    pub fn load_camera_rays(
-        &mut self,
-        frames: &mut Frames,
-        columns: &Columns,
-        camera: &CameraRays,
-        start: usize,
-    ) {
-        let CameraRays { rays, streams, weights, footprints } = camera;
-        let (v, all) = (variables(), start..start + LANES);
-        let state = &mut frames.paths.state;
-        let mut set = |component: usize, lanes: &[f32; LANES]| {
-            state.floats_mut(component)[all.clone()].copy_from_slice(lanes);
-        };
-        for axis in 0..3 {
-            set(v.ray_origin + axis, &rays.origin[axis]);
-            set(v.ray_direction + axis, &rays.direction[axis]);
-        }
-        set(v.epsilon, &rays.epsilon);
-        set(v.hit_distance, &rays.limit);
-        set(v.time_seed, &rays.time);
-        set(v.ray_width, &footprints[0]);
-        set(v.ray_spread, &footprints[1]);
-        let scratch = &mut frames.paths.scratch;
-        scratch.floats_mut(columns.time)[all.clone()].copy_from_slice(&rays.time);
-        scratch.words_mut(columns.key)[all.clone()].copy_from_slice(streams.keys());
-        scratch.words_mut(columns.sample)[all.clone()].copy_from_slice(streams.samples());
-        for (column, weights) in self.weights.iter_mut().zip(weights) {
-            column[all.clone()].copy_from_slice(weights);
-        }
     }
 
     /// Begins what hosts know of the paths.
@@ -153,7 +117,8 @@ impl Wave {
         let Blocks { state, scratch } = &frames.paths;
         for channel in 0..3 {
             let color = state.floats(first + channel);
-            let (weights, lit) = (&self.weights[channel], scratch.floats(columns.lit[channel]));
+            let weights = scratch.floats(columns.weights[channel]);
+            let lit = scratch.floats(columns.lit[channel]);
             // A sum with 0 has no negative zeros.
             let of_path = |path: usize| 0.0 + weights[path] * (color[path] + lit[path]);
             if paths.len() == self.count {
@@ -168,14 +133,14 @@ impl Wave {
 
     /// Returns the paths whose radiance is not finite though their weights are.
     pub fn lost<'a>(
-        &'a self,
+        (frames, columns): (&'a Frames, &'a Columns),
         paths: &'a [u32],
         radiance: &'a [[f32; 3]],
     ) -> impl Iterator<Item = u32> + 'a {
         let paths = if all_finite(radiance.as_flattened()) { &[] } else { paths };
         let is_lost = |path: &u32| {
             let path = *path as usize;
-            let weight = [0, 1, 2].map(|channel: usize| self.weights[channel][path]);
+            let weight = columns.weights.map(|array| frames.paths.scratch.floats(array)[path]);
             !are_finite(&radiance[path]) && are_finite(&weight)
         };
         paths.iter().copied().filter(is_lost)

@@ -1,0 +1,413 @@
+//! Cameras as operations: the sampler's numbers for a pixel's sample, the pixel filter, `generateRay`, and the way to the
+//! world.
+
+use std::sync::Arc;
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Function, Index, Op, OpKind, Output, Scalar, StateComponent, UnaryOp,
+    Value, Variable, VariableKind,
+};
+use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler, SamplerKind, hash};
+use rtsl_spec::lookup_state;
+
+use super::arithmetic::{Arithmetic, Vector};
+use super::class_tree::ClassTree;
+use super::lights::set;
+use super::linked_method::LinkedMethod;
+use super::linker::{Linked, Linker, Linking, Site, find_override};
+use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use super::stage::{SurfaceLinks, TIME_COLUMN};
+
+/// The path to the members of the camera.
+pub(crate) const CAMERA: &str = "camera.";
+/// The member with the width and the height of the image in pixels.
+pub(crate) const SIZE: &str = "view.size";
+/// The member with the map from the camera's space to the world.
+pub(crate) const MAP: &str = "view.map";
+/// The member with the least distance of hits, unless the camera sets another.
+pub(crate) const EPSILON: &str = "view.epsilon";
+/// The members with the tables of the pixel filter.
+pub(crate) const FILTER: [&str; 2] = ["filter.x", "filter.y"];
+/// The scratch arrays with each sample's pixel, counted from the top left of the image.
+pub(crate) const PIXEL_COLUMNS: [&str; 2] = ["camera.column", "camera.row"];
+/// The scratch arrays with the weight of each path's radiance.
+pub(crate) const WEIGHT_COLUMNS: [&str; 3] = ["path.weight.0", "path.weight.1", "path.weight.2"];
+
+/// The state with the footprints of rays.
+pub(crate) const FOOTPRINTS: [&str; 2] = ["rt_RayWidth", "rt_RaySpread"];
+
+/// The parts of a camera.
+#[derive(Clone, Debug)]
+pub(crate) struct CameraLinks {
+    /// `generateRay`, if the class has it.
+    pub generate: Option<Arc<LinkedMethod>>,
+    pub sampler: Sampler,
+    pub filter: PixelFilter,
+}
+
+/// Links a function that computes the ray of a pixel's sample, with its weight and the key of its numbers; the footprint
+/// too if it `has_footprints`.
+///
+/// # Errors
+/// If linking passes a limit.
+pub(crate) fn link_camera(
+    tree: &ClassTree,
+    links: &CameraLinks,
+    has_footprints: bool,
+) -> Linking<Linked> {
+    let mut linker = Linker::new(Function::new("camera"));
+    let sampler = Some(links.sampler);
+    linker.surface = Some(Arc::new(SurfaceLinks { sampler, ..SurfaceLinks::default() }));
+    let mut ops = Vec::new();
+    let mut code = CameraCode { linker: &mut linker, tree, links };
+    let sample = code.sample(&mut ops)?;
+    let ray = code.ray(&sample, sample.screen, &mut ops)?;
+    if has_footprints {
+        let footprint = code.footprint(&sample, &ray, &mut ops)?;
+        FOOTPRINTS.into_iter().zip(footprint).for_each(|(name, value)| {
+            code.linker.set_state(name, &[value]);
+        });
+    }
+    code.store(&sample, &ray, &mut ops)?;
+    linker.out.body.ops = ops;
+    Ok(linker.finish())
+}
+
+struct CameraCode<'a, 'l> {
+    linker: &'l mut Linker,
+    tree: &'a ClassTree,
+    links: &'a CameraLinks,
+}
+
+/// The inputs of `generateRay`.
+struct CameraSample {
+    index: Value,
+    screen: [Value; 2],
+    lens: [Value; 2],
+    time: Value,
+    /// The width and the height of a pixel.
+    pixel: [Value; 2],
+    /// The weight of the pixel filter, unless it is 1.
+    weight: Option<Value>,
+    /// The key of the path's random sequences.
+    key: Value,
+}
+
+/// The results of `generateRay`, in the camera's space.
+struct CameraRay {
+    origin: Vector,
+    direction: Vector,
+    color: Vector,
+    epsilon: Value,
+    limit: Value,
+}
+
+impl CameraCode<'_, '_> {
+    fn code<'s>(&'s mut self, to: &'s mut Vec<Op>) -> Arithmetic<'s> {
+        Arithmetic { linker: self.linker, to }
+    }
+
+    fn sample(&mut self, to: &mut Vec<Op>) -> Linking<CameraSample> {
+        let CameraLinks { sampler, filter, .. } = self.links;
+        let code = &mut self.code(to);
+        let [column, row] = PIXEL_COLUMNS.map(|name| code.column(name, Scalar::U32));
+        let (column, row) = (column?, row?);
+        let index = code.column(SAMPLE_COLUMN, Scalar::U32)?;
+        let [width, height] = code.size()?;
+        let [position, lens, time, key] = code.pixel_keys(sampler, [column, row], width)?;
+        let position = code.position(sampler, position, index)?;
+        let ([x, y], weight) = code.filtered(filter, position)?;
+        let one = code.float(1.0)?;
+        let mut pixel = [width, height];
+        for side in &mut pixel {
+            let count = code.float_of(*side)?;
+            *side = code.divide(one, count)?;
+        }
+        // Rows count from the top, screen coordinates from the bottom.
+        let last = code.word(1)?;
+        let last = code.binary(BinaryOp::Subtract, height, last)?;
+        let from_bottom = code.binary(BinaryOp::Subtract, last, row)?;
+        let y = code.binary(BinaryOp::Subtract, one, y)?;
+        let mut screen = [x, y];
+        for ((place, whole), side) in screen.iter_mut().zip([column, from_bottom]).zip(pixel) {
+            let whole = code.float_of(whole)?;
+            let sum = code.add(whole, *place)?;
+            *place = code.multiply(sum, side)?;
+        }
+        Ok(CameraSample {
+            index,
+            screen,
+            lens: code.lens_position(sampler, lens, index)?,
+            time: code.number(sampler, time, index)?,
+            pixel,
+            weight,
+            key,
+        })
+    }
+
+    /// Generates the ray of a sample through a place on the screen.
+    fn ray(
+        &mut self,
+        sample: &CameraSample,
+        screen: [Value; 2],
+        to: &mut Vec<Op>,
+    ) -> Linking<CameraRay> {
+        let code = &mut self.code(to);
+        let (zero, one, far) = (code.float(0.0)?, code.float(1.0)?, code.float(f32::INFINITY)?);
+        let epsilon = code.load_member(EPSILON, Scalar::F32)?;
+        let mut state = Vec::new();
+        for (name, values) in [
+            ("rt_ScreenCoord", &screen[..]),
+            ("rt_LensCoord", &sample.lens),
+            ("rt_TimeSeed", &[sample.time]),
+            ("rt_du", &[sample.pixel[0]]),
+            ("rt_dv", &[sample.pixel[1]]),
+            ("rt_Epsilon", &[epsilon]),
+            ("rt_HitDistance", &[far]),
+            ("rt_RayOrigin", &[zero; 3]),
+            ("rt_RayDirection", &[zero, zero, one]),
+            ("rt_InverseRayDirection", &[far, far, one]),
+            ("rt_SampleColor", &[one; 3]),
+        ] {
+            set(&mut state, name, values);
+        }
+        let generated = self.generate(sample, state.clone(), to)?;
+        state.extend(generated);
+        let result = |name: &str, component| {
+            let wanted = StateComponent::named(name, component);
+            let value = wanted.and_then(|wanted| find_override(&state, wanted));
+            value.expect("the state has this component")
+        };
+        let vector = |name: &str| [0, 1, 2].map(|component| result(name, component));
+        Ok(CameraRay {
+            origin: vector("rt_RayOrigin"),
+            direction: vector("rt_RayDirection"),
+            color: vector("rt_SampleColor"),
+            epsilon: result("rt_Epsilon", 0),
+            limit: result("rt_HitDistance", 0),
+        })
+    }
+
+    /// Copies `generateRay`, and returns the state that it sets. Each copy takes the same random numbers.
+    fn generate(
+        &mut self,
+        sample: &CameraSample,
+        state: Vec<(StateComponent, Value)>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let CameraLinks { generate, sampler, .. } = self.links;
+        let Some(method) = generate else { return Ok(Vec::new()) };
+        if method.draws_numbers() {
+            self.linker.begin_numbers(sample.key, *sampler, to)?;
+        }
+        let none = Function::new("camera");
+        let caller = Site::new(self.tree, &none, String::new(), &mut self.linker.out);
+        let set = self.linker.light_method(&caller, CAMERA, method, state, to);
+        self.linker.copied_numbers = None;
+        set
+    }
+
+    /// Returns the width of a ray at its origin, and its increase per unit of length: the sides of squares of the area
+    /// between the rays of the pixels beside and above, of the part of a pixel that the sample stands for.
+    fn footprint(
+        &mut self,
+        sample: &CameraSample,
+        ray: &CameraRay,
+        to: &mut Vec<Op>,
+    ) -> Linking<[Value; 2]> {
+        let ends = self.ends(ray, to)?;
+        let mut areas: [Option<Value>; 2] = [None; 2];
+        for axis in 0..2 {
+            let mut screen = sample.screen;
+            screen[axis] = self.code(to).add(screen[axis], sample.pixel[axis])?;
+            let other = self.ray(sample, screen, to)?;
+            let others = self.ends(&other, to)?;
+            let code = &mut self.code(to);
+            for ((area, end), other) in areas.iter_mut().zip(ends).zip(others) {
+                let way = code.difference(end, other)?;
+                let square = code.products(way, way)?;
+                let distance = code.root(square)?;
+                *area = Some(match *area {
+                    Some(first) => code.multiply(first, distance)?,
+                    None => distance,
+                });
+            }
+        }
+        let links = self.links;
+        let code = &mut self.code(to);
+        let part = code.part_of_pixel(&links.sampler, sample.index)?;
+        let mut side = |area: Option<Value>| {
+            let side = code.root(area.expect("both axes have a distance"))?;
+            code.multiply(side, part)
+        };
+        Ok([side(areas[0])?, side(areas[1])?])
+    }
+
+    /// The origin of a ray, and its direction at unit length.
+    fn ends(&mut self, ray: &CameraRay, to: &mut Vec<Op>) -> Linking<[Vector; 2]> {
+        let code = &mut self.code(to);
+        let up = code.vector([0.0, 0.0, 1.0])?;
+        Ok([ray.origin, code.normalized_or(ray.direction, up)?])
+    }
+
+    /// Stores a ray in the world.
+    fn store(&mut self, sample: &CameraSample, ray: &CameraRay, to: &mut Vec<Op>) -> Linking<()> {
+        let code = &mut self.code(to);
+        let map = code.map(MAP)?;
+        let origin = code.transformed_point(&map, ray.origin)?;
+        let direction = code.transformed_vector(&map, ray.direction)?;
+        // Hits behind the origin never count.
+        let zero = code.float(0.0)?;
+        let epsilon = code.larger(ray.epsilon, zero)?;
+        let weights = match sample.weight {
+            Some(weight) => code.scaled(ray.color, weight)?,
+            None => ray.color,
+        };
+        for (name, values) in [
+            ("rt_RayOrigin", &origin[..]),
+            ("rt_RayDirection", &direction),
+            ("rt_Epsilon", &[epsilon]),
+            ("rt_HitDistance", &[ray.limit]),
+            ("rt_TimeSeed", &[sample.time]),
+        ] {
+            self.linker.set_state(name, values);
+        }
+        self.linker.set_column(TIME_COLUMN.to_owned(), sample.time);
+        self.linker.set_column(KEY_COLUMN.to_owned(), sample.key);
+        for (name, weight) in WEIGHT_COLUMNS.into_iter().zip(weights) {
+            self.linker.set_column(name.to_owned(), weight);
+        }
+        Ok(())
+    }
+}
+
+impl Linker {
+    /// Stores the components of a state variable at the end of the function.
+    fn set_state(&mut self, name: &str, values: &[Value]) {
+        let Some(state) = lookup_state(name) else { return };
+        let variable = self.intern_variable(Variable {
+            kind: VariableKind::State,
+            name: name.to_owned(),
+            scalar: Scalar::F32,
+            len: state.ty.components(),
+        });
+        let outputs = (0..values.len() as u32).map(|component| Output { variable, component });
+        self.out.outputs.extend(outputs);
+        self.out.body.yields.extend_from_slice(values);
+    }
+}
+
+impl Arithmetic<'_> {
+    /// The width and the height of the image.
+    fn size(&mut self) -> Linking<[Value; 2]> {
+        let (kind, name) = (VariableKind::Member, SIZE.to_owned());
+        let size = Variable { kind, name, scalar: Scalar::U32, len: 2 };
+        Ok([self.load(size.clone(), 0)?, self.load(size, 1)?])
+    }
+
+    /// An integer below 2^31 as a float.
+    fn float_of(&mut self, word: Value) -> Linking<Value> {
+        let integer = self.bitcast(Scalar::I32, word)?;
+        self.convert(Scalar::F32, integer)
+    }
+
+    /// The keys of a pixel's positions, lens positions, times and sequences, as [`Sampler::pixel_keys`].
+    fn pixel_keys(
+        &mut self,
+        sampler: &Sampler,
+        [column, row]: [Value; 2],
+        width: Value,
+    ) -> Linking<[Value; 4]> {
+        let before = self.multiply(row, width)?;
+        let pixel = self.add(before, column)?;
+        let seed = self.word(hash((sampler.seed >> 32) as u32, sampler.seed as u32))?;
+        let key = self.hash(seed, pixel)?;
+        let [position, lens, time, stream] = [1, 2, 4, 5].map(|it| self.hash_with(key, it));
+        Ok([position?, lens?, time?, stream?])
+    }
+
+    /// As [`Sampler::part_of_pixel`].
+    fn part_of_pixel(&mut self, sampler: &Sampler, sample: Value) -> Linking<Value> {
+        match sampler.kind {
+            SamplerKind::Stratified { .. } => self.float(sampler.part_of_pixel(0)),
+            SamplerKind::Independent | SamplerKind::Sobol => {
+                let (one, unit) = (self.word(1)?, self.float(1.0)?);
+                let among = self.add(sample, one)?;
+                let among = self.float_of(among)?;
+                let root = self.root(among)?;
+                let part = self.divide(unit, root)?;
+                let least = self.float(Sampler::LEAST_PART_OF_PIXEL)?;
+                self.larger(part, least)
+            }
+        }
+    }
+
+    /// The place of a sample relative to its pixel's corner, and its weight, as [`PixelFilter::sample`].
+    fn filtered(
+        &mut self,
+        filter: &PixelFilter,
+        point: [Value; 2],
+    ) -> Linking<([Value; 2], Option<Value>)> {
+        let Some(tables) = filter.tables() else { return Ok((point, None)) };
+        let mut places = point;
+        let mut weight = None;
+        for ((place, table), name) in places.iter_mut().zip(tables).zip(FILTER) {
+            let (two, one) = (self.float(2.0)?, self.float(1.0)?);
+            let doubled = self.multiply(two, *place)?;
+            let side = self.binary(BinaryOp::Subtract, doubled, one)?;
+            let cells = table.distances().len() as u32 - 1;
+            let size = self.unary(UnaryOp::Abs, side)?;
+            let count = self.float(cells as f32)?;
+            let scaled = self.multiply(size, count)?;
+            let own = self.weight_of(table, scaled)?;
+            weight = Some(match weight {
+                Some(other) => self.multiply(other, own)?,
+                None => own,
+            });
+            let distance = self.distance((name, cells), scaled)?;
+            let zero = self.float(0.0)?;
+            let is_before = self.less(side, zero)?;
+            let negated = self.unary(UnaryOp::Negate, distance)?;
+            let signed = self.select(is_before, negated, distance)?;
+            let middle = self.float(0.5)?;
+            *place = self.add(middle, signed)?;
+        }
+        Ok((places, weight))
+    }
+
+    /// The distance from the center in a table with so many cells.
+    fn distance(&mut self, (name, cells): (&str, u32), scaled: Value) -> Linking<Value> {
+        let cell = self.convert(Scalar::I32, scaled)?;
+        let (one, last) = (self.integer(1)?, self.integer(cells as i32 - 1)?);
+        let cell = self.binary(BinaryOp::Min, cell, last)?;
+        let next = self.add(cell, one)?;
+        let (kind, name) = (VariableKind::Member, name.to_owned());
+        let table = Variable { kind, name, scalar: Scalar::F32, len: cells + 1 };
+        let table = self.linker.intern_variable(table);
+        let mut load = |index: Value| {
+            let kind = OpKind::Load(table, Index::Dynamic(index));
+            Ok(self.linker.emit(self.to, kind, &[Scalar::F32], false)?.get(0))
+        };
+        let (near, far) = (load(cell)?, load(next)?);
+        let begin = self.convert(Scalar::F32, cell)?;
+        let part = self.binary(BinaryOp::Subtract, scaled, begin)?;
+        let way = self.binary(BinaryOp::Subtract, far, near)?;
+        let way = self.multiply(part, way)?;
+        self.add(near, way)
+    }
+
+    /// The weight of the samples of an axis, whose sign changes at some places of its table.
+    fn weight_of(&mut self, table: &AxisTable, scaled: Value) -> Linking<Value> {
+        let (positive, negative) =
+            (self.float(table.magnitude())?, self.float(-table.magnitude())?);
+        let mut weight = positive;
+        // The last change before the place tells the sign.
+        for (change, place) in table.sign_changes().iter().enumerate() {
+            let place = self.float(*place)?;
+            let is_beyond = self.compare(CompareOp::Greater, scaled, place)?;
+            let own = if change % 2 == 0 { negative } else { positive };
+            weight = self.select(is_beyond, own, weight)?;
+        }
+        Ok(weight)
+    }
+}

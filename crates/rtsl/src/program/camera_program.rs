@@ -1,0 +1,137 @@
+//! The camera of a scene as a part of stages.
+
+use std::sync::Arc;
+
+use rtsl_abi::{CallMode, InstanceBlock, Layout};
+use rtsl_ir::Function;
+use rtsl_math::sampling::{PixelFilter, Sampler};
+use rtsl_source::Diagnostic;
+use rtsl_spec::Method;
+
+use super::members::Members;
+use super::program::Program;
+use super::staged_program::{joined, shared_scratch};
+use super::surface_class::add_part;
+use crate::codegen::kernel_compiler::KernelCompiler;
+use crate::codegen::variant::Variant;
+use crate::link::camera::{
+    CAMERA, CameraLinks, EPSILON, FILTER, MAP, PIXEL_COLUMNS, SIZE, WEIGHT_COLUMNS, link_camera,
+};
+use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+
+/// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the arrays of
+/// [pixels](Self::pixel_arrays) and [samples](Self::sample_array), and stores the rays in the world as state, and their
+/// times, [weights](Self::weight_arrays) and [keys](Self::key_array) in arrays that stages read.
+#[derive(Debug)]
+pub struct CameraProgram {
+    program: Arc<Program>,
+    links: CameraLinks,
+    layout: Layout,
+}
+
+/// The image that a camera makes, and its place.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraView {
+    /// The width and the height of the image in pixels, below 2^31.
+    pub size: [u32; 2],
+    /// The map from the camera's space to the world: the images of the axes, then that of the origin.
+    pub map: [[f32; 3]; 4],
+    /// The least distance of hits, unless the camera sets another.
+    pub epsilon: f32,
+}
+
+impl CameraProgram {
+    /// Links a class of cameras.
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn new(
+        program: &Arc<Program>,
+        sampler: Sampler,
+        filter: &PixelFilter,
+    ) -> Result<CameraProgram, Diagnostic> {
+        let method = Method::GenerateRay;
+        let generate = program.has(method).then(|| program.method(method)).transpose()?;
+        let links = CameraLinks { generate, sampler, filter: filter.clone() };
+        let mut layout = shared_scratch();
+        add_part(&mut layout, CAMERA, program.layout());
+        // The layout is the same whatever the view.
+        let view = CameraView { size: [1; 2], map: [[0.0; 3]; 4], epsilon: 0.0 };
+        let (members, _) = links.view(&view).finish();
+        add_part(&mut layout, "", &members);
+        Ok(CameraProgram { program: program.clone(), links, layout })
+    }
+
+    /// The program of the class.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+
+    /// Returns the data for which the kernel is called.
+    ///
+    /// # Panics
+    /// If the camera belongs to another program.
+    pub fn block(&self, camera: &InstanceBlock, view: &CameraView) -> InstanceBlock {
+        let (_, members) = self.links.view(view).finish();
+        joined(&[camera.clone(), members])
+    }
+
+    /// The scratch arrays with the column and the row of each sample's pixel, counted from the top left of the image.
+    pub fn pixel_arrays(&self) -> [usize; 2] {
+        PIXEL_COLUMNS.map(|column| self.layout.scratch[column] as usize)
+    }
+
+    /// The scratch array with the index of each sample.
+    pub fn sample_array(&self) -> usize {
+        self.layout.scratch[SAMPLE_COLUMN] as usize
+    }
+
+    /// The scratch array with the key of each path's numbers.
+    pub fn key_array(&self) -> usize {
+        self.layout.scratch[KEY_COLUMN] as usize
+    }
+
+    /// The number of scratch arrays.
+    pub fn scratch_arrays(&self) -> usize {
+        self.layout.scratch_arrays as usize
+    }
+
+    /// The scratch arrays with the weight of each path's radiance.
+    pub fn weight_arrays(&self) -> [usize; 3] {
+        WEIGHT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
+    }
+
+    /// True if the kernel of another program serves this one, whatever the data.
+    pub fn is_like(&self, other: &CameraProgram) -> bool {
+        Arc::ptr_eq(&self.program, &other.program)
+            && (self.links.sampler, &self.links.filter)
+                == (other.links.sampler, &other.links.filter)
+    }
+
+    /// Returns the linked and optimised function, with the layout of its kernel and its variant.
+    pub(crate) fn link(
+        &self,
+        has_footprints: bool,
+        compiler: &KernelCompiler,
+    ) -> Result<(Function, Layout, Variant), Diagnostic> {
+        let linked = link_camera(self.program.tree(), &self.links, has_footprints)?.function;
+        let variant = Variant::new(CallMode::Packet);
+        let function = compiler.optimise_stage(linked, &variant, &self.layout);
+        Ok((function, self.layout.clone(), variant))
+    }
+}
+
+impl CameraLinks {
+    /// The members beside those of the class.
+    fn view(&self, view: &CameraView) -> Members {
+        let CameraView { size, map, epsilon } = view;
+        let mut members = Members::default();
+        members.add(SIZE, *size);
+        members.add(MAP, map.as_flattened().iter().map(|it| it.to_bits()));
+        members.add(EPSILON, [epsilon.to_bits()]);
+        for (name, table) in FILTER.into_iter().zip(self.filter.tables().into_iter().flatten()) {
+            members.add(name, table.distances().iter().map(|it| it.to_bits()));
+        }
+        members
+    }
+}
