@@ -134,9 +134,9 @@ fn every_integrator_of_the_library_has_one_result() {
     let samplers = ["independent", "stratified", "sobol"];
     let integrators: [(&str, &[&str]); 7] = [
         ("Path", &["albedo", "normal", "distance"]),
-        ("Direct", &["distance", "object"]),
+        ("Direct", &["albedo", "normal", "object"]),
         ("Whitted", &["normal", "distance"]),
-        ("AmbientOcclusion", &[]),
+        ("AmbientOcclusion", &["albedo", "normal"]),
         ("Normals", &["class"]),
         ("Albedo", &["distance"]),
         ("Depth", &["depth", "distance"]),
