@@ -105,8 +105,8 @@ pub struct ReadResults<'a> {
 impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads. If
-    /// the program searches a scene, the kernels for the searches that stages do not make themselves come next; that of the camera is the last. The code
-    /// is not [optimised](StageKernels::optimise) yet.
+    /// the program searches a scene, the kernels for the searches that stages do not make themselves come next; that of
+    /// the camera is the last. The code is not [optimised](StageKernels::optimise) yet.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.

@@ -1,5 +1,5 @@
-//! Cameras as operations: the sampler's numbers for a pixel's sample, the pixel filter, `generateRay`, and the way to the
-//! world.
+//! Cameras as operations: the sampler's numbers for a pixel's sample, the pixel filter, `generateRay`, and the map to
+//! the world.
 
 use std::sync::Arc;
 
@@ -45,8 +45,8 @@ pub(crate) struct CameraLinks {
     pub filter: PixelFilter,
 }
 
-/// Links a function that computes the ray of a pixel's sample, with its weight and the key of its numbers; the footprint
-/// too if it `has_footprints`.
+/// Links a function that computes the ray of a pixel's sample, with its weight and the key of its numbers, and the
+/// footprint if it `has_footprints`.
 ///
 /// # Errors
 /// If linking passes a limit.

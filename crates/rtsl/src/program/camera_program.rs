@@ -19,9 +19,9 @@ use crate::link::camera::{
 };
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 
-/// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the arrays of
-/// [pixels](Self::pixel_arrays) and [samples](Self::sample_array), and stores the rays in the world as state, and their
-/// times, [weights](Self::weight_arrays) and [keys](Self::key_array) in arrays that stages read.
+/// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the arrays
+/// of [pixels](Self::pixel_arrays) and [samples](Self::sample_array), and stores the rays in the world as state, and
+/// their times, [weights](Self::weight_arrays) and [keys](Self::key_array) in arrays that stages read.
 #[derive(Debug)]
 pub struct CameraProgram {
     program: Arc<Program>,
