@@ -160,9 +160,9 @@ fn footprints_are_the_distances_to_the_rays_beside() {
     for sampler in samplers() {
         let found = agreed_rays(PROBE, sampler);
         let area = SIZE.map(|side| 1.0 / f64::from(side)).iter().product::<f64>();
-        for lane in 0..COUNT {
+        for (lane, footprint) in found[6].iter().zip(&found[7]).enumerate() {
             let part = sampler.part_of_pixel(lane as u32 % sampler.samples_per_pixel());
-            let [width, spread] = [6, 7].map(|column: usize| f32::from_bits(found[column][lane]));
+            let (width, spread) = (f32::from_bits(*footprint.0), f32::from_bits(*footprint.1));
             let expected = area.sqrt() * f64::from(part);
             let error = (f64::from(width) / expected - 1.0).abs();
             assert!(error < 1e-4, "{sampler:?}: {width}, {expected}");
