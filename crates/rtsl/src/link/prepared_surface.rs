@@ -10,7 +10,7 @@ use rtsl_ir::{
 };
 use rtsl_opt::dce;
 
-use super::unread_slots::defined;
+use super::next_stages::defined;
 
 /// The number of properties of a surface.
 pub(crate) fn property_count() -> usize {

@@ -15,8 +15,8 @@ use super::arithmetic::Arithmetic;
 use super::class_tree::ClassTree;
 use super::contribution::CONTRIBUTION_SCALARS;
 use super::linker::{Linker, Linking};
+use super::next_stages::NextStages;
 use super::search::{Search, SearchCode, SearchLinks, SearchOperands};
-use super::unread_slots::Next;
 
 /// The scratch arrays with the sum of the contributions to a path that nothing blocked.
 pub(crate) const LIT_COLUMNS: [&str; 3] = ["path.lit.red", "path.lit.green", "path.lit.blue"];
@@ -35,7 +35,7 @@ pub(crate) struct StageSearch {
 impl Linker {
     /// Adds the searches that the linked stage asks for.
     pub(super) fn search_at_end(&mut self, tree: &ClassTree, search: &StageSearch) -> Linking<()> {
-        let next = Next::of(&self.out);
+        let next = NextStages::of(&self.out);
         let mut ops = std::mem::take(&mut self.out.body.ops);
         self.add_light(tree, &search.links, &mut ops)?;
         let resumed: Vec<i32> =

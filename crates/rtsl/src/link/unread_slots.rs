@@ -12,6 +12,7 @@ use rtsl_opt::{dce, dead_outputs};
 use rtsl_stages::{Port, SlotId};
 
 use super::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_contribution};
+use super::next_stages::{NextStages, defined};
 use super::stage::first_of;
 
 /// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene, and other outputs that no
@@ -29,14 +30,15 @@ pub(crate) fn remove(
     };
     functions.iter_mut().for_each(forget);
     let stages = functions.iter().map(|(stage, _)| stage + 1).max().unwrap_or(0);
-    let next: Vec<Next> = functions.iter().map(|(_, function)| Next::of(function)).collect();
+    let next: Vec<NextStages> =
+        functions.iter().map(|(_, function)| NextStages::of(function)).collect();
     // By stage, the slots whose values are needed when it begins.
     let mut needed = vec![BTreeSet::new(); stages];
     loop {
         let known: usize = needed.iter().map(BTreeSet::len).sum();
         for ((stage, function), next) in functions.iter().zip(&next) {
             let mut reduced = Function::clone(function);
-            let later = next.slots(&needed);
+            let later = slots_of(next, &needed);
             keep(&mut reduced, &later);
             let stored = stored_slots(function);
             needed[*stage].extend(loaded_slots(&reduced));
@@ -48,88 +50,19 @@ pub(crate) fn remove(
         }
     }
     for ((_, function), next) in functions.iter_mut().zip(&next) {
-        keep(function, &next.slots(&needed));
+        keep(function, &slots_of(next, &needed));
         function.renumber();
     }
 }
 
-/// The stages that may follow a function.
-pub(super) enum Next {
-    Any,
-    Of(BTreeSet<usize>),
-}
-
-impl Next {
-    pub fn of(function: &Function) -> Next {
-        let is_next =
-            |output: &Output| Port::of(function.variable(output.variable)) == Some(Port::Next);
-        let outputs = function.outputs.iter().zip(&function.body.yields);
-        let mut stages = BTreeSet::new();
-        for (_, value) in outputs.filter(|(output, _)| is_next(output)) {
-            let known = constants(function, *value, MAX_WAYS);
-            let Some(known) = known else { return Next::Any };
-            stages.extend(known.into_iter().filter_map(|stage| usize::try_from(stage).ok()));
-        }
-        Next::Of(stages)
-    }
-
-    /// True if this stage may follow.
-    pub fn may_be(&self, stage: i32) -> bool {
-        match self {
-            Next::Any => true,
-            Next::Of(stages) => usize::try_from(stage).is_ok_and(|stage| stages.contains(&stage)),
-        }
-    }
-
-    /// True if none but these stages may follow, or none at all.
-    pub fn is_among(&self, others: &BTreeSet<i32>) -> bool {
-        let is_other = |stage: &usize| i32::try_from(*stage).is_ok_and(|it| others.contains(&it));
-        match self {
-            Next::Any => false,
-            Next::Of(stages) => stages.iter().all(is_other),
-        }
-    }
-
-    /// Returns the slots that these stages need.
-    fn slots(&self, needed: &[BTreeSet<SlotId>]) -> BTreeSet<SlotId> {
-        let is_next = |stage: usize| match self {
-            Next::Any => true,
-            Next::Of(stages) => stages.contains(&stage),
-        };
-        let stages = needed.iter().enumerate().filter(|(stage, _)| is_next(*stage));
-        stages.flat_map(|(_, slots)| slots).copied().collect()
-    }
-}
-
-/// The greatest number of nested choices of a constant.
-const MAX_WAYS: u32 = 64;
-
-/// Returns the operation that defines a value, and the value's index among its results.
-pub(super) fn defined(function: &Function, value: Value) -> Option<(&Op, usize)> {
-    let mut found = None;
-    function.body.for_each_op(&mut |op| {
-        if let Some(index) = op.results.iter().position(|result| result == value) {
-            found = Some((op, index));
-        }
-    });
-    found
-}
-
-/// Returns the constants that a value may be; `None` if it may be others.
-fn constants(function: &Function, value: Value, limit: u32) -> Option<BTreeSet<i32>> {
-    let limit = limit.checked_sub(1)?;
-    let (op, index) = defined(function, value)?;
-    let both = |one: Value, other: Value| {
-        let mut all = constants(function, one, limit)?;
-        all.extend(constants(function, other, limit)?);
-        Some(all)
+/// Returns the slots that the stages after a function need.
+fn slots_of(next: &NextStages, needed: &[BTreeSet<SlotId>]) -> BTreeSet<SlotId> {
+    let is_next = |stage: usize| match next {
+        NextStages::Any => true,
+        NextStages::Of(stages) => stages.contains(&stage),
     };
-    match &op.kind {
-        OpKind::Constant(Constant::I32(value)) => Some(BTreeSet::from([*value])),
-        OpKind::Select(_, one, other) => both(*one, *other),
-        OpKind::If { then, otherwise, .. } => both(then.yields[index], otherwise.yields[index]),
-        _ => None,
-    }
+    let stages = needed.iter().enumerate().filter(|(stage, _)| is_next(*stage));
+    stages.flat_map(|(_, slots)| slots).copied().collect()
 }
 
 /// Removes the requests of a stage after which all paths have ended or wait for stages that are `answered`, a
@@ -139,7 +72,7 @@ fn forget_needless_outputs(
     unread: &BTreeSet<&str>,
     answered: &BTreeSet<i32>,
 ) {
-    let next = Next::of(function);
+    let next = NextStages::of(function);
     let ends = next.is_among(&BTreeSet::new());
     let is_answered = next.is_among(answered);
     let outputs = || function.outputs.iter().zip(&function.body.yields);
