@@ -97,8 +97,7 @@ pub fn count_of_full_chunks(rays: u32) -> String {
     )
 }
 
-/// True if the function needs nothing else of a call, and has no loop, beside which the call takes no time: the noise
-/// from a table took 6 percent longer, in other registers (Zen 5, 16 lanes).
+/// True if the function needs nothing else of a call, and has no loop, beside which the time of a call does not count.
 fn takes_arguments(kernel: &Kernel) -> bool {
     let reports = reports_budget(&kernel.prologue) || reports_budget(&kernel.body);
     let is_simple = kernel.signature().is_plain() && !kernel.asks_host() && !reports;
