@@ -36,7 +36,7 @@ pub struct CompiledKernel {
     checked_frame: Option<usize>,
     /// True if calls are [plain](Signature::is_plain), without requests to the host or a large frame.
     is_plain: bool,
-    /// The function for full chunks, if it takes its arguments in registers, and the number of rays of a chunk less one.
+    /// The function for full chunks, if it takes its arguments in registers, and the rays of a chunk less one.
     full: Option<(FullEntry, usize)>,
 }
 

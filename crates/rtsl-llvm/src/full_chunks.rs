@@ -1,7 +1,7 @@
 //! Functions for full chunks that take their arguments in registers.
 //!
 //! A kernel that interleaves has a function for full chunks only. If that has no loop but the one over chunks and needs
-//! nothing of a call but the tables of arrays, the accepted rays and the instance, these are its arguments, and a caller
+//! nothing of a call but the tables of arrays, the accepted rays and the instance, these are its arguments. A caller
 //! whose rays fill whole chunks calls it directly: no struct is written and read back, and no mask and no remainder are
 //! tested. On a Zen 5 with 16 lanes this is 6 percent of the time of an exponential for 64 rays.
 
@@ -27,7 +27,7 @@ pub struct FullChunks {
 }
 
 impl FullChunks {
-    /// Returns the function of the kernel with this symbol; `None` if it has none that takes its arguments in registers.
+    /// Returns the function of the kernel with this symbol; `None` if none takes its arguments in registers.
     pub fn of(kernel: &Kernel, symbol: &str) -> Option<FullChunks> {
         let interleave = kernel.interleave?;
         takes_arguments(kernel).then(|| FullChunks {
@@ -82,8 +82,8 @@ end:
     }
 }
 
-/// Returns the definitions of `%count`, the number of the call's rays in full chunks of so many, 0 if it has a mask, and
-/// of `%none`, true if there are none.
+/// Returns the definitions of `%count`, the number of the call's rays in full chunks of so many, 0 if it has a mask,
+/// and of `%none`, true if there are none.
 pub fn count_of_full_chunks(rays: u32) -> String {
     let (count, mask) = (load_count("%count.all"), offsets::CALL_MASK);
     format!(
