@@ -87,8 +87,8 @@ pub struct LaneBlock {
     lanes: usize,
     /// The components with an array, as far as a set can hold them.
     present: ComponentSet,
-    /// True if some components have no array.
-    sparse: bool,
+    /// The number of components if each has an array, else 0.
+    dense: usize,
     memory: Chunks,
     /// The number of lanes of an array, including padding.
     stride: usize,
@@ -111,7 +111,7 @@ impl LaneBlock {
         let table =
             (0..components).map(|index| unsafe { memory.words().add(index * stride) }).collect();
         let present = (0..components.min(ComponentSet::CAPACITY as usize) as u32).collect();
-        LaneBlock { memory, table, present, sparse: false, lanes, stride }
+        LaneBlock { memory, table, present, dense: components, lanes, stride }
     }
 
     /// Returns zeroed arrays for some of `components` only, contiguous in the order of `present`, for kernels that do
@@ -131,7 +131,7 @@ impl LaneBlock {
             *entry = unsafe { memory.words().add(index * stride) };
         }
         let present = present.iter().copied().collect();
-        LaneBlock { memory, table, present, sparse: true, lanes, stride }
+        LaneBlock { memory, table, present, dense: 0, lanes, stride }
     }
 
     /// Returns the number of components, including those without an array.
@@ -143,7 +143,7 @@ impl LaneBlock {
     /// True if some components have no array.
     #[inline]
     pub fn is_sparse(&self) -> bool {
-        self.sparse
+        self.dense < self.components()
     }
 
     /// True if each of these components has an array.
@@ -152,10 +152,11 @@ impl LaneBlock {
         self.present.contains_all(components)
     }
 
-    /// True if all components have arrays, and there are so many of them, or none is asked for.
+    /// True if all components have arrays, and there are so many of them, or none is asked for: one comparison, since
+    /// each call makes it.
     #[inline]
     pub(crate) fn has_first(&self, components: u32) -> bool {
-        components == 0 || (!self.sparse && self.components() >= components as usize)
+        self.dense >= components as usize
     }
 
     /// Returns the number of rays for which there is room.
@@ -306,7 +307,7 @@ impl LaneBlock {
         let Some(arrays) = arrays else {
             panic!("components from {first} on, of {}", self.components())
         };
-        if self.sparse {
+        if self.is_sparse() {
             assert!(arrays.iter().all(|array| !array.is_null()), "a component has no array");
         }
         *arrays
@@ -337,7 +338,7 @@ impl LaneArrays for LaneBlock {
     fn missing_array(&self, arrays: u32) -> Option<u32> {
         match self.table.get(..arrays as usize) {
             None => Some(self.components() as u32),
-            Some(_) if !self.sparse => None,
+            Some(_) if !self.is_sparse() => None,
             Some(table) => table.iter().position(|array| array.is_null()).map(|it| it as u32),
         }
     }
@@ -353,8 +354,8 @@ impl Clone for LaneBlock {
             false => unsafe { memory.words().byte_add(array.addr() - self.memory.words().addr()) },
         };
         let table = self.table.iter().map(moved).collect();
-        let LaneBlock { present, sparse, lanes, stride, .. } = *self;
-        LaneBlock { memory, table, present, sparse, lanes, stride }
+        let LaneBlock { present, dense, lanes, stride, .. } = *self;
+        LaneBlock { memory, table, present, dense, lanes, stride }
     }
 }
 

@@ -9,10 +9,10 @@ use rtsl_abi::{
     CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, InstanceBlock,
     Instances, LeafArguments, LeafTest, Objects, RawCall, Signature, check_stack, offsets,
 };
-use rtsl_llvm::TargetFeatures;
+use rtsl_llvm::{FullChunks, TargetFeatures};
 use rtsl_packet::Kernel;
 
-use crate::entry::Entry;
+use crate::entry::{Entry, FullEntry};
 use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
@@ -36,6 +36,8 @@ pub struct CompiledKernel {
     checked_frame: Option<usize>,
     /// True if calls are [plain](Signature::is_plain), without requests to the host or a large frame.
     is_plain: bool,
+    /// The function for full chunks, if it takes its arguments in registers, and the rays of a chunk less one.
+    full: Option<(FullEntry, usize)>,
 }
 
 impl CompiledKernel {
@@ -77,6 +79,7 @@ impl CompiledKernel {
             let frame_bytes = module.frame(&symbol(index));
             let checks_stack = kernel.asks_host() || frame_bytes > LARGE_FRAME_BYTES;
             let is_plain = signature.is_plain() && !checks_stack;
+            let full = full_entry(&module, kernel, &symbol(index))?;
             Ok(CompiledKernel {
                 _module: module.clone(),
                 entry,
@@ -84,6 +87,7 @@ impl CompiledKernel {
                 width: kernel.width,
                 checked_frame: checks_stack.then_some(frame_bytes),
                 is_plain,
+                full,
             })
         });
         kernels.collect()
@@ -196,6 +200,17 @@ impl CompiledKernel {
     unsafe fn call_plainly(&self, call: CallArguments<'_>, block: &InstanceBlock) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted, instances: _, host: _ } = call;
         let accepted = accepted.filter(|_| self.signature.accepts);
+        if let Some((full, beyond)) = self.full
+            && mask.is_none()
+            && count > 0
+            && count & beyond == 0
+        {
+            let accepted = accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer());
+            let (state, scratch) = (state.table_mut(), scratch.table_mut());
+            // Safety: as below; the rays fill whole chunks, and there is one.
+            unsafe { full(state, scratch, accepted, block.pointer(), count as u64) };
+            return CallStatus { budget_exhausted: false, nearest: None };
+        }
         let mut raw = RawCall {
             state: state.table_mut(),
             scratch: scratch.table_mut(),
@@ -316,6 +331,19 @@ fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatu
 #[inline(always)]
 fn status(raw: &RawCall, nearest: Option<u32>) -> CallStatus {
     CallStatus { budget_exhausted: raw.status & offsets::STATUS_BUDGET != 0, nearest }
+}
+
+/// Returns the function for full chunks of a kernel, and the number of rays of a chunk less one.
+fn full_entry(
+    module: &Module,
+    kernel: &Kernel,
+    symbol: &str,
+) -> Result<Option<(FullEntry, usize)>, JitError> {
+    let Some(FullChunks { symbol, rays }) = FullChunks::of(kernel, symbol) else { return Ok(None) };
+    let address = module.function(&symbol)?;
+    // Safety: the function is that of a kernel, just compiled from verified packet code, and has these parameters.
+    let entry = unsafe { std::mem::transmute::<*const u8, FullEntry>(address) };
+    Ok(Some((entry, rays as usize - 1)))
 }
 
 /// Returns the text of a module of kernels, as [`CompiledKernel::compile`] passes it to LLVM.

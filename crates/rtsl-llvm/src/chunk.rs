@@ -7,7 +7,8 @@
 //! A function for a host's packets has no loop: see `callback`.
 //!
 //! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first processes full chunks
-//! only, several at a time, and leaves the remainder to the second.
+//! only, several at a time, and leaves the remainder to the second. If the first can take its arguments in registers, a
+//! third is called for both: see [`full_chunks`](crate::full_chunks).
 
 use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Value, VariableKind};

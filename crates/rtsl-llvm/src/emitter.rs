@@ -11,6 +11,7 @@ use crate::approximation::ExactReciprocals;
 use crate::callback::Callback;
 use crate::chunk::Chunk;
 use crate::classification::BoundTests;
+use crate::full_chunks::{FullChunks, count_of_full_chunks};
 use crate::host::RequestMemory;
 use crate::leaf_test::{LeafTest, test_header};
 use crate::memory::Buffers;
@@ -138,6 +139,11 @@ impl<'a, 'm> Emitter<'a, 'm> {
         if self.part == Part::Rest {
             self.begun = self.new_local();
         }
+        let full = match self.part {
+            Part::Full => FullChunks::of(self.kernel, symbol),
+            Part::All | Part::Rest => None,
+        };
+        let full_header = full.as_ref().map(|full| full.header(&mut self));
         let checked = self.callback.map(|callback| self.check_mask(callback, start, done));
         self.begin_block(start);
         self.text.clear();
@@ -154,16 +160,18 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let single = self.kernel.mode == CallMode::Single;
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
+            _ if full.is_some() => (format!("  br label %{start}\n"), String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),
             (None, Part::All | Part::Rest) => {
                 (enter_unless_empty(self.begun, start, done), String::new())
             }
             (None, Part::Full) => (enter_full_chunks(self.width, start), leave_full_chunks(symbol)),
         };
-        let header = match self.part {
-            Part::All if self.kernel.keeps_nearest() => test_header(symbol),
-            Part::All | Part::Full => format!("void @\"{symbol}\"(ptr noalias %call)"),
-            Part::Rest => {
+        let header = match (self.part, full_header) {
+            (_, Some(header)) => header,
+            (Part::All, None) if self.kernel.keeps_nearest() => test_header(symbol),
+            (Part::All | Part::Full, None) => format!("void @\"{symbol}\"(ptr noalias %call)"),
+            (Part::Rest, None) => {
                 format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {})", self.begun)
             }
         };
@@ -173,8 +181,10 @@ impl<'a, 'm> Emitter<'a, 'm> {
             true => self.module.vector_attributes(self.spills_vectors(), self.splits_masks()),
             false => self.module.scalar_attributes(),
         };
+        let caller = full.map(|full| full.caller(symbol, self.module.scalar_attributes()));
+        let caller = caller.unwrap_or_default();
         format!(
-            "define {header} {attributes} {{
+            "{caller}define {header} {attributes} {{
 entry:
 {allocas}{enter}{start}:
 {setup}{prologue}{splats}{chunks}{done}:
@@ -382,7 +392,7 @@ entry:
 }
 
 /// Loads the number of the call's rays to a local of this name.
-fn load_count(name: &str) -> String {
+pub fn load_count(name: &str) -> String {
     let count = rtsl_abi::offsets::CALL_COUNT;
     format!(
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
@@ -405,17 +415,8 @@ fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
 /// Returns the entry of a function for full chunks of `chunk` rays, which skips the body if the call has none, or has a
 /// mask.
 fn enter_full_chunks(chunk: u32, start: Label) -> String {
-    let (count, mask) = (load_count("%count.all"), rtsl_abi::offsets::CALL_MASK);
-    format!(
-        "{count}  %mask.at = getelementptr i8, ptr %call, i64 {mask}
-  %mask = load ptr, ptr %mask.at, align 8
-  %unmasked = icmp eq ptr %mask, null
-  %whole = and i64 %count.all, -{chunk}
-  %count = select i1 %unmasked, i64 %whole, i64 0
-  %none = icmp eq i64 %count, 0
-  br i1 %none, label %rest, label %{start}
-"
-    )
+    let count = count_of_full_chunks(chunk);
+    format!("{count}  br i1 %none, label %rest, label %{start}\n")
 }
 
 /// Returns the exit of that function, which passes the index of the first remaining ray to another function.

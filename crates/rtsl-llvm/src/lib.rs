@@ -4,10 +4,10 @@
 //! the instructions of targets, but on no library, no process and no part of RTSL except packet code.
 //!
 //! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_abi::offsets` describes its argument. A kernel that
-//! interleaves has a second function, which the first calls for full chunks. The argument of a [`Callback`] is a struct
-//! of the host instead. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction, no
-//! undefined value that reaches an active lane. Where approximation is allowed, packet code contains approximate
-//! operations, and the text determines their implementation.
+//! interleaves has a second function, and often a third that the first calls for [full chunks](FullChunks). The argument
+//! of a [`Callback`] is a struct of the host instead. Nothing in the text allows LLVM to change a result: no fast-math
+//! flags, no contraction, no undefined value that reaches an active lane. Where approximation is allowed, packet code
+//! contains approximate operations, and the text determines their implementation.
 
 mod approximation;
 mod arithmetic;
@@ -19,6 +19,7 @@ mod constructor;
 mod control;
 mod emitter;
 mod fma;
+mod full_chunks;
 mod host;
 mod leaf_test;
 mod library;
@@ -39,6 +40,7 @@ use crate::module::Module;
 
 pub use callback::Callback;
 pub use constructor::{ConstructedWord, Constructor, ConstructorPart};
+pub use full_chunks::FullChunks;
 pub use library::{Library, emit_library};
 pub use target::{Estimates, TargetFeatures};
 

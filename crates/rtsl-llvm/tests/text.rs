@@ -649,6 +649,26 @@ fn few_outputs_of_hits_are_stored_without_a_branch_on_the_hit() {
 }
 
 #[test]
+fn full_chunks_take_their_arguments_in_registers() {
+    let has_arguments = |body: &str| {
+        let text =
+            format!("function f state rt_PDF: f32[1] {{ %x: f32 = load state:rt_PDF@0 {body} }}");
+        let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
+        let layout = Layout::new([], [], []);
+        let mut kernel = rtsl_packet::lower(&function, &layout, CallMode::Packet, 8).unwrap();
+        kernel.interleave = Some(2);
+        let target = TargetFeatures::new("x86_64-unknown-linux-gnu", "x86-64-v3", "");
+        let text = rtsl_llvm::emit([("kernel", &kernel)], &target);
+        text.contains("define hidden void @\"kernel.full\"(ptr noundef %t")
+    };
+    assert!(has_arguments("return state:rt_PDF@0 = %x"));
+    // It stores the status of the call.
+    assert!(!has_arguments("report_budget return state:rt_PDF@0 = %x"));
+    // It calls functions of the call's host.
+    assert!(!has_arguments("%n: f32 = rand return state:rt_PDF@0 = %n"));
+}
+
+#[test]
 fn masks_of_several_vectors_are_split_in_straight_line_code() {
     let is_split = |text: &str| {
         let function: Function = text.parse().unwrap();

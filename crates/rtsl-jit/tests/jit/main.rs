@@ -2,6 +2,7 @@
 
 mod approximation;
 mod compile;
+mod full_chunks;
 mod oracle;
 mod oracle_support;
 mod refusals;
