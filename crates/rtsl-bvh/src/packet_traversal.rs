@@ -333,10 +333,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// Returns the greatest distance at which any of `lanes`, at least one, still searches.
+    /// Returns a bound of the distances at which any of `lanes`, at least one, still searches: the greatest of them, or
+    /// the bound that is known for a set of lanes that contains them. Computed anew for each set of lanes, it would
+    /// skip hardly more nodes.
     #[inline(always)]
     fn farthest<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> f32 {
-        if self.farthest_of != lanes {
+        if lanes & !self.farthest_of != 0 {
             self.farthest = greatest(simd, &self.hits.distance, lanes);
             self.farthest_of = lanes;
         }

@@ -54,7 +54,7 @@ pub(super) struct Traversal<'a, O> {
     pub hits: &'a mut Hits,
     pub visits: &'a mut TraversalStack,
     serial: Serial,
-    /// The greatest limit or hit distance of these lanes of the packet; no lanes if it is not known.
+    /// A bound of the limits and hit distances of these lanes of the packet; no lanes if it is not known.
     pub farthest: f32,
     pub farthest_of: LaneMask,
 }

@@ -70,7 +70,7 @@ pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
 pub use link::linked_method::LinkedMethod;
 pub use link::outputs::Outputs;
 pub use link::sequences::SEQUENCES_OF_SEARCH;
-pub use program::camera_program::{CameraProgram, CameraView};
+pub use program::camera_program::{CameraArrays, CameraProgram, CameraView};
 pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;
 pub use program::program::{Placement, Program};

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use rtsl::host::NoHost;
-use rtsl::{CameraProgram, CameraView, InstanceBlock, Instances, LaneBlock, Method, TieredKernel};
+use rtsl::{
+    CameraArrays, CameraProgram, CameraView, InstanceBlock, Instances, LaneBlock, Method,
+    TieredKernel,
+};
 use rtsl_bvh::{LANES, LaneMask, RayPacket, moved_packet_by};
 use rtsl_math::Affine;
 
@@ -74,8 +77,7 @@ impl Camera {
         (samples, packet): (&TileSamples, usize),
         (scratch, start): (&mut LaneBlock, usize),
     ) {
-        let [columns, rows] = self.program.pixel_arrays();
-        let index = self.program.sample_array();
+        let CameraArrays { pixels: [columns, rows], sample: index, .. } = *self.program.arrays();
         let all = start..start + LANES;
         if samples.count == 1 {
             let places =

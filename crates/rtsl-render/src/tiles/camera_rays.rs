@@ -42,14 +42,14 @@ pub fn camera_packet(
     let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
     let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
     camera.generate(scene, std::iter::once((samples, packet)), (&mut *state, &mut *scratch));
-    let v = variables();
+    let (v, at) = (variables(), camera.program.arrays());
     let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
     let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");
     CameraRays {
         rays: rays_of(state, 0),
-        keys: words(scratch.words(camera.program.key_array())),
-        samples: words(scratch.words(camera.program.sample_array())),
-        weights: camera.program.weight_arrays().map(|array| floats(scratch.floats(array))),
+        keys: words(scratch.words(at.key)),
+        samples: words(scratch.words(at.sample)),
+        weights: at.weights.map(|array| floats(scratch.floats(array))),
         footprints: [v.ray_width, v.ray_spread].map(|component| floats(state.floats(component))),
     }
 }

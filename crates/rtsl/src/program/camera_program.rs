@@ -19,14 +19,28 @@ use crate::link::camera::{
 };
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 
-/// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the arrays
-/// of [pixels](Self::pixel_arrays) and [samples](Self::sample_array), and stores the rays in the world as state, and
-/// their times, [weights](Self::weight_arrays) and [keys](Self::key_array) in arrays that stages read.
+/// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the pixels
+/// and the indices of samples in [arrays](CameraArrays), and stores the rays in the world as state, and their times,
+/// weights and keys in arrays that stages read.
 #[derive(Debug)]
 pub struct CameraProgram {
     program: Arc<Program>,
     links: CameraLinks,
     layout: Layout,
+    arrays: CameraArrays,
+}
+
+/// The scratch arrays of a camera's kernel, by index.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraArrays {
+    /// The column and the row of each sample's pixel, counted from the top left of the image.
+    pub pixels: [usize; 2],
+    /// The index of each sample.
+    pub sample: usize,
+    /// The key of each path's numbers.
+    pub key: usize,
+    /// The weight of each path's radiance.
+    pub weights: [usize; 3],
 }
 
 /// The image that a camera makes, and its place.
@@ -59,7 +73,8 @@ impl CameraProgram {
         let view = CameraView { size: [1; 2], map: [[0.0; 3]; 4], epsilon: 0.0 };
         let (members, _) = links.view(&view).finish();
         add_part(&mut layout, "", &members);
-        Ok(CameraProgram { program: program.clone(), links, layout })
+        let arrays = CameraArrays::of(&layout);
+        Ok(CameraProgram { program: program.clone(), links, layout, arrays })
     }
 
     /// The program of the class.
@@ -76,29 +91,14 @@ impl CameraProgram {
         joined(&[camera.clone(), members])
     }
 
-    /// The scratch arrays with the column and the row of each sample's pixel, counted from the top left of the image.
-    pub fn pixel_arrays(&self) -> [usize; 2] {
-        PIXEL_COLUMNS.map(|column| self.layout.scratch[column] as usize)
-    }
-
-    /// The scratch array with the index of each sample.
-    pub fn sample_array(&self) -> usize {
-        self.layout.scratch[SAMPLE_COLUMN] as usize
-    }
-
-    /// The scratch array with the key of each path's numbers.
-    pub fn key_array(&self) -> usize {
-        self.layout.scratch[KEY_COLUMN] as usize
+    /// The scratch arrays through which the kernel meets a host.
+    pub fn arrays(&self) -> &CameraArrays {
+        &self.arrays
     }
 
     /// The number of scratch arrays.
     pub fn scratch_arrays(&self) -> usize {
         self.layout.scratch_arrays as usize
-    }
-
-    /// The scratch arrays with the weight of each path's radiance.
-    pub fn weight_arrays(&self) -> [usize; 3] {
-        WEIGHT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
     }
 
     /// True if the kernel of another program serves this one, whatever the data.
@@ -118,6 +118,18 @@ impl CameraProgram {
         let variant = Variant::new(CallMode::Packet);
         let function = compiler.optimise_stage(linked, &variant, &self.layout);
         Ok((function, self.layout.clone(), variant))
+    }
+}
+
+impl CameraArrays {
+    fn of(layout: &Layout) -> CameraArrays {
+        let array = |column: &str| layout.scratch[column] as usize;
+        CameraArrays {
+            pixels: PIXEL_COLUMNS.map(array),
+            sample: array(SAMPLE_COLUMN),
+            key: array(KEY_COLUMN),
+            weights: WEIGHT_COLUMNS.map(array),
+        }
     }
 }
 

@@ -43,10 +43,11 @@ fn rays(text: &str, options: EngineOptions, (sampler, filter): (Sampler, &PixelF
     let (mut state, mut scratch) =
         (new_state(COUNT), LaneBlock::new(program.scratch_arrays(), COUNT));
     for lane in 0..COUNT {
-        for (array, place) in program.pixel_arrays().into_iter().zip(pixel(lane)) {
+        for (array, place) in program.arrays().pixels.into_iter().zip(pixel(lane)) {
             scratch.words_mut(array)[lane] = place;
         }
-        scratch.words_mut(program.sample_array())[lane] = lane as u32 % sampler.samples_per_pixel();
+        scratch.words_mut(program.arrays().sample)[lane] =
+            lane as u32 % sampler.samples_per_pixel();
     }
     let map = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]];
     let view = CameraView { size: SIZE, map, epsilon: 0.25 };
@@ -65,7 +66,7 @@ fn rays(text: &str, options: EngineOptions, (sampler, filter): (Sampler, &PixelF
     let vectors = vectors.into_iter().flat_map(|first| first..first + 3);
     let footprint = ["rt_RayWidth", "rt_RaySpread"].map(component);
     let of_state = vectors.chain(footprint).map(|it| state.words(it)[..COUNT].to_vec());
-    let of_scratch = program.weight_arrays().into_iter().chain([program.key_array()]);
+    let of_scratch = program.arrays().weights.into_iter().chain([program.arrays().key]);
     of_state.chain(of_scratch.map(|it| scratch.words(it)[..COUNT].to_vec())).collect()
 }
 
