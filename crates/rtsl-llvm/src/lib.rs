@@ -5,9 +5,9 @@
 //!
 //! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_abi::offsets` describes its argument. A kernel that
 //! interleaves has a second function, and often a third, for [full chunks](FullChunks), which the first calls. The
-//! argument of a [`Callback`] is a struct of the host instead. Nothing in the text allows LLVM to change a result: no fast-math
-//! flags, no contraction, no undefined value that reaches an active lane. Where approximation is allowed, packet code
-//! contains approximate operations, and the text determines their implementation.
+//! argument of a [`Callback`] is a struct of the host instead. Nothing in the text allows LLVM to change a result: no
+//! fast-math flags, no contraction, no undefined value that reaches an active lane. Where approximation is allowed,
+//! packet code contains approximate operations, and the text determines their implementation.
 
 mod approximation;
 mod arithmetic;
