@@ -73,22 +73,30 @@ impl Sampler {
 
     /// Returns the position of a sample in its pixel, in [0,1)^2, from dimensions reserved for it; `key` is
     /// [`PixelKeys::position`].
-    #[inline(always)]
-    pub fn pixel_position<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
-        self.pair::<SPREAD>(key, sample)
+    pub fn pixel_position(&self, key: u32, sample: u32) -> [f32; 2] {
+        self.pair(key, sample)
     }
 
     /// Returns the position of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel; `key` is
     /// [`PixelKeys::lens`].
-    #[inline(always)]
-    pub fn lens_position<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
-        self.pair::<SPREAD>(key, self.permuted::<SPREAD>(sample, hash(key, 3)))
+    pub fn lens_position(&self, key: u32, sample: u32) -> [f32; 2] {
+        let sample = match self.kind {
+            // For independent numbers any order is good; Sobol's points are shuffled by themselves.
+            SamplerKind::Independent | SamplerKind::Sobol => sample,
+            SamplerKind::Stratified { .. } => {
+                permute(sample, self.samples_per_pixel(), hash(key, 3))
+            }
+        };
+        self.pair(key, sample)
     }
 
     /// Returns the time of a sample within the shutter interval, in [0,1); `key` is [`PixelKeys::time`].
-    #[inline(always)]
-    pub fn time<const SPREAD: u8>(&self, key: u32, sample: u32) -> f32 {
-        self.number::<SPREAD>(key, sample)
+    pub fn time(&self, key: u32, sample: u32) -> f32 {
+        match self.spread() {
+            INDEPENDENT => self.number::<INDEPENDENT>(key, sample),
+            SOBOL => self.number::<SOBOL>(key, sample),
+            _ => self.number::<ANY_COUNT>(key, sample),
+        }
     }
 
     /// Returns a number of a ray's sequence.
@@ -156,8 +164,6 @@ impl Sampler {
     #[inline(always)]
     fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
         match SPREAD {
-            // For independent numbers any order is good; Sobol's points are shuffled by themselves.
-            INDEPENDENT | SOBOL => sample,
             POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
             _ => permute(sample, self.samples_per_pixel(), key),
         }
@@ -185,13 +191,12 @@ impl Sampler {
         below_one((stratum as i32 as f32 + within) / self.samples_per_pixel() as f32)
     }
 
-    #[inline(always)]
-    fn pair<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
-        if SPREAD == SOBOL {
+    fn pair(&self, key: u32, sample: u32) -> [f32; 2] {
+        if self.kind == SamplerKind::Sobol {
             return sobol_pair_bits(key, sample).map(unit_float);
         }
         let random = [unit_float(hash(key, sample << 1)), unit_float(hash(key, sample << 1 | 1))];
-        if SPREAD == INDEPENDENT {
+        if self.kind == SamplerKind::Independent {
             return random;
         }
         let within = if self.is_jittered() { random } else { [0.5; 2] };
@@ -265,8 +270,7 @@ mod tests {
     fn positions_fill_the_grid() {
         let mut cells: Vec<usize> = (0..16)
             .map(|sample| {
-                let [x, y] =
-                    STRATIFIED.lens_position::<POWER_OF_TWO>(STRATIFIED.pixel_keys(3).lens, sample);
+                let [x, y] = STRATIFIED.lens_position(STRATIFIED.pixel_keys(3).lens, sample);
                 (y * 4.0) as usize * 4 + (x * 4.0) as usize
             })
             .collect();

@@ -1,8 +1,8 @@
 //! Eight lanes of a packet at a time, in registers.
 //!
 //! Computations for a packet outside of kernels process eight lanes at a time in one loop with all steps in its body:
-//! code stays short, and only results go through memory. The operations are those of the
-//! functions for one vector, in the same order, so that the bits are the same.
+//! code stays short, and only results go through memory. The operations are those of the functions for one vector, in
+//! the same order, so that the bits are the same.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};

@@ -96,13 +96,11 @@ pub(super) fn find(session: &Session, title: &str) -> EntityId {
 
 /// The addresses of the kernels that take one instance.
 fn kernels(session: &Session) -> Vec<(String, Method, *const rtsl::Kernel)> {
-    let methods = [Method::GenerateRay, Method::ComputeBounds];
     let shaders = session.renderer.compiled().shaders.iter();
     let kernels = shaders.flat_map(|shader| {
         let name = &shader.program.class().name;
-        let kernel =
-            |method| Some((name.clone(), method, std::ptr::from_ref(shader.kernel(method)?)));
-        methods.into_iter().filter_map(kernel).collect::<Vec<_>>()
+        let method = Method::ComputeBounds;
+        shader.kernel(method).map(|kernel| (name.clone(), method, std::ptr::from_ref(kernel)))
     });
     kernels.collect()
 }

@@ -19,6 +19,7 @@ use crate::compiled::variables::variables;
 
 /// The camera of a scene, with the kernel that computes its rays.
 pub struct Camera {
+    /// The class with the sampler and the filter.
     pub program: Arc<CameraProgram>,
     kernel: Arc<TieredKernel>,
     /// The data of the class and the view.

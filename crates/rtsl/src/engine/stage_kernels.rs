@@ -76,9 +76,10 @@ pub enum PreparedOperand {
 pub struct StageKernels {
     /// The kernels, in the order of their requests, then those that search, then that of the camera.
     pub kernels: Vec<StageKernel>,
-    has_camera: bool,
-    /// The kinds of searches of the kernels after those of requests.
-    searches: Vec<Search>,
+    /// The kinds of searches, with the indices of their kernels.
+    searches: Vec<(Search, usize)>,
+    /// The index of the camera's kernel.
+    camera: Option<usize>,
     unoptimised: Vec<(Arc<TieredKernel>, Arc<Linked>)>,
     /// The work of the background, once it has begun.
     begun: OnceLock<Vec<Answer<()>>>,
@@ -135,9 +136,10 @@ impl Engine {
             if program.searches_at_end() {
                 linked.iter_mut().for_each(|linked| linked.forget_answers(&is_read));
             }
-            searches = searches_left(program, &linked);
+            let left = searches_left(program, &linked);
+            searches = left.iter().copied().zip(linked.len()..).collect();
             let of = (&**program.program(), program.layout());
-            let link = || searched.link(&searches, of, &is_read, self.compiler());
+            let link = || searched.link(&left, of, &is_read, self.compiler());
             let searching = nesting::with_deep_stack(link)?.into_iter();
             linked.extend(searching.map(|(function, layout, variant)| Linked {
                 function,
@@ -146,6 +148,7 @@ impl Engine {
                 prepared: None,
             }));
         }
+        let camera = program.camera().map(|_| linked.len());
         if let Some(camera) = program.camera() {
             let first = requests.iter().zip(&linked).find(|(request, _)| request.stage == 0);
             let has_footprints = first.is_some_and(|(_, linked)| linked.reads_footprints());
@@ -163,8 +166,7 @@ impl Engine {
                 .collect(),
             false => Vec::new(),
         };
-        let has_camera = program.camera().is_some();
-        Ok(StageKernels { kernels, has_camera, searches, unoptimised, begun: OnceLock::new() })
+        Ok(StageKernels { kernels, searches, camera, unoptimised, begun: OnceLock::new() })
     }
 
     /// Makes the kernel of a camera, which computes footprints too, without stages.
@@ -239,14 +241,13 @@ impl StageKernels {
     }
 
     fn search(&self, search: Search) -> Option<&StageKernel> {
-        let index = self.searches.iter().position(|it| *it == search)?;
-        let camera = usize::from(self.has_camera);
-        self.kernels.get(self.kernels.len() - camera - self.searches.len() + index)
+        let (_, index) = self.searches.iter().find(|(it, _)| *it == search)?;
+        self.kernels.get(*index)
     }
 
     /// The kernel of the camera, if the program has one.
     pub fn camera(&self) -> Option<&StageKernel> {
-        self.kernels.last().filter(|_| self.has_camera)
+        self.kernels.get(self.camera?)
     }
 
     /// Has a background thread of the engine optimise the kernels, at the first call. Calls use each as soon as it is

@@ -315,7 +315,7 @@ mod tests {
     use rtsl_ir::host::NoHost;
     use rtsl_ir::{Function, Interpreter, Op, Output, Region, Storage, Variable};
     use rtsl_ir::{VariableId, VariableKind};
-    use rtsl_math::sampling::{ANY_COUNT, hash};
+    use rtsl_math::sampling::hash;
 
     use super::super::linker::Linker;
     use super::*;
@@ -367,24 +367,6 @@ mod tests {
         linker.out
     }
 
-    /// The position in the pixel, that on the lens, and the time.
-    fn of_pixel(sampler: &Sampler, key: u32, sample: u32) -> ([f32; 2], [f32; 2], f32) {
-        fn all<const SPREAD: u8>(
-            sampler: &Sampler,
-            key: u32,
-            sample: u32,
-        ) -> ([f32; 2], [f32; 2], f32) {
-            let position = sampler.pixel_position::<SPREAD>(key, sample);
-            let lens = sampler.lens_position::<SPREAD>(key, sample);
-            (position, lens, sampler.time::<SPREAD>(key, sample))
-        }
-        match sampler.spread() {
-            INDEPENDENT => all::<INDEPENDENT>(sampler, key, sample),
-            SOBOL => all::<SOBOL>(sampler, key, sample),
-            _ => all::<ANY_COUNT>(sampler, key, sample),
-        }
-    }
-
     #[test]
     fn numbers_are_those_of_the_sampler() {
         let stratified = |columns: u32, jitter: bool| {
@@ -411,7 +393,9 @@ mod tests {
                 let single =
                     sampler.single_number(hash(key, NUMBERS_OF_SINGLES), dimension, sample);
                 let pair = sampler.single_pair(hash(key, NUMBERS_OF_PAIRS), dimension, sample);
-                let (position, lens, time) = of_pixel(&sampler, key, sample);
+                let position = sampler.pixel_position(key, sample);
+                let lens = sampler.lens_position(key, sample);
+                let time = sampler.time(key, sample);
                 let expected =
                     [single, pair[0], pair[1], position[0], position[1], lens[0], lens[1], time];
                 assert_eq!(words.0[..8], expected.map(f32::to_bits), "{sampler:?}, {index}");

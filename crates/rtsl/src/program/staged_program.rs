@@ -56,7 +56,6 @@ pub struct StagedProgram {
 }
 
 /// The scene with which the stages of an integrator are linked.
-#[derive(Clone)]
 pub struct StageScene<'a> {
     /// Its lights. Kernels sample them if their methods permit it; else hosts do.
     pub lights: &'a StageLights<'a>,

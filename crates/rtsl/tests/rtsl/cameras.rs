@@ -6,9 +6,7 @@ use rtsl::{
     Backend, CallArguments, CameraProgram, CameraView, Compiler, Engine, EngineOptions, Instance,
     Instances, LaneBlock, lookup_state, new_state,
 };
-use rtsl_math::sampling::{
-    ANY_COUNT, FilterShape, INDEPENDENT, PixelFilter, SOBOL, Sampler, SamplerKind,
-};
+use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 
 /// Neither a multiple of a width nor less than any.
 const COUNT: usize = 37;
@@ -101,25 +99,6 @@ fn filters() -> [PixelFilter; 4] {
     ]
 }
 
-/// The position in the pixel, that on the lens, and the time of a pixel's sample.
-fn numbers(sampler: &Sampler, pixel: u32, sample: u32) -> ([f32; 2], [f32; 2], f32) {
-    fn all<const SPREAD: u8>(
-        sampler: &Sampler,
-        pixel: u32,
-        sample: u32,
-    ) -> ([f32; 2], [f32; 2], f32) {
-        let keys = sampler.pixel_keys(pixel);
-        let position = sampler.pixel_position::<SPREAD>(keys.position, sample);
-        let lens = sampler.lens_position::<SPREAD>(keys.lens, sample);
-        (position, lens, sampler.time::<SPREAD>(keys.time, sample))
-    }
-    match sampler.spread() {
-        INDEPENDENT => all::<INDEPENDENT>(sampler, pixel, sample),
-        SOBOL => all::<SOBOL>(sampler, pixel, sample),
-        _ => all::<ANY_COUNT>(sampler, pixel, sample),
-    }
-}
-
 #[test]
 fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
     let [first, ..] = samplers();
@@ -132,9 +111,11 @@ fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
         for lane in 0..COUNT {
             let ([column, row], sample) = (pixel(lane), lane as u32 % sampler.samples_per_pixel());
             let pixel = row * SIZE[0] + column;
-            let (position, lens, time) = numbers(&sampler, pixel, sample);
-            let ([x, y], weight) = filter.sample(position);
-            let key = sampler.pixel_keys(pixel).stream;
+            let keys = sampler.pixel_keys(pixel);
+            let lens = sampler.lens_position(keys.lens, sample);
+            let time = sampler.time(keys.time, sample);
+            let ([x, y], weight) = filter.sample(sampler.pixel_position(keys.position, sample));
+            let key = keys.stream;
             let drawn = sampler.single_number(key, 0, sample);
             let x = (column as f32 + x) * du;
             let y = ((SIZE[1] - 1 - row) as f32 + (1.0 - y)) * dv;
