@@ -19,7 +19,7 @@ pub struct ShadowRay {
     pub time: f32,
     /// The contribution if it is not occluded.
     pub color: [f32; 3],
-    /// The index of the path.
+    /// The lane of the path.
     pub path: u32,
     /// The key of the path's random sequence.
     pub key: u32,
@@ -53,7 +53,7 @@ pub struct ShadowRays {
     pub colors: [Vec<f32>; 3],
     /// The times within the shutter.
     pub times: Vec<f32>,
-    /// The indices of the paths.
+    /// The lanes of the paths.
     pub paths: Vec<u32>,
     /// The keys and the sample indices of the paths; arbitrary without alpha textures, which need them.
     pub sequences: Vec<[u32; 2]>,

@@ -19,6 +19,7 @@ use crate::codegen::variant::Variant;
 use crate::link::camera::FOOTPRINTS;
 use crate::link::contribution::is_contribution;
 use crate::link::indexed_lights::is_shaded_column;
+use crate::link::next_stages::NextStages;
 use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN, Search};
 use crate::link::sequences::Purpose;
@@ -33,10 +34,14 @@ use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, 
 pub struct StageKernel {
     /// The kernel.
     pub kernel: Arc<TieredKernel>,
+    /// The number of its operations, of which each path in a vector costs a part.
+    pub operations: usize,
     /// The scratch arrays of the stage that it reads.
     pub reads: Vec<usize>,
     /// The scratch arrays of ports that it stores.
     pub ports: Vec<usize>,
+    /// True if all its paths end.
+    pub ends: bool,
     /// True if it stores a contribution.
     pub contributes: bool,
     /// True if it makes requests of a host that depend on the path's random sequences.
@@ -368,8 +373,10 @@ impl StageKernel {
         let Linked { function, layout, prepared, .. } = linked;
         let mut made = StageKernel {
             kernel: Arc::new(TieredKernel::new(kernel)),
+            operations: function.values.len(),
             reads: Vec::new(),
             ports: Vec::new(),
+            ends: NextStages::of(function).is_among(&BTreeSet::new()),
             contributes: false,
             asks_host: false,
             queries: Vec::new(),

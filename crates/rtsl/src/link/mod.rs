@@ -13,7 +13,7 @@ pub(crate) mod light_selection;
 pub(crate) mod lights;
 pub(crate) mod linked_method;
 pub(crate) mod linker;
-mod next_stages;
+pub(crate) mod next_stages;
 pub(crate) mod numbers;
 pub(crate) mod outputs;
 pub(crate) mod prepared_surface;

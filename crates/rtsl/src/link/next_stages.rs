@@ -6,7 +6,7 @@ use rtsl_ir::{Constant, Function, Op, OpKind, Output, Value};
 use rtsl_stages::Port;
 
 /// The stages that may follow a function.
-pub(super) enum NextStages {
+pub(crate) enum NextStages {
     /// Any stage.
     Any,
     /// One of these, or none.

@@ -330,7 +330,7 @@ impl SceneHost<'_> {
                 distance: number(operands, 6, lane),
                 time: *time,
                 color,
-                path: ray as u32,
+                path: lanes.base + lane as u32,
                 key: numbers.begin(Purpose::ShadowRay),
                 sample: numbers.sample,
             });

@@ -1,35 +1,37 @@
 //! The frames of a wavefront's paths.
 
-use super::super::super::shading_batch::set_indices;
-use super::path_set::PathSet;
-use super::path_sets::PathSets;
-use super::run::Place;
-use rtsl::{LaneBlock, LaneIndices, LaneMask, StageKernel, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask, new_state};
 
-/// The number of paths of one call of a kernel: their arrays stay in the second-level cache.
-pub const CALL_PATHS: usize = 256;
+use super::moved_paths::MovedPaths;
+use super::path_set::{PathSet, VECTOR_PATHS};
+use super::path_sets::PathSets;
+
+/// The number of shadow rays of one call of a kernel: their arrays stay in the first-level cache.
+pub const CALL_RAYS: usize = 256;
 
 /// The memory of one thread for the paths of a wavefront, at one level of recursion.
 pub struct Frames {
-    /// The state and the scratch of all paths.
+    /// The state and the scratch of all paths. Each path has a lane.
     pub paths: Blocks,
-    /// Those of the paths of one call, unless it is for all paths.
+    /// What there is to move the paths to other lanes.
+    pub moved: MovedPaths,
+    /// The state and the scratch of shadow rays.
     pub call: Blocks,
-    /// The index of the surface of each path of the call.
+    /// The index of the surface of each lane.
     pub surfaces: LaneIndices,
-    /// The paths that take part in a call for all of them.
+    /// The lanes that take part in a call.
     pub mask: LaneMask,
-    /// The lanes of a call.
-    pub called: PathSet,
-    /// Those that contribute.
+    /// The lanes with a contribution.
     pub contributing: PathSet,
-    /// The paths by their next stages.
+    /// The lanes of paths that had not ended when they were sorted last.
+    pub running: PathSet,
+    /// The lanes by their next stages.
     pub by_stage: PathSets,
-    /// The groups of the paths' surfaces.
+    /// The groups of the surfaces of lanes.
     pub groups: Vec<u32>,
-    /// The paths of a stage by these groups.
-    pub by_group: PathSets,
-    /// The paths that a sampled light may reach.
+    /// The lanes by their next kernels.
+    pub by_kernel: PathSets,
+    /// The lanes that a sampled light may reach.
     pub lit: Vec<u32>,
     /// The operands of requests and the times of paths that wait for an answer.
     pub requests: [Vec<f32>; 9],
@@ -46,7 +48,8 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    fn new(scratch_arrays: usize, lanes: usize) -> Blocks {
+    /// Allocates so many lanes.
+    pub fn new(scratch_arrays: usize, lanes: usize) -> Blocks {
         let scratch = LaneBlock::new(scratch_arrays, lanes);
         Blocks { state: new_state(lanes), scratch }
     }
@@ -57,14 +60,15 @@ impl Frames {
     pub fn new(scratch_arrays: usize) -> Frames {
         Frames {
             paths: Blocks::new(scratch_arrays, 0),
-            call: Blocks::new(scratch_arrays, CALL_PATHS),
-            surfaces: LaneIndices::new(CALL_PATHS),
+            moved: MovedPaths::default(),
+            call: Blocks::new(scratch_arrays, CALL_RAYS),
+            surfaces: LaneIndices::new(0),
             mask: LaneMask::new(0),
-            called: PathSet::default(),
             contributing: PathSet::default(),
+            running: PathSet::default(),
             by_stage: PathSets::default(),
             groups: Vec::new(),
-            by_group: PathSets::default(),
+            by_kernel: PathSets::default(),
             lit: Vec::new(),
             requests: Default::default(),
             lanes: 0,
@@ -74,79 +78,51 @@ impl Frames {
 
     /// Allocates the memory for so many paths, if there is not enough.
     pub fn make_room(&mut self, lanes: usize) {
+        let lanes = lanes.next_multiple_of(VECTOR_PATHS);
         if lanes > self.lanes {
             self.paths = Blocks::new(self.scratch_arrays, lanes);
-            self.surfaces = LaneIndices::new(lanes.max(CALL_PATHS));
+            self.moved = MovedPaths::default();
+            self.surfaces = LaneIndices::new(lanes);
             self.mask = LaneMask::new(lanes);
             self.groups.resize(lanes, 0);
             self.lanes = lanes;
         }
     }
 
-    /// Copies what a kernel reads of these paths to the arrays of the call.
-    pub fn gather(&mut self, kernel: &StageKernel, slots: &[u32]) {
-        for array in &kernel.reads {
-            let from = self.paths.scratch.words(*array);
-            let to = self.call.scratch.words_mut(*array);
-            to.iter_mut().zip(slots).for_each(|(to, slot)| *to = from[*slot as usize]);
-        }
+    /// The number of paths for which there is memory.
+    pub fn lanes(&self) -> usize {
+        self.lanes
     }
 
-    /// Copies what a kernel stored from the arrays of the call to these paths. `next` is the array of the next stage.
-    pub fn scatter(&mut self, kernel: &StageKernel, slots: &[u32], next: usize) {
-        for array in &kernel.ports {
-            let from = self.call.scratch.words(*array);
-            let to = self.paths.scratch.words_mut(*array);
-            from.iter().zip(slots).for_each(|(from, slot)| to[*slot as usize] = *from);
-        }
-        if kernel.outputs.is_empty() && kernel.state.is_empty() {
-            return;
-        }
-        let ended = |(_, next): &(usize, &u32)| next.cast_signed() == rtsl::END;
-        let next = self.call.scratch.words(next)[..slots.len()].iter().enumerate();
-        let ended: Vec<(usize, usize)> =
-            next.filter(ended).map(|(lane, _)| (lane, slots[lane] as usize)).collect();
-        for array in &kernel.outputs {
-            let from = self.call.scratch.words(*array);
-            let to = self.paths.scratch.words_mut(*array);
-            ended.iter().for_each(|(lane, slot)| to[*slot] = from[*lane]);
-        }
-        for component in &kernel.state {
-            let from = self.call.state.words(*component);
-            let to = self.paths.state.words_mut(*component);
-            ended.iter().for_each(|(lane, slot)| to[*slot] = from[*lane]);
-        }
+    /// Returns the index of the path in a lane.
+    pub fn path_in(&self, lane: u32) -> usize {
+        self.moved.path_in(lane)
+    }
+
+    /// Allocates arrays to which paths are moved, with a vector more than there are lanes: copies store whole vectors.
+    pub fn new_blocks(&self) -> Blocks {
+        Blocks::new(self.scratch_arrays, self.lanes + VECTOR_PATHS)
     }
 }
 
-/// Sets the indices of the objects for which a kernel is called, by path.
-pub fn set_objects(objects: &mut LaneIndices, place: Place<'_>, index: impl Fn(usize) -> u32) {
-    match place {
-        Place::Copied(slots) => set_indices(objects, slots.iter().map(|it| index(*it as usize))),
-        Place::All { paths, .. } => {
-            // Kernels need valid indices for all paths.
-            let objects = objects.as_mut_slice();
-            objects.fill(0);
-            for path in paths.paths() {
-                objects[*path as usize] = index(*path as usize);
-            }
-        }
+/// Sets the indices of the objects for which a kernel is called, by lane. Kernels need valid indices for all `count`
+/// lanes.
+pub fn set_objects(
+    objects: &mut LaneIndices,
+    (lanes, count): (&PathSet, usize),
+    index: impl Fn(u32) -> u32,
+) {
+    let objects = &mut objects.as_mut_slice()[..count];
+    objects.fill(0);
+    for lane in lanes.paths() {
+        objects[*lane as usize] = index(*lane);
     }
 }
 
 /// The same for a column with the indices of so many objects. Paths of other kernels have those of other objects there.
-pub fn take_objects(
-    objects: &mut LaneIndices,
-    place: Place<'_>,
-    (indices, count): (&[u32], usize),
-) {
+pub fn take_objects(objects: &mut LaneIndices, (indices, count): (&[u32], usize)) {
     let last = count as u32 - 1;
-    match place {
-        Place::Copied(_) => set_objects(objects, place, |path| indices[path]),
-        // No list of the paths is needed, nor a scattered store.
-        Place::All { count, .. } => {
-            let objects = objects.as_mut_slice().iter_mut();
-            objects.zip(&indices[..count]).for_each(|(to, index)| *to = (*index).min(last));
-        }
-    }
+    // No list of the lanes is needed, nor a scattered store.
+    let objects = objects.as_mut_slice().iter_mut();
+    objects.zip(indices).for_each(|(to, index)| *to = (*index).min(last));
 }

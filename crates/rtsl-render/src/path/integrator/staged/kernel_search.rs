@@ -6,7 +6,7 @@ use rtsl::{CallArguments, Instances, Objects, ResumedBy, StageKernel};
 use super::super::super::memory::BatchMemory;
 use super::super::host::first_hit;
 use super::columns::Columns;
-use super::frames::{Blocks, CALL_PATHS, Frames};
+use super::frames::{Blocks, CALL_RAYS, Frames};
 use super::path_set::PathSet;
 use super::run::StagedPaths;
 use crate::compiled::calls::Callee;
@@ -40,22 +40,9 @@ impl StagedPaths<'_> {
 
     /// Answers searches of paths, and counts them.
     pub fn search_by_kernel(&mut self, kernel: &StageKernel, objects: &Objects, paths: &PathSet) {
-        if paths.is_dense() {
-            let is_masked = paths.len() < self.wave.count;
-            if is_masked {
-                paths.store_mask(&mut self.frames.mask);
-            }
-            self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
-            self.call_search(kernel, objects, CalledRays::All { is_masked });
-        } else {
-            let next = self.staged.columns.next;
-            for slots in paths.paths().chunks(CALL_PATHS) {
-                self.frames.gather(kernel, slots);
-                self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
-                self.call_search(kernel, objects, CalledRays::Copied(slots.len()));
-                self.frames.scatter(kernel, slots, next);
-            }
-        }
+        self.set_mask(paths);
+        let is_masked = self.is_masked(paths);
+        self.call_search(kernel, objects, CalledRays::All { is_masked });
         if self.tracer.keeps_first_hits() {
             self.note_first_hits(paths.paths());
         }
@@ -71,8 +58,8 @@ impl StagedPaths<'_> {
         let count = self.queries.shadow_rays.len();
         self.queries.rays.shadow += count as u64;
         self.queries.reached.clear();
-        for start in (0..count).step_by(CALL_PATHS) {
-            let end = count.min(start + CALL_PATHS);
+        for start in (0..count).step_by(CALL_RAYS) {
+            let end = count.min(start + CALL_RAYS);
             let BatchMemory { shadow_rays, .. } = &*self.queries;
             let scratch = &mut self.frames.call.scratch;
             let columns = shadow_rays.ends.iter().chain([&shadow_rays.times]);
@@ -81,7 +68,8 @@ impl StagedPaths<'_> {
                 let to = scratch.floats_mut(*array);
                 to[..end - start].copy_from_slice(&column[start..end]);
             }
-            self.count_lanes(end - start, (end - start).next_multiple_of(self.width()));
+            let lanes = (end - start).next_multiple_of(self.width());
+            self.queries.lane_use.add_vectors(end - start, lanes);
             let rays = CalledRays::Copied(end - start);
             self.call_search(kernel, objects, rays);
             let answers = self.frames.call.scratch.words(staged.columns.answers[0]);
@@ -95,7 +83,7 @@ impl StagedPaths<'_> {
         let StagedPaths { exhausted, frames, wave, staged, .. } = self;
         let Frames { paths, call, mask, .. } = &mut **frames;
         let (Blocks { state, scratch }, count, mask) = match rays {
-            CalledRays::All { is_masked } => (paths, wave.count, is_masked.then_some(&*mask)),
+            CalledRays::All { is_masked } => (paths, wave.lanes, is_masked.then_some(&*mask)),
             CalledRays::Copied(count) => (call, count, None),
         };
         let class = &staged.program.program().class().name;
@@ -118,7 +106,7 @@ impl StagedPaths<'_> {
             if self.searches_of(*slot) == 1 && found[at] != 0 {
                 let (_, direction, _) = self.requested(*slot);
                 let hit = first_hit(direction, (distances[at], objects[at]));
-                self.wave.first_hits[at] = Some(hit);
+                self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
             }
         }
     }

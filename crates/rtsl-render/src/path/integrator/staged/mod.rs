@@ -8,6 +8,8 @@
 mod columns;
 mod frames;
 mod kernel_search;
+mod moved_columns;
+mod moved_paths;
 mod path_set;
 mod path_sets;
 mod prepared_surfaces;

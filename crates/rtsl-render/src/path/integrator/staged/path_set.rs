@@ -8,7 +8,7 @@ use rtsl::LaneMask;
 use rtsl_bvh::LaneMask as PacketMask;
 
 /// The number of paths in a vector.
-const VECTOR_PATHS: usize = 16;
+pub const VECTOR_PATHS: usize = 16;
 
 /// A set of paths, as masks of vectors and, once anyone asks for it, as a list in ascending order. The paths are also
 /// the lanes of columns, of which the set selects numbers.
@@ -59,10 +59,9 @@ impl PathSet {
         })
     }
 
-    /// True if half of the lanes of the vectors with any path have a path.
-    pub fn is_dense(&self) -> bool {
-        let vectors = self.masks.iter().filter(|mask| **mask != 0).count();
-        2 * self.count >= vectors * VECTOR_PATHS
+    /// The number of lanes of its vectors.
+    pub fn lanes(&self) -> usize {
+        self.masks.len() * VECTOR_PATHS
     }
 
     /// Makes it the set of all of so many paths.
@@ -74,17 +73,41 @@ impl PathSet {
         self.masks_are_set();
     }
 
-    /// Makes it an empty set of so many paths.
-    pub fn clear(&mut self, count: usize) {
-        self.masks.clear();
-        self.masks.resize(count.div_ceil(VECTOR_PATHS), 0);
+    /// Makes it the set of so many paths from `start` on.
+    pub fn set_range(&mut self, start: usize, count: usize) {
+        self.clear();
+        let end = start + count;
+        let below = |end: usize, vector: usize| {
+            let lanes = end.saturating_sub(vector * VECTOR_PATHS).min(VECTOR_PATHS);
+            ((1_u32 << lanes) - 1) as u16
+        };
+        let vectors = 0..end.div_ceil(VECTOR_PATHS);
+        self.masks.extend(vectors.map(|vector| below(end, vector) & !below(start, vector)));
+        self.count = count;
+    }
+
+    /// Makes it the set of the paths of all these sets.
+    pub fn set_union<'a>(&mut self, sets: impl Iterator<Item = &'a PathSet>) {
+        self.clear();
+        for set in sets {
+            self.masks.resize(self.masks.len().max(set.masks.len()), 0);
+            self.masks.iter_mut().zip(&set.masks).for_each(|(mask, of_set)| *mask |= of_set);
+        }
         self.masks_are_set();
+    }
+
+    /// Makes it an empty set.
+    pub fn clear(&mut self) {
+        self.masks.clear();
+        self.count = 0;
+        self.forget_list();
     }
 
     /// Adds a path that it does not have.
     pub fn push(&mut self, path: u32) {
-        let path_in_vector = path as usize % VECTOR_PATHS;
-        self.masks[path as usize / VECTOR_PATHS] |= 1 << path_in_vector;
+        let (vector, lane) = (path as usize / VECTOR_PATHS, path as usize % VECTOR_PATHS);
+        self.masks.resize(self.masks.len().max(vector + 1), 0);
+        self.masks[vector] |= 1 << lane;
         self.count += 1;
         self.forget_list();
     }
@@ -118,11 +141,6 @@ impl PathSet {
         });
     }
 
-    /// Appends the words of the paths in a column.
-    pub fn append_words(&self, column: &[u32], to: &mut Vec<u32>) {
-        dispatch!(Level::new(), simd => self.append_column::<_, u32x16<_>>(simd, column, to));
-    }
-
     /// Returns the number of lanes of the vectors of so many paths that contain any of these: a power of two, up to 16.
     pub fn lanes_of_vectors(&self, width: usize) -> usize {
         let vector = u16::MAX >> (VECTOR_PATHS - width);
@@ -131,14 +149,24 @@ impl PathSet {
         self.masks.iter().map(vectors).sum::<usize>() * width
     }
 
-    /// Makes it the mask of kernels.
-    pub fn store_mask(&self, mask: &mut LaneMask) {
-        let vectors = self.masks.iter().copied().chain(std::iter::repeat(0));
-        for (words, mask) in mask.words_mut().chunks_mut(VECTOR_PATHS).zip(vectors) {
-            for (lane, word) in words.iter_mut().enumerate() {
-                *word = (u32::from(mask) >> lane & 1).wrapping_neg();
-            }
+    /// Copies the words of the paths in a column to adjacent lanes.
+    #[inline(always)]
+    pub fn copy<S: Simd>(&self, simd: S, column: &[u32], to: &mut [u32]) {
+        /// The number of paths in a vector from which on they are copied together.
+        const FEW_PATHS: usize = 4;
+        let vectors = self.masks.iter().filter(|mask| **mask != 0).count();
+        if self.count < FEW_PATHS * vectors {
+            let lanes = self.paths().iter();
+            return to.iter_mut().zip(lanes).for_each(|(to, lane)| *to = column[*lane as usize]);
         }
+        let words = |start: usize| vector::<S, u32x16<S>>(simd, column, start);
+        compress(simd, &self.masks, words, to);
+    }
+
+    /// Makes it the mask of kernels for so many lanes.
+    pub fn store_mask(&self, mask: &mut LaneMask, lanes: usize) {
+        let words = &mut mask.words_mut()[..lanes];
+        dispatch!(Level::new(), simd => self.store_words(simd, words));
     }
 
     /// Counts the paths after the masks have changed.
@@ -166,11 +194,25 @@ impl PathSet {
         }
     }
 
+    #[inline(always)]
+    fn store_words<S: Simd>(&self, simd: S, words: &mut [u32]) {
+        let (on, off) = (u32x16::splat(simd, u32::MAX), u32x16::splat(simd, 0));
+        let vectors = self.masks.iter().copied().chain(std::iter::repeat(0));
+        for (words, mask) in words.chunks_mut(VECTOR_PATHS).zip(vectors) {
+            let lanes = <u32x16<S> as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(mask))
+                .select(on, off);
+            match words.len() {
+                VECTOR_PATHS => lanes.store_slice(words),
+                count => words.copy_from_slice(&lanes.as_slice()[..count]),
+            }
+        }
+    }
+
     /// Appends the paths of the masks to a list.
     #[inline(always)]
     fn add_to_list<S: Simd>(&self, simd: S, list: &mut Vec<u32>) {
         let lanes = u32x16::from_fn(simd, |lane| lane as u32);
-        compress(simd, &self.masks, |start| lanes + start as u32, list);
+        append::<S, u32x16<S>>(simd, &self.masks, |start| lanes + start as u32, list);
     }
 
     #[inline(always)]
@@ -182,13 +224,13 @@ impl PathSet {
     ) where
         V::Element: Default,
     {
-        compress::<S, V>(simd, &self.masks, |start| vector(simd, column, start), to);
+        append::<S, V>(simd, &self.masks, |start| vector(simd, column, start), to);
     }
 }
 
 /// Appends the lanes of vectors that masks select. `vector` returns the vector that begins with a lane.
 #[inline(always)]
-fn compress<S: Simd, V: SimdBase<S>>(
+fn append<S: Simd, V: SimdBase<S>>(
     simd: S,
     masks: &[u16],
     vector: impl Fn(usize) -> V,
@@ -197,9 +239,22 @@ fn compress<S: Simd, V: SimdBase<S>>(
     V::Element: Default,
 {
     let count: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
-    let mut end = to.len();
+    let (start, end) = (to.len(), to.len() + count as usize);
+    to.resize(end + VECTOR_PATHS, V::Element::default());
+    compress(simd, masks, vector, &mut to[start..]);
+    to.truncate(end);
+}
+
+/// The same to the lanes of a slice, which has room for a vector more.
+#[inline(always)]
+fn compress<S: Simd, V: SimdBase<S>>(
+    simd: S,
+    masks: &[u16],
+    vector: impl Fn(usize) -> V,
+    to: &mut [V::Element],
+) {
     // Whole vectors are stored, each over the end of the one before.
-    to.resize(end + count as usize + VECTOR_PATHS, V::Element::default());
+    let mut end = 0;
     for (index, mask) in masks.iter().enumerate() {
         if *mask == 0 {
             continue;
@@ -209,7 +264,6 @@ fn compress<S: Simd, V: SimdBase<S>>(
         lanes.store_slice(&mut to[end..end + VECTOR_PATHS]);
         end += mask.count_ones() as usize;
     }
-    to.truncate(end);
 }
 
 /// Loads the vector of a column that begins with a lane; lanes that the column lacks are 0.
@@ -241,9 +295,6 @@ mod tests {
         let mut ends = PathSet::default();
         ends.set_equal(&set, &column, 1);
         assert_eq!(ends.paths(), [0; 0]);
-        let mut words = vec![7];
-        set.append_words(&(0..COUNT as u32).collect::<Vec<_>>(), &mut words);
-        assert_eq!(words[1..], expected);
     }
 
     #[test]
@@ -265,12 +316,21 @@ mod tests {
         let set = PathSet::of_packets(&[0, mask]);
         assert_eq!(set.paths(), [66, 80, 127]);
         let mut pushed = PathSet::default();
-        pushed.clear(128);
         set.paths().iter().for_each(|path| pushed.push(*path));
         assert_eq!((&pushed.masks, pushed.len()), (&set.masks, 3));
         assert_eq!(pushed.paths(), set.paths());
+        let mut range = PathSet::default();
+        range.set_range(20, 30);
+        assert_eq!((range.len(), range.lanes()), (30, 64));
+        assert!(range.paths().iter().copied().eq(20..50));
+        range.set_range(32, 16);
+        assert!(range.paths().iter().copied().eq(32..48));
+        let mut union = PathSet::default();
+        union.set_union([&set, &range].into_iter());
+        assert_eq!(union.len(), 19);
+        assert!(union.paths().iter().all(|it| set.paths().contains(it) || (32..48).contains(it)));
         let mut mask = LaneMask::new(130);
-        set.store_mask(&mut mask);
+        set.store_mask(&mut mask, 130);
         assert!((0..130).all(|path| mask.get(path) == set.paths().contains(&(path as u32))));
     }
 
@@ -282,9 +342,14 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_lanes_in_use_are_dense() {
-        let (dense, sparse) =
-            (PathSet::of_packets(&[0xFF_0000]), PathSet::of_packets(&[0x7F_0000]));
-        assert!(dense.is_dense() && !sparse.is_dense() && PathSet::all(COUNT).is_dense());
+    fn words_are_copied_to_adjacent_lanes() {
+        let column: Vec<u32> = (100..228).collect();
+        for masks in [[0x0000_FFF0, 0xFFFF], [0x8000_0100, 3 << 40]] {
+            let set = PathSet::of_packets(&masks);
+            let mut copied = vec![7; set.len() + VECTOR_PATHS];
+            dispatch!(Level::new(), simd => set.copy(simd, &column, &mut copied));
+            let expected = set.paths().iter().map(|path| path + 100);
+            assert!(copied[..set.len()].iter().copied().eq(expected));
+        }
     }
 }

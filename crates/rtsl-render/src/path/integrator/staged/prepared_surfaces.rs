@@ -1,6 +1,6 @@
 //! Properties of surfaces with whose shapes a stage is not linked, for all paths of a call together.
 
-use rtsl::{LaneBlock, PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
+use rtsl::{PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::super::super::memory::BatchMemory;
@@ -8,11 +8,10 @@ use super::super::super::rows::{BATCH_LANES, get};
 use super::super::super::shading_batch::{RayOfSurface, ShadingBatch};
 use super::super::super::wavefront::PathHit;
 use super::super::surface::property_rows;
-use super::frames::{CALL_PATHS, Frames};
+use super::frames::Frames;
+use super::path_set::PathSet;
 use super::requests::Requested;
-use super::run::{Place, StagedPaths};
-
-const _: () = assert!(CALL_PATHS <= BATCH_LANES);
+use super::run::StagedPaths;
 
 /// An operand of paths.
 #[derive(Clone, Copy)]
@@ -33,22 +32,20 @@ impl Operand<'_> {
 /// A path of a call.
 #[derive(Clone, Copy)]
 struct Called {
-    /// Its lane in the arrays of the call.
-    lane: u32,
     path: u32,
     hit: PathHit,
 }
 
 impl StagedPaths<'_> {
-    /// Stores the properties that a kernel reads of the surfaces of these paths in the arrays of its call.
-    pub fn prepare_surfaces(&mut self, kernel: &StageKernel, place: Place<'_>, paths: &[u32]) {
+    /// Stores the properties that a kernel reads of the surfaces of these paths.
+    pub fn prepare_surfaces(&mut self, kernel: &StageKernel, paths: &PathSet) {
         let Some(surface) = &kernel.prepared else { return };
-        let mut called = Vec::with_capacity(paths.len().min(CALL_PATHS));
-        for paths in paths.chunks(CALL_PATHS) {
+        let mut called = Vec::with_capacity(paths.len().min(BATCH_LANES));
+        for paths in paths.paths().chunks(BATCH_LANES) {
             called.clear();
-            self.find_hits_of(surface, place, paths, &mut called);
+            self.find_hits_of(surface, paths, &mut called);
             if self.staged.is_of_material() {
-                self.clear_missing(surface, place, &mut called);
+                self.clear_missing(surface, &mut called);
             }
             let objects = &self.tracer.scene.objects;
             let group = |called: &Called| objects[called.hit.object as usize].group;
@@ -60,45 +57,30 @@ impl StagedPaths<'_> {
                 }
                 let group = &self.tracer.groups[group(&called[0]) as usize];
                 self.tracer.prepare_surfaces(group, &mut self.queries.batch);
-                self.store_properties(surface, place, called);
+                self.store_properties(surface, called);
             }
         }
     }
 
     /// Returns in `called` the surfaces of paths.
-    fn find_hits_of(
-        &self,
-        surface: &PreparedSurface,
-        place: Place<'_>,
-        paths: &[u32],
-        called: &mut Vec<Called>,
-    ) {
+    fn find_hits_of(&self, surface: &PreparedSurface, paths: &[u32], called: &mut Vec<Called>) {
         let [object, instance, element] = [0, 1, 2].map(|index| self.operand(surface, index));
-        called.extend((0..).zip(paths).map(|(index, path)| {
-            let lane = match place {
-                Place::All { .. } => *path,
-                Place::Copied(_) => index,
-            };
+        called.extend(paths.iter().map(|path| {
             let (object, element, instance) =
                 (object.of(*path), element.of(*path), instance.of(*path));
-            Called { lane, path: *path, hit: PathHit { path: 0, object, element, instance } }
+            Called { path: *path, hit: PathHit { path: 0, object, element, instance } }
         }));
     }
 
     /// Removes paths that have found no surface, and stores zeros as its properties.
-    fn clear_missing(
-        &mut self,
-        surface: &PreparedSurface,
-        place: Place<'_>,
-        called: &mut Vec<Called>,
-    ) {
+    fn clear_missing(&mut self, surface: &PreparedSurface, called: &mut Vec<Called>) {
         let scene = self.tracer.scene;
-        let scratch = scratch_of(self.frames, place);
-        called.retain(|Called { lane, hit, .. }| {
+        let scratch = &mut self.frames.paths.scratch;
+        called.retain(|Called { path, hit }| {
             let is_found = scene.hit_of(hit.object, hit.instance, hit.element).is_some();
             if !is_found {
                 let arrays = surface.properties.iter().map(|(_, array)| *array);
-                arrays.for_each(|array| scratch.words_mut(array)[*lane as usize] = 0);
+                arrays.for_each(|array| scratch.words_mut(array)[*path as usize] = 0);
             }
             is_found
         });
@@ -143,29 +125,20 @@ impl StagedPaths<'_> {
     }
 
     /// Stores what the kernel reads of the properties in a batch.
-    fn store_properties(&mut self, surface: &PreparedSurface, place: Place<'_>, called: &[Called]) {
-        let scratch = scratch_of(self.frames, place);
+    fn store_properties(&mut self, surface: &PreparedSurface, called: &[Called]) {
+        let scratch = &mut self.frames.paths.scratch;
         let mut rows = property_rows(&self.queries.batch).enumerate();
         for (property, array) in &surface.properties {
             let Some((_, row)) = rows.find(|(index, _)| index == property) else { return };
             let column = scratch.floats_mut(*array);
             for (called, number) in called.iter().zip(row) {
-                column[called.lane as usize] = *number;
+                column[called.path as usize] = *number;
             }
         }
     }
 
     fn operand(&self, surface: &PreparedSurface, index: usize) -> Operand<'_> {
         operand_of(self.frames, surface.operands[index])
-    }
-}
-
-/// Returns the arrays on which a kernel works.
-fn scratch_of<'a>(frames: &'a mut Frames, place: Place<'_>) -> &'a mut LaneBlock {
-    let Frames { paths, call, .. } = frames;
-    match place {
-        Place::All { .. } => &mut paths.scratch,
-        Place::Copied(_) => &mut call.scratch,
     }
 }
 

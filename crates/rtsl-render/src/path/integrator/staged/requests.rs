@@ -1,5 +1,7 @@
 //! Answers to the requests of paths other than searches.
 
+use std::array;
+
 use rtsl::{LaneBlock, MAX_ANSWERS, ResumedBy, SURFACE_SCALARS};
 
 use super::super::super::memory::BatchMemory;
@@ -25,6 +27,9 @@ const ENDS: usize = 6;
 const OFFSET: usize = 3;
 const NORMAL: usize = 4;
 
+/// The number of columns up to the end of that normal.
+const SHADED: usize = NORMAL + 3;
+
 /// The port of the index of a light in requests for samples.
 const LIGHT_INDEX: usize = ResumedBy::LightSample.request()[0] as usize;
 
@@ -43,13 +48,16 @@ struct RayColumns {
 pub struct Requested<'a> {
     scratch: &'a LaneBlock,
     columns: &'a Columns,
-    /// True if the paths shade surfaces, which their rays leave.
-    leaves_surfaces: bool,
+    /// The surfaces that the paths shade and their rays leave, if the paths are of a material.
+    shaded: Option<[&'a [f32]; SHADED]>,
 }
 
 impl<'a> Requested<'a> {
     pub fn of(scratch: &'a LaneBlock, staged: &'a StagedMethod) -> Requested<'a> {
-        Requested { scratch, columns: &staged.columns, leaves_surfaces: staged.is_of_material() }
+        let columns = &staged.columns;
+        let shaded = staged.is_of_material();
+        let shaded = shaded.then(|| array::from_fn(|it| scratch.floats(columns.shaded[it])));
+        Requested { scratch, columns, shaded }
     }
 
     /// Appends shadow rays of some paths to columns that have none yet.
@@ -78,7 +86,7 @@ impl<'a> Requested<'a> {
 
     /// Moves the origins of rays of some paths off the surfaces that these shade.
     pub fn leave_surfaces(&self, slots: &[u32], ends: &mut [Vec<f32>; ENDS]) {
-        if !self.leaves_surfaces {
+        if self.shaded.is_none() {
             return;
         }
         for (index, slot) in slots.iter().enumerate() {
@@ -90,10 +98,8 @@ impl<'a> Requested<'a> {
 
     /// Returns the origin of a ray of a path: if it begins on the surface that the path shades, off it.
     pub fn leaving(&self, slot: u32, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        if !self.leaves_surfaces {
-            return origin;
-        }
-        let shaded = |index: usize| self.scratch.floats(self.columns.shaded[index])[slot as usize];
+        let Some(columns) = &self.shaded else { return origin };
+        let shaded = |index: usize| columns[index][slot as usize];
         let vector = |first: usize| [0, 1, 2].map(|axis: usize| shaded(first + axis));
         leaving((vector(0), vector(NORMAL), shaded(OFFSET)), origin, direction)
     }
@@ -103,7 +109,7 @@ impl<'a> Requested<'a> {
         let (Frames { paths: Blocks { state, scratch }, .. }, columns) = to;
         let v = variables();
         let mut ends: [Vec<f32>; ENDS] = Default::default();
-        let of = std::array::from_fn(|index| self.columns.requests[index]);
+        let of = array::from_fn(|index| self.columns.requests[index]);
         self.append_ends(slots, &of, &mut ends);
         for (component, ..) in ray_components() {
             state.floats_mut(component)[..slots.len()].fill(0.0);
@@ -138,7 +144,7 @@ impl StagedPaths<'_> {
     /// Finds out which of the requested rays are blocked.
     pub fn find_occluded(&mut self, slots: &[u32]) {
         let Columns { requests, time, .. } = self.staged.columns;
-        let ends = std::array::from_fn(|index| requests[index]);
+        let ends = array::from_fn(|index| requests[index]);
         let ray = RayColumns { ends, limit: requests[ENDS], time };
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
         requested.append_rays(slots, &ray, &mut self.queries.shadow_rays);
@@ -158,7 +164,7 @@ impl StagedPaths<'_> {
         if self.tracer.scene.has_alpha() {
             let sequences = &mut self.queries.shadow_rays.sequences;
             for (slot, sequence) in slots.iter().zip(sequences) {
-                let numbers = &mut self.wave.rays[*slot as usize].numbers;
+                let numbers = &mut self.wave.rays[self.frames.path_in(*slot)].numbers;
                 *sequence = [numbers.begin(Purpose::ShadowRay), numbers.sample];
             }
         }
@@ -192,7 +198,7 @@ impl StagedPaths<'_> {
         self.store_colors(slots, (&traced, &colors));
         for (slot, color) in traced.iter().zip(&colors) {
             let is_spoilt = color.iter().any(|channel| !channel.is_finite());
-            self.wave.spawning.is_spoilt[*slot as usize] |= is_spoilt;
+            self.wave.spawning.is_spoilt[self.frames.path_in(*slot)] |= is_spoilt;
         }
     }
 
@@ -206,9 +212,9 @@ impl StagedPaths<'_> {
         let keys = scratch.words(staged.columns.key);
         let (mut traced, mut keys_of, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
         for slot in slots {
-            let at = *slot as usize;
-            let key = wave.spawning.begin_child(*slot, keys[at]);
-            let importance = wave.spawning.importance[at] * weights[at];
+            let (at, path) = (*slot as usize, frames.path_in(*slot));
+            let key = wave.spawning.begin_child(path, keys[at]);
+            let importance = wave.spawning.importance[path] * weights[at];
             if is_traced(importance, cutoff) {
                 traced.push(*slot);
                 keys_of.push(key);
@@ -229,16 +235,16 @@ impl StagedPaths<'_> {
         let operands = operands::<SURFACE_SCALARS>(frames, &staged.columns, ResumedBy::Shade);
         let mut requests: Vec<ShadingRequest> = Vec::with_capacity(slots.len());
         for slot in slots {
-            let at = *slot as usize;
-            let key = match wave.rays.get_mut(at) {
+            let (at, path) = (*slot as usize, frames.path_in(*slot));
+            let key = match wave.rays.get_mut(path) {
                 Some(ray) => ray.numbers.begin(Purpose::Shade),
-                None => wave.spawning.begin_shade(*slot, keys[at]),
+                None => wave.spawning.begin_shade(path, keys[at]),
             };
             let ray = RayOfShading {
                 key,
                 time: times[at],
                 sample: samples[at],
-                importance: wave.spawning.importance[at],
+                importance: wave.spawning.importance[path],
                 depth: self.depth,
                 before: searches[at].saturating_sub(1),
             };
@@ -278,7 +284,7 @@ impl StagedPaths<'_> {
         requested.append_rays(&lit, &ray, &mut self.queries.shadow_rays);
         self.count_shadow_rays(&lit);
         self.trace_shadow_rays();
-        let scratch = &mut self.frames.paths.scratch;
+        let Frames { paths: Blocks { scratch, .. }, moved, .. } = &mut *self.frames;
         slots.iter().for_each(|slot| scratch.words_mut(answers[0])[*slot as usize] = 0);
         let BatchMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
@@ -286,7 +292,7 @@ impl StagedPaths<'_> {
             scratch.words_mut(answers[0])[slot as usize] = u32::MAX;
             let color = [5, 6, 7].map(|channel| scratch.floats(answers[channel])[slot as usize]);
             if !are_finite(&color) {
-                self.wave.spawning.is_spoilt[slot as usize] = true;
+                self.wave.spawning.is_spoilt[moved.path_in(slot)] = true;
                 let index = self.staged.columns.requests[LIGHT_INDEX];
                 self.tracer.report_light(scratch.words(index)[slot as usize]);
             }
@@ -299,8 +305,10 @@ impl StagedPaths<'_> {
     fn ask_for_lights(&mut self, slots: &[u32]) {
         let operands =
             operands::<LIGHT_SCALARS>(self.frames, &self.staged.columns, ResumedBy::LightSample);
-        let point =
-            |slot: &u32| LightPoint::new(*slot, &operands.map(|column| column[*slot as usize]));
+        let point = |slot: &u32| {
+            let path = self.frames.path_in(*slot) as u32;
+            LightPoint::new(path, &operands.map(|column| column[*slot as usize]))
+        };
         let points: Vec<LightPoint> = slots.iter().map(point).collect();
         let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
         let words: Vec<[u32; MAX_ANSWERS]> = samples.iter().map(LightAtPoint::answer).collect();
@@ -334,5 +342,5 @@ fn operands<'a, const COUNT: usize>(
     event: ResumedBy,
 ) -> [&'a [u32]; COUNT] {
     let (scratch, ports) = (&frames.paths.scratch, event.request());
-    std::array::from_fn(|index| scratch.words(columns.requests[ports[index] as usize]))
+    array::from_fn(|index| scratch.words(columns.requests[ports[index] as usize]))
 }

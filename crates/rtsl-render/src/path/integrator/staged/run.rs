@@ -11,7 +11,7 @@ use super::super::super::wavefront::Path;
 use super::super::host::{NO_OBJECT, SceneHost};
 use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
-use super::frames::{Blocks, CALL_PATHS, Frames, set_objects, take_objects};
+use super::frames::{Blocks, Frames, set_objects, take_objects};
 use super::path_set::PathSet;
 use super::path_sets::PathSets;
 use super::staged_method::StagedMethod;
@@ -36,15 +36,6 @@ pub struct StagedPaths<'a> {
     pub depth: u32,
     /// True if the rays of adjacent paths are coherent.
     pub are_together: bool,
-}
-
-/// The arrays on which a kernel works.
-#[derive(Clone, Copy)]
-pub enum Place<'a> {
-    /// Those of all paths, of which these take part.
-    All { paths: &'a PathSet, count: usize, is_masked: bool },
-    /// A copy for these paths.
-    Copied(&'a [u32]),
 }
 
 impl StagedPaths<'_> {
@@ -73,19 +64,25 @@ impl StagedPaths<'_> {
 
     /// Runs loaded paths, of which these are active, to their ends.
     pub fn run(&mut self, active: &PathSet) {
-        // The first stage reads the state of rays, which is not copied.
-        self.call_in_place(self.staged, (0, 0), active);
+        self.call(0, active);
         self.add_contributions();
+        let mut running = std::mem::take(&mut self.frames.running);
         let mut by_stage = std::mem::take(&mut self.frames.by_stage);
-        let mut by_group = std::mem::take(&mut self.frames.by_group);
-        while self.sort_by_stage(active, &mut by_stage) && !self.must_stop() {
+        let mut by_kernel = std::mem::take(&mut self.frames.by_kernel);
+        running.set_union([active].into_iter());
+        while self.sort_by_stage(&running, &mut by_stage) && !self.must_stop() {
             by_stage.sets().for_each(|(stage, paths)| self.answer(stage, paths));
-            for (stage, paths) in by_stage.sets() {
-                self.call_by_group(stage, paths, &mut by_group);
+            self.sort_by_kernel(&by_stage, &mut by_kernel);
+            self.call_last_kernels(&mut by_kernel);
+            if self.should_move(&by_kernel) {
+                self.move_paths(&mut running, &mut by_kernel);
             }
+            by_kernel.sets().for_each(|(kernel, paths)| self.call(kernel, paths));
             self.add_contributions();
         }
-        (self.frames.by_stage, self.frames.by_group) = (by_stage, by_group);
+        self.return_results(&running);
+        let frames = &mut *self.frames;
+        (frames.running, frames.by_stage, frames.by_kernel) = (running, by_stage, by_kernel);
         if self.staged.program.searches_at_end() {
             self.count_stage_searches(active);
         }
@@ -107,26 +104,66 @@ impl StagedPaths<'_> {
         let next = self.frames.paths.scratch.words(self.staged.columns.next);
         // The mark of paths that have ended is above all stages.
         const { assert!(END < 0) };
-        by_stage.sort(paths, next, stages);
+        by_stage.begin(stages);
+        by_stage.sort(paths, next, (0, stages));
         by_stage.sets().next().is_some()
     }
 
-    /// Runs a stage for paths, group by group of their surfaces.
-    fn call_by_group(&mut self, stage: usize, paths: &PathSet, by_group: &mut PathSets) {
-        let surface = self.staged.program.stages()[stage].surface;
-        if surface == StageSurface::None || self.staged.is_of_material() {
-            return self.call((stage, 0), paths);
+    /// Sorts the paths of stages by the kernels of these for the groups of their surfaces.
+    fn sort_by_kernel(&mut self, by_stage: &PathSets, by_kernel: &mut PathSets) {
+        by_kernel.begin(self.staged.kernel_count());
+        for (stage, paths) in by_stage.sets() {
+            let kernels = self.staged.kernels_of(stage);
+            let surface = self.staged.program.stages()[stage].surface;
+            if kernels.len() == 1 {
+                by_kernel.set(kernels.start, paths);
+            } else if self.staged.finds_surfaces(stage) {
+                let groups = self.frames.paths.scratch.words(self.staged.columns.group);
+                by_kernel.sort(paths, groups, (kernels.start, kernels.len()));
+            } else {
+                let mut groups = std::mem::take(&mut self.frames.groups);
+                self.find_groups(surface, paths, &mut groups);
+                by_kernel.sort(paths, &groups, (kernels.start, kernels.len()));
+                self.frames.groups = groups;
+            }
         }
-        if self.staged.finds_surfaces(stage) {
-            let groups = self.frames.paths.scratch.words(self.staged.columns.group);
-            by_group.sort(paths, groups, self.staged.group_count());
-            return by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
+    }
+
+    /// Runs the kernels after which all paths end, and takes these out of the sets: they need not be moved.
+    fn call_last_kernels(&mut self, by_kernel: &mut PathSets) {
+        for (kernel, paths) in by_kernel.sets() {
+            if self.staged.ends_paths(kernel) {
+                self.call(kernel, paths);
+            }
         }
-        let mut groups = std::mem::take(&mut self.frames.groups);
-        self.find_groups(surface, paths, &mut groups);
-        by_group.sort(paths, &groups, self.staged.group_count());
-        self.frames.groups = groups;
-        by_group.sets().for_each(|(group, paths)| self.call((stage, group), paths));
+        by_kernel.retain(|kernel| !self.staged.ends_paths(kernel));
+    }
+
+    /// True if kernels take longer for the lanes without paths in the vectors of these sets than it takes to move the
+    /// paths together.
+    fn should_move(&self, by_kernel: &PathSets) -> bool {
+        /// The time to move a word of a path, in the time of an operation on a vector.
+        const MOVED_WORD: usize = 1;
+        let width = self.width();
+        let (mut paths, mut operations) = (0, 0);
+        for (kernel, set) in by_kernel.sets() {
+            let vectors = set.lanes_of_vectors(width) / width - set.len().div_ceil(width);
+            operations += self.staged.operations_of(kernel) * vectors;
+            paths += set.len();
+        }
+        operations > paths * self.staged.moved.moved.len() * MOVED_WORD
+    }
+
+    fn move_paths(&mut self, running: &mut PathSet, by_kernel: &mut PathSets) {
+        // Contributions know the lanes of their paths.
+        self.add_contributions();
+        let moved = &self.staged.moved;
+        self.wave.lanes = self.frames.move_paths(moved, running, by_kernel);
+    }
+
+    fn return_results(&mut self, running: &PathSet) {
+        self.frames.return_results(&self.staged.moved, running);
+        self.wave.lanes = self.wave.count;
     }
 
     /// Finds the groups of the surfaces of paths.
@@ -187,153 +224,95 @@ impl StagedPaths<'_> {
     }
 
     /// Notes the contributions of a call for these paths.
-    fn take_contributions(&mut self, place: Place<'_>) {
+    fn take_contributions(&mut self, paths: &PathSet) {
         let StagedPaths { frames, wave, queries, staged, .. } = self;
-        let Frames { paths, call, called, contributing, .. } = &mut **frames;
-        let scratch = match place {
-            Place::All { .. } => &paths.scratch,
-            Place::Copied(_) => &call.scratch,
-        };
+        let Frames { paths: Blocks { scratch, .. }, contributing, moved, .. } = &mut **frames;
         let columns = staged.columns.contribution.map(|array| scratch.floats(array));
         let [.., red, green, blue] = columns;
         let BatchMemory { shadow_rays, .. } = &mut **queries;
-        let first = shadow_rays.paths.len();
-        let times = paths.scratch.floats(staged.columns.time);
-        match place {
-            Place::All { paths: all, .. } => {
-                contributing.set_nonzero(all, [red, green, blue]);
-                shadow_rays.paths.extend_from_slice(contributing.paths());
-                contributing.append([(times, &mut shadow_rays.times)]);
-            }
-            Place::Copied(slots) => {
-                called.set_all(slots.len());
-                contributing.set_nonzero(called, [red, green, blue]);
-                contributing.append_words(slots, &mut shadow_rays.paths);
-                let added = &shadow_rays.paths[first..];
-                shadow_rays.times.extend(added.iter().map(|path| times[*path as usize]));
-            }
-        }
+        contributing.set_nonzero(paths, [red, green, blue]);
+        shadow_rays.paths.extend_from_slice(contributing.paths());
+        contributing.append([(scratch.floats(staged.columns.time), &mut shadow_rays.times)]);
         contributing.append(columns.into_iter().zip(shadow_rays.columns_mut()));
-        for path in &shadow_rays.paths[first..] {
-            let ray = wave.rays.get_mut(*path as usize);
+        for lane in contributing.paths() {
+            let ray = wave.rays.get_mut(moved.path_in(*lane));
             let sequence =
                 ray.map(|ray| [ray.numbers.begin(Purpose::ShadowRay), ray.numbers.sample]);
             shadow_rays.sequences.push(sequence.unwrap_or_default());
         }
     }
 
-    /// Runs a stage for paths with surfaces of one group: in place where these are half of the lanes of vectors, for
-    /// copying costs more than lanes that are off, else on a copy of their data.
-    fn call(&mut self, (stage, group): (usize, usize), paths: &PathSet) {
-        self.call_stage(self.staged, (stage, group), paths);
+    /// Runs a kernel, which is for the surfaces of one group, for paths.
+    fn call(&mut self, kernel: usize, paths: &PathSet) {
+        self.call_stage(self.staged, self.staged.stage_and_group(kernel), paths);
     }
 
-    /// The same for a stage of any program.
-    pub fn call_stage(
-        &mut self,
-        staged: &StagedMethod,
-        (stage, group): (usize, usize),
-        paths: &PathSet,
-    ) {
-        if paths.is_dense() {
-            return self.call_in_place(staged, (stage, group), paths);
-        }
-        let (kernel, _) = staged.kernel(stage, group);
-        let next = staged.columns.next;
-        for slots in paths.paths().chunks(CALL_PATHS) {
-            self.frames.gather(kernel, slots);
-            self.prepare_surfaces(kernel, Place::Copied(slots), slots);
-            self.set_surfaces(staged, (stage, group), Place::Copied(slots));
-            self.count_lanes(slots.len(), slots.len().next_multiple_of(self.width()));
-            self.call_kernel(staged, (stage, group), Place::Copied(slots));
-            if kernel.contributes {
-                self.take_contributions(Place::Copied(slots));
-            }
-            self.frames.scatter(kernel, slots, next);
-        }
-    }
-
-    /// Runs a stage on the arrays of all paths.
-    fn call_in_place(
-        &mut self,
-        staged: &StagedMethod,
-        (stage, group): (usize, usize),
-        paths: &PathSet,
-    ) {
-        let count = self.wave.count;
-        let is_masked = paths.len() < count;
-        if is_masked {
-            paths.store_mask(&mut self.frames.mask);
-        }
-        let (kernel, _) = staged.kernel(stage, group);
-        let place = Place::All { paths, count, is_masked };
-        self.set_surfaces(staged, (stage, group), place);
-        self.count_lanes(paths.len(), paths.lanes_of_vectors(self.width()));
-        if kernel.prepared.is_some() {
-            self.prepare_surfaces(kernel, place, paths.paths());
-        }
-        self.call_kernel(staged, (stage, group), place);
+    /// Runs a stage of any program.
+    pub fn call_stage(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
+        let (kernel, _) = staged.kernel(at);
+        self.set_surfaces(staged, at, paths);
+        self.prepare_surfaces(kernel, paths);
+        self.set_mask(paths);
+        self.call_kernel(staged, at, paths);
         if kernel.contributes {
-            self.take_contributions(place);
+            self.take_contributions(paths);
         }
+    }
+
+    /// Sets the mask of a call for these paths, if it needs one, and counts its lanes.
+    pub fn set_mask(&mut self, paths: &PathSet) {
+        if self.is_masked(paths) {
+            paths.store_mask(&mut self.frames.mask, self.wave.lanes);
+        }
+        let all = paths.lanes_of_vectors(self.width());
+        self.queries.lane_use.add_vectors(paths.len(), all);
+    }
+
+    /// True if there are other lanes than those of these paths.
+    pub fn is_masked(&self, paths: &PathSet) -> bool {
+        paths.len() < self.wave.lanes
     }
 
     pub fn width(&self) -> usize {
         self.tracer.scene.compiled.width as usize
     }
 
-    pub fn count_lanes(&mut self, on: usize, all: usize) {
-        self.queries.lane_use.add_vectors(on, all);
-    }
-
     /// Sets the index of each path's surface among those of its group, if the group has several.
-    fn set_surfaces(
-        &mut self,
-        staged: &StagedMethod,
-        (stage, group): (usize, usize),
-        place: Place<'_>,
-    ) {
-        let (_, objects) = staged.kernel(stage, group);
+    fn set_surfaces(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
+        let (stage, _) = at;
+        let (_, objects) = staged.kernel(at);
         if objects.len() < 2 {
             return;
         }
-        let Frames { paths, surfaces, .. } = &mut *self.frames;
-        let scratch = &paths.scratch;
+        let Frames { paths: Blocks { scratch, .. }, surfaces, moved, .. } = &mut *self.frames;
+        let lanes = (paths, self.wave.lanes);
         let surface = staged.program.stages()[stage].surface;
         if surface == StageSurface::None || staged.is_of_material() {
             let indices = &self.wave.objects;
-            return set_objects(surfaces, place, |slot| indices[slot]);
+            return set_objects(surfaces, lanes, |lane| indices[moved.path_in(lane)]);
         }
         if staged.finds_surfaces(stage) {
             let indices = scratch.words(staged.columns.surface_index);
-            return take_objects(surfaces, place, (indices, objects.len()));
+            return take_objects(surfaces, (indices, objects.len()));
         }
         let [objects, _, elements] = staged.columns.surface(surface);
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
-        let index = |slot: usize| staged.surface_of(objects[slot]).index_of(elements[slot]);
-        set_objects(surfaces, place, index);
+        set_objects(surfaces, lanes, |lane| {
+            let lane = lane as usize;
+            staged.surface_of(objects[lane]).index_of(elements[lane])
+        });
     }
 
-    fn call_kernel(
-        &mut self,
-        staged: &StagedMethod,
-        (stage, group): (usize, usize),
-        place: Place<'_>,
-    ) {
-        let (kernel, objects) = staged.kernel(stage, group);
+    fn call_kernel(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
+        let (kernel, objects) = staged.kernel(at);
+        let is_masked = self.is_masked(paths);
         let StagedPaths { tracer, exhausted, frames, wave, queries, free, depth, .. } = self;
         let rays = &mut *wave.rays;
-        let Frames { paths, call, surfaces, mask, .. } = &mut **frames;
-        let (Blocks { state, scratch }, count, mask, slots) = match place {
-            Place::All { count, is_masked, .. } => {
-                (paths, count, is_masked.then_some(&*mask), None)
-            }
-            Place::Copied(slots) => (call, slots.len(), None, Some(slots)),
-        };
+        let Frames { paths: Blocks { state, scratch }, surfaces, mask, moved, .. } = &mut **frames;
         let host = &mut SceneHost {
             tracer: *tracer,
             rays,
-            slots,
+            slots: moved.paths(),
             queries,
             free,
             depth: *depth,
@@ -347,7 +326,7 @@ impl StagedPaths<'_> {
         let (class, method) = (&program.program().class().name, program.method());
         // The method that ran for too long is found later.
         let callee = Callee { class, method, errors: exhausted };
-        let accepted = None;
+        let (count, mask, accepted) = (wave.lanes, is_masked.then_some(&*mask), None);
         let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
         callee.call(kernel.kernel.get(), call);
     }

@@ -122,7 +122,7 @@ impl StagedPaths<'_> {
         paths.clear();
         for slot in slots {
             let (origin, direction, limits) = self.requested(*slot);
-            let ray = &self.wave.rays[*slot as usize];
+            let ray = &self.wave.rays[self.frames.path_in(*slot)];
             paths.push(ray.search_path((origin, direction), limits, epsilon_of_scene));
         }
         let BatchMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
@@ -166,7 +166,7 @@ impl StagedPaths<'_> {
             if self.searches_of(*slot) == 0 && *found != 0 {
                 let (_, direction, _) = self.requested(*slot);
                 let hit = first_hit(direction, (f32::from_bits(*bits), *object));
-                self.wave.first_hits[*slot as usize] = Some(hit);
+                self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
             }
         }
     }
@@ -211,7 +211,7 @@ impl StagedPaths<'_> {
 
     /// Tells hosts and stages of searches that are counted.
     pub fn tell_of_searches(&mut self, slots: &[u32]) {
-        let scratch = &mut self.frames.paths.scratch;
+        let Frames { paths: Blocks { scratch, .. }, moved, .. } = &mut *self.frames;
         let searches: Vec<u32> = {
             let searches = scratch.words(self.staged.columns.searches);
             slots.iter().map(|slot| searches[*slot as usize]).collect()
@@ -219,11 +219,11 @@ impl StagedPaths<'_> {
         let rays = &mut self.wave.rays;
         if self.staged.shades() {
             for (slot, searches) in slots.iter().zip(&searches) {
-                self.wave.spawning.begin_search(*slot, *searches);
+                self.wave.spawning.begin_search(moved.path_in(*slot), *searches);
             }
         }
         if !rays.is_empty() {
-            slots.iter().for_each(|slot| rays[*slot as usize].count_search());
+            slots.iter().for_each(|slot| rays[moved.path_in(*slot)].count_search());
         }
         let before = || slots.iter().zip(searches.iter().map(|count| count.saturating_sub(1)));
         if self.staged.reads_depths() {

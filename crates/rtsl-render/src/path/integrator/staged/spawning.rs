@@ -32,20 +32,20 @@ impl Spawning {
     }
 
     /// Returns the key of the path of the next ray that `trace()` traces, given that of its parent.
-    pub fn begin_child(&mut self, path: u32, key: u32) -> u32 {
-        let children = &mut self.children[path as usize];
+    pub fn begin_child(&mut self, path: usize, key: u32) -> u32 {
+        let children = &mut self.children[path];
         *children = children.wrapping_add(1);
         child_key(key, *children)
     }
 
     /// Begins the sequences of what follows a search.
-    pub fn begin_search(&mut self, path: u32, searches: u32) {
-        self.shades[path as usize] = count_after(searches);
+    pub fn begin_search(&mut self, path: usize, searches: u32) {
+        self.shades[path] = count_after(searches);
     }
 
     /// Returns the key of the sequence of the next call of `shade`, given that of the path.
-    pub fn begin_shade(&mut self, path: u32, key: u32) -> u32 {
-        let shades = &mut self.shades[path as usize];
+    pub fn begin_shade(&mut self, path: usize, key: u32) -> u32 {
+        let shades = &mut self.shades[path];
         *shades = shades.wrapping_add(1);
         sequence_key(key, Purpose::Shade, *shades)
     }

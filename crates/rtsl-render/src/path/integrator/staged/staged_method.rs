@@ -1,6 +1,7 @@
 //! The kernels of an integrator's stages for the surface groups of a scene.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
@@ -18,6 +19,7 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
+use super::moved_columns::MovedColumns;
 use super::searched_objects::searched_objects;
 use super::stage_lights::shape_objects;
 use crate::compiled::object::is_own_material;
@@ -28,6 +30,8 @@ pub struct StagedMethod {
     pub program: StagedProgram,
     /// The arrays of their ports.
     pub columns: Columns,
+    /// Those that are moved with paths.
+    pub moved: MovedColumns,
     /// The groups that stages distinguish: none first, then those of surfaces.
     groups: Vec<StageGroup>,
     kernels: KernelTable,
@@ -169,6 +173,9 @@ impl StagedMethod {
     ) -> StagedMethod {
         let kernels = table.all();
         let columns = Columns::new(&program);
+        let is_of_material = program.method() != Method::Radiance;
+        let stages = table.split_after_first();
+        let moved = MovedColumns::new((&program, &columns), stages, is_of_material);
         let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
         let [reads_depths, reads_ray_types] = [&columns.depth, &columns.ray_type].map(&reads);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
@@ -179,6 +186,7 @@ impl StagedMethod {
         StagedMethod {
             program,
             columns,
+            moved,
             groups,
             kernels: table,
             surfaces,
@@ -267,8 +275,34 @@ impl StagedMethod {
     }
 
     /// Returns the kernel of a stage for a group, 0 for none, and its objects.
-    pub fn kernel(&self, stage: usize, group: usize) -> (&StageKernel, &Objects) {
+    pub fn kernel(&self, (stage, group): (usize, usize)) -> (&StageKernel, &Objects) {
         (self.kernels.get(stage, group), &self.groups[group].objects)
+    }
+
+    /// Returns the indices of the kernels of a stage.
+    pub fn kernels_of(&self, stage: usize) -> Range<usize> {
+        self.kernels.firsts[stage]..self.kernels.firsts[stage + 1]
+    }
+
+    /// The number of the kernels of all stages.
+    pub fn kernel_count(&self) -> usize {
+        self.kernels.requests.len()
+    }
+
+    /// Returns the stage and the group of a kernel.
+    pub fn stage_and_group(&self, kernel: usize) -> (usize, usize) {
+        let stage = self.kernels.requests[kernel].stage;
+        (stage, kernel - self.kernels.firsts[stage])
+    }
+
+    /// True if all paths end after a kernel.
+    pub fn ends_paths(&self, kernel: usize) -> bool {
+        self.kernels.all()[kernel].ends
+    }
+
+    /// Returns the number of operations of a kernel.
+    pub fn operations_of(&self, kernel: usize) -> usize {
+        self.kernels.all()[kernel].operations
     }
 
     /// Has the background optimise the kernels, if it has not begun.
@@ -290,11 +324,6 @@ impl StagedMethod {
     /// The reads of state by the first stage, which is for no group.
     pub fn first_reads(&self) -> &[usize] {
         &self.kernels.get(0, 0).reads_state
-    }
-
-    /// The number of groups, none included.
-    pub fn group_count(&self) -> usize {
-        self.groups.len()
     }
 
     /// Returns the surface of an object of the scene.
@@ -492,6 +521,12 @@ impl KernelTable {
 
     fn all(&self) -> &[StageKernel] {
         &self.made.kernels
+    }
+
+    /// The kernels of the first stage, and those of the others.
+    fn split_after_first(&self) -> (&[StageKernel], &[StageKernel]) {
+        let (first, end) = (self.firsts[1], self.requests.len());
+        (&self.all()[..first], &self.all()[first..end])
     }
 
     fn get(&self, stage: usize, group: usize) -> &StageKernel {

@@ -10,11 +10,13 @@ use super::frames::{Blocks, Frames};
 use super::spawning::Spawning;
 use crate::compiled::variables::variables;
 
-/// The data of a wavefront's paths beside their frames, by path.
+/// The data of a wavefront's paths beside their frames, by path: these are not moved to other lanes.
 #[derive(Default)]
 pub struct Wave {
     /// The number of paths.
     pub count: usize,
+    /// The number of lanes in which they are.
+    pub lanes: usize,
     /// The distances and the objects of the first surfaces; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
@@ -49,8 +51,8 @@ pub fn ray_components() -> [RayComponent; 11] {
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays yet.
     pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
+        (self.count, self.lanes) = (count, count);
         let Wave { first_hits, rays, spawning, objects, .. } = self;
-        self.count = count;
         first_hits.clear();
         first_hits.resize(count, None);
         rays.clear();
