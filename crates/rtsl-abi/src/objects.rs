@@ -39,7 +39,8 @@ impl Objects {
     /// of the form, which are not read.
     ///
     /// # Panics
-    /// If a buffer's entry is among the words of the form, or there are [`NO_OBJECT`] objects or more.
+    /// If a buffer's entry is among the words of the form, or there are [`NO_OBJECT`] objects or more, or more than the
+    /// form is for.
     pub fn new(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
         let overlaps = |it: &BoundBuffer| form.overlaps(it.offset, BUFFER_WORDS);
         assert!(!shared.buffers().iter().any(overlaps), "buffers are shared");
@@ -48,6 +49,8 @@ impl Objects {
 
     fn zeros(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
         assert!(count < NO_OBJECT as usize, "objects have numbers");
+        let fits = form.few_blocks().is_none_or(|blocks| count <= blocks as usize * IN_BLOCK);
+        assert!(fits, "the form is for fewer objects");
         let row_count = blocks(count) * form.words().len();
         let mut rows = with_capacity_in_huge_pages(row_count);
         rows.resize(row_count, ObjectRow::default());

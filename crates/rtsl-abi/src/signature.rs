@@ -14,6 +14,8 @@ use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 use crate::offsets;
 
+const IN_BLOCK: usize = offsets::OBJECTS_IN_BLOCK as usize;
+
 /// The requirements of a kernel on a call, against which calls are checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
@@ -27,6 +29,8 @@ pub struct Signature {
     pub buffers: Arc<[BufferEntry]>,
     /// The number of words of each object, if it takes objects.
     pub object_words: Option<u32>,
+    /// The greatest number of blocks of objects that it serves, if there is one.
+    pub object_blocks: Option<u32>,
     /// The buffers that it needs in each object, by words of the object.
     pub object_buffers: Arc<[BufferEntry]>,
     /// The call mode.
@@ -233,7 +237,9 @@ impl Signature {
     #[inline(always)]
     fn fits_objects(&self, objects: &Objects) -> bool {
         let words = Some(objects.form().words().len() as u32);
+        let most = self.object_blocks.map(|blocks| blocks as usize * IN_BLOCK);
         self.object_words == words
+            && most.is_none_or(|most| objects.len() <= most)
             && self.object_buffers.iter().all(|it| objects.entries().contains(it))
     }
 }
@@ -308,6 +314,7 @@ mod tests {
             block_words: 4,
             buffers: Arc::default(),
             object_words: None,
+            object_blocks: None,
             object_buffers: Arc::default(),
             mode: CallMode::Packet,
             accepts: true,

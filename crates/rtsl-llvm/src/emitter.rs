@@ -38,6 +38,8 @@ pub struct Emitter<'a, 'm> {
     pub buffers: Buffers,
     /// The chunk's objects: the address of the first; in the stream mode the address of each lane's.
     pub objects: Option<Operand>,
+    /// In the stream mode the number of each lane's object; arbitrary in lanes that are not active.
+    pub object_numbers: Option<Operand>,
     pub requests: RequestMemory,
     pub nearest: Nearest,
     pub bound_tests: BoundTests,
@@ -112,6 +114,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             chunk: Chunk::default(),
             buffers: Buffers::default(),
             objects: None,
+            object_numbers: None,
             requests: RequestMemory::default(),
             nearest: Nearest::default(),
             bound_tests: BoundTests::default(),

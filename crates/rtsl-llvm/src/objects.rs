@@ -50,6 +50,7 @@ impl Emitter<'_, '_> {
         let ty = self.lanes("i32");
         let at = self.instruction(format_args!("getelementptr i32, ptr {indices}, i64 {base}"));
         let numbers = self.load(ty, at);
+        self.object_numbers = Some(numbers);
         let numbers = self.numbers_of_active(ty, numbers);
         let wide = self.lanes("i64");
         let numbers = self.instruction(format_args!("zext {ty} {numbers} to {wide}"));
@@ -122,6 +123,9 @@ impl Emitter<'_, '_> {
 
     /// Loads a word of the objects in its memory form.
     fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
+        if let Some((blocks, numbers)) = self.few_blocks().zip(self.object_numbers) {
+            return self.choose_word(element, word, (blocks, numbers));
+        }
         let (at, pointers) = self.object_word(word);
         match self.kernel.mode {
             CallMode::Leaf => self.load_row(element, at),
@@ -129,6 +133,61 @@ impl Emitter<'_, '_> {
                 self.gather(pointers.of(element), at)
             }
         }
+    }
+
+    /// Returns the number of blocks of objects if they are few, and the target has instructions that choose among so
+    /// many words by lane: on Zen 5 such a choice is one operation, a gather of 16 lanes takes 40.
+    fn few_blocks(&self) -> Option<u32> {
+        let chooses = self.width >= 8 && self.width <= self.module.target.permuted_lanes;
+        self.kernel.object_blocks.filter(|_| chooses)
+    }
+
+    /// Chooses a word of the lanes' objects by their numbers among those of all objects in so many blocks.
+    fn choose_word(
+        &mut self,
+        element: &'static str,
+        word: u32,
+        (blocks, numbers): (u32, Operand),
+    ) -> Operand {
+        let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
+        let at = self.offset(objects, word * ROW);
+        let row = LlvmType { element, count: offsets::OBJECTS_IN_BLOCK };
+        let first = self.instruction(format_args!("load {row}, ptr {at}, align 32"));
+        let second = match blocks {
+            1 => first,
+            _ => {
+                let at = self.offset(at, self.block_bytes());
+                self.instruction(format_args!("load {row}, ptr {at}, align 32"))
+            }
+        };
+        if self.width == 16 {
+            let rows = self.join_rows(element, (first, row.count), second);
+            return self.permute(LlvmType { count: 16, ..row }, rows, numbers);
+        }
+        let of_first = self.permute(row, first, numbers);
+        if blocks == 1 {
+            return of_first;
+        }
+        let of_second = self.permute(row, second, numbers);
+        let (words, bits) = (row.of("i32"), row.of("i1"));
+        let end = self.same(words, offsets::OBJECTS_IN_BLOCK);
+        let is_first = self.instruction(format_args!("icmp ult {words} {numbers}, {end}"));
+        self.instruction(format_args!(
+            "select {bits} {is_first}, {row} {of_first}, {row} {of_second}"
+        ))
+    }
+
+    /// Returns for each lane that lane of a vector whose number is given, modulo the lanes.
+    fn permute(&mut self, ty: LlvmType, vector: Operand, numbers: Operand) -> Operand {
+        let name = match (ty.count, ty.element) {
+            (8, "float") => "llvm.x86.avx2.permps",
+            (8, _) => "llvm.x86.avx2.permd",
+            (_, "float") => "llvm.x86.avx512.permvar.sf.512",
+            (..) => "llvm.x86.avx512.permvar.si.512",
+        };
+        let words = ty.of("i32");
+        self.module.declare(format!("{ty} @{name}({ty}, {words})"));
+        self.instruction(format_args!("call {ty} @{name}({ty} {vector}, {words} {numbers})"))
     }
 
     /// Loads a word of the chunk's objects, from its address in the first one: one load for each block.

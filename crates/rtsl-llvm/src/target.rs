@@ -18,6 +18,8 @@ pub struct TargetFeatures {
     pub blends: bool,
     /// The number of 32-bit lanes of a vector register.
     pub vector_lanes: u32,
+    /// The most lanes that an instruction permutes by numbers in lanes: 8 or 16; 0 if there is none.
+    pub permuted_lanes: u32,
     /// True if gathers are fast instructions: on AMD's processors loads lane by lane take less time.
     pub gathers: bool,
     /// Instructions that estimate reciprocals.
@@ -91,6 +93,12 @@ impl TargetFeatures {
                 (false, false) => 4,
             },
             blends: triple.starts_with("x86_64") && has_or("avx2", level >= 3),
+            permuted_lanes: match (has_or("avx512f", level >= 4), has_or("avx2", level >= 3)) {
+                _ if !triple.starts_with("x86_64") => 0,
+                (true, _) => 16,
+                (false, true) => 8,
+                (false, false) => 0,
+            },
             gathers: has_or("avx2", level >= 3) && !cpu.starts_with("znver"),
             estimates: match triple.starts_with("x86_64") {
                 false => Estimates::None,
@@ -131,19 +139,20 @@ mod tests {
     #[test]
     fn features_come_from_levels_and_lists() {
         let x86 = "x86_64-unknown-linux-gnu";
-        for (triple, cpu, features, (fma, mask_registers, gathers)) in [
-            (x86, "x86-64-v2", "", (false, false, false)),
-            (x86, "x86-64-v3", "", (true, false, true)),
-            (x86, "x86-64-v4", "", (true, true, true)),
-            (x86, "znver3", "+avx2,+fma,-avx512vl", (true, false, false)),
-            (x86, "znver4", "+avx2,+fma,+avx512f,+avx512vl", (true, true, false)),
-            (x86, "skylake", "+avx2,+fma", (true, false, true)),
-            (x86, "x86-64-v3", "-fma", (false, false, true)),
-            ("aarch64-unknown-linux-gnu", "generic", "", (true, false, false)),
+        for (triple, cpu, features, (fma, mask_registers, gathers, permuted_lanes)) in [
+            (x86, "x86-64-v2", "", (false, false, false, 0)),
+            (x86, "x86-64-v3", "", (true, false, true, 8)),
+            (x86, "x86-64-v4", "", (true, true, true, 16)),
+            (x86, "znver3", "+avx2,+fma,-avx512vl", (true, false, false, 8)),
+            (x86, "znver4", "+avx2,+fma,+avx512f,+avx512vl", (true, true, false, 16)),
+            (x86, "skylake", "+avx2,+fma", (true, false, true, 8)),
+            (x86, "x86-64-v3", "-fma", (false, false, true, 8)),
+            ("aarch64-unknown-linux-gnu", "generic", "", (true, false, false, 0)),
         ] {
             let target = TargetFeatures::new(triple, cpu, features);
-            let found = (target.fma, target.mask_registers, target.gathers);
-            assert_eq!(found, (fma, mask_registers, gathers), "{target:?}");
+            let found = (target.fma, target.mask_registers, target.gathers, target.permuted_lanes);
+            let expected = (fma, mask_registers, gathers, permuted_lanes);
+            assert_eq!(found, expected, "{target:?}");
         }
     }
 }

@@ -121,6 +121,8 @@ pub struct Kernel {
     pub interleave: Option<u32>,
     /// The number of words of each object in blocks of objects; `None` if the kernel takes one instance's block only.
     pub object_words: Option<u32>,
+    /// The greatest number of blocks of objects, if they are so few that their rows fit into registers.
+    pub object_blocks: Option<u32>,
     /// The variables that it reads and stores, by [`VariableId`].
     pub variables: Vec<KernelVariable>,
     /// The type of every value.

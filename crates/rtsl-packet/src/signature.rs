@@ -30,6 +30,7 @@ impl Kernel {
             block_words: members.chain(entry_ends).max().unwrap_or(0),
             buffers,
             object_words: self.object_words,
+            object_blocks: self.object_blocks,
             object_buffers,
             mode: self.mode,
             accepts: self.accepted_output().is_some(),

@@ -129,13 +129,14 @@ fn calls_that_are_too_deep_are_errors() {
         };
         // The vectors of a packet take 64 KiB a level, the values of one ray 4.
         let at_least = if mode == CallMode::Single { 40 } else { 10 };
+        // The system may give a thread the stack of one that has ended, if it is not more than four times as large.
         let (reached, requests, sums) = depth(2048).unwrap();
-        let (twice, ..) = depth(4096).unwrap();
-        assert!((at_least..500).contains(&reached), "{mode:?}: {reached} levels");
-        assert!(twice > reached * 3 / 2, "{mode:?}: {reached} levels, then {twice}");
+        let (more, ..) = depth(16384).unwrap();
+        assert!((at_least..2000).contains(&reached), "{mode:?}: {reached} levels");
+        assert!(more > reached * 3 / 2, "{mode:?}: {reached} levels, then {more}");
         assert_eq!(requests, rays.div_ceil(kernel.width()) as u32);
         // As deep as that and no deeper, by the host's own limit.
-        let limited = on_stack(4096, || Deeper::new(&kernel, rays, reached).call());
+        let limited = on_stack(16384, || Deeper::new(&kernel, rays, reached).call());
         assert_eq!(limited.unwrap().1, sums, "{mode:?}");
     }
 }

@@ -23,6 +23,7 @@ fn valid() -> Kernel {
         width: 8,
         interleave: None,
         object_words: None,
+        object_blocks: None,
         variables: vec![
             variable(VariableKind::State, "rt_HitDistance", Scalar::F32, 1, true),
             variable(VariableKind::Member, "radius", Scalar::F32, 1, false),

@@ -62,7 +62,8 @@ impl<'a> KernelSource<'a> {
             scratch_arrays: self.layout.scratch_arrays,
             block_words: self.layout.block_words,
             buffers: buffers.into(),
-            object_words: form.map(|form| form.words().len() as u32),
+            object_words: form.as_ref().map(|form| form.words().len() as u32),
+            object_blocks: form.and_then(|form| form.few_blocks()),
             object_buffers: object_buffers.into(),
             mode: self.mode,
             accepts: self

@@ -413,7 +413,8 @@ impl StagedProgram {
         let differing = layout
             .variables()
             .filter(|place| self.may_differ(place, shared, &blocks) || place.clone().any(differs));
-        Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
+        let form = ObjectForm::new(differing.flatten()).of_count(blocks.len());
+        Objects::of_instances(form, blocks)
     }
 
     /// True if objects may differ in a variable at this place later, although they have the same words now: after

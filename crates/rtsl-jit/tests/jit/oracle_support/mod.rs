@@ -32,9 +32,14 @@ pub struct Case {
     layout: Layout,
     /// The layout with a form: some variables differ from object to object.
     sharing: Layout,
+    /// The same for few objects.
+    of_few: Layout,
     instances: Vec<InstanceBlock>,
     /// The object of each ray, for the stream mode.
     indices: LaneIndices,
+    /// The same if these are few.
+    few_indices: LaneIndices,
+    few: usize,
     state: LaneBlock,
     scratch: LaneBlock,
     mask: LaneMask,
@@ -69,12 +74,21 @@ impl Case {
         let entropy = &mut Entropy::new(&bytes);
         let instances = (0..OBJECTS).map(|_| instance(&function, &layout, entropy)).collect();
         let sharing = Layout { objects: Some(form(&function, &layout, entropy)), ..layout.clone() };
-        let mut indices = LaneIndices::new(RAYS);
-        indices.as_mut_slice().iter_mut().for_each(|index| *index = entropy.below(OBJECTS) as u32);
+        let few = 1 + entropy.below(16);
+        let form_of_few = sharing.objects.clone().map(|form| form.of_count(few));
+        let of_few = Layout { objects: form_of_few, ..layout.clone() };
+        let [indices, few_indices] = [OBJECTS, few].map(|objects| {
+            let mut indices = LaneIndices::new(RAYS);
+            let of_rays = indices.as_mut_slice().iter_mut();
+            of_rays.for_each(|index| *index = entropy.below(objects) as u32);
+            indices
+        });
         let components = rtsl_spec::state_component_count() as usize;
         let mut case = Case {
             instances,
             indices,
+            few_indices,
+            few,
             state: LaneBlock::new(components, RAYS),
             scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
             mask: LaneMask::from_fn(RAYS, |_| entropy.chance(150)),
@@ -82,6 +96,7 @@ impl Case {
             function,
             layout,
             sharing,
+            of_few,
         };
         case.fill_lanes(entropy);
         case
@@ -127,8 +142,11 @@ impl Case {
     fn check_code(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
         // With a form the modes differ less from one another.
         let of_objects = [CallMode::Packet, CallMode::Stream, CallMode::Leaf];
-        let all =
-            [(&self.layout, CallMode::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
+        let all = [
+            (&self.layout, CallMode::ALL.as_slice()),
+            (&self.sharing, of_objects.as_slice()),
+            (&self.of_few, &[CallMode::Stream]),
+        ];
         for (layout, modes) in all {
             let mut kernels = Vec::new();
             let mode_count = modes.len();
@@ -200,13 +218,16 @@ impl Case {
         let mut accepted =
             LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
         let form = layout.object_form(mode);
-        let objects = form.map(|form| Objects::of_instances(form, &self.instances));
+        let objects = form.map(|form| {
+            let count = if form.few_blocks().is_some() { self.few } else { OBJECTS };
+            Objects::of_instances(form, &self.instances[..count])
+        });
         let instances = match (mode, &objects) {
             (_, None) => Instances::One(&self.instances[0]),
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Some(objects)) => {
                 Instances::Object(objects, OBJECT as u32)
             }
-            (CallMode::Stream, Some(objects)) => Instances::Many(objects, &self.indices),
+            (CallMode::Stream, Some(objects)) => Instances::Many(objects, self.indices(layout)),
             (CallMode::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
@@ -219,6 +240,12 @@ impl Case {
             host,
         });
         (status, accepted)
+    }
+
+    /// Returns the object of each ray.
+    fn indices(&self, layout: &Layout) -> &LaneIndices {
+        let are_few = layout.objects.as_ref().is_some_and(|form| form.few_blocks().is_some());
+        if are_few { &self.few_indices } else { &self.indices }
     }
 
     fn interpret(&self, mode: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
@@ -252,7 +279,7 @@ impl Case {
             }
             let object = match mode {
                 CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
-                CallMode::Stream => self.indices.as_slice()[ray] as usize,
+                CallMode::Stream => self.indices(layout).as_slice()[ray] as usize,
                 CallMode::Leaf => FIRST + ray,
             };
             let result = self.interpret_ray(
