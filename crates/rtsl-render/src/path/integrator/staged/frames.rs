@@ -105,14 +105,14 @@ impl Frames {
     }
 }
 
-/// Sets the indices of the objects for which a kernel is called, by lane. Kernels need valid indices for all `count`
-/// lanes.
+/// Sets the indices of the objects for which a kernel is called, by lane. Kernels need valid indices for all lanes of
+/// the vectors of `count` lanes.
 pub fn set_objects(
     objects: &mut LaneIndices,
     (lanes, count): (&PathSet, usize),
     index: impl Fn(u32) -> u32,
 ) {
-    let objects = &mut objects.as_mut_slice()[..count];
+    let objects = &mut objects.as_mut_slice()[..count.next_multiple_of(VECTOR_PATHS)];
     objects.fill(0);
     for lane in lanes.paths() {
         objects[*lane as usize] = index(*lane);
@@ -125,4 +125,23 @@ pub fn take_objects(objects: &mut LaneIndices, (indices, count): (&[u32], usize)
     // No list of the lanes is needed, nor a scattered store.
     let objects = objects.as_mut_slice().iter_mut();
     objects.zip(indices).for_each(|(to, index)| *to = (*index).min(last));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_lanes_of_vectors_have_valid_objects() {
+        let mut objects = LaneIndices::new(3 * VECTOR_PATHS);
+        objects.as_mut_slice().fill(9);
+        let mut lanes = PathSet::default();
+        lanes.set_range(1, 17);
+        set_objects(&mut objects, (&lanes, 18), |lane| lane % 2);
+        let expected = (0..32).map(|lane| u32::from(lane < 18 && lane % 2 == 1));
+        assert!(objects.as_slice()[..32].iter().copied().eq(expected));
+        objects.as_mut_slice().fill(9);
+        take_objects(&mut objects, (&[5; 3 * VECTOR_PATHS], 3));
+        assert_eq!(objects.as_slice(), [2; 3 * VECTOR_PATHS]);
+    }
 }
