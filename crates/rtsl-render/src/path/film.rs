@@ -11,6 +11,7 @@ use rtsl_scene::Imaging;
 
 use super::features::{Features, FirstHitSums};
 use super::rows::{all_finite, are_finite};
+use super::sample_sums::{SampleSums, luminance};
 use super::samples::{Samples, TileResults};
 use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::statistics::LaneUse;
@@ -31,10 +32,8 @@ pub struct BatchFilm {
 /// The state of a tile.
 #[derive(Clone, Debug)]
 pub struct TileRecord {
-    /// For each pixel the sum of its samples, in ascending order.
-    pub sums: [[f64; 3]; LANES],
-    /// The sum of their squared luminances.
-    pub squares: [f64; LANES],
+    /// The sums of the pixels' samples.
+    pub sums: SampleSums,
     /// The sums of first hits, if these are kept.
     pub first_hits: Option<Box<FirstHitSums>>,
     /// The sums of the components of outputs, pixel by pixel.
@@ -71,8 +70,7 @@ const MIN_SAMPLES: u32 = 32;
 impl TileRecord {
     fn new(features: &Features) -> Self {
         TileRecord {
-            sums: [[0.0; 3]; LANES],
-            squares: [0.0; LANES],
+            sums: SampleSums::NONE,
             first_hits: features.first_hits.then(|| Box::new(FirstHitSums::NONE)),
             outputs: vec![0.0; LANES * features.components()],
             taken: 0,
@@ -91,29 +89,18 @@ impl TileRecord {
         time: Duration,
         (imaging, features): (&Imaging, &Features),
     ) {
-        let count = samples.radiance.len() / LANES;
-        let is_plain = imaging.is_plain();
-        for (lane, radiance) in samples.radiance.chunks_exact(count.max(1)).enumerate() {
-            // Sums in registers: through memory, each would wait for the one before.
-            let (mut sum, mut squares) = (self.sums[lane], self.squares[lane]);
-            let mut add = |color: [f32; 3]| {
-                let color = color.map(f64::from);
-                (0..3).for_each(|channel| sum[channel] += color[channel]);
-                let luminance = luminance(color);
-                squares += luminance * luminance;
-            };
-            if is_plain && all_finite(radiance.as_flattened()) {
-                radiance.iter().for_each(|radiance| add(*radiance));
-            } else {
-                for radiance in radiance {
-                    let color = imaging.develop(*radiance);
-                    match are_finite(&color) {
-                        true => add(color),
-                        false => self.dropped += 1,
-                    }
+        let channels = samples.radiance;
+        let count = channels[0].len() / LANES;
+        if imaging.is_plain() && channels.iter().all(|channel| all_finite(channel)) {
+            self.sums.add_all(channels, count);
+        } else {
+            for sample in 0..LANES * count {
+                let color = imaging.develop(channels.map(|channel| channel[sample]));
+                match are_finite(&color) {
+                    true => self.sums.add(sample / count, color),
+                    false => self.dropped += 1,
                 }
             }
-            (self.sums[lane], self.squares[lane]) = (sum, squares);
         }
         self.take_features(samples, count, features);
         self.taken += count as u32;
@@ -139,14 +126,14 @@ impl TileRecord {
 
     /// Returns the mean of a pixel.
     pub fn mean(&self, lane: usize) -> [f64; 3] {
-        self.sums[lane].map(|channel| channel / f64::from(self.taken.max(1)))
+        self.sums.colors[lane].map(|channel| channel / f64::from(self.taken.max(1)))
     }
 
     /// Returns the variance of a pixel's mean luminance.
     pub fn variance(&self, lane: usize) -> f64 {
         let count = f64::from(self.taken);
-        let mean = luminance(self.sums[lane]) / count;
-        let spread = (self.squares[lane] / count - mean * mean).max(0.0);
+        let mean = luminance(self.sums.colors[lane]) / count;
+        let spread = (self.sums.squares[lane] / count - mean * mean).max(0.0);
         if self.taken > 1 { spread / (count - 1.0) } else { 0.0 }
     }
 
@@ -160,11 +147,6 @@ impl TileRecord {
         let mean = sum(&|lane| luminance(self.mean(lane)));
         variance.sqrt() / (mean + BLACK)
     }
-}
-
-/// Rec. 709 luminance.
-fn luminance([red, green, blue]: [f64; 3]) -> f64 {
-    0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
 impl BatchFilm {
@@ -354,9 +336,11 @@ mod tests {
 
     /// Two samples of each pixel, of these radiances.
     fn samples(radiance: [f32; 2]) -> Samples {
-        let of_pixel = radiance.map(|radiance| [radiance; 3]);
-        let radiance = [of_pixel; LANES].as_flattened().to_vec();
-        Samples { radiance, features: FeatureValues::default() }
+        let channel = [radiance; LANES].as_flattened().to_vec();
+        Samples {
+            radiance: [channel.clone(), channel.clone(), channel],
+            features: FeatureValues::default(),
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod path_tracer;
 mod random_numbers;
 mod render;
 mod rows;
+mod sample_sums;
 mod samples;
 mod scene;
 mod scene_builder;

@@ -28,8 +28,10 @@ impl PathTracer<'_> {
         if let Some(integrator) = integrator {
             *rays += self.integrate(wavefront, integrator, 0);
         }
-        let paths = samples.radiance.iter_mut().zip(&wavefront.paths);
-        paths.for_each(|(radiance, path)| *radiance = path.radiance);
+        for (channel, to) in samples.radiance.iter_mut().enumerate() {
+            let paths = to.iter_mut().zip(&wavefront.paths);
+            paths.for_each(|(to, path)| *to = path.radiance[channel]);
+        }
         std::mem::swap(&mut samples.features, &mut wavefront.features);
     }
 

@@ -114,9 +114,9 @@ impl SessionRenderer {
         let mut start = 0;
         let of_tile = |samples: &TileSamples| {
             let end = start + samples.packets() * LANES;
-            let radiance = &memory.samples.radiance[start..end];
+            let results = memory.samples.of_tile(start..end);
             start = end;
-            TakenSamples { samples: developed(&self.scene, samples, radiance), lane_use }
+            TakenSamples { samples: developed(&self.scene, samples, results.radiance), lane_use }
         };
         samples.iter().map(of_tile).collect()
     }
@@ -137,15 +137,15 @@ impl SessionRenderer {
     }
 }
 
-/// Returns the colours of a tile's samples, given their radiance.
-fn developed(scene: &BatchScene, samples: &TileSamples, radiance: &[[f32; 3]]) -> Vec<TileSample> {
+/// Returns the colours of a tile's samples, given their radiance, channel by channel.
+fn developed(scene: &BatchScene, samples: &TileSamples, radiance: [&[f32]; 3]) -> Vec<TileSample> {
     let settings = &scene.compiled.settings;
     let lanes = samples.tile.lanes(settings.width, settings.height);
     let count = samples.count as usize;
     let sample = |sample: usize| {
         let mut colors = [[0.0; LANES]; 3];
         for lane in lanes_of(lanes) {
-            let color = settings.imaging.develop(radiance[lane * count + sample]);
+            let color = settings.imaging.develop(radiance.map(|it| it[lane * count + sample]));
             (0..3).for_each(|channel| colors[channel][lane] = color[channel]);
         }
         TileSample { lanes, colors }

@@ -18,7 +18,7 @@ use super::super::wavefront::PathHit;
 use super::host::{Further, RayOfCall, SceneHost, store};
 use super::numbers::Purpose;
 use super::shaded_surface::ShadedSurface;
-use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths};
+use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths, Wave};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -182,11 +182,12 @@ impl ShadingCall<'_> {
         let exhausted = RuntimeErrors::default();
         let begun = self.tracer.begin_stages((staged, &exhausted), memory, (count, self.depth()));
         let Some(mut run) = begun else { return };
+        run.wave.begin_weights(run.frames, &staged.columns);
         self.load(staged, &mut run);
         let all = PathSet::all(count);
         run.run(&all);
         let sums = (&*run.frames, &staged.columns, self.method.color());
-        run.wave.radiance(sums, all.paths(), colors);
+        Wave::radiance(sums, colors);
         if !all_finite(colors.as_flattened()) {
             let by_lights = |index: usize| run.wave.rays.get(index).is_some_and(|it| it.is_spoilt);
             let is_spoilt = |index: usize| run.wave.spawning.is_spoilt[index] || by_lights(index);

@@ -131,7 +131,7 @@ impl PathTracer<'_> {
         let IntegratorMemory { stages, queries, free, .. } = memory;
         let StageMemory { frames, wave } = stages.as_mut()?;
         frames.make_room(count);
-        wave.begin(frames, &staged.columns, count, depth);
+        wave.begin(frames, staged, (count, depth), self.keeps_first_hits());
         let (tracer, are_together) = (*self, depth == 0);
         Some(StagedPaths {
             tracer,
@@ -189,12 +189,13 @@ impl PathTracer<'_> {
         let exhausted = RuntimeErrors::default();
         let begun = self.begin_stages((staged, &exhausted), memory, (radiance.len(), depth));
         let Some(mut run) = begun else { return RayCounts::default() };
+        run.wave.begin_weights(run.frames, &staged.columns);
         load(&mut run);
         run.begin_rays();
         let all = PathSet::all(radiance.len());
         run.run(&all);
         let colors = (&*run.frames, &staged.columns, variables().sample_color);
-        run.wave.radiance(colors, all.paths(), radiance);
+        Wave::radiance(colors, radiance);
         let counts = std::mem::take(&mut run.queries.rays);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
@@ -225,7 +226,7 @@ impl PathTracer<'_> {
         let Some(mut run) = begun else { return };
         let active = run.load_samples(samples);
         run.begin_rays();
-        counts.camera += active.paths().len() as u64;
+        counts.camera += active.len() as u64;
         run.run(&active);
         *counts += std::mem::take(&mut run.queries.rays);
         *lane_use += std::mem::take(&mut run.queries.lane_use);
@@ -235,20 +236,20 @@ impl PathTracer<'_> {
         }
         let scratch = &run.frames.paths.scratch;
         let colors = (&*run.frames, &staged.columns, variables().sample_color);
-        run.wave.radiance(colors, active.paths(), &mut results.radiance);
-        let paths = active.paths().iter().map(|path| *path as usize);
+        Wave::radiance_of(colors, &active, &mut results.radiance);
+        let paths = || active.paths().iter().map(|path| *path as usize);
         let FeatureValues { first_hits, outputs } = &mut results.features;
         if !first_hits.is_empty() {
-            let hits = paths.clone().map(|path| (path, run.wave.first_hits[path]));
+            let hits = paths().map(|path| (path, run.wave.first_hits[path]));
             hits.for_each(|(path, hit)| first_hits[path] = FirstHit::from(hit));
         }
         if !outputs.is_empty() {
             let columns = self.scene.integrator.outputs.iter();
             let columns = columns.map(|column| column.in_stages(staged));
-            copy_outputs(columns, scratch, paths.map(|path| (path, path)), outputs);
+            copy_outputs(columns, scratch, paths().map(|path| (path, path)), outputs);
         }
         let of = (&*run.frames, &staged.columns);
-        let lost = Wave::lost(of, active.paths(), &results.radiance);
+        let lost = Wave::lost(of, &active, &results.radiance);
         let lost: Vec<Path> = run.paths(lost).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
     }

@@ -30,8 +30,11 @@ impl StagedPaths<'_> {
         let Columns { searches, shadow_rays, .. } = self.staged.columns;
         let scratch = &self.frames.paths.scratch;
         let [searches, shadow_rays] = [searches, shadow_rays].map(|array| {
-            let counts = scratch.words(array);
-            paths.paths().iter().map(|path| u64::from(counts[*path as usize])).sum::<u64>()
+            let counts = &scratch.words(array)[..self.wave.count];
+            match paths.len() == counts.len() {
+                true => counts.iter().map(|count| u64::from(*count)).sum::<u64>(),
+                false => paths.paths().iter().map(|path| u64::from(counts[*path as usize])).sum(),
+            }
         });
         let rays = &mut self.queries.rays;
         rays.traced += searches;

@@ -23,6 +23,9 @@ pub struct MovedPaths {
     paths: Vec<u32>,
     /// Memory for the next indices.
     next_paths: Vec<u32>,
+    /// Memory for the lanes of paths that have ended, and for the indices of these.
+    ended: PathSet,
+    ended_paths: Vec<u32>,
 }
 
 impl MovedPaths {
@@ -91,17 +94,17 @@ impl Frames {
 
     /// Copies the results of running paths that have ended to the arrays where they were loaded, if they are in others.
     fn keep_results(&mut self, columns: &MovedColumns, running: &PathSet) {
-        let MovedPaths { loaded: Some(loaded), paths, .. } = &mut self.moved else { return };
-        let next = self.paths.scratch.words(columns.next);
-        let ended = |lane: &&u32| next[**lane as usize].cast_signed() == END;
-        let ended: Vec<(usize, usize)> = running
-            .paths()
-            .iter()
-            .filter(ended)
-            .map(|lane| (*lane as usize, paths[*lane as usize] as usize))
-            .collect();
+        let MovedPaths { loaded: Some(loaded), paths, ended, ended_paths, .. } = &mut self.moved
+        else {
+            return;
+        };
+        ended.set_equal(running, self.paths.scratch.words(columns.next), END.cast_unsigned());
+        let lanes = ended.paths();
+        ended_paths.clear();
+        ended_paths.extend(lanes.iter().map(|lane| paths[*lane as usize]));
         let copy = |from: &[u32], to: &mut [u32]| {
-            ended.iter().for_each(|(lane, path)| to[*path] = from[*lane]);
+            let pairs = lanes.iter().zip(&*ended_paths);
+            pairs.for_each(|(lane, path)| to[*path as usize] = from[*lane as usize]);
         };
         for array in &columns.results {
             copy(self.paths.scratch.words(*array), loaded.scratch.words_mut(*array));

@@ -163,6 +163,18 @@ impl PathSet {
         compress(simd, &self.masks, words, to);
     }
 
+    /// Sets the numbers of other paths in a column to 0.
+    pub fn clear_others(&self, column: &mut [f32]) {
+        for (mask, numbers) in self.masks.iter().zip(column.chunks_mut(VECTOR_PATHS)) {
+            if *mask == u16::MAX {
+                continue;
+            }
+            let lanes = numbers.iter_mut().enumerate();
+            let others = lanes.filter(|(lane, _)| mask >> lane & 1 == 0);
+            others.for_each(|(_, number)| *number = 0.0);
+        }
+    }
+
     /// Makes it the mask of kernels for so many lanes.
     pub fn store_mask(&self, mask: &mut LaneMask, lanes: usize) {
         let words = &mut mask.words_mut()[..lanes];
@@ -315,6 +327,9 @@ mod tests {
         let mask = 0x8000_0000_0001_0004;
         let set = PathSet::of_packets(&[0, mask]);
         assert_eq!(set.paths(), [66, 80, 127]);
+        let mut column = [1.0; 128];
+        set.clear_others(&mut column);
+        assert!((0..128).all(|path| (column[path as usize] == 1.0) == set.paths().contains(&path)));
         let mut pushed = PathSet::default();
         set.paths().iter().for_each(|path| pushed.push(*path));
         assert_eq!((&pushed.masks, pushed.len()), (&set.masks, 3));

@@ -7,7 +7,7 @@ use super::super::numbers::{Purpose, count_after, sequence_key};
 /// The state on which the rays and the calls of `shade` that paths spawn depend, by path.
 #[derive(Default)]
 pub struct Spawning {
-    /// Bounds of the weights of the paths' radiance in their pixels.
+    /// Bounds of the weights of the paths' radiance in their pixels; 1 for paths that are missing here.
     pub importance: Vec<f32>,
     /// True for paths that received light that was not finite, whose cause was reported.
     pub is_spoilt: Vec<bool>,
@@ -18,6 +18,11 @@ pub struct Spawning {
 }
 
 impl Spawning {
+    /// Returns a bound of the weight of a path's radiance in its pixel.
+    pub fn importance_of(&self, path: usize) -> f32 {
+        self.importance.get(path).copied().unwrap_or(1.0)
+    }
+
     /// Begins a number of paths.
     pub fn begin(&mut self, count: usize) {
         let Spawning { importance, is_spoilt, children, shades } = self;

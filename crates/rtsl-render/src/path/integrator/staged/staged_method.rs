@@ -249,6 +249,19 @@ impl StagedMethod {
         self.program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::Shade)
     }
 
+    /// True if paths may spawn rays or calls of `shade`.
+    pub fn spawns(&self) -> bool {
+        let spawns = |event: ResumedBy| match event {
+            ResumedBy::Trace | ResumedBy::Shade | ResumedBy::LightSample => true,
+            ResumedBy::Start
+            | ResumedBy::NearestHit
+            | ResumedBy::Occluded
+            | ResumedBy::Dispatch => false,
+        };
+        let stages = self.program.stages().iter();
+        self.is_of_material() || stages.map(|stage| stage.resumed_by).any(spawns)
+    }
+
     /// True if paths wait for samples of lights.
     pub fn samples_lights(&self) -> bool {
         self.program.stages().iter().any(|stage| stage.resumed_by == ResumedBy::LightSample)

@@ -7,7 +7,9 @@ use super::super::super::wavefront::Path;
 use super::super::host::RayOfCall;
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
+use super::path_set::PathSet;
 use super::spawning::Spawning;
+use super::staged_method::StagedMethod;
 use crate::compiled::variables::variables;
 
 /// The data of a wavefront's paths beside their frames, by path: these are not moved to other lanes.
@@ -48,27 +50,52 @@ pub fn ray_components() -> [RayComponent; 11] {
     ]
 }
 
+/// Returns a channel of the radiance of paths, whose colours are at component `first` of the state.
+fn channel_of<'a>(
+    (frames, columns, first): (&'a Frames, &'a Columns, usize),
+    channel: usize,
+) -> impl Iterator<Item = f32> + 'a {
+    let Blocks { state, scratch } = &frames.paths;
+    let colors = state.floats(first + channel).iter();
+    let lights = scratch.floats(columns.lit[channel]);
+    let weights = scratch.floats(columns.weights[channel]);
+    let all = colors.zip(lights).zip(weights);
+    // A sum with 0 has no negative zeros.
+    all.map(|((color, light), weight)| 0.0 + weight * (color + light))
+}
+
 impl Wave {
-    /// Begins a number of paths of this depth, which have no rays yet.
-    pub fn begin(&mut self, frames: &mut Frames, columns: &Columns, count: usize, depth: u32) {
-        (self.count, self.lanes) = (count, count);
+    /// Begins a number of paths of this depth, which have no rays and no weights yet.
+    pub fn begin(
+        &mut self,
+        frames: &mut Frames,
+        staged: &StagedMethod,
+        (count, depth): (usize, u32),
+        keeps_first_hits: bool,
+    ) {
+        let columns = &staged.columns;
         let Wave { first_hits, rays, spawning, objects, .. } = self;
         first_hits.clear();
-        first_hits.resize(count, None);
+        first_hits.resize(if keeps_first_hits { count } else { 0 }, None);
         rays.clear();
-        spawning.begin(count);
+        spawning.begin(if staged.spawns() || depth > 0 { count } else { 0 });
         objects.clear();
+        (self.count, self.lanes) = (count, count);
         let counts = [columns.drawn, columns.searches, columns.shadow_rays];
         for array in columns.counts.into_iter().chain(counts).chain(columns.lit) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
-        }
-        for array in columns.weights {
-            frames.paths.scratch.floats_mut(array)[..count].fill(1.0);
         }
         frames.paths.scratch.words_mut(columns.next)[..count].fill(END.cast_unsigned());
         let state = &mut frames.paths.state;
         state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
         state.floats_mut(variables().ray_type)[..count].fill(RayType::of(depth, 0).value());
+    }
+
+    /// Sets the weights of all paths to 1.
+    pub fn begin_weights(&self, frames: &mut Frames, columns: &Columns) {
+        for array in columns.weights {
+            frames.paths.scratch.floats_mut(array)[..self.count].fill(1.0);
+        }
     }
 
     /// Loads the rays of paths.
@@ -100,52 +127,50 @@ impl Wave {
         let scratch = &frames.paths.scratch;
         let (keys, samples) = (scratch.words(columns.key), scratch.words(columns.sample));
         let times = scratch.floats(columns.time);
-        let importance = &self.spawning.importance;
         let ray = |path: usize| {
             let mut ray = RayOfCall::new(keys[path], samples[path], times[path]);
-            ray.importance = importance[path];
+            ray.importance = self.spawning.importance_of(path);
             ray
         };
         self.rays.extend((0..self.count).map(ray));
     }
 
-    /// Returns in `radiance` that of paths that have ended, by path, whose colours are at component `first` of the state.
-    pub fn radiance(
-        &self,
-        (frames, columns, first): (&Frames, &Columns, usize),
-        paths: &[u32],
-        radiance: &mut [[f32; 3]],
-    ) {
-        let Blocks { state, scratch } = &frames.paths;
+    /// Returns in `radiance` that of all paths, which have ended, whose colours are at component `first` of the state.
+    pub fn radiance(of: (&Frames, &Columns, usize), radiance: &mut [[f32; 3]]) {
         for channel in 0..3 {
-            let color = state.floats(first + channel);
-            let weights = scratch.floats(columns.weights[channel]);
-            let lit = scratch.floats(columns.lit[channel]);
-            // A sum with 0 has no negative zeros.
-            let of_path = |path: usize| 0.0 + weights[path] * (color[path] + lit[path]);
-            if paths.len() == self.count {
-                let all = radiance.iter_mut().enumerate().take(self.count);
-                all.for_each(|(path, radiance)| radiance[channel] = of_path(path));
-            } else {
-                let paths = paths.iter().map(|path| *path as usize);
-                paths.for_each(|path| radiance[path][channel] = of_path(path));
-            }
+            let all = radiance.iter_mut().map(|radiance| &mut radiance[channel]);
+            all.zip(channel_of(of, channel)).for_each(|(to, radiance)| *to = radiance);
         }
     }
 
-    /// Returns the paths whose radiance is not finite though their weights are.
+    /// Returns in `radiance` that of some paths, channel by channel; black for the others.
+    pub fn radiance_of(
+        of: (&Frames, &Columns, usize),
+        paths: &PathSet,
+        radiance: &mut [Vec<f32>; 3],
+    ) {
+        for (channel, to) in radiance.iter_mut().enumerate() {
+            let all = to.iter_mut().zip(channel_of(of, channel));
+            all.for_each(|(to, radiance)| *to = radiance);
+            paths.clear_others(to);
+        }
+    }
+
+    /// Returns the paths whose radiance, channel by channel, is not finite though their weights are.
     pub fn lost<'a>(
         (frames, columns): (&'a Frames, &'a Columns),
-        paths: &'a [u32],
-        radiance: &'a [[f32; 3]],
+        paths: &'a PathSet,
+        radiance: &'a [Vec<f32>; 3],
     ) -> impl Iterator<Item = u32> + 'a {
-        let paths = if all_finite(radiance.as_flattened()) { &[] } else { paths };
+        let is_any = !radiance.iter().all(|channel| all_finite(channel));
         let is_lost = |path: &u32| {
             let path = *path as usize;
             let weight = columns.weights.map(|array| frames.paths.scratch.floats(array)[path]);
-            !are_finite(&radiance[path]) && are_finite(&weight)
+            let radiance = radiance.each_ref().map(|channel| channel[path]);
+            !are_finite(&radiance) && are_finite(&weight)
         };
-        paths.iter().copied().filter(is_lost)
+        let paths = is_any.then(|| paths.paths());
+        paths.unwrap_or_default().iter().copied().filter(is_lost)
     }
 
     /// Returns the path of a loaded ray, without its weight.
@@ -155,7 +180,7 @@ impl Wave {
         let mut made = Path {
             key: scratch.words(columns.key)[at],
             sample: scratch.words(columns.sample)[at],
-            importance: self.spawning.importance[at],
+            importance: self.spawning.importance_of(at),
             ..Path::NOWHERE
         };
         for (component, _, number) in ray_components() {
