@@ -17,7 +17,7 @@ use super::arithmetic::{Arithmetic, Vector};
 use super::class_tree::ClassTree;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, find_override};
-use super::sequences::{Purpose, SEQUENCES_OF_SEARCH};
+use super::sequences::Purpose;
 use super::stage::TIME_COLUMN;
 use super::surface::needs_only;
 
@@ -495,8 +495,7 @@ impl SearchCode<'_, '_> {
         let code = &mut self.code(to);
         let (searches, one) = (code.column(SEARCHES_COLUMN, Scalar::U32)?, code.word(1)?);
         let searches = code.add(searches, one)?;
-        let sequences = code.word(SEQUENCES_OF_SEARCH)?;
-        let count = code.multiply(searches, sequences)?;
+        let count = code.count_after(searches)?;
         let purposes = Purpose::ALL.map(|purpose| (purpose.column().to_owned(), count));
         Ok([(SEARCHES_COLUMN.to_owned(), searches)].into_iter().chain(purposes).collect())
     }

@@ -16,6 +16,7 @@ use rtsl_math::sampling::{
 use super::arithmetic::Arithmetic;
 use super::linker::{Linker, Linking};
 use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use super::search::SEARCHES_COLUMN;
 
 /// The number of sequences of a purpose among which those of a search count.
 pub const SEQUENCES_OF_SEARCH: u32 = 1 << 10;
@@ -91,12 +92,20 @@ impl Linker {
         code.number_of_stream(&sampler, key, dimension, sample)
     }
 
-    /// Loads the counts of sequences when the stage begins, and stores them when it ends.
+    /// Loads the counts of sequences when the stage begins, and stores them when it ends. Right after a search, the number
+    /// of searches tells the counts of sequences.
     pub(super) fn pass_on_counts(&mut self) -> Linking<()> {
+        let follows_search = self.surface.as_ref().is_some_and(|links| links.follows_search);
         for (column, counter) in self.counters.clone() {
             let mut ops = Vec::new();
             let code = &mut Arithmetic { linker: &mut *self, to: &mut ops };
-            let before = code.column(column, Scalar::U32)?;
+            let before = match follows_search && column != DRAWN_COLUMN {
+                true => {
+                    let searches = code.column(SEARCHES_COLUMN, Scalar::U32)?;
+                    code.count_after(searches)?
+                }
+                false => code.column(column, Scalar::U32)?,
+            };
             code.count_to(counter, before)?;
             let mut body = std::mem::take(&mut self.out.body);
             ops.append(&mut body.ops);
@@ -128,6 +137,12 @@ impl Linker {
 }
 
 impl Arithmetic<'_> {
+    /// Returns the count of sequences that a path begins with after so many searches.
+    pub fn count_after(&mut self, searches: Value) -> Linking<Value> {
+        let sequences = self.word(SEQUENCES_OF_SEARCH)?;
+        self.multiply(searches, sequences)
+    }
+
     /// Begins a path's sequence of numbers, and returns its key.
     pub fn begin_sequence(&mut self, purpose: Purpose) -> Linking<Value> {
         let counter = self.linker.counter(purpose.column());

@@ -43,6 +43,8 @@ pub(crate) struct SurfaceLinks {
     pub sampler: Option<Sampler>,
     /// The lights, if operations compute their samples.
     pub lights: Option<Arc<LightLinks>>,
+    /// True if the stage begins right after a search of the path.
+    pub follows_search: bool,
     /// True if the stage keeps its contribution, of which there is at most one, until it ends.
     pub keeps_contribution: bool,
     /// The searches that the stage makes at its end; without, it stores its contribution and its request.

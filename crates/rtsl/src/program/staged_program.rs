@@ -473,6 +473,7 @@ impl StagedProgram {
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
+            follows_search: stage.resumed_by == ResumedBy::NearestHit,
             keeps_contribution: is_single(&stage.function),
             search: self.search.clone(),
             ..links
