@@ -9,7 +9,7 @@ use super::columns::Columns;
 /// The columns of paths that are moved to other lanes, by what becomes of them.
 pub struct MovedColumns {
     /// The scratch arrays that anyone reads later.
-    pub moved: Vec<usize>,
+    pub read: Vec<usize>,
     /// The scratch arrays with results of paths that have ended.
     pub results: Vec<usize>,
     /// The components of state with such results.
@@ -37,15 +37,15 @@ impl MovedColumns {
             // No host changes them.
             sums.retain(|array| stored.contains(array));
         }
-        let mut moved: BTreeSet<usize> =
+        let mut read: BTreeSet<usize> =
             others.iter().flat_map(|it| it.reads.iter().copied()).collect();
-        moved.extend(&sums);
-        moved.extend(read_by_hosts((program, columns), others, is_of_material));
+        read.extend(&sums);
+        read.extend(read_by_hosts((program, columns), others, is_of_material));
         let outputs = all().flat_map(|it| it.outputs.iter().copied());
         let results: BTreeSet<usize> = outputs.chain(sums).collect();
         let state: BTreeSet<usize> = all().flat_map(|it| it.state.iter().copied()).collect();
         MovedColumns {
-            moved: moved.into_iter().collect(),
+            read: read.into_iter().collect(),
             results: results.into_iter().collect(),
             state: state.into_iter().collect(),
             next: columns.next,

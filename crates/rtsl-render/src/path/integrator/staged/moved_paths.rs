@@ -57,7 +57,7 @@ impl Frames {
         let mut target = self.moved.spare.pop().unwrap_or_else(|| self.new_blocks());
         let starts = sets.starts(self.lanes());
         let (from, to) = (&self.paths.scratch, &mut target.scratch);
-        sets.copy(&starts, columns.moved.iter().copied(), from, to);
+        sets.copy(&starts, columns.read.iter().copied(), from, to);
         self.move_indices(sets, &starts);
         let left = std::mem::replace(&mut self.paths, target);
         let MovedPaths { loaded, spare, .. } = &mut self.moved;

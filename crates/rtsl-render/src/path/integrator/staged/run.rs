@@ -151,7 +151,7 @@ impl StagedPaths<'_> {
             operations += self.staged.operations_of(kernel) * vectors;
             paths += set.len();
         }
-        operations > paths * self.staged.moved.moved.len() * MOVED_WORD
+        operations > paths * self.staged.moved.read.len() * MOVED_WORD
     }
 
     fn move_paths(&mut self, running: &mut PathSet, by_kernel: &mut PathSets) {
