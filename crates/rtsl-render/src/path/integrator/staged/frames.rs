@@ -13,7 +13,7 @@ pub const CALL_RAYS: usize = 256;
 pub struct Frames {
     /// The state and the scratch of all paths. Each path has a lane.
     pub paths: Blocks,
-    /// What there is to move the paths to other lanes.
+    /// The arrays among which the paths are moved to other lanes.
     pub moved: MovedPaths,
     /// The state and the scratch of shadow rays.
     pub call: Blocks,
