@@ -78,11 +78,21 @@ impl GroupItems {
         if item >= self.count {
             return None;
         }
-        let mut index = *self.blocks.get((item / ITEMS_OF_BLOCK) as usize)? as usize;
-        while self.members.get(index + 1).is_some_and(|next| next.first <= item) {
-            index += 1;
+        let is_last_up_to = |index: usize| {
+            let is_beyond = |place: usize| self.members.get(place).is_none_or(|it| it.first > item);
+            !is_beyond(index) && is_beyond(index + 1)
+        };
+        // So it is where each object before is one item.
+        let likely = item as usize;
+        if is_last_up_to(likely) {
+            return self.members.get(likely).copied();
         }
-        self.members.get(index).copied()
+        let block = (item / ITEMS_OF_BLOCK) as usize;
+        let start = *self.blocks.get(block)? as usize;
+        let end = self.blocks.get(block + 1).map_or(self.members.len(), |next| *next as usize + 1);
+        let of_block = self.members.get(start..end)?;
+        let after = of_block.partition_point(|member| member.first <= item);
+        of_block.get(after.checked_sub(1)?).copied()
     }
 
     /// Adds an object with so many items.
