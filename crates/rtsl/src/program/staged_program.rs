@@ -267,6 +267,11 @@ impl StagedProgram {
         &self.program
     }
 
+    /// True for a method of materials. Its stages are linked with no surface that they find: renderers prepare them.
+    pub fn is_of_material(&self) -> bool {
+        self.method != Method::Radiance
+    }
+
     /// The method that was split.
     pub fn method(&self) -> Method {
         self.method

@@ -16,7 +16,7 @@ pub struct Frames {
     /// The arrays among which the paths are moved to other lanes.
     pub moved: MovedPaths,
     /// The state and the scratch of shadow rays.
-    pub call: Blocks,
+    pub shadow_rays: Blocks,
     /// The index of the surface of each lane.
     pub surfaces: LaneIndices,
     /// The lanes that take part in a call.
@@ -61,7 +61,7 @@ impl Frames {
         Frames {
             paths: Blocks::new(scratch_arrays, 0),
             moved: MovedPaths::default(),
-            call: Blocks::new(scratch_arrays, CALL_RAYS),
+            shadow_rays: Blocks::new(scratch_arrays, CALL_RAYS),
             surfaces: LaneIndices::new(0),
             mask: LaneMask::new(0),
             contributing: PathSet::default(),

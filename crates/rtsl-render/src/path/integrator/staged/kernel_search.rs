@@ -29,13 +29,8 @@ impl StagedPaths<'_> {
     pub fn count_stage_searches(&mut self, paths: &PathSet) {
         let Columns { searches, shadow_rays, .. } = self.staged.columns;
         let scratch = &self.frames.paths.scratch;
-        let [searches, shadow_rays] = [searches, shadow_rays].map(|array| {
-            let counts = &scratch.words(array)[..self.wave.count];
-            match paths.len() == counts.len() {
-                true => counts.iter().map(|count| u64::from(*count)).sum::<u64>(),
-                false => paths.paths().iter().map(|path| u64::from(counts[*path as usize])).sum(),
-            }
-        });
+        let [searches, shadow_rays] =
+            [searches, shadow_rays].map(|array| paths.sum(scratch.words(array), u64::from));
         let rays = &mut self.queries.rays;
         rays.traced += searches;
         rays.shadow += shadow_rays;
@@ -64,7 +59,7 @@ impl StagedPaths<'_> {
         for start in (0..count).step_by(CALL_RAYS) {
             let end = count.min(start + CALL_RAYS);
             let BatchMemory { shadow_rays, .. } = &*self.queries;
-            let scratch = &mut self.frames.call.scratch;
+            let scratch = &mut self.frames.shadow_rays.scratch;
             let columns = shadow_rays.ends.iter().chain([&shadow_rays.times]);
             let arrays = staged.columns.requests[..ENDS].iter().chain([&staged.columns.time]);
             for (column, array) in columns.zip(arrays) {
@@ -73,9 +68,9 @@ impl StagedPaths<'_> {
             }
             let lanes = (end - start).next_multiple_of(self.width());
             self.queries.lane_use.add_vectors(end - start, lanes);
-            let rays = CalledRays::Copied(end - start);
+            let rays = CalledRays::Shadow(end - start);
             self.call_search(kernel, objects, rays);
-            let answers = self.frames.call.scratch.words(staged.columns.answers[0]);
+            let answers = self.frames.shadow_rays.scratch.words(staged.columns.answers[0]);
             let free = (start as u32..).zip(&answers[..end - start]);
             let free = free.filter(|(_, is_occluded)| **is_occluded == 0);
             self.queries.reached.extend(free.map(|(index, _)| index));
@@ -84,10 +79,10 @@ impl StagedPaths<'_> {
 
     fn call_search(&mut self, kernel: &StageKernel, objects: &Objects, rays: CalledRays) {
         let StagedPaths { exhausted, frames, wave, staged, .. } = self;
-        let Frames { paths, call, mask, .. } = &mut **frames;
+        let Frames { paths, shadow_rays, mask, .. } = &mut **frames;
         let (Blocks { state, scratch }, count, mask) = match rays {
             CalledRays::All { is_masked } => (paths, wave.lanes, is_masked.then_some(&*mask)),
-            CalledRays::Copied(count) => (call, count, None),
+            CalledRays::Shadow(count) => (shadow_rays, count, None),
         };
         let class = &staged.program.program().class().name;
         // The method that ran for too long is found later.
@@ -123,6 +118,6 @@ const ANSWERS: [usize; ResumedBy::NearestHit.answers().len()] = [0, 1, 2, 3, 4];
 enum CalledRays {
     /// Those of the paths of the wavefront, or of those that the mask selects.
     All { is_masked: bool },
-    /// So many in the arrays of the call.
-    Copied(usize),
+    /// So many in the arrays of shadow rays.
+    Shadow(usize),
 }

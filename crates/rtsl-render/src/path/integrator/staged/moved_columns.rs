@@ -20,11 +20,10 @@ pub struct MovedColumns {
 
 impl MovedColumns {
     /// Returns the columns of paths on their way from the first of some stages, whose kernels are `first`, through the
-    /// others. `is_of_material` is true for methods of materials.
+    /// others.
     pub fn new(
         (program, columns): (&StagedProgram, &Columns),
         (first, others): (&[StageKernel], &[StageKernel]),
-        is_of_material: bool,
     ) -> MovedColumns {
         let all = || first.iter().chain(others);
         let is_lit_by_hosts = |kernel: &StageKernel| {
@@ -40,7 +39,7 @@ impl MovedColumns {
         let mut read: BTreeSet<usize> =
             others.iter().flat_map(|it| it.reads.iter().copied()).collect();
         read.extend(&sums);
-        read.extend(read_by_hosts((program, columns), others, is_of_material));
+        read.extend(read_by_hosts((program, columns), others));
         let outputs = all().flat_map(|it| it.outputs.iter().copied());
         let results: BTreeSet<usize> = outputs.chain(sums).collect();
         let state: BTreeSet<usize> = all().flat_map(|it| it.state.iter().copied()).collect();
@@ -57,7 +56,6 @@ impl MovedColumns {
 fn read_by_hosts(
     (program, columns): (&StagedProgram, &Columns),
     kernels: &[StageKernel],
-    is_of_material: bool,
 ) -> BTreeSet<usize> {
     let mut read = BTreeSet::new();
     for stage in program.stages() {
@@ -85,7 +83,7 @@ fn read_by_hosts(
         read.extend([columns.time, columns.sample, columns.searches]);
         read.extend(prepared.arrays());
     }
-    if is_of_material {
+    if program.is_of_material() {
         read.extend(columns.shaded);
     }
     read

@@ -163,6 +163,29 @@ impl PathSet {
         compress(simd, &self.masks, words, to);
     }
 
+    /// Returns the sum of numbers that are made of the words of the paths in a column.
+    pub fn sum(&self, column: &[u32], number: impl Fn(u32) -> u64) -> u64 {
+        let sum_of = |(mask, words): (&u16, &[u32])| -> u64 {
+            let numbers = words.iter().map(|word| number(*word));
+            match *mask {
+                u16::MAX => numbers.sum(),
+                mask => numbers
+                    .enumerate()
+                    .filter(|(lane, _)| mask >> lane & 1 != 0)
+                    .map(|it| it.1)
+                    .sum(),
+            }
+        };
+        self.masks.iter().zip(column.chunks(VECTOR_PATHS)).map(sum_of).sum()
+    }
+
+    /// Makes it the same set as another.
+    pub fn set_same(&mut self, other: &PathSet) {
+        self.clear();
+        self.masks.extend_from_slice(&other.masks);
+        self.count = other.count;
+    }
+
     /// Sets the numbers of other paths in a column to 0.
     pub fn clear_others(&self, column: &mut [f32]) {
         for (mask, numbers) in self.masks.iter().zip(column.chunks_mut(VECTOR_PATHS)) {
@@ -333,6 +356,9 @@ mod tests {
         let mut pushed = PathSet::default();
         set.paths().iter().for_each(|path| pushed.push(*path));
         assert_eq!((&pushed.masks, pushed.len()), (&set.masks, 3));
+        let words: Vec<u32> = (0..128).collect();
+        assert_eq!(set.sum(&words, u64::from), 66 + 80 + 127);
+        assert_eq!(PathSet::all(COUNT).sum(&words, |word| u64::from(word > 70)), 4);
         assert_eq!(pushed.paths(), set.paths());
         let mut range = PathSet::default();
         range.set_range(20, 30);

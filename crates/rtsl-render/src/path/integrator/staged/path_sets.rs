@@ -41,7 +41,7 @@ impl PathSets {
 
     /// Makes these paths the set of a key.
     pub fn set(&mut self, key: usize, paths: &PathSet) {
-        self.sets[key].set_union([paths].into_iter());
+        self.sets[key].set_same(paths);
     }
 
     /// Makes the sets of keys empty that a test rejects.

@@ -29,13 +29,6 @@ impl Operand<'_> {
     }
 }
 
-/// A path of a call.
-#[derive(Clone, Copy)]
-struct Called {
-    path: u32,
-    hit: PathHit,
-}
-
 impl StagedPaths<'_> {
     /// Stores the properties that a kernel reads of the surfaces of these paths.
     pub fn prepare_surfaces(&mut self, kernel: &StageKernel, paths: &PathSet) {
@@ -48,7 +41,7 @@ impl StagedPaths<'_> {
                 self.clear_missing(surface, &mut called);
             }
             let objects = &self.tracer.scene.objects;
-            let group = |called: &Called| objects[called.hit.object as usize].group;
+            let group = |hit: &PathHit| objects[hit.object as usize].group;
             called.sort_by_key(group);
             for called in called.chunk_by(|one, other| group(one) == group(other)) {
                 self.load_surfaces(surface, called);
@@ -63,31 +56,31 @@ impl StagedPaths<'_> {
     }
 
     /// Returns in `called` the surfaces of paths.
-    fn find_hits_of(&self, surface: &PreparedSurface, paths: &[u32], called: &mut Vec<Called>) {
+    fn find_hits_of(&self, surface: &PreparedSurface, paths: &[u32], called: &mut Vec<PathHit>) {
         let [object, instance, element] = [0, 1, 2].map(|index| self.operand(surface, index));
         called.extend(paths.iter().map(|path| {
             let (object, element, instance) =
                 (object.of(*path), element.of(*path), instance.of(*path));
-            Called { path: *path, hit: PathHit { path: 0, object, element, instance } }
+            PathHit { path: *path, object, element, instance }
         }));
     }
 
     /// Removes paths that have found no surface, and stores zeros as its properties.
-    fn clear_missing(&mut self, surface: &PreparedSurface, called: &mut Vec<Called>) {
+    fn clear_missing(&mut self, surface: &PreparedSurface, called: &mut Vec<PathHit>) {
         let scene = self.tracer.scene;
         let scratch = &mut self.frames.paths.scratch;
-        called.retain(|Called { path, hit }| {
+        called.retain(|hit| {
             let is_found = scene.hit_of(hit.object, hit.instance, hit.element).is_some();
             if !is_found {
                 let arrays = surface.properties.iter().map(|(_, array)| *array);
-                arrays.for_each(|array| scratch.words_mut(array)[*path as usize] = 0);
+                arrays.for_each(|array| scratch.words_mut(array)[hit.path as usize] = 0);
             }
             is_found
         });
     }
 
     /// Moves the origins of the rays of a batch off the surfaces that materials shade, as those of their searches.
-    fn leave_shaded_surfaces(&mut self, called: &[Called]) {
+    fn leave_shaded_surfaces(&mut self, called: &[PathHit]) {
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
         let ShadingBatch { origin, direction, .. } = &mut *self.queries.batch;
         for (lane, called) in called.iter().enumerate() {
@@ -102,7 +95,7 @@ impl StagedPaths<'_> {
     }
 
     /// Loads surfaces of one group as a batch, with the rays that hit them.
-    fn load_surfaces(&mut self, surface: &PreparedSurface, called: &[Called]) {
+    fn load_surfaces(&mut self, surface: &PreparedSurface, called: &[PathHit]) {
         let operands: [Operand<'_>; SURFACE_SCALARS] =
             std::array::from_fn(|index| operand_of(self.frames, surface.operands[index]));
         let Frames { paths, .. } = &*self.frames;
@@ -111,7 +104,7 @@ impl StagedPaths<'_> {
         let path = |lane: usize| called[lane].path;
         let BatchMemory { batch, .. } = &mut *self.queries;
         batch.load_operands(
-            called.iter().map(|called| called.hit),
+            called.iter().copied(),
             |index, lane| operands[index].of(path(lane)),
             |lane| {
                 let path = path(lane) as usize;
@@ -125,7 +118,7 @@ impl StagedPaths<'_> {
     }
 
     /// Stores what the kernel reads of the properties in a batch.
-    fn store_properties(&mut self, surface: &PreparedSurface, called: &[Called]) {
+    fn store_properties(&mut self, surface: &PreparedSurface, called: &[PathHit]) {
         let scratch = &mut self.frames.paths.scratch;
         let mut rows = property_rows(&self.queries.batch).enumerate();
         for (property, array) in &surface.properties {

@@ -69,7 +69,7 @@ impl StagedPaths<'_> {
         let mut running = std::mem::take(&mut self.frames.running);
         let mut by_stage = std::mem::take(&mut self.frames.by_stage);
         let mut by_kernel = std::mem::take(&mut self.frames.by_kernel);
-        running.set_union([active].into_iter());
+        running.set_same(active);
         while self.sort_by_stage(&running, &mut by_stage) && !self.must_stop() {
             by_stage.sets().for_each(|(stage, paths)| self.answer(stage, paths));
             self.sort_by_kernel(&by_stage, &mut by_kernel);

@@ -246,14 +246,7 @@ impl StagedPaths<'_> {
             return;
         }
         let searches = self.frames.paths.scratch.words(self.staged.columns.searches);
-        let searches = &searches[..self.wave.count];
-        let first = match active.len() == searches.len() {
-            true => searches.iter().map(|count| u64::from(*count > 0)).sum(),
-            false => {
-                let has_searched = |slot: &&u32| searches[**slot as usize] > 0;
-                active.paths().iter().filter(has_searched).count() as u64
-            }
-        };
+        let first = active.sum(searches, |searches| u64::from(searches > 0));
         self.queries.rays.traced -= first;
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, CameraProgram, Diagnostic, Engine, Instance, Method, Objects, ParameterValues,
+    CallMode, CameraProgram, Diagnostic, Engine, Instance, Objects, ParameterValues,
     PreparedSurface, Program, Query, ReadResults, ResumedBy, ShapeClass, StageKernel, StageKernels,
     StageLights, StageRequest, StageScene, StageSurface, StagedProgram, SurfaceClass,
     SurfaceObject, TieredKernel,
@@ -173,9 +173,7 @@ impl StagedMethod {
     ) -> StagedMethod {
         let kernels = table.all();
         let columns = Columns::new(&program);
-        let is_of_material = program.method() != Method::Radiance;
-        let stages = table.split_after_first();
-        let moved = MovedColumns::new((&program, &columns), stages, is_of_material);
+        let moved = MovedColumns::new((&program, &columns), table.split_after_first());
         let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
         let [reads_depths, reads_ray_types] = [&columns.depth, &columns.ray_type].map(&reads);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
@@ -274,7 +272,7 @@ impl StagedMethod {
 
     /// True for a method of materials. Its stages are linked with no surface: the runtime prepares those that are found.
     pub fn is_of_material(&self) -> bool {
-        self.program.method() != Method::Radiance
+        self.program.is_of_material()
     }
 
     /// True if kernels make requests of a host that has to know the random sequences of paths.
