@@ -63,8 +63,8 @@ pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRend
 const JUDGED_AFTER: Duration = Duration::from_millis(50);
 
 /// The rest of a render that repays optimised kernels, in times for compiling the first ones. With optimised stages a
-/// render takes 0.7 of the time where kernels search, 0.93 where hierarchies do; they take about one and a half times as
-/// long to compile as all before them (Zen 5).
+/// render takes 0.7 of the time where kernels search, and 0.93 where hierarchies do. They take about one and a half
+/// times as long to compile as all before them (Zen 5).
 const LONG_REST: f64 = 5.0;
 
 /// A render in progress.
