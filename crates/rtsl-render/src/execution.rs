@@ -16,8 +16,20 @@ pub struct Execution<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// Disables the optimisation of kernels in the background of long renders.
-    pub first_kernels_only: bool,
+    /// When kernels are optimised.
+    pub optimise: Optimise,
+}
+
+/// When the kernels of integrators and materials are optimised. They are compiled without optimisation otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Optimise {
+    /// In the background of renders that are long enough to repay it.
+    #[default]
+    Background,
+    /// Before the render begins.
+    First,
+    /// Never.
+    Never,
 }
 
 impl Execution<'_> {

@@ -20,7 +20,7 @@ pub(crate) mod surfaces;
 pub(crate) mod tiles;
 
 // Users know the renderers by the names that select them.
-pub use execution::{Execution, Rendered};
+pub use execution::{Execution, Optimise, Rendered};
 pub use path as batch;
 pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};

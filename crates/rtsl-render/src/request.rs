@@ -15,7 +15,7 @@ use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::runtime_errors::MAX_CAUSES;
 use crate::compiled::{BuildStep, CompiledScene};
-use crate::execution::{Execution, Rendered};
+use crate::execution::{Execution, Optimise, Rendered};
 use crate::path::{
     self, AovPlan, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, Features,
 };
@@ -438,10 +438,11 @@ impl Prepared {
         };
         let aovs = request.aov_plan(&scene)?.names();
         let scene = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
+        let optimise_time = optimise_first(&scene, request.execution.optimise);
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
             check_seconds: check_time.as_secs_f64(),
-            compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
+            compile_seconds: (engine_time + scene.compile_time + optimise_time).as_secs_f64(),
             build_seconds: scene.compiled.build_time.as_secs_f64(),
             width: engine.width(),
             target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
@@ -452,6 +453,15 @@ impl Prepared {
         };
         Ok(Prepared { scene, statistics, primitives, warnings })
     }
+}
+
+/// Optimises the kernels before the render if the request says so. Returns the time that it took.
+fn optimise_first(scene: &BatchScene, optimise: Optimise) -> Duration {
+    let start = Instant::now();
+    if optimise == Optimise::First {
+        scene.wait_for_optimised();
+    }
+    start.elapsed()
 }
 
 /// The command line overrides the scene.

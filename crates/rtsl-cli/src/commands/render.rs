@@ -12,8 +12,8 @@ use rtsl_image::{
     ImageOptions, ViewTransform, check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
 use rtsl_render::{
-    CheckpointRequest, Execution, Messages, Progress, RenderRequest, RenderResult, Renderer,
-    render_scene,
+    CheckpointRequest, Execution, Messages, Optimise, Progress, RenderRequest, RenderResult,
+    Renderer, render_scene,
 };
 
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
@@ -78,9 +78,9 @@ pub struct RenderArguments {
     // Generated from the list of AOVs, so that it is complete.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov, help = aov_help())]
     aov: Vec<Aov>,
-    /// Do not optimise kernels in the background of a long render. Never changes the picture.
-    #[arg(long, alias = "no-specialise")]
-    no_optimise: bool,
+    /// When to optimise kernels. Never changes the picture.
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = OptimiseWhen::Background)]
+    optimise: OptimiseWhen,
     /// Write statistics of the render as JSON.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -168,6 +168,27 @@ impl From<Precision> for ExrPrecision {
     }
 }
 
+/// When kernels are optimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OptimiseWhen {
+    /// In the background of a render that is long enough to repay it.
+    Background,
+    /// Before the render: it begins later, and has its full speed at once.
+    First,
+    /// Never.
+    Never,
+}
+
+impl From<OptimiseWhen> for Optimise {
+    fn from(when: OptimiseWhen) -> Self {
+        match when {
+            OptimiseWhen::Background => Optimise::Background,
+            OptimiseWhen::First => Optimise::First,
+            OptimiseWhen::Never => Optimise::Never,
+        }
+    }
+}
+
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     check_output(&arguments.output)?;
@@ -196,7 +217,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
             threads: arguments.threads,
             cancel: Some(interrupted),
             time_limit: arguments.time,
-            first_kernels_only: arguments.no_optimise,
+            optimise: arguments.optimise.into(),
         },
         engine: arguments.engine.options(),
         aovs: arguments.aov.clone(),

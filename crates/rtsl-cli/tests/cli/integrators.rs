@@ -64,6 +64,20 @@ fn render_takes_another_integrator() {
 }
 
 #[test]
+fn optimised_kernels_render_the_same_picture() {
+    let folder = folder("render-optimise");
+    let picture = |when: &str| {
+        let output = format!("{when}.exr");
+        let render = ["render", "scene.pbrt", "-o", &output, "--integrator", "Path"];
+        folder.run(&[&render[..], &["--optimise", when]].concat()).exits(DONE);
+        std::fs::read(folder.0.path().join(output)).unwrap()
+    };
+    let never = picture("never");
+    assert!(picture("first") == never && picture("background") == never);
+    folder.run(&["render", "scene.pbrt", "-o", "a.exr", "--optimise", "late"]).exits(WRONG_USAGE);
+}
+
+#[test]
 fn libraries_refuse_integrators() {
     let folder = folder("build-integrator");
     let searches = "class Wax : rt_Material;

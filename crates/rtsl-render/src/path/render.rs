@@ -17,7 +17,7 @@ use super::wavefront::{SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::execution::{Execution, Rendered};
+use crate::execution::{Execution, Optimise, Rendered};
 use crate::progress::TilesDone;
 use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, TILE, TileSamples};
@@ -113,7 +113,7 @@ impl<'a> Job<'a> {
             (0, count),
             || BatchMemory::new(self.scene),
             || {
-                if !self.options.execution.first_kernels_only && self.is_long(start, count) {
+                if self.repays_optimising(start, count) {
                     self.scene.optimise();
                 }
                 !self.must_stop(start)
@@ -134,8 +134,11 @@ impl<'a> Job<'a> {
         (next < count, rays)
     }
 
-    /// True if the rest of so many wavefronts, at the pace of those done, repays optimised kernels.
-    fn is_long(&self, start: Instant, count: usize) -> bool {
+    /// True if the rest of so many wavefronts, at the pace of those done, repays kernels optimised in the background.
+    fn repays_optimising(&self, start: Instant, count: usize) -> bool {
+        if self.options.execution.optimise != Optimise::Background {
+            return false;
+        }
         let (elapsed, done) = (start.elapsed(), self.done.load(Ordering::Relaxed));
         let rest = elapsed.as_secs_f64() * (count - done) as f64 / done.max(1) as f64;
         elapsed >= JUDGED_AFTER && rest >= LONG_REST * self.scene.compile_time.as_secs_f64()

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rtsl::{Backend, Engine, EngineOptions, Instance, Method};
 use rtsl_render::measure::{Effort, measure_integrator};
-use rtsl_render::{Execution, RenderRequest};
+use rtsl_render::{Execution, Optimise, RenderRequest};
 
 use super::arguments::{BenchArguments, SceneArguments};
 use crate::commands::render::report;
@@ -97,7 +97,7 @@ fn request(arguments: &BenchArguments, scene: &Path, width: u32) -> RenderReques
         input_memory: input.input_memory,
         texture_memory: input.texture_memory,
         size,
-        execution: Execution { threads, ..Execution::default() },
+        execution: Execution { threads, optimise: Optimise::First, ..Execution::default() },
         engine: EngineOptions {
             backend: Backend::Jit,
             width: Some(width),
