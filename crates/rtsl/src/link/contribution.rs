@@ -1,6 +1,7 @@
 //! The contribution of a stage: light that arrives if nothing blocks a ray.
 //!
-//! A stage that has one at most stores it in arrays, which costs less than a request for each vector of lanes.
+//! A stage that has one at most stores it in arrays, which costs less than a request for each vector of lanes. A stage
+//! that has several searches for what blocks each, in scenes in which kernels search.
 
 use rtsl_ir::{
     Function, Index, Op, OpKind, Output, Query, Region, Scalar, Value, Variable, VariableKind,
@@ -21,21 +22,53 @@ pub(crate) fn is_contribution(variable: &Variable) -> bool {
     (0..CONTRIBUTION_SCALARS).any(|index| variable.name == contribution_column(index))
 }
 
-/// True if a stage contributes at one place, which it passes at most once.
-pub(crate) fn is_single(function: &Function) -> bool {
-    contributions(&function.body, false) == 1
+/// What becomes of the contributions of a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Contributions {
+    /// The host is asked for each.
+    #[default]
+    Requested,
+    /// There is one at most, which the stage keeps until it ends.
+    Kept,
+    /// The stage searches for what blocks each, if stages search at all.
+    Searched,
 }
 
-/// Counts the contributions of a region; one in a loop counts as several.
-fn contributions(region: &Region, is_repeated: bool) -> usize {
-    let of_op = |op: &Op| match &op.kind {
-        OpKind::Query(Query::Contribute, _) => 1 + usize::from(is_repeated),
-        kind => {
-            let is_repeated = is_repeated || matches!(kind, OpKind::Loop { .. });
-            kind.regions().map(|region| contributions(region, is_repeated)).sum()
+/// The greatest number of places at which a stage searches for what blocks contributions: each has a search of its own.
+const MAX_SEARCHED: usize = 4;
+
+impl Contributions {
+    /// Selects what becomes of the contributions of a stage.
+    pub fn of(function: &Function) -> Contributions {
+        let mut places = Places::default();
+        places.add(&function.body, false);
+        match places {
+            Places { count: 1, is_any_repeated: false } => Contributions::Kept,
+            Places { count: 1..=MAX_SEARCHED, .. } => Contributions::Searched,
+            _ => Contributions::Requested,
         }
-    };
-    region.ops.iter().map(of_op).sum()
+    }
+}
+
+/// The places at which a function contributes.
+#[derive(Default)]
+struct Places {
+    count: usize,
+    /// True if any is in a loop.
+    is_any_repeated: bool,
+}
+
+impl Places {
+    fn add(&mut self, region: &Region, is_repeated: bool) {
+        for op in &region.ops {
+            if matches!(op.kind, OpKind::Query(Query::Contribute, _)) {
+                self.count += 1;
+                self.is_any_repeated |= is_repeated;
+            }
+            let is_repeated = is_repeated || matches!(op.kind, OpKind::Loop { .. });
+            op.kind.regions().for_each(|region| self.add(region, is_repeated));
+        }
+    }
 }
 
 impl Linker {
@@ -86,21 +119,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_contribution_is_stored_unless_it_is_repeated() {
+    fn contributions_are_searched_if_there_may_be_several() {
         assert_eq!(Query::Contribute.operand_scalars().count(), CONTRIBUTION_SCALARS);
         let contribute = "query contribute %x, %x, %x, %x, %x, %x, %x, %x, %x, %x";
-        let function = |body: String| -> Function {
+        let of = |body: &str| {
             let text = format!(
                 "function f {{ %x: f32 = constant 1.0 %t: bool = constant true {body} return }}"
             );
-            text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))
+            let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"));
+            Contributions::of(&function)
         };
-        assert!(!is_single(&function(String::new())));
-        assert!(is_single(&function(contribute.to_owned())));
-        assert!(is_single(&function(format!("if %t {{ {contribute} yield }} else {{ yield }}"))));
-        assert!(!is_single(&function(format!("{contribute} {contribute}"))));
-        assert!(!is_single(&function(format!(
-            "%y: f32 = loop (%z: f32 = %x) {{ {contribute} repeat %t, %z }}"
-        ))));
+        assert_eq!(of(""), Contributions::Requested);
+        assert_eq!(of(contribute), Contributions::Kept);
+        let in_branch = format!("if %t {{ {contribute} yield }} else {{ yield }}");
+        assert_eq!(of(&in_branch), Contributions::Kept);
+        assert_eq!(of(&format!("{contribute} ").repeat(2)), Contributions::Searched);
+        let in_loop = format!("%y: f32 = loop (%z: f32 = %x) {{ {contribute} repeat %t, %z }}");
+        assert_eq!(of(&in_loop), Contributions::Searched);
+        let many = format!("{contribute} ").repeat(MAX_SEARCHED + 1);
+        assert_eq!(of(&many), Contributions::Requested);
     }
 }

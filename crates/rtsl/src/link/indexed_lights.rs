@@ -79,7 +79,7 @@ pub(crate) fn link_lights(
         body.yields.push(*value);
     }
     linker.out.body = body;
-    linker.pass_on_counts()?;
+    linker.pass_on_values()?;
     Ok(linker.finish())
 }
 

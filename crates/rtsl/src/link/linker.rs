@@ -65,8 +65,8 @@ pub(super) struct Linker {
     pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
     /// The random numbers of the method that is being copied, if operations compute them.
     pub copied_numbers: Option<CopiedNumbers>,
-    /// The locals with the counts of a path's random sequences and numbers, by their scratch arrays.
-    pub counters: BTreeMap<&'static str, VariableId>,
+    /// The locals with the values of a path that pass from stage to stage, by their scratch arrays.
+    pub passed_values: BTreeMap<&'static str, VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
     pub chosen_light: Option<Arc<ChosenLight>>,
     /// The object whose method is being copied, if it is one of several with the same code.
@@ -160,7 +160,7 @@ impl Linker {
             surface: None,
             known_properties: Vec::new(),
             copied_numbers: None,
-            counters: BTreeMap::new(),
+            passed_values: BTreeMap::new(),
             chosen_light: None,
             element: None,
             contribution: None,

@@ -16,6 +16,7 @@ pub(crate) mod linker;
 pub(crate) mod next_stages;
 pub(crate) mod numbers;
 pub(crate) mod outputs;
+mod passed_values;
 pub(crate) mod prepared_surface;
 pub(crate) mod search;
 pub(crate) mod sequences;

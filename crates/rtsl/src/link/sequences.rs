@@ -5,9 +5,7 @@
 //! the counts pass from stage to stage in scratch arrays. So does the count of the method's own numbers, which searches
 //! do not change.
 
-use rtsl_ir::{
-    Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableId, VariableKind,
-};
+use rtsl_ir::{Op, Scalar, Value, VariableId};
 use rtsl_math::sampling::{
     NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_RAND,
     NUMBERS_OF_SHAPES, Sampler,
@@ -68,10 +66,10 @@ impl Linker {
         sampler: Sampler,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let count = self.new_local(format!("numbers.{}", self.out.variables.len()));
+        let count = self.new_local(format!("numbers.{}", self.out.variables.len()), Scalar::U32);
         let code = &mut Arithmetic { linker: self, to };
         let zero = code.word(0)?;
-        code.count_to(count, zero)?;
+        code.store_local(count, zero)?;
         self.copied_numbers = Some(CopiedNumbers { key, sampler, count });
         Ok(())
     }
@@ -84,55 +82,28 @@ impl Linker {
     ) -> Linking<Value> {
         let CopiedNumbers { key, sampler, count } = numbers;
         let code = &mut Arithmetic { linker: self, to };
-        let dimension = code.counted(count)?;
+        let dimension = code.load_local(count)?;
         let one = code.word(1)?;
         let next = code.add(dimension, one)?;
-        code.count_to(count, next)?;
+        code.store_local(count, next)?;
         let sample = code.column(SAMPLE_COLUMN, Scalar::U32)?;
         code.number_of_stream(&sampler, key, dimension, sample)
     }
 
-    /// Loads the counts of sequences when the stage begins, and stores them when it ends. Right after a search, the number
-    /// of searches tells the counts of sequences.
-    pub(super) fn pass_on_counts(&mut self) -> Linking<()> {
+    /// Returns a count of sequences as of the begin of a stage that follows a search: the number of searches tells it.
+    /// `None` for other values, and for stages that begin with the count of the stage before.
+    pub(super) fn count_at_start(
+        &mut self,
+        column: &str,
+        to: &mut Vec<Op>,
+    ) -> Linking<Option<Value>> {
         let follows_search = self.surface.as_ref().is_some_and(|links| links.follows_search);
-        for (column, counter) in self.counters.clone() {
-            let mut ops = Vec::new();
-            let code = &mut Arithmetic { linker: &mut *self, to: &mut ops };
-            let before = match follows_search && column != DRAWN_COLUMN {
-                true => {
-                    let searches = code.column(SEARCHES_COLUMN, Scalar::U32)?;
-                    code.count_after(searches)?
-                }
-                false => code.column(column, Scalar::U32)?,
-            };
-            code.count_to(counter, before)?;
-            let mut body = std::mem::take(&mut self.out.body);
-            ops.append(&mut body.ops);
-            let after = Arithmetic { linker: &mut *self, to: &mut ops }.counted(counter)?;
-            let name = column.to_owned();
-            let kind = VariableKind::Scratch;
-            let column = self.intern_variable(Variable { kind, name, scalar: Scalar::U32, len: 1 });
-            self.out.outputs.push(Output { variable: column, component: 0 });
-            body.yields.push(after);
-            self.out.body = Region { ops, ..body };
+        if !follows_search || !Purpose::ALL.iter().any(|purpose| purpose.column() == column) {
+            return Ok(None);
         }
-        Ok(())
-    }
-
-    /// Returns the local with the count of a path that passes from stage to stage in a scratch array.
-    fn counter(&mut self, column: &'static str) -> VariableId {
-        if let Some(counter) = self.counters.get(column) {
-            return *counter;
-        }
-        let counter = self.new_local(column.to_owned());
-        self.counters.insert(column, counter);
-        counter
-    }
-
-    fn new_local(&mut self, name: String) -> VariableId {
-        let kind = VariableKind::Local;
-        self.intern_variable(Variable { kind, name, scalar: Scalar::U32, len: 1 })
+        let code = &mut Arithmetic { linker: self, to };
+        let searches = code.column(SEARCHES_COLUMN, Scalar::U32)?;
+        code.count_after(searches).map(Some)
     }
 }
 
@@ -145,11 +116,11 @@ impl Arithmetic<'_> {
 
     /// Begins a path's sequence of numbers, and returns its key.
     pub fn begin_sequence(&mut self, purpose: Purpose) -> Linking<Value> {
-        let counter = self.linker.counter(purpose.column());
-        let count = self.counted(counter)?;
+        let counter = self.linker.passed_value(purpose.column(), Scalar::U32);
+        let count = self.load_local(counter)?;
         let one = self.word(1)?;
         let count = self.add(count, one)?;
-        self.count_to(counter, count)?;
+        self.store_local(counter, count)?;
         let [of_path, of_call] = purpose.selectors();
         let key = self.column(KEY_COLUMN, Scalar::U32)?;
         let key = self.hash_with(key, of_path)?;
@@ -159,26 +130,14 @@ impl Arithmetic<'_> {
 
     /// Returns the next number of `rand()`.
     pub fn drawn_number(&mut self, sampler: &Sampler) -> Linking<Value> {
-        let counter = self.linker.counter(DRAWN_COLUMN);
-        let dimension = self.counted(counter)?;
+        let counter = self.linker.passed_value(DRAWN_COLUMN, Scalar::U32);
+        let dimension = self.load_local(counter)?;
         let one = self.word(1)?;
         let next = self.add(dimension, one)?;
-        self.count_to(counter, next)?;
+        self.store_local(counter, next)?;
         let key = self.column(KEY_COLUMN, Scalar::U32)?;
         let key = self.hash_with(key, NUMBERS_OF_RAND)?;
         let sample = self.column(SAMPLE_COLUMN, Scalar::U32)?;
         self.number_of_stream(sampler, key, dimension, sample)
-    }
-
-    /// Loads a count from its local.
-    fn counted(&mut self, local: VariableId) -> Linking<Value> {
-        let kind = OpKind::Load(local, Index::Constant(0));
-        Ok(self.linker.emit(self.to, kind, &[Scalar::U32], false)?.get(0))
-    }
-
-    /// Stores a count to its local.
-    fn count_to(&mut self, local: VariableId, value: Value) -> Linking<()> {
-        let kind = OpKind::Store(local, Index::Constant(0), value);
-        self.linker.emit(self.to, kind, &[], false).map(drop)
     }
 }

@@ -16,6 +16,7 @@ use rtsl_stages::Port;
 
 use super::arithmetic::Arithmetic;
 use super::class_tree::ClassTree;
+use super::contribution::Contributions;
 use super::lights::LightLinks;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, default_of, find_override};
@@ -45,8 +46,8 @@ pub(crate) struct SurfaceLinks {
     pub lights: Option<Arc<LightLinks>>,
     /// True if the stage begins right after a search of the path.
     pub follows_search: bool,
-    /// True if the stage keeps its contribution, of which there is at most one, until it ends.
-    pub keeps_contribution: bool,
+    /// What becomes of the stage's contributions.
+    pub contributions: Contributions,
     /// The searches that the stage makes at its end; without, it stores its contribution and its request.
     pub search: Option<Arc<StageSearch>>,
 }
@@ -111,7 +112,7 @@ pub(crate) fn link_stage(
     let search = surface.search.clone();
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
-    linker.pass_on_counts()?;
+    linker.pass_on_values()?;
     match search {
         Some(search) => linker.search_at_end(tree, &search)?,
         None => linker.store_contribution()?,
@@ -193,10 +194,17 @@ impl Linker {
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }
-            Query::Contribute if links.keeps_contribution => {
-                self.keep_contribution(operands, to)?;
-                Ok(Some(Vec::new()))
-            }
+            Query::Contribute => match (links.contributions, &links.search) {
+                (Contributions::Kept, _) => {
+                    self.keep_contribution(operands, to)?;
+                    Ok(Some(Vec::new()))
+                }
+                (Contributions::Searched, Some(search)) if site.is_root => {
+                    self.add_light_at_once(site.tree, &search.links, operands, to)?;
+                    Ok(Some(Vec::new()))
+                }
+                _ => Ok(None),
+            },
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
             Query::LightPdf => {
                 let selection = links.lights.iter().find_map(|lights| {

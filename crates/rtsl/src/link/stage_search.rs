@@ -60,7 +60,53 @@ impl Linker {
             let kind = OpKind::Load(local, Index::Constant(index));
             kept.push(self.emit(to, kind, &[Scalar::F32], false)?.get(0));
         }
-        let (ray, color) = kept.split_last_chunk().expect("a contribution ends with its colour");
+        let shadow = self.shadow(tree, links, &kept, to)?;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let mut sums = Vec::new();
+        for (column, color) in LIT_COLUMNS.into_iter().zip(shadow.color) {
+            let before = code.column(column, Scalar::F32)?;
+            sums.push((column, code.add_if(shadow.is_added, before, color)?));
+        }
+        let (before, one) = (code.column(SHADOW_RAYS_COLUMN, Scalar::U32)?, code.word(1)?);
+        sums.push((SHADOW_RAYS_COLUMN, code.add_if(shadow.is_lit, before, one)?));
+        for (column, sum) in sums {
+            self.set_column(column.to_owned(), sum);
+        }
+        Ok(())
+    }
+
+    /// Adds a contribution to the path's sum where the stage makes it, if nothing blocks its ray.
+    pub(super) fn add_light_at_once(
+        &mut self,
+        tree: &ClassTree,
+        links: &SearchLinks,
+        contribution: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let shadow = self.shadow(tree, links, contribution, to)?;
+        let sums = LIT_COLUMNS.map(|column| self.passed_value(column, Scalar::F32));
+        let shadow_rays = self.passed_value(SHADOW_RAYS_COLUMN, Scalar::U32);
+        let code = &mut Arithmetic { linker: self, to };
+        for (sum, color) in sums.into_iter().zip(shadow.color) {
+            let before = code.load_local(sum)?;
+            let after = code.add_if(shadow.is_added, before, color)?;
+            code.store_local(sum, after)?;
+        }
+        let (before, one) = (code.load_local(shadow_rays)?, code.word(1)?);
+        let after = code.add_if(shadow.is_lit, before, one)?;
+        code.store_local(shadow_rays, after)
+    }
+
+    /// Searches for what blocks a contribution.
+    fn shadow(
+        &mut self,
+        tree: &ClassTree,
+        links: &SearchLinks,
+        contribution: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Shadow> {
+        let (ray, color) =
+            contribution.split_last_chunk().expect("a contribution ends with its colour");
         let operands = SearchOperands::of(ray).expect("it begins with a shadow ray");
         let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(*color)?;
         let blocked = |linker: &mut Linker, to: &mut Vec<Op>| {
@@ -69,22 +115,9 @@ impl Linker {
             Ok(vec![code.is_found(hit, to)?])
         };
         let is_blocked = self.only_if(is_lit, to, blocked)?[0];
-        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let code = &mut Arithmetic { linker: self, to };
         let is_free = code.unary(UnaryOp::Not, is_blocked)?;
-        let is_added = code.and(is_lit, is_free)?;
-        let mut sums = Vec::new();
-        for (column, color) in LIT_COLUMNS.into_iter().zip(*color) {
-            let before = code.column(column, Scalar::F32)?;
-            let sum = code.add(before, color)?;
-            sums.push((column, code.select(is_added, sum, before)?));
-        }
-        let (before, one) = (code.column(SHADOW_RAYS_COLUMN, Scalar::U32)?, code.word(1)?);
-        let more = code.add(before, one)?;
-        sums.push((SHADOW_RAYS_COLUMN, code.select(is_lit, more, before)?));
-        for (column, sum) in sums {
-            self.set_column(column.to_owned(), sum);
-        }
-        Ok(())
+        Ok(Shadow { color: *color, is_lit, is_added: code.and(is_lit, is_free)? })
     }
 
     /// Finds the nearest hits for paths whose next stage is among these.
@@ -179,7 +212,22 @@ impl Linker {
     }
 }
 
+/// The result of the search for what blocks a contribution.
+struct Shadow {
+    color: [Value; 3],
+    /// True if there is light, so that its ray was traced.
+    is_lit: Value,
+    /// True if nothing blocks the light.
+    is_added: Value,
+}
+
 impl Arithmetic<'_> {
+    /// Returns a sum where a condition holds, elsewhere its first operand.
+    fn add_if(&mut self, condition: Value, before: Value, number: Value) -> Linking<Value> {
+        let sum = self.add(before, number)?;
+        self.select(condition, sum, before)
+    }
+
     /// True if any of these numbers is not 0.
     fn is_any_nonzero(&mut self, numbers: [Value; 3]) -> Linking<Value> {
         let zero = self.float(0.0)?;
@@ -211,6 +259,7 @@ mod tests {
     use rtsl_ir::verify::verify;
     use rtsl_spec::{Method, Role};
 
+    use super::super::contribution::Contributions;
     use super::super::linked_method::LinkedMethod;
     use super::super::linker::{Linked, link_function};
     use super::super::search::SearchedClassLink;
@@ -258,7 +307,7 @@ mod tests {
         ));
         let search = StageSearch { links: links(&tree), resumed: BTreeSet::from([1]) };
         let links = SurfaceLinks {
-            keeps_contribution: true,
+            contributions: Contributions::Kept,
             search: Some(Arc::new(search)),
             ..SurfaceLinks::default()
         };

@@ -20,7 +20,7 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
-use crate::link::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_single};
+use crate::link::contribution::{CONTRIBUTION_SCALARS, Contributions, contribution_column};
 use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
@@ -479,7 +479,7 @@ impl StagedProgram {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
             follows_search: stage.resumed_by == ResumedBy::NearestHit,
-            keeps_contribution: is_single(&stage.function),
+            contributions: Contributions::of(&stage.function),
             search: self.search.clone(),
             ..links
         };
