@@ -164,7 +164,7 @@ impl FilmNumbers {
         self.done.push(u32::from(record.is_done));
         self.dropped.push(u32::try_from(record.dropped).unwrap_or(u32::MAX));
         self.seconds.push(record.time.as_secs_f64());
-        self.sums.extend(record.sums.colors.as_flattened());
+        self.sums.extend((0..LANES).flat_map(|lane| record.sums.color(lane)));
         self.squares.extend(record.sums.squares);
         if let Some(sums) = &record.first_hits {
             self.distances.extend(sums.distance);
@@ -265,7 +265,7 @@ impl FilmNumbers {
         let first = tile * LANES;
         for lane in 0..LANES {
             let pixel = first + lane;
-            record.sums.colors[lane] = vector(&self.sums, pixel);
+            record.sums.set_color(lane, vector(&self.sums, pixel));
             record.sums.squares[lane] = self.squares[pixel];
         }
         if let Some(sums) = record.first_hits.as_deref_mut() {

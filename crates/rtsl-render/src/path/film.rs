@@ -126,13 +126,13 @@ impl TileRecord {
 
     /// Returns the mean of a pixel.
     pub fn mean(&self, lane: usize) -> [f64; 3] {
-        self.sums.colors[lane].map(|channel| channel / f64::from(self.taken.max(1)))
+        self.sums.color(lane).map(|channel| channel / f64::from(self.taken.max(1)))
     }
 
     /// Returns the variance of a pixel's mean luminance.
     pub fn variance(&self, lane: usize) -> f64 {
         let count = f64::from(self.taken);
-        let mean = luminance(self.sums.colors[lane]) / count;
+        let mean = luminance(self.sums.color(lane)) / count;
         let spread = (self.sums.squares[lane] / count - mean * mean).max(0.0);
         if self.taken > 1 { spread / (count - 1.0) } else { 0.0 }
     }

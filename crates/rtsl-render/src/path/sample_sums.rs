@@ -15,9 +15,9 @@ const VECTOR: usize = 16;
 /// The sums of the pixels of a tile.
 #[derive(Clone, Debug)]
 pub struct SampleSums {
-    /// For each pixel the sum of its samples.
-    pub colors: [[f64; 3]; LANES],
-    /// The sum of their squared luminances.
+    /// For each channel and pixel the sum of the samples.
+    channels: [[f64; LANES]; 3],
+    /// For each pixel the sum of the squared luminances of its samples.
     pub squares: [f64; LANES],
 }
 
@@ -26,13 +26,26 @@ type VectorSums<S> = [[f64x8<S>; 2]; 4];
 
 impl SampleSums {
     /// No samples.
-    pub const NONE: SampleSums = SampleSums { colors: [[0.0; 3]; LANES], squares: [0.0; LANES] };
+    pub const NONE: SampleSums = SampleSums { channels: [[0.0; LANES]; 3], squares: [0.0; LANES] };
+
+    /// Returns the sum of a pixel's samples.
+    pub fn color(&self, pixel: usize) -> [f64; 3] {
+        self.channels.map(|channel| channel[pixel])
+    }
+
+    /// Sets the sum of a pixel's samples.
+    pub fn set_color(&mut self, pixel: usize, color: [f64; 3]) {
+        for (sums, sum) in self.channels.iter_mut().zip(color) {
+            sums[pixel] = sum;
+        }
+    }
 
     /// Adds a sample of a pixel.
     pub fn add(&mut self, pixel: usize, color: [f32; 3]) {
         let color = color.map(f64::from);
-        let sums = self.colors[pixel].iter_mut().zip(color);
-        sums.for_each(|(sum, channel)| *sum += channel);
+        for (sums, channel) in self.channels.iter_mut().zip(color) {
+            sums[pixel] += channel;
+        }
         let luminance = luminance(color);
         self.squares[pixel] += luminance * luminance;
     }
@@ -42,32 +55,54 @@ impl SampleSums {
         dispatch!(Level::new(), simd => self.add_vectors(simd, channels, count));
     }
 
-    // Loops, because calls of closures by iterators leave the code for vectors.
     #[inline(always)]
     fn add_vectors<S: Simd>(&mut self, simd: S, channels: [&[f32]; 3], count: usize) {
-        let whole = count - count % VECTOR;
-        let zero = f32x16::splat(simd, 0.0);
+        match count {
+            1 => self.add_adjacent::<S, 1>(simd, channels, count),
+            2 => self.add_adjacent::<S, 2>(simd, channels, count),
+            4 => self.add_adjacent::<S, 4>(simd, channels, count),
+            8 => self.add_adjacent::<S, 8>(simd, channels, count),
+            _ if count.is_multiple_of(16) => self.add_adjacent::<S, 16>(simd, channels, count),
+            _ => self.add_apart(simd, channels, count),
+        }
+    }
+
+    /// Adds samples of which so many of a pixel are loaded together.
+    // Loops, because calls of closures by iterators leave the code for vectors.
+    #[inline(always)]
+    fn add_adjacent<S: Simd, const TOGETHER: usize>(
+        &mut self,
+        simd: S,
+        channels: [&[f32]; 3],
+        count: usize,
+    ) {
         for first in (0..LANES).step_by(VECTOR) {
             let mut sums = self.load(simd, first);
-            for start in (0..whole).step_by(VECTOR) {
-                let mut samples = [[zero; VECTOR]; 3];
+            for start in (0..count).step_by(TOGETHER) {
+                let mut samples = [[f32x16::splat(simd, 0.0); TOGETHER]; 3];
                 for (samples, channel) in samples.iter_mut().zip(channels) {
                     let of_pixels = &channel[first * count..][..VECTOR * count];
-                    load_sixteen(simd, of_pixels, (start, count), samples);
+                    load_together(simd, of_pixels, (start, count), samples);
                 }
                 let [red, green, blue] = &samples;
-                for sample in 0..VECTOR {
+                for sample in 0..TOGETHER {
                     add(simd, &mut sums, [red[sample], green[sample], blue[sample]]);
                 }
             }
-            for sample in whole..count {
-                let mut samples = [zero; 3];
+            self.store(first, &sums);
+        }
+    }
+
+    /// Adds any number of samples, loaded one by one.
+    #[inline(always)]
+    fn add_apart<S: Simd>(&mut self, simd: S, channels: [&[f32]; 3], count: usize) {
+        for first in (0..LANES).step_by(VECTOR) {
+            let mut sums = self.load(simd, first);
+            for sample in 0..count {
+                let mut samples = [f32x16::splat(simd, 0.0); 3];
                 for (samples, channel) in samples.iter_mut().zip(channels) {
                     let of_pixels = &channel[first * count..][..VECTOR * count];
-                    *samples = match count {
-                        1 => f32x16::from_slice(simd, of_pixels),
-                        _ => f32x16::from_fn(simd, |pixel| of_pixels[pixel * count + sample]),
-                    };
+                    *samples = f32x16::from_fn(simd, |pixel| of_pixels[pixel * count + sample]);
                 }
                 add(simd, &mut sums, samples);
             }
@@ -77,13 +112,11 @@ impl SampleSums {
 
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, first: usize) -> VectorSums<S> {
+        let [red, green, blue] = &self.channels;
         let mut sums = [[f64x8::splat(simd, 0.0); 2]; 4];
-        for (sum, halves) in sums.iter_mut().enumerate() {
-            let mut numbers = [0.0; VECTOR];
-            for (pixel, number) in (first..).zip(&mut numbers) {
-                *number = if sum < 3 { self.colors[pixel][sum] } else { self.squares[pixel] };
-            }
-            for (half, numbers) in halves.iter_mut().zip(numbers.chunks_exact(VECTOR / 2)) {
+        for (halves, numbers) in sums.iter_mut().zip([red, green, blue, &self.squares]) {
+            let numbers = numbers[first..][..VECTOR].chunks_exact(VECTOR / 2);
+            for (half, numbers) in halves.iter_mut().zip(numbers) {
                 *half = f64x8::from_slice(simd, numbers);
             }
         }
@@ -92,16 +125,11 @@ impl SampleSums {
 
     #[inline(always)]
     fn store<S: Simd>(&mut self, first: usize, sums: &VectorSums<S>) {
-        for (sum, halves) in sums.iter().enumerate() {
-            let mut numbers = [0.0; VECTOR];
-            for (half, numbers) in halves.iter().zip(numbers.chunks_exact_mut(VECTOR / 2)) {
+        let [red, green, blue] = &mut self.channels;
+        for (numbers, halves) in [red, green, blue, &mut self.squares].into_iter().zip(sums) {
+            let numbers = numbers[first..][..VECTOR].chunks_exact_mut(VECTOR / 2);
+            for (numbers, half) in numbers.zip(halves) {
                 half.store_slice(numbers);
-            }
-            for (pixel, number) in (first..).zip(numbers) {
-                match sum {
-                    0..3 => self.colors[pixel][sum] = number,
-                    _ => self.squares[pixel] = number,
-                }
             }
         }
     }
@@ -122,23 +150,26 @@ fn add<S: Simd>(simd: S, sums: &mut VectorSums<S>, [red, green, blue]: [f32x16<S
     }
 }
 
-/// Loads sixteen samples of each of sixteen pixels, from `start` on among `count`, as those of all pixels, sample by
-/// sample.
+/// Loads the samples from `start` on, of `count` of each of sixteen pixels, as those of all pixels, sample by sample.
+/// The number of samples is a power of two, and either `count` or 16.
 #[inline(always)]
-fn load_sixteen<S: Simd>(
+fn load_together<S: Simd, const TOGETHER: usize>(
     simd: S,
     channel: &[f32],
     (start, count): (usize, usize),
-    rows: &mut [f32x16<S>; VECTOR],
+    rows: &mut [f32x16<S>; TOGETHER],
 ) {
-    for (pixel, row) in rows.iter_mut().enumerate() {
-        *row = f32x16::from_slice(simd, &channel[pixel * count + start..][..VECTOR]);
+    // A row of fewer than 16 samples of a pixel has samples of several pixels.
+    let stride = if TOGETHER == VECTOR { count } else { VECTOR };
+    for (row, samples) in rows.iter_mut().enumerate() {
+        *samples = f32x16::from_slice(simd, &channel[row * stride + start..][..VECTOR]);
     }
-    // Each step moves a bit of the pixel's number to that of the sample.
-    for _ in 0..VECTOR.ilog2() {
+    // A sample's place has the bits of its pixel, then those of its number. Each step moves the first of them to the
+    // end, until those of the pixel are there.
+    for _ in 0..if TOGETHER > 1 { VECTOR.ilog2() } else { 0 } {
         let last = *rows;
-        for pair in 0..VECTOR / 2 {
-            let (even, odd) = last[pair].interleave(last[pair + VECTOR / 2]);
+        for pair in 0..TOGETHER / 2 {
+            let (even, odd) = last[pair].interleave(last[pair + TOGETHER / 2]);
             (rows[2 * pair], rows[2 * pair + 1]) = (even, odd);
         }
     }
@@ -158,7 +189,7 @@ mod tests {
 
     #[test]
     fn vectors_of_pixels_have_the_sums_of_single_ones() {
-        for count in [1, 3, 16, 37] {
+        for count in [1, 2, 3, 4, 8, 16, 32, 37] {
             let number = |index: usize| {
                 let bits = (index as u32).wrapping_mul(0x9E37_79B9) >> 9;
                 f32::from_bits(0x3F80_0000 | bits) * [1e-3, 1.0, 1e4][index % 3]
@@ -174,7 +205,7 @@ mod tests {
                     singly.add(sample / count, color);
                 }
             }
-            assert_eq!(together.colors, singly.colors, "{count}");
+            assert_eq!(together.channels, singly.channels, "{count}");
             assert_eq!(together.squares, singly.squares, "{count}");
         }
     }

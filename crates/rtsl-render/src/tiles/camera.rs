@@ -89,14 +89,41 @@ impl Camera {
             }
             return scratch.words_mut(index)[all].fill(samples.first);
         }
-        for (pixel, lanes, first) in samples.of_packet(packet) {
-            let lanes = start + lanes.start..start + lanes.end;
-            let (x, y) = samples.tile.pixel(pixel);
-            scratch.words_mut(columns)[lanes.clone()].fill((x + origin[0]) as u32);
-            scratch.words_mut(rows)[lanes.clone()].fill((y + origin[1]) as u32);
-            let indices = scratch.words_mut(index)[lanes].iter_mut();
-            indices.zip(first..).for_each(|(to, sample)| *to = sample);
+        let divisor = Divisor::new(samples.count);
+        let begun = (packet * LANES) as u32;
+        let pixel_of = |lane: u32| divisor.quotient(begun + lane);
+        let corner = [samples.tile.x + origin[0], samples.tile.y + origin[1]];
+        for (array, axis) in [(columns, 0), (rows, 1)] {
+            let words = scratch.words_mut(array)[all.clone()].iter_mut();
+            let first = corner[axis] as u32;
+            words.zip(0..).for_each(|(to, lane)| *to = first + Tile::place(pixel_of(lane))[axis]);
         }
+        let indices = scratch.words_mut(index)[all].iter_mut();
+        indices.zip(0..).for_each(|(to, lane)| {
+            *to = samples.first + (begun + lane - pixel_of(lane) * samples.count);
+        });
+    }
+}
+
+/// Division of the indices of a tile's samples by the number of each pixel's, by a multiplication that vectors have.
+struct Divisor {
+    /// The reciprocal of the divisor, rounded up, times a power of two.
+    factor: u32,
+}
+
+impl Divisor {
+    const BITS: u32 = 24;
+
+    fn new(divisor: u32) -> Self {
+        // The error is at most `index / 2^24`, which is less than `1 / divisor` for every index below `LANES * divisor`.
+        debug_assert!(
+            (LANES as u64 * u64::from(divisor)) * u64::from(divisor) < 1 << Divisor::BITS
+        );
+        Divisor { factor: (1_u32 << Divisor::BITS).div_ceil(divisor) }
+    }
+
+    fn quotient(&self, index: u32) -> u32 {
+        index * self.factor >> Divisor::BITS
     }
 }
 

@@ -21,15 +21,22 @@ impl Tile {
         let mut places = [[0; 2]; LANES];
         let mut lane = 0;
         while lane < LANES {
-            places[lane] = [every_other_bit(lane) as u32, every_other_bit(lane >> 1) as u32];
+            places[lane] = Tile::place(lane as u32);
             lane += 1;
         }
         places
     };
 
+    /// Returns the column and the row of a lane's pixel, from the tile's first.
+    #[inline(always)]
+    pub const fn place(lane: u32) -> [u32; 2] {
+        [every_other_bit(lane), every_other_bit(lane >> 1)]
+    }
+
     /// Returns the pixel of a lane.
     pub fn pixel(&self, lane: usize) -> (usize, usize) {
-        (self.x + every_other_bit(lane), self.y + every_other_bit(lane >> 1))
+        let [x, y] = Tile::place(lane as u32);
+        (self.x + x as usize, self.y + y as usize)
     }
 
     /// Returns the lane of the pixel (x, y) in its tile.
@@ -52,7 +59,8 @@ impl Tile {
 }
 
 /// Bits 0, 2 and 4 of a lane, adjacent.
-const fn every_other_bit(lane: usize) -> usize {
+#[inline(always)]
+const fn every_other_bit(lane: u32) -> u32 {
     lane & 1 | lane >> 1 & 2 | lane >> 2 & 4
 }
 
