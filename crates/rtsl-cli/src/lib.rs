@@ -29,6 +29,7 @@ use crate::spans::Spans;
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
+    rtsl_memory::limit_arenas();
     let arguments = Arguments::parse();
     let reporter = Reporter::new(arguments.color, arguments.verbose > 0);
     let spans = Spans::record(arguments.verbose, arguments.command.wants_timings());

@@ -10,10 +10,12 @@
 //! Large tables that rays access at random are placed in huge pages ([`in_huge_pages`]), and hierarchies fetch nodes
 //! ahead of their use ([`prefetch`]).
 //!
-//! Recursive calls check the room on the thread's stack ([`has_stack`]).
+//! Programs limit the arenas of the allocator ([`limit_arenas`]). Recursive calls check the room on the thread's stack
+//! ([`has_stack`]).
 #![allow(unsafe_code, reason = "asks and advises the system and the processor about memory")]
 
 mod amount;
+mod arenas;
 mod available;
 mod budget;
 mod huge_pages;
@@ -28,6 +30,7 @@ use std::io;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 pub use amount::Amount;
+pub use arenas::limit_arenas;
 pub use available::{Available, Limit};
 pub use budget::{Held, InputBudget, OverBudget};
 pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};

@@ -31,6 +31,8 @@ pub struct GroupItems {
     members: Vec<GroupMember>,
     /// The number of items.
     count: u32,
+    /// True if not every object is one item.
+    has_meshes: bool,
     /// For each [`ITEMS_OF_BLOCK`] items, the index of the object to which the first belongs.
     blocks: Vec<u32>,
 }
@@ -74,18 +76,19 @@ impl GroupItems {
     }
 
     /// Returns the object that an item belongs to.
+    #[inline(always)]
     pub fn member(&self, item: u32) -> Option<GroupMember> {
+        if self.has_meshes {
+            self.find_member(item)
+        } else {
+            self.members.get(item as usize).copied()
+        }
+    }
+
+    /// The same if objects have any numbers of items.
+    fn find_member(&self, item: u32) -> Option<GroupMember> {
         if item >= self.count {
             return None;
-        }
-        let is_last_up_to = |index: usize| {
-            let is_beyond = |place: usize| self.members.get(place).is_none_or(|it| it.first > item);
-            !is_beyond(index) && is_beyond(index + 1)
-        };
-        // So it is where each object before is one item.
-        let likely = item as usize;
-        if is_last_up_to(likely) {
-            return self.members.get(likely).copied();
         }
         let block = (item / ITEMS_OF_BLOCK) as usize;
         let start = *self.blocks.get(block)? as usize;
@@ -98,6 +101,7 @@ impl GroupItems {
     /// Adds an object with so many items.
     fn push(&mut self, (object, class): (u32, u32), items: u32) {
         let index = self.members.len() as u32;
+        self.has_meshes |= items != 1;
         self.members.push(GroupMember { object, first: self.count, class });
         self.count += items;
         let blocks = self.count.div_ceil(ITEMS_OF_BLOCK) as usize;
@@ -308,6 +312,7 @@ pub struct HitObject {
 
 impl HitObject {
     /// Resolves an id; `None` for no hit.
+    #[inline(always)]
     pub fn of(geometry: &Geometry, groups: &[GroupItems], id: HitId) -> Option<HitObject> {
         if id == HitId::NONE {
             return None;

@@ -2,6 +2,7 @@
 
 use rtsl::{LaneBlock, LaneIndices, LaneMask, new_state};
 
+use super::answers::Answers;
 use super::moved_paths::MovedPaths;
 use super::path_set::{PathSet, VECTOR_PATHS};
 use super::path_sets::PathSets;
@@ -35,6 +36,8 @@ pub struct Frames {
     pub lit: Vec<u32>,
     /// The operands of requests and the times of paths that wait for an answer.
     pub requests: [Vec<f32>; 9],
+    /// The answers to them, if they are searches.
+    pub answers: Answers,
     lanes: usize,
     scratch_arrays: usize,
 }
@@ -71,6 +74,7 @@ impl Frames {
             by_kernel: PathSets::default(),
             lit: Vec::new(),
             requests: Default::default(),
+            answers: Answers::default(),
             lanes: 0,
             scratch_arrays,
         }

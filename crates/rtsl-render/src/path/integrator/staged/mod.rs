@@ -5,6 +5,7 @@
 //! rays that the paths wait for are answered together, and the paths are sorted by the next stage and the group of
 //! their surface. Each path has the bits of the integrator's function, whatever the others do.
 
+mod answers;
 mod columns;
 mod frames;
 mod kernel_search;

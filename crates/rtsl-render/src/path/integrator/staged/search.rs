@@ -1,29 +1,25 @@
 //! Searches for the nearest hits of the rays that paths request.
 
 use rtsl::{RayType, ResumedBy};
-use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::searcher::Searcher;
 use super::super::super::wavefront::NO_INSTANCE;
-use super::super::host::{NO_OBJECT, first_hit};
+use super::super::host::first_hit;
 use super::super::numbers::count_after;
+use super::answers::{AnsweredHit, WORDS};
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
 use super::requests::Requested;
 use super::run::StagedPaths;
+use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::Tracer;
 
-/// The answer to a search, as a stage reads it: whether there is a hit, object, instance, element and distance.
-type Answer = [u32; 5];
-
 /// The number of operands of a search.
 const REQUEST: usize = ResumedBy::NearestHit.request().len();
-
-/// The answer if nothing was hit.
-const NOTHING: Answer = [0, NO_OBJECT, NO_INSTANCE, 0, 0];
 
 impl StagedPaths<'_> {
     /// Finds the nearest hits of the requested rays.
@@ -88,11 +84,12 @@ impl StagedPaths<'_> {
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         let found = tracer.nearest(memory, packet, lanes);
         let hits = found.lanes(lanes);
-        let mut answers = [NOTHING; LANES];
-        for lane in lanes_of(hits) {
-            answers[lane] = self.answer_of((found.distance[lane], found.id[lane]));
-        }
-        self.store_answers(slots, &answers);
+        let hit = |lane: usize| {
+            let is_hit = hits >> lane & 1 != 0;
+            answered_hit(tracer.scene, is_hit.then(|| (found.distance[lane], found.id[lane]))?)
+        };
+        self.frames.answers.set(slots.len(), hit);
+        self.store_answers(slots);
     }
 
     /// Finds the hits of a stream of collected rays, whose first is `start`.
@@ -109,10 +106,9 @@ impl StagedPaths<'_> {
         }
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         tracer.search_stream(memory, stream, Search::Closest);
-        let stream = &self.queries.searcher.stream;
-        let answer = |place: usize| stream.hit(place).map_or(NOTHING, |hit| self.answer_of(hit));
-        let answers: Vec<Answer> = (0..end - start).map(answer).collect();
-        self.store_answers(&slots[start..end], &answers);
+        let hit = |place: usize| answered_hit(tracer.scene, stream.hit(place)?);
+        self.frames.answers.set(end - start, hit);
+        self.store_answers(&slots[start..end]);
     }
 
     /// Finds the hits behind surfaces that let rays pass.
@@ -133,39 +129,31 @@ impl StagedPaths<'_> {
         searcher.are_together = are_together;
         self.tracer.find_hits(wavefront, searcher, batch);
         let wavefront = &self.queries.wavefront;
-        let mut answers = vec![NOTHING; slots.len()];
+        let mut hits = vec![None; slots.len()];
         for hit in &wavefront.hits {
             let bits = wavefront.paths[hit.path as usize].distance.to_bits();
-            answers[hit.path as usize] = [u32::MAX, hit.object, hit.instance, hit.element, bits];
+            hits[hit.path as usize] = Some([hit.object, hit.instance, hit.element, bits]);
         }
-        self.store_answers(slots, &answers);
+        self.frames.answers.set(slots.len(), |ray| hits[ray]);
+        self.store_answers(slots);
     }
 
-    /// Returns the answer for a hit at a distance.
-    fn answer_of(&self, (distance, id): (f32, HitId)) -> Answer {
-        let scene = &self.tracer.scene.compiled;
-        let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return NOTHING };
-        let instance = hit.instance.unwrap_or(NO_INSTANCE);
-        [u32::MAX, hit.member.object, instance, hit.element, distance.to_bits()]
-    }
-
-    fn store_answers(&mut self, slots: &[u32], answers: &[Answer]) {
-        let scratch = &mut self.frames.paths.scratch;
+    /// Stores the answers to the searches of paths.
+    fn store_answers(&mut self, slots: &[u32]) {
+        let Frames { paths: Blocks { scratch, .. }, answers, .. } = &mut *self.frames;
         // Samples of lights, for which stages may wait too, have more answers.
-        let read = self.staged.read_answers().iter().filter(|(index, _)| *index < NOTHING.len());
-        for (index, array) in read {
-            let column = scratch.words_mut(*array);
-            for (slot, answer) in slots.iter().zip(answers) {
-                column[*slot as usize] = answer[*index];
-            }
+        let read = self.staged.read_answers().iter().filter(|(word, _)| *word < WORDS);
+        for (word, array) in read {
+            answers.store(*word, slots, scratch.words_mut(*array));
         }
         if !self.tracer.keeps_first_hits() {
             return;
         }
-        for (slot, [found, object, .., bits]) in slots.iter().zip(answers) {
-            if self.searches_of(*slot) == 0 && *found != 0 {
+        for (ray, slot) in slots.iter().enumerate() {
+            let Some((object, distance)) = self.frames.answers.hit(ray) else { continue };
+            if self.searches_of(*slot) == 0 {
                 let (_, direction, _) = self.requested(*slot);
-                let hit = first_hit(direction, (f32::from_bits(*bits), *object));
+                let hit = first_hit(direction, (distance, object));
                 self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
             }
         }
@@ -249,4 +237,12 @@ impl StagedPaths<'_> {
         let first = active.sum(searches, |searches| u64::from(searches > 0));
         self.queries.rays.traced -= first;
     }
+}
+
+/// Returns the answer for a hit at a distance.
+#[inline(always)]
+fn answered_hit(scene: &CompiledScene, (distance, id): (f32, HitId)) -> Option<AnsweredHit> {
+    let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
+    let instance = hit.instance.unwrap_or(NO_INSTANCE);
+    Some([hit.member.object, instance, hit.element, distance.to_bits()])
 }
