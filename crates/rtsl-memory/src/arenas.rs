@@ -2,10 +2,10 @@
 
 /// Limits the number of arenas, for a program that calls this first: half of the processors have one, at least two.
 ///
-/// By default each thread gets an arena of its own, up to eight for each processor, and keeps what was freed there. Each
-/// compilation has a thread to itself, whose arena LLVM fills: with two arenas on two processors, the greatest memory of
-/// short renders was 76 MB in place of 84, and 132 in place of 150, in the same time. Only the library of GNU has such
-/// arenas. A limit in the environment (`MALLOC_ARENA_MAX`) counts instead.
+/// By default each thread gets an arena of its own, up to eight for each processor, and keeps what was freed there.
+/// Each compilation has a thread to itself, whose arena LLVM fills: with two arenas on two processors, the greatest
+/// memory of short renders was 76 MB in place of 84, and 132 in place of 150, in the same time. Only the C library of
+/// GNU has such arenas. A limit in the environment (`MALLOC_ARENA_MAX`) counts instead.
 pub fn limit_arenas() {
     if std::env::var_os("MALLOC_ARENA_MAX").is_none() {
         let processors = std::thread::available_parallelism().map_or(1, |count| count.get());

@@ -16,11 +16,12 @@ pub struct Execution<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// When kernels are optimised.
+    /// The time at which kernels are optimised.
     pub optimise: Optimise,
 }
 
-/// When the kernels of integrators and materials are optimised. They are compiled without optimisation otherwise.
+/// The time at which the kernels of integrators and materials are optimised. Until then they are those that were
+/// compiled without optimisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Optimise {
     /// In the background of renders that are long enough to repay it.

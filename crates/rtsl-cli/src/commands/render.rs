@@ -78,7 +78,7 @@ pub struct RenderArguments {
     // Generated from the list of AOVs, so that it is complete.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov, help = aov_help())]
     aov: Vec<Aov>,
-    /// When to optimise kernels. Never changes the picture.
+    /// The time at which kernels are optimised. Never changes the picture.
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = OptimiseWhen::Background)]
     optimise: OptimiseWhen,
     /// Write statistics of the render as JSON.
@@ -168,7 +168,7 @@ impl From<Precision> for ExrPrecision {
     }
 }
 
-/// When kernels are optimised.
+/// The time at which kernels are optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum OptimiseWhen {
     /// In the background of a render that is long enough to repay it.

@@ -123,7 +123,7 @@ impl Divisor {
     }
 
     fn quotient(&self, index: u32) -> u32 {
-        index * self.factor >> Divisor::BITS
+        (index * self.factor) >> Divisor::BITS
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) fn is_contribution(variable: &Variable) -> bool {
     (0..CONTRIBUTION_SCALARS).any(|index| variable.name == contribution_column(index))
 }
 
-/// What becomes of the contributions of a stage.
+/// The use of the contributions of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Contributions {
     /// The host is asked for each.
@@ -38,7 +38,7 @@ pub(crate) enum Contributions {
 const MAX_SEARCHED: usize = 4;
 
 impl Contributions {
-    /// Selects what becomes of the contributions of a stage.
+    /// Selects the use of the contributions of a stage.
     pub fn of(function: &Function) -> Contributions {
         let mut places = Places::default();
         places.add(&function.body, false);

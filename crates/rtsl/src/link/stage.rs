@@ -46,7 +46,7 @@ pub(crate) struct SurfaceLinks {
     pub lights: Option<Arc<LightLinks>>,
     /// True if the stage begins right after a search of the path.
     pub follows_search: bool,
-    /// What becomes of the stage's contributions.
+    /// The use of the stage's contributions.
     pub contributions: Contributions,
     /// The searches that the stage makes at its end; without, it stores its contribution and its request.
     pub search: Option<Arc<StageSearch>>,
