@@ -257,6 +257,9 @@ const ROWS: &[Row] = &[
     all(Texture, "rt_dPdu", Vec3, IN, Components(&[1.0, 0.0, 0.0]), "derivative of the surface point by u, in world space"),
     all(Texture, "rt_dPdv", Vec3, IN, Components(&[0.0, 1.0, 0.0]), "derivative of the surface point by v, in world space"),
     ours(all(Texture, "rt_HitPoint", Vec3, IN, ZERO, "the point, in world space")),
+    ours(all(Texture, "rt_ShadingNormal", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "normal for shading at the caller's hit, unit length, outward")),
+    ours(all(Texture, "rt_GeometricNormal", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "normal of the surface there, unit length, outward")),
+    ours(all(Texture, "rt_RayDirection", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "direction of the caller's ray, towards the surface; need not be unit length")),
     all(Texture, "rt_TextureColor", Color, OUT, Grey("rt_FloatTextureValue"), "the texture's colour"),
     all(Texture, "rt_FloatTextureValue", Float, OUT, Luminance("rt_TextureColor"), "the texture's value; 0 where neither it nor the colour is set"),
 

@@ -276,6 +276,13 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ("size", [4, 4].into()),
             ],
         ],
+        "Ramp" => {
+            let points = || ("positions", floats(&[0.0, 0.4, 0.4, 1.0]));
+            let colors = (0..12).map(|it| (it * 5 % 12) as f32 / 11.0).collect::<Vec<_>>();
+            let colors = || ("colors", floats(&colors));
+            let ramp = |blending: i32| vec![points(), colors(), ("blending", blending.into())];
+            vec![ramp(0), ramp(1), ramp(2)]
+        }
         "Dots" => vec![vec![("inside", constant(0.3)), ("outside", constant(0.6))]],
         "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
         "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],

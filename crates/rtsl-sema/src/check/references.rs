@@ -3,7 +3,9 @@
 
 use rtsl_ir::Constant;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
-use rtsl_spec::builtins::{REFERENCE_METHODS, ReferenceMethod, SpecType};
+use rtsl_spec::builtins::{
+    REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, SpecType, state_of_parameter,
+};
 use rtsl_spec::{Direction, Role, StateVariable, lookup_state, state_variables};
 use rtsl_syntax::ast;
 
@@ -13,7 +15,7 @@ use super::facts::UseKind;
 use super::functions::Kind;
 use super::lvalues::root;
 use super::suggestions::suggest;
-use super::types::{INT, converts, from_spec, from_state, spec_struct};
+use super::types::{FLOAT, INT, converts, from_spec, from_state, spec_struct};
 use crate::hir::{
     Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateArgument, StateId, Type,
 };
@@ -153,7 +155,7 @@ impl Checker<'_> {
             return self.report_reference_arguments(method, &named, &arguments, span);
         };
         self.note_reference_call(chosen, span);
-        let mut states = self.positional_states(chosen, arguments);
+        let mut states = self.positional_states(chosen, arguments, span);
         let mut failed = false;
         for argument in named_arguments {
             failed |= !self.check_state_argument(chosen, argument, &mut states);
@@ -171,19 +173,28 @@ impl Checker<'_> {
         }
     }
 
-    /// The state variables that the arguments of `lookup(uv)` and `lookup(uvw)` set.
+    /// The state variables that the arguments of `lookup(uv)`, `lookup(uv, du, dv)` and `lookup(uvw)` set.
     fn positional_states(
         &self,
         method: &ReferenceMethod,
         arguments: Vec<Expression>,
+        span: Span,
     ) -> Vec<StateArgument> {
         let pairs = arguments.into_iter().zip(method.parameters);
         let states = pairs.filter_map(|(argument, (name, ty))| {
-            let name = if *name == "uv" { "rt_TextureUV" } else { "rt_TextureUVW" };
-            let state = StateId(lookup_state(name)?.index);
+            let state = StateId(state_of_parameter(name)?.index);
             Some(StateArgument { state, value: convert(argument, &from_spec(*ty)) })
         });
-        states.collect()
+        let has_widths = method.parameters.iter().any(|(name, _)| *name == "du");
+        let of_widths =
+            STATE_OF_WIDTHS.iter().filter(|_| has_widths).filter_map(|(name, value)| {
+                let state = StateId(lookup_state(name)?.index);
+                Some(StateArgument {
+                    state,
+                    value: constant_scalar(Constant::F32(*value), FLOAT, span),
+                })
+            });
+        states.chain(of_widths).collect()
     }
 
     /// Checks `rt_ShadingNormal = n` among the arguments of a call and adds it to the others. False after an error.

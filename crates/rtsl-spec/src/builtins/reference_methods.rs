@@ -3,7 +3,7 @@
 use super::SpecType;
 use super::SpecType::{Color, Float, Vec};
 use super::spec_type::Scalar;
-use crate::{Method, Role};
+use crate::{Method, Role, StateVariable, lookup_state};
 
 /// A method of a reference.
 #[derive(Debug)]
@@ -41,17 +41,30 @@ pub fn reference_method(
 
 const UV: (&str, SpecType) = ("uv", Vec(Scalar::Float, 2));
 const UVW: (&str, SpecType) = ("uvw", Vec(Scalar::Float, 3));
+const DU: (&str, SpecType) = ("du", Float);
+const DV: (&str, SpecType) = ("dv", Float);
 
 /// Every method of every reference.
 ///
-/// The callee sees the caller's ray and hit; a parameter replaces the state variable `rt_TextureUV`
-/// or `rt_TextureUVW`.
+/// The callee sees the caller's ray and hit; a parameter replaces [a state variable](state_of_parameter).
 pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
     lookup("lookup", &[], Color, "The texture's color at the caller's hit."),
     lookup("lookup", &[UV], Color, "The texture's color at these surface coordinates."),
+    lookup(
+        "lookup",
+        &[UV, DU, DV],
+        Color,
+        "The same, filtered over these widths of both coordinates.",
+    ),
     lookup("lookup", &[UVW], Color, "The texture's color at this position."),
     lookup("lookupFloat", &[], Float, "The texture's float at the caller's hit."),
     lookup("lookupFloat", &[UV], Float, "The texture's float at these surface coordinates."),
+    lookup(
+        "lookupFloat",
+        &[UV, DU, DV],
+        Float,
+        "The same, filtered over these widths of both coordinates.",
+    ),
     lookup("lookupFloat", &[UVW], Float, "The texture's float at this position."),
     material(
         Method::Shade,
@@ -84,6 +97,21 @@ pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
         "The radiance that the material emits towards the ray.",
     ),
 ];
+
+/// Returns the state variable of the callee that a parameter replaces.
+pub fn state_of_parameter(name: &str) -> Option<&'static StateVariable> {
+    lookup_state(match name {
+        "uv" => "rt_TextureUV",
+        "uvw" => "rt_TextureUVW",
+        "du" => "rt_du",
+        "dv" => "rt_dv",
+        _ => return None,
+    })
+}
+
+/// The state of the callee if its filter's widths are parameters: surface parameters are its texture coordinates.
+pub const STATE_OF_WIDTHS: [(&str, f32); 4] =
+    [("rt_dsdu", 1.0), ("rt_dtdu", 0.0), ("rt_dsdv", 0.0), ("rt_dtdv", 1.0)];
 
 const fn lookup(
     name: &'static str,

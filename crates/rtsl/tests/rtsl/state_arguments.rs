@@ -60,6 +60,25 @@ void BSDF() {
     vec2 uv = rt_TextureUV + vec2(0.5, 0.0);
     rt_BSDFValue = height.lookup(uv, rt_HitPoint = vec3(2.0)) - height.lookup(rt_TextureUV = uv);
 }
+
+// Textures see the surface and the ray, and their filter.
+class Facing : rt_Texture;
+void lookup() { rt_TextureColor = color(rt_ShadingNormal.y * rt_RayDirection + rt_GeometricNormal); }
+class Filtered : rt_Texture;
+void lookup() {
+    vec2 along = rt_du * vec2(rt_dsdu, rt_dtdu);
+    vec2 across = rt_dv * vec2(rt_dsdv, rt_dtdv);
+    rt_TextureColor = color(rt_TextureUV.x + along.x, along.y + across.x, across.y);
+    rt_FloatTextureValue = rt_du + 10.0 * rt_dv;
+}
+class Looking : rt_Material;
+public rt_Texture kd;
+void BSDF() { rt_BSDFValue = kd.lookup() + kd.lookup(rt_ShadingNormal = vec3(0.0, 4.0, 0.0)); }
+class Wide : rt_Material;
+public rt_Texture kd;
+public texture color tint = color(0.0);
+void BSDF() { rt_BSDFValue = kd.lookup(rt_TextureUV, 0.5, rt_TextureUV.x) + kd.lookup() + tint; }
+void evaluatePDF() { rt_PDF = kd.lookupFloat(vec2(0.0), 2, 3) + kd.lookupFloat(vec2(1.0), rt_du = 1.0); }
 ";
 
 fn unit() -> Unit {
@@ -112,6 +131,9 @@ fn call(engine: &Engine, instance: &Instance, method: Method, output: &str) -> V
     set("rt_ShadingNormal", &|ray| vec![1.0, 2.0, ray as f32]);
     set("rt_RayDirection", &|_| vec![0.5, 0.25, 1.0]);
     set("rt_InverseRayDirection", &|_| vec![2.0, 4.0, 1.0]);
+    set("rt_GeometricNormal", &|ray| vec![0.0, ray as f32, 0.0]);
+    set("rt_du", &|_| vec![0.125]);
+    set("rt_dv", &|_| vec![0.25]);
     if method != Method::SampleBsdf {
         set("rt_LightDirection", &|_| vec![3.0, 5.0, 7.0]);
     }
@@ -187,4 +209,23 @@ fn textures_are_looked_up_elsewhere() {
     let height = new(&unit, "Coordinates", vec![]).into();
     let shifted = new(&unit, "Shifted", vec![("height", height)]);
     check(&shifted, Method::Bsdf, "rt_BSDFValue", |_, _| [0.0, 0.0, 2.0]);
+}
+
+#[test]
+fn textures_see_the_surface_and_the_ray() {
+    let unit = unit();
+    let kd = new(&unit, "Facing", vec![]).into();
+    let looking = new(&unit, "Looking", vec![("kd", kd)]);
+    // The normals are (1, 2, n) and (0, n, 0), and the ray's direction (0.5, 0.25, 1).
+    check(&looking, Method::Bsdf, "rt_BSDFValue", |_, number| [3.0, 1.5 + 2.0 * number, 6.0]);
+}
+
+#[test]
+fn lookups_may_give_the_widths_of_the_filter() {
+    let unit = unit();
+    let filtered = || new(&unit, "Filtered", vec![]).into();
+    let wide = new(&unit, "Wide", vec![("kd", filtered()), ("tint", filtered())]);
+    // Widths that a call does not give are those of the caller.
+    check(&wide, Method::Bsdf, "rt_BSDFValue", |[u, _], _| [3.0 * u + 0.75, 0.0, u + 0.5]);
+    check(&wide, Method::EvaluatePdf, "rt_PDF", |_, _| [32.0 + (1.0 + 2.5), 0.0, 0.0]);
 }
