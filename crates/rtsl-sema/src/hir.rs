@@ -183,6 +183,8 @@ pub struct Function {
     pub precise: bool,
     /// The passing modes of the parameters, which are the first of [`Function::locals`].
     pub parameters: Vec<Passing>,
+    /// The values of the last parameters in calls that leave them out; calls in the module have them.
+    pub defaults: Vec<Expression>,
     /// The parameters, then all variables of the body.
     pub locals: Vec<Local>,
     /// The body; a prototype without a definition has been reported.

@@ -287,14 +287,17 @@ impl Checker<'_> {
             .parameters
             .iter()
             .zip(&overload.locals)
-            .map(|(passing, local)| {
+            .enumerate()
+            .map(|(index, (passing, local))| {
+                let has_default = index + overload.defaults.len() >= overload.parameters.len();
+                let default = if has_default { " = …" } else { "" };
                 let passing = match passing {
                     Passing::In => "",
                     Passing::Out => "out ",
                     Passing::InOut => "inout ",
                 };
                 let space = if local.name.is_empty() { "" } else { " " };
-                format!("{passing}{}{space}{}", self.show(&local.ty), local.name)
+                format!("{passing}{}{space}{}{default}", self.show(&local.ty), local.name)
             })
             .collect();
         format!("`{} {name}({})`", self.show(&overload.result), parameters.join(", "))
@@ -385,6 +388,9 @@ impl Checker<'_> {
             return error_expression(span);
         }
         let function = std::sync::Arc::clone(self.function(id));
+        let left_out = function.parameters.len() - arguments.len();
+        let defaults = &function.defaults[function.defaults.len() - left_out..];
+        let arguments = arguments.into_iter().chain(defaults.iter().cloned()).collect();
         let parameters: Vec<(Type, Passing)> = function
             .parameters
             .iter()

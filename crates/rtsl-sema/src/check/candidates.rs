@@ -69,18 +69,43 @@ impl Candidate<'_> {
         fits.then_some(false)
     }
 
+    /// True if a call may leave out the parameters after the first so many, at least one.
+    fn may_leave_out(&self, given: usize) -> bool {
+        match self {
+            Candidate::Function(_, function) => {
+                let count = function.parameters.len();
+                (count - function.defaults.len()..count).contains(&given)
+            }
+            Candidate::Builtin(_) => false,
+        }
+    }
+
     /// For each argument, true if it fits without conversion; `None` if some argument does not fit.
     fn fits(&self, arguments: &[Expression]) -> Option<Vec<bool>> {
-        if self.parameter_count() != arguments.len() {
-            return None;
-        }
         arguments.iter().enumerate().map(|(index, each)| self.fit(index, &each.ty)).collect()
     }
 }
 
-/// Chooses the candidate for a call with these arguments.
+/// Chooses the candidate for a call with these arguments. Default values only count if no candidate accepts the call
+/// without them.
 pub(super) fn choose<'m>(
-    candidates: impl IntoIterator<Item = Candidate<'m>>,
+    candidates: impl IntoIterator<Item = Candidate<'m>> + Clone,
+    arguments: &[Expression],
+) -> Choice<'m> {
+    let given = arguments.len();
+    let all = candidates.clone().into_iter().filter(|it| it.parameter_count() == given);
+    match choose_among(all, arguments) {
+        Choice::None => {
+            let some = candidates.into_iter().filter(|it| it.may_leave_out(given));
+            choose_among(some, arguments)
+        }
+        chosen => chosen,
+    }
+}
+
+/// Chooses among candidates for so many arguments.
+fn choose_among<'m>(
+    candidates: impl Iterator<Item = Candidate<'m>>,
     arguments: &[Expression],
 ) -> Choice<'m> {
     let mut viable: Vec<(Candidate<'m>, Vec<bool>)> = Vec::new();

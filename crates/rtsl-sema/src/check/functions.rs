@@ -11,7 +11,7 @@ use super::control::Flow;
 use super::facts::Facts;
 use super::scope::{Entity, Named};
 use super::types::TypePlace;
-use crate::hir::{Function, FunctionId, Local, LocalId, Passing, Type};
+use crate::hir::{Expression, Function, FunctionId, Local, LocalId, Passing, Type};
 
 /// The checker's data about a function, beside its tree.
 #[derive(Clone, Debug, Default)]
@@ -133,6 +133,8 @@ struct Signature {
     result: Type,
     precise: bool,
     parameters: Vec<Passing>,
+    /// Those of the last parameters.
+    defaults: Vec<Expression>,
     locals: Vec<Local>,
 }
 
@@ -197,7 +199,60 @@ impl Checker<'_> {
             return None;
         }
         let precise = function.qualifiers.find(Qualifier::Precise).is_some();
-        Some(Signature { result, precise, parameters, locals })
+        let defaults = match function.name.name == CONSTRUCTOR {
+            // Hosts set these by name.
+            true => Some(Vec::new()),
+            false => self.check_defaults(&function.parameters, (&parameters, &locals)),
+        };
+        let Some(defaults) = defaults else {
+            self.declare_poisoned(&function.name);
+            return None;
+        };
+        Some(Signature { result, precise, parameters, defaults, locals })
+    }
+
+    /// Checks the values of parameters that calls may leave out: those of the last parameters, all of them inputs. `None`
+    /// after an error.
+    fn check_defaults(
+        &mut self,
+        parameters: &[ast::Parameter],
+        (passing, locals): (&[Passing], &[Local]),
+    ) -> Option<Vec<Expression>> {
+        let mut defaults: Vec<Expression> = Vec::new();
+        for (parameter, (passing, local)) in parameters.iter().zip(passing.iter().zip(locals)) {
+            let Some(written) = &parameter.default else {
+                if let Some(earlier) = defaults.last() {
+                    let diagnostic = Diagnostic::new(
+                        codes::MISPLACED_DEFAULT,
+                        "only the last parameters may have default values",
+                    )
+                    .at(parameter.span, "has none")
+                    .label(earlier.span, "the default of a parameter before");
+                    self.report(diagnostic);
+                    return None;
+                }
+                continue;
+            };
+            let value = self.check_outside(Kind::Initializer, |checker| {
+                checker.check_initializer(&local.ty, written)
+            });
+            if *passing != Passing::In {
+                self.report(
+                    Diagnostic::new(
+                        codes::MISPLACED_DEFAULT,
+                        "a parameter that passes a value out has no default value",
+                    )
+                    .at(parameter.span, "has a default value")
+                    .help("overload the function instead"),
+                );
+                return None;
+            }
+            if value.ty == Type::Error {
+                return None;
+            }
+            defaults.push(value);
+        }
+        Some(defaults)
     }
 
     /// Declares the name of an erroneous function, so that calls of it give no further errors.
@@ -207,20 +262,10 @@ impl Checker<'_> {
     }
 
     fn check_parameter_type(&mut self, parameter: &ast::Parameter, function: &str) -> Type {
-        if function != CONSTRUCTOR {
-            if let Some(annotation) = parameter.annotations.first() {
-                self.report_misplaced_annotation(annotation.key.span);
-            }
-            if parameter.default.is_some() {
-                self.report(
-                    Diagnostic::new(
-                        codes::MISPLACED_DEFAULT,
-                        "only parameters of a constructor may have default values",
-                    )
-                    .at(parameter.span, "has a default value")
-                    .help("overload the function instead"),
-                );
-            }
+        if function != CONSTRUCTOR
+            && let Some(annotation) = parameter.annotations.first()
+        {
+            self.report_misplaced_annotation(annotation.key.span);
         }
         self.resolve_type(&parameter.ty, TypePlace::Parameter)
     }
@@ -349,6 +394,7 @@ impl Checker<'_> {
             result: signature.result,
             precise: signature.precise,
             parameters: signature.parameters,
+            defaults: signature.defaults,
             locals: signature.locals,
             body: Vec::new(),
             span: function.span,
@@ -403,6 +449,16 @@ impl Checker<'_> {
             // undefined.
             self.function_info[id.0 as usize].has_body |= function.body.is_some();
             return None;
+        }
+        if let Some(default) = signature.defaults.first() {
+            self.report(
+                Diagnostic::new(
+                    codes::MISPLACED_DEFAULT,
+                    "default values belong to the first declaration of a function",
+                )
+                .at(default.span, "in a later one")
+                .label(previous.span, "declared here first"),
+            );
         }
         let info = &mut self.function_info[id.0 as usize];
         function.body.as_ref()?;

@@ -520,3 +520,43 @@ fn constant_expressions() {
         ),
     ]);
 }
+
+#[test]
+fn parameters_may_have_default_values() {
+    let calling = |functions: &str, call: &str| {
+        format!(
+            "class C : rt_Texture;\n{functions}\nvoid lookup() {{ rt_FloatTextureValue = {call}; }}\n"
+        )
+    };
+    let two = "float f(float a, float b = 1.0) { return a + b; }";
+    accepted([
+        calling(two, "f(1) + f(1, 2)"),
+        calling(
+            "const int N = 2; float f(int a = N * 2, float b = sqrt(4.0)) { return b * float(a); }",
+            "f() + f(3)",
+        ),
+        calling(
+            "float f(float a, float b = 1.0); float f(float a, float b) { return a + b; }",
+            "f(1.0)",
+        ),
+        // Without default values first, even if arguments are converted.
+        calling(&format!("{two} float f(int a) {{ return float(a); }}"), "f(1) + f(1u)"),
+        calling("float f(float[2] a = float[2](1.0, 2.0)) { return a[0]; }", "f()"),
+    ]);
+    refused([
+        ("E0232", calling("float f(float a = 1.0, float b) { return a + b; }", "f(1.0, 2.0)")),
+        ("E0232", calling("float f(out float a = 1.0) { a = 2.0; return a; }", "f()")),
+        ("E0232", calling("float f(float a); float f(float a = 1.0) { return a; }", "f(1.0)")),
+        ("E0204", calling("float f(float a = true) { return a; }", "f()")),
+        ("E0201", calling("float f(float a = missing) { return a; }", "f()")),
+        ("E0211", calling(two, "f()")),
+        ("E0211", calling(two, "f(1, 2, 3)")),
+        (
+            "E0212",
+            calling(
+                "float f(uint a, float b = 1.0) { return b; } float f(float a, int b = 1) { return a; }",
+                "f(1)",
+            ),
+        ),
+    ]);
+}
