@@ -167,3 +167,18 @@ fn set_rays(state: &mut LaneBlock, start: usize, rays: &RayPacket) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotients_are_exact() {
+        for divisor in [1, 2, 3, 5, 7, 13, 16, 100, 511] {
+            let quotient = Divisor::new(divisor);
+            for index in 0..LANES as u32 * divisor {
+                assert_eq!(quotient.quotient(index), index / divisor, "{index} / {divisor}");
+            }
+        }
+    }
+}
