@@ -89,41 +89,15 @@ impl Camera {
             }
             return scratch.words_mut(index)[all].fill(samples.first);
         }
-        let divisor = Divisor::new(samples.count);
-        let begun = (packet * LANES) as u32;
-        let pixel_of = |lane: u32| divisor.quotient(begun + lane);
+        let in_lane = samples.in_lane(packet);
         let corner = [samples.tile.x + origin[0], samples.tile.y + origin[1]];
         for (array, axis) in [(columns, 0), (rows, 1)] {
             let words = scratch.words_mut(array)[all.clone()].iter_mut();
             let first = corner[axis] as u32;
-            words.zip(0..).for_each(|(to, lane)| *to = first + Tile::place(pixel_of(lane))[axis]);
+            words.zip(0..).for_each(|(to, lane)| *to = first + Tile::place(in_lane(lane).0)[axis]);
         }
         let indices = scratch.words_mut(index)[all].iter_mut();
-        indices.zip(0..).for_each(|(to, lane)| {
-            *to = samples.first + (begun + lane - pixel_of(lane) * samples.count);
-        });
-    }
-}
-
-/// Division of the indices of a tile's samples by the number of each pixel's, by a multiplication that vectors have.
-struct Divisor {
-    /// The reciprocal of the divisor, rounded up, times a power of two.
-    factor: u32,
-}
-
-impl Divisor {
-    const BITS: u32 = 24;
-
-    fn new(divisor: u32) -> Self {
-        // The error is at most `index / 2^24`, which is less than `1 / divisor` for every index below `LANES * divisor`.
-        debug_assert!(
-            (LANES as u64 * u64::from(divisor)) * u64::from(divisor) < 1 << Divisor::BITS
-        );
-        Divisor { factor: (1_u32 << Divisor::BITS).div_ceil(divisor) }
-    }
-
-    fn quotient(&self, index: u32) -> u32 {
-        (index * self.factor) >> Divisor::BITS
+        indices.zip(0..).for_each(|(to, lane)| *to = in_lane(lane).1);
     }
 }
 
@@ -164,21 +138,6 @@ fn set_rays(state: &mut LaneBlock, start: usize, rays: &RayPacket) {
     for (first, vectors) in [(v.ray_origin, &rays.origin), (v.ray_direction, &rays.direction)] {
         for (axis, lanes) in vectors.iter().enumerate() {
             state.floats_mut(first + axis)[start..start + LANES].copy_from_slice(lanes);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quotients_are_exact() {
-        for divisor in [1, 2, 3, 5, 7, 13, 16, 100, 511] {
-            let quotient = Divisor::new(divisor);
-            for index in 0..LANES as u32 * divisor {
-                assert_eq!(quotient.quotient(index), index / divisor, "{index} / {divisor}");
-            }
         }
     }
 }

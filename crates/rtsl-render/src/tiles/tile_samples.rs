@@ -42,6 +42,18 @@ impl TileSamples {
         })
     }
 
+    /// Returns the pixel and the index of the sample in a lane of a packet: those of [`TileSamples::of_packet`], by
+    /// operations that vectors have.
+    #[inline(always)]
+    pub fn in_lane(&self, packet: usize) -> impl Fn(u32) -> (u32, u32) {
+        let (divisor, begun) = (Divisor::new(self.count), (packet * LANES) as u32);
+        let TileSamples { first, count, .. } = *self;
+        move |lane| {
+            let pixel = divisor.quotient(begun + lane);
+            (pixel, first + (begun + lane - pixel * count))
+        }
+    }
+
     /// Returns the rays of a packet whose pixels lie inside an image of this width and height.
     pub fn lanes(&self, packet: usize, (width, height): (usize, usize)) -> LaneMask {
         let inside = self.tile.lanes(width, height);
@@ -53,13 +65,36 @@ impl TileSamples {
     }
 }
 
+/// Division of the indices of a tile's samples by the number of each pixel's.
+struct Divisor {
+    /// The reciprocal of the divisor, rounded up, times a power of two.
+    factor: u32,
+}
+
+impl Divisor {
+    const BITS: u32 = 24;
+
+    fn new(divisor: u32) -> Self {
+        // The error is at most `index / 2^24`, which is less than `1 / divisor` for every index below `LANES * divisor`.
+        debug_assert!(
+            (LANES as u64 * u64::from(divisor)) * u64::from(divisor) < 1 << Divisor::BITS
+        );
+        Divisor { factor: (1_u32 << Divisor::BITS).div_ceil(divisor) }
+    }
+
+    #[inline(always)]
+    fn quotient(&self, index: u32) -> u32 {
+        (index * self.factor) >> Divisor::BITS
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn each_pixel_has_its_samples() {
-        for count in [1, 3, 16] {
+        for count in [1, 3, 7, 13, 16, 100, 511] {
             let samples = TileSamples { tile: Tile { x: 8, y: 0 }, first: 5, count };
             let mut all = Vec::new();
             for (pixel, lanes, first) in (0..samples.packets()).flat_map(|it| samples.of_packet(it))
@@ -67,7 +102,12 @@ mod tests {
                 all.extend(lanes.zip(first..).map(|(_, sample)| (pixel, sample)));
             }
             let expected = (0..LANES).flat_map(|pixel| (5..5 + count).map(move |it| (pixel, it)));
-            assert!(all.into_iter().eq(expected), "{count}");
+            assert!(all.iter().copied().eq(expected), "{count}");
+            let by_lane = (0..samples.packets()).flat_map(|packet| {
+                let in_lane = samples.in_lane(packet);
+                (0..LANES as u32).map(move |lane| in_lane(lane))
+            });
+            assert!(by_lane.map(|(pixel, sample)| (pixel as usize, sample)).eq(all), "{count}");
         }
     }
 

@@ -11,7 +11,7 @@ use super::control::Flow;
 use super::facts::Facts;
 use super::scope::{Entity, Named};
 use super::types::TypePlace;
-use crate::hir::{Expression, Function, FunctionId, Local, LocalId, Passing, Type};
+use crate::hir::{Expression, ExpressionKind, Function, FunctionId, Local, LocalId, Passing, Type};
 
 /// The checker's data about a function, beside its tree.
 #[derive(Clone, Debug, Default)]
@@ -202,7 +202,9 @@ impl Checker<'_> {
         let defaults = match function.name.name == CONSTRUCTOR {
             // Hosts set these by name.
             true => Some(Vec::new()),
-            false => self.check_defaults(&function.parameters, (&parameters, &locals)),
+            false => self.check_outside(Kind::Constant, |checker| {
+                checker.check_defaults(&function.parameters, (&parameters, &locals))
+            }),
         };
         let Some(defaults) = defaults else {
             self.declare_poisoned(&function.name);
@@ -211,8 +213,8 @@ impl Checker<'_> {
         Some(Signature { result, precise, parameters, defaults, locals })
     }
 
-    /// Checks the values of parameters that calls may leave out: those of the last parameters, all of them inputs. `None`
-    /// after an error.
+    /// Checks the values of parameters that calls may leave out: those of the last parameters, all of them inputs.
+    /// They are constants, which calls share: expressions would grow from call to call. `None` after an error.
     fn check_defaults(
         &mut self,
         parameters: &[ast::Parameter],
@@ -233,9 +235,7 @@ impl Checker<'_> {
                 }
                 continue;
             };
-            let value = self.check_outside(Kind::Initializer, |checker| {
-                checker.check_initializer(&local.ty, written)
-            });
+            let value = self.check_initializer(&local.ty, written);
             if *passing != Passing::In {
                 self.report(
                     Diagnostic::new(
@@ -247,10 +247,12 @@ impl Checker<'_> {
                 );
                 return None;
             }
-            if value.ty == Type::Error {
-                return None;
-            }
-            defaults.push(value);
+            let values = self.evaluate_constant(&value, "a default value")?;
+            defaults.push(Expression {
+                kind: ExpressionKind::Constant(values),
+                ty: value.ty.clone(),
+                span: value.span,
+            });
         }
         Some(defaults)
     }

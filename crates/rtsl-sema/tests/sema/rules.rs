@@ -545,6 +545,12 @@ fn parameters_may_have_default_values() {
     ]);
     refused([
         ("E0232", calling("float f(float a = 1.0, float b) { return a + b; }", "f(1.0, 2.0)")),
+        (
+            "E0401",
+            "float g(float x); float f(float a = g(1.0)) { return a; } float g(float x) { return x + f(); }
+            class C : rt_Texture; void lookup() { rt_FloatTextureValue = f(); }"
+                .to_owned(),
+        ),
         ("E0232", calling("float f(out float a = 1.0) { a = 2.0; return a; }", "f()")),
         ("E0232", calling("float f(float a); float f(float a = 1.0) { return a; }", "f(1.0)")),
         ("E0204", calling("float f(float a = true) { return a; }", "f()")),

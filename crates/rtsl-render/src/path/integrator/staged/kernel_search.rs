@@ -5,6 +5,7 @@ use rtsl::{CallArguments, Instances, Objects, ResumedBy, StageKernel};
 
 use super::super::super::memory::BatchMemory;
 use super::super::host::first_hit;
+use super::answers::WORDS;
 use super::columns::Columns;
 use super::frames::{Blocks, CALL_RAYS, Frames};
 use super::path_set::PathSet;
@@ -111,7 +112,7 @@ impl StagedPaths<'_> {
 }
 
 /// The indices of the answers to a search.
-const ANSWERS: [usize; ResumedBy::NearestHit.answers().len()] = [0, 1, 2, 3, 4];
+const ANSWERS: [usize; WORDS] = [0, 1, 2, 3, 4];
 
 /// The rays of a call.
 #[derive(Clone, Copy)]
