@@ -105,7 +105,7 @@ mod tests {
             assert!(all.iter().copied().eq(expected), "{count}");
             let by_lane = (0..samples.packets()).flat_map(|packet| {
                 let in_lane = samples.in_lane(packet);
-                (0..LANES as u32).map(move |lane| in_lane(lane))
+                (0..LANES as u32).map(in_lane)
             });
             assert!(by_lane.map(|(pixel, sample)| (pixel as usize, sample)).eq(all), "{count}");
         }
