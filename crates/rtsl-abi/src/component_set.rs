@@ -1,7 +1,7 @@
 //! Sets of state components.
 
 // As few as hold the components: each call compares them.
-const WORDS: usize = 2;
+const WORDS: usize = 3;
 
 /// A set of state components, by component index.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -10,7 +10,7 @@ pub fn find_method(name: &str) -> Result<Method, String> {
 
 /// Returns the state variable of this name, or an error message.
 pub fn find_state(name: &str) -> Result<&'static StateVariable, String> {
-    let names = state_variables().iter().map(|variable| variable.name);
+    let names = state_variables().iter().filter(|it| !it.is_hidden()).map(|it| it.name);
     lookup_state(name).ok_or_else(|| no_such("state variable", name, names))
 }
 

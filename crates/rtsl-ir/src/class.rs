@@ -27,6 +27,9 @@ pub struct Class {
     pub scratch_types: Vec<(String, ParameterType)>,
     /// The scratch members that hosts may keep beside the results of a method, such as AOVs, as declared, in order.
     pub outputs: Vec<(String, ParameterType)>,
+    /// The attributes of hit objects that the methods read or give. In the methods these are variables of the kind
+    /// `Member`, and linking replaces them.
+    pub attributes: Vec<Attribute>,
     /// The references.
     pub references: Vec<Reference>,
     /// Stores the initial value of every member and the default of every constructor parameter (zero where it has
@@ -134,6 +137,17 @@ impl ParameterType {
             other => other,
         }
     }
+}
+
+/// A value of the objects of a scene, which shaders ask for by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// The name.
+    pub name: String,
+    /// The type: a float, a vector of floats, or a colour.
+    pub ty: ParameterType,
+    /// The value for objects that do not have the attribute; empty for zeros.
+    pub default: Vec<f32>,
 }
 
 /// A reference member, or the texture of a parameter that may be one.

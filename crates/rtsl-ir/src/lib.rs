@@ -57,6 +57,6 @@ pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
-pub use query::{PROPERTIES_OF_TEXTURES, Query, SURFACE, SURFACE_SCALARS, Scalars};
+pub use query::{PROPERTIES_OF_MATERIALS, Query, SURFACE, SURFACE_SCALARS, Scalars};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

@@ -4,7 +4,7 @@
 //! compiled without knowing the scene. A *surface* is the 14 scalars of [`SURFACE`]: which object a ray hit, and the
 //! ray. Everything else about it (point, normals, what its material does) is computed from these on request.
 
-use rtsl_spec::COLOR_COMPONENTS;
+use rtsl_spec::{COLOR_COMPONENTS, MAX_ATTRIBUTE_SCALARS};
 
 use crate::{Effect, Scalar};
 
@@ -83,9 +83,9 @@ pub const SURFACE_SCALARS: usize = {
     count
 };
 
-/// The number of results of [`Query::SurfaceProperties`], at their end, that only textures of materials read:
-/// derivatives of texture coordinates.
-pub const PROPERTIES_OF_TEXTURES: usize = 4;
+/// The number of results of [`Query::SurfaceProperties`], at their end, that only materials and their textures read:
+/// derivatives of texture coordinates, attributes, and the maps between the object's space and the world.
+pub const PROPERTIES_OF_MATERIALS: usize = 4 + MAX_ATTRIBUTE_SCALARS as usize + 2 * 12;
 
 const POINT: Scalars = ("point", Scalar::F32, 3);
 const DIRECTION: Scalars = ("direction", Scalar::F32, 3);
@@ -135,7 +135,7 @@ impl Query {
     pub const MAX_OPERANDS: usize = 18;
 
     /// The greatest number of results.
-    pub const MAX_RESULTS: usize = 27;
+    pub const MAX_RESULTS: usize = 27 + MAX_ATTRIBUTE_SCALARS as usize + 2 * 12;
 
     /// Returns the index in [`Query::ALL`].
     pub fn number(self) -> u32 {
@@ -252,6 +252,9 @@ impl Query {
                     ("dsdv", Scalar::F32, 1),
                     ("dtdu", Scalar::F32, 1),
                     ("dtdv", Scalar::F32, 1),
+                    ("attributes", Scalar::F32, MAX_ATTRIBUTE_SCALARS),
+                    ("to_object", Scalar::F32, 12),
+                    ("to_world", Scalar::F32, 12),
                 ],
             ),
             Query::Emission => on("emission", &[], &[COLOR]),

@@ -3,7 +3,8 @@
 use rtsl_ir::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
 use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
 use rtsl_source::Span;
-use rtsl_spec::builtins::{Lowering as BuiltinLowering, Operation, Special};
+use rtsl_spec::builtins::{Direction, Lowering as BuiltinLowering, Mapped, Operation, Special};
+use rtsl_spec::{TO_OBJECT, TO_WORLD};
 
 use crate::Lowering;
 use crate::calls::Argument;
@@ -96,6 +97,9 @@ impl<'m> Lowering<'m> {
             Special::Ambient => Ok(self.builder.push(OpKind::Ambient).iter().collect()),
             Special::Rand => Ok(vec![self.builder.push(OpKind::Rand).get(0)]),
             Special::Inside => self.lower_inside(span),
+            Special::Map(direction, mapped) => {
+                self.lower_map((direction, mapped), &values[0], span)
+            }
             Special::Rgb => Ok(values.concat()),
             Special::Any => {
                 let any = self.builder.bool(false);
@@ -149,6 +153,41 @@ impl<'m> Lowering<'m> {
             OpKind::Trace { origin, direction, limit, weight }
         };
         self.builder.push(kind).iter().collect()
+    }
+
+    /// Lowers a map between the world and the space of the hit object. Normals take the transposed map of the other
+    /// direction.
+    fn lower_map(
+        &mut self,
+        (direction, mapped): (Direction, Mapped),
+        operand: &[Value],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let is_normal = mapped == Mapped::Normal;
+        let name = match (direction, is_normal) {
+            (Direction::ToObject, false) | (Direction::ToWorld, true) => TO_OBJECT,
+            (Direction::ToWorld, false) | (Direction::ToObject, true) => TO_WORLD,
+        };
+        let map = self.state_variable(state_id(name), span)?;
+        let map = self.get_variable(map)?;
+        let component = |column: usize, row: usize| map[3 * column + row];
+        let mut mapped_components = Vec::new();
+        for row in 0..3 {
+            let mut sum = None;
+            for (axis, value) in operand.iter().enumerate() {
+                let factor = if is_normal { component(row, axis) } else { component(axis, row) };
+                let product = self.builder.multiply(*value, factor);
+                sum = Some(match sum {
+                    Some(sum) => self.builder.add(sum, product),
+                    None => product,
+                });
+            }
+            if mapped == Mapped::Point {
+                sum = sum.map(|sum| self.builder.add(sum, component(3, row)));
+            }
+            mapped_components.extend(sum);
+        }
+        Ok(mapped_components)
     }
 
     fn lower_inside(&mut self, span: Span) -> Lowered<Vec<Value>> {

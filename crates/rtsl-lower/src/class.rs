@@ -3,10 +3,10 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::class::{self, Reference};
-use rtsl_ir::{Builder, Function, Variable, VariableKind};
+use rtsl_ir::class::{self, Attribute, Reference};
+use rtsl_ir::{Builder, Constant, Function, Variable, VariableKind};
 use rtsl_sema::hir::{
-    Class, ClassId, Expression, FunctionId, LocalId, Member, Module, Storage, Type,
+    Class, ClassId, Expression, ExpressionKind, FunctionId, LocalId, Member, Module, Storage, Type,
 };
 use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::Method;
@@ -18,7 +18,7 @@ use crate::facts::{FactTable, Root};
 use crate::layout::Layouts;
 use crate::limits::{self, Lowered};
 use crate::members::ConstantTables;
-use crate::parameters::{parameters_of, ray_member_types, reference_role};
+use crate::parameters::{parameter_type, parameters_of, ray_member_types, reference_role};
 use crate::textured;
 use crate::variables::{LocalPool, SourceVariableId};
 use crate::{Lowering, Purpose};
@@ -106,6 +106,7 @@ impl<'m> Maker<'m> {
             scratch: variables(VariableKind::Scratch),
             scratch_types: ray_member_types(self.layouts, self.class, Storage::is_of_ray),
             outputs: ray_member_types(self.layouts, self.class, |it| it == Storage::Output),
+            attributes: self.attributes(),
             references: self.references(),
             initializer,
             constructor,
@@ -150,6 +151,17 @@ impl<'m> Maker<'m> {
             return Err(limits::too_many_members(self.class.span, kind.name(), scalars, allowed));
         }
         Ok(variables)
+    }
+
+    fn attributes(&self) -> Vec<Attribute> {
+        let attributes = self.class.members.iter();
+        let attributes = attributes.filter(|member| member.storage == Storage::Attribute);
+        let attribute = |member: &Member| Attribute {
+            name: member.name.clone(),
+            ty: parameter_type(self.layouts, &member.ty),
+            default: default_of(member).iter().map(|it| f32::from_bits(it.bits())).collect(),
+        };
+        attributes.map(attribute).collect()
     }
 
     fn references(&self) -> Vec<Reference> {
@@ -330,12 +342,21 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The kind of IR variable that stores a member; `None` for references.
+/// The scalars of the default value of an attribute; none for zeros.
+pub(crate) fn default_of(attribute: &Member) -> &[Constant] {
+    match attribute.initializer.as_ref().map(|value| &value.kind) {
+        Some(ExpressionKind::Constant(values)) => values,
+        _ => &[],
+    }
+}
+
+/// The kind of IR variable that stores a member; `None` for references and attributes.
 fn variable_kind(member: &Member) -> Option<VariableKind> {
     match (&member.ty, member.storage) {
         (ty, _) if reference_role(ty).is_some() => None,
         (Type::Buffer(_), _) => Some(VariableKind::Buffer),
         (_, Storage::Public | Storage::Private) => Some(VariableKind::Member),
         (_, Storage::Scratch | Storage::Output) => Some(VariableKind::Scratch),
+        (_, Storage::Attribute) => None,
     }
 }

@@ -394,6 +394,7 @@ fn is_cheap_builtin(builtin: &Builtin) -> bool {
             | Special::NearestHit
             | Special::Query(_)
             | Special::Rand
+            | Special::Map(..)
             | Special::MatrixCompMult => false,
         },
         BuiltinLowering::Prelude => false,

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Constant, UnaryOp, VariableKind, evaluate};
+use rtsl_ir::{Constant, UnaryOp, Value, VariableKind, evaluate};
 use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 use rtsl_source::Span;
 use rtsl_spec::Method;
 
 use crate::access::Access;
+use crate::class::default_of;
 use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::variables::{RANK_OF_DATA, SourceVariableId, Storage as SourceStorage};
@@ -83,7 +84,8 @@ impl<'m> Lowering<'m> {
             }
             let kind = match (self.member(id).storage, self.purpose) {
                 (Storage::Scratch | Storage::Output, Purpose::Method(_)) => VariableKind::Scratch,
-                (Storage::Public | Storage::Private, Purpose::Constructor) => VariableKind::Member,
+                (Storage::Public | Storage::Private, Purpose::Constructor)
+                | (Storage::Attribute, Purpose::Method(_)) => VariableKind::Member,
                 _ => continue,
             };
             let values = self.get_variable(variable)?;
@@ -146,7 +148,10 @@ impl<'m> Lowering<'m> {
         let Member { name, ty, storage, span, .. } = self.member(id);
         let kind = match (storage, self.purpose) {
             _ if matches!(ty, Type::Buffer(_)) => VariableKind::Buffer,
-            (Storage::Public | Storage::Private, _) => VariableKind::Member,
+            (Storage::Attribute, Purpose::Method(Method::ComputeTextureCoordinates)) => {
+                return self.new_given_attribute(id);
+            }
+            (Storage::Public | Storage::Private | Storage::Attribute, _) => VariableKind::Member,
             (Storage::Scratch | Storage::Output, purpose) => {
                 if !keeps_scratch(purpose) {
                     return self.new_zero_member(id, name, ty, *span);
@@ -175,6 +180,18 @@ impl<'m> Lowering<'m> {
         let layout = self.variable(variable).layout.clone();
         let zeros = self.zeros(&layout);
         self.set_variable(variable, &zeros);
+        Ok(variable)
+    }
+
+    /// The variable of an attribute that the method gives: it starts with the default.
+    fn new_given_attribute(&mut self, id: MemberId) -> Lowered<SourceVariableId> {
+        let attribute = self.member(id);
+        let variable = self.new_zero_member(id, &attribute.name, &attribute.ty, attribute.span)?;
+        let default = default_of(attribute);
+        if !default.is_empty() {
+            let default: Vec<Value> = default.iter().map(|it| self.builder.constant(*it)).collect();
+            self.set_variable(variable, &default);
+        }
         Ok(variable)
     }
 

@@ -73,7 +73,7 @@ pub(crate) fn reference_role(ty: &Type) -> Option<rtsl_spec::Role> {
     }
 }
 
-fn parameter_type(layouts: &Layouts, ty: &Type) -> ParameterType {
+pub(crate) fn parameter_type(layouts: &Layouts, ty: &Type) -> ParameterType {
     match ty {
         Type::Scalar(scalar) => ParameterType::Scalar(*scalar),
         Type::Vector(scalar, size) => ParameterType::Vector(*scalar, *size),

@@ -1,6 +1,6 @@
 //! Queries of integrators: surfaces, lights, the sampler.
 
-use rtsl_ir::{OpKind, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS, Value};
+use rtsl_ir::{OpKind, PROPERTIES_OF_MATERIALS, Query, SURFACE_SCALARS, Value};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -25,7 +25,7 @@ impl Lowering<'_> {
         surface.extend(direction);
         surface.extend([width, spread]);
         let properties = self.query(Query::SurfaceProperties, surface.clone());
-        let members = properties.len() - PROPERTIES_OF_TEXTURES;
+        let members = properties.len() - PROPERTIES_OF_MATERIALS;
         let regularization = self.builder.f32(0.0);
         Ok([&[found], &surface[..], &properties[..members], &[regularization]].concat())
     }
@@ -129,7 +129,7 @@ mod tests {
         let surface = scalars(SpecType::Struct(SpecStruct::Surface));
         let identity = Query::Emission.operand_scalars();
         let properties: Vec<Scalar> = Query::SurfaceProperties.result_scalars().collect();
-        let properties = &properties[..properties.len() - PROPERTIES_OF_TEXTURES];
+        let properties = &properties[..properties.len() - PROPERTIES_OF_MATERIALS];
         let fields = [Scalar::Bool].into_iter().chain(identity).chain(properties.iter().copied());
         let expected: Vec<Scalar> = fields.chain([Scalar::F32]).collect();
         assert_eq!(surface, expected);

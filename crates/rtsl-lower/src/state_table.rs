@@ -33,5 +33,6 @@ pub(crate) fn type_of(ty: StateType) -> Type {
         StateType::Vec2 => Type::Vector(Scalar::F32, 2),
         StateType::Vec3 => Type::Vector(Scalar::F32, 3),
         StateType::Color => Type::Color,
+        StateType::Floats(count) => Type::Array(Box::new(Type::Scalar(Scalar::F32)), count),
     }
 }

@@ -138,6 +138,8 @@ pub enum Storage {
     Scratch,
     /// Data of a ray that hosts may keep, such as an AOV.
     Output,
+    /// A value of the object that a ray hit, which the scene gives.
+    Attribute,
 }
 
 impl Storage {

@@ -85,6 +85,7 @@ impl<'m> Printer<'m> {
                 Storage::Private => "private",
                 Storage::Scratch => "scratch",
                 Storage::Output => "output",
+                Storage::Attribute => "attribute",
             };
             let value = member
                 .initializer

@@ -153,6 +153,9 @@ diagnostics! {
     E0318 BAD_ELEMENT "an invalid element parameter";
     E0319 TEXTURED_TYPE "a parameter that may be a texture, of a type that textures do not give";
     E0320 STATE_ARGUMENT "an argument that the called method does not receive";
+    E0328 ATTRIBUTE_TYPE "an attribute of a type that meshes do not interpolate";
+    E0329 ATTRIBUTE_OUT_OF_PLACE "an attribute where there is no object";
+    E0330 NO_INHERITED "a call of an inherited function that the class does not have";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";
@@ -174,6 +177,7 @@ diagnostics! {
     E0509 LINK_LIMIT "instances that refer to too many others";
     E0510 TOO_MUCH_STACK "a method that needs too much stack";
     E0511 TOO_MUCH_MACHINE_CODE "a method that is too large for machine code";
+    E0512 TOO_MANY_ATTRIBUTES "objects with too many attributes";
     E0601 UNREADABLE_FILE "a file that cannot be read";
     E0602 SCENE_SYNTAX "a scene text that does not follow the format";
     E0603 BAD_NUMBER "an invalid number in a scene";

@@ -16,7 +16,8 @@ mod types;
 pub use ray_type::RayType;
 pub use roles::{Method, Role};
 pub use state::{
-    Access, Default, Direction, MAX_STATE_VARIABLES, Origin, Row, StateVariable, lookup_state,
-    rows, state_component_count, state_variables,
+    ATTRIBUTES, Access, Default, Direction, MAX_ATTRIBUTE_SCALARS, MAX_STATE_VARIABLES, Origin,
+    Row, StateVariable, TO_OBJECT, TO_WORLD, lookup_state, rows, state_component_count,
+    state_variables,
 };
 pub use types::{COLOR_COMPONENTS, StateType};

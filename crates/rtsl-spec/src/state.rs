@@ -116,6 +116,24 @@ pub struct StateVariable {
     pub first_component: u32,
 }
 
+/// The greatest number of scalars of all attributes of the objects of a scene.
+pub const MAX_ATTRIBUTE_SCALARS: u32 = 32;
+
+/// The state variable with the attributes of the hit object. As the two below, only compiled code names it: names of
+/// programs have no two underscores in a row.
+pub const ATTRIBUTES: &str = "rt__Attributes";
+/// The state variable with the map from the world to the space of the hit object.
+pub const TO_OBJECT: &str = "rt__ToObject";
+/// The state variable with the map from the space of the hit object to the world.
+pub const TO_WORLD: &str = "rt__ToWorld";
+
+impl StateVariable {
+    /// True if programs cannot name the variable.
+    pub fn is_hidden(&self) -> bool {
+        self.name.contains("__")
+    }
+}
+
 /// An upper bound on the number of distinct state variables.
 pub const MAX_STATE_VARIABLES: usize = ROWS.len();
 
@@ -200,7 +218,7 @@ macro_rules! access {
 
 use self::Default::{Components, Constant, Grey, Luminance, Tangent, Variable};
 use crate::Role::{Camera, Integrator, Light, Material, Primitive, Texture};
-use crate::StateType::{Color, Float, Vec2, Vec3};
+use crate::StateType::{Color, Float, Floats, Vec2, Vec3};
 
 const ZERO: Default = Constant(0.0);
 const ONE: Default = Constant(1.0);
@@ -320,7 +338,33 @@ const ROWS: &[Row] = &[
     ours(all(Integrator, "rt_RayType", Float, IN, ZERO, "type of the ray: `rt_CAMERA_RAY`, or `rt_TRACED_RAY` for one that `trace` traces")),
     ours(all(Material, "rt_RayType", Float, access![In: Shade, Bsdf, SampleBsdf, EvaluatePdf;], ZERO,
         "type of the ray: `rt_CAMERA_RAY`, `rt_SCATTERED_RAY` or `rt_TRACED_RAY`")),
+
+    ours(all(Material, "rt_ObjectNumber", Float, IN, ZERO, OBJECT_NUMBER)),
+    ours(all(Texture, "rt_ObjectNumber", Float, IN, ZERO, OBJECT_NUMBER)),
+    ours(all(Material, "rt_InstanceNumber", Float, IN, ZERO, INSTANCE_NUMBER)),
+    ours(all(Texture, "rt_InstanceNumber", Float, IN, ZERO, INSTANCE_NUMBER)),
+    ours(all(Material, "rt_ElementNumber", Float, IN, ZERO, ELEMENT_NUMBER)),
+    ours(all(Texture, "rt_ElementNumber", Float, IN, ZERO, ELEMENT_NUMBER)),
+
+    optional(ours(all(Primitive, ATTRIBUTES, Floats(MAX_ATTRIBUTE_SCALARS), access![Out: ComputeTextureCoordinates;], ZERO, ATTRIBUTES_DOC))),
+    ours(all(Material, ATTRIBUTES, Floats(MAX_ATTRIBUTE_SCALARS), IN, ZERO, ATTRIBUTES_DOC)),
+    ours(all(Texture, ATTRIBUTES, Floats(MAX_ATTRIBUTE_SCALARS), IN, ZERO, ATTRIBUTES_DOC)),
+    ours(all(Material, TO_OBJECT, Floats(12), IN, Components(&IDENTITY), TO_OBJECT_DOC)),
+    ours(all(Texture, TO_OBJECT, Floats(12), IN, Components(&IDENTITY), TO_OBJECT_DOC)),
+    ours(all(Material, TO_WORLD, Floats(12), IN, Components(&IDENTITY), TO_WORLD_DOC)),
+    ours(all(Texture, TO_WORLD, Floats(12), IN, Components(&IDENTITY), TO_WORLD_DOC)),
 ];
+
+const OBJECT_NUMBER: &str = "index of the object in the scene";
+const INSTANCE_NUMBER: &str =
+    "index of the instance that places the object; -1 for objects that none places";
+const ELEMENT_NUMBER: &str =
+    "index of the object's element, such as the triangle of a mesh; above 2^24 rounded";
+const ATTRIBUTES_DOC: &str =
+    "attributes of the object that the ray hit, in the order of the scene's list";
+const TO_OBJECT_DOC: &str = "map of points from the world to the object's space: the images of the axes, then that of the origin";
+const TO_WORLD_DOC: &str = "map of points from the object's space to the world, likewise";
+const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
 #[cfg(test)]
 mod tests {

@@ -15,6 +15,8 @@ pub enum StateType {
     Vec3,
     /// [`COLOR_COMPONENTS`] f32.
     Color,
+    /// This many f32, as an array.
+    Floats(u32),
 }
 
 impl StateType {
@@ -25,6 +27,7 @@ impl StateType {
             StateType::Vec2 => 2,
             StateType::Vec3 => 3,
             StateType::Color => COLOR_COMPONENTS,
+            StateType::Floats(count) => count,
         }
     }
 
@@ -35,6 +38,7 @@ impl StateType {
             StateType::Vec2 => "vec2",
             StateType::Vec3 => "vec3",
             StateType::Color => "color",
+            StateType::Floats(_) => "float[]",
         }
     }
 }

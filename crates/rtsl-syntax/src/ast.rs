@@ -118,6 +118,7 @@ pub enum Qualifier {
     Texture,
     /// `output`
     Output,
+    Attribute,
     Const,
     Uniform,
     Precise,

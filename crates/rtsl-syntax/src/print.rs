@@ -237,6 +237,7 @@ impl fmt::Display for Show<'_, Qualifiers> {
                 Qualifier::Scratch => "scratch ",
                 Qualifier::Texture => "texture ",
                 Qualifier::Output => "output ",
+                Qualifier::Attribute => "attribute ",
                 Qualifier::Const => "const ",
                 Qualifier::Uniform => "uniform ",
                 Qualifier::Precise => "precise ",

@@ -49,7 +49,7 @@ macro_rules! keywords {
 }
 
 keywords! {
-    Break "break" Case "case" Class "class" Const "const" Continue "continue" Default "default"
+    Attribute "attribute" Break "break" Case "case" Class "class" Const "const" Continue "continue" Default "default"
     Do "do" Else "else" False "false" For "for" Highp "highp" If "if" Illuminance "illuminance"
     In "in" InOut "inout" Invariant "invariant" Lowp "lowp" Mediump "mediump" Out "out"
     Output "output"
@@ -111,7 +111,7 @@ fn reserved(text: &str) -> Option<Reserved> {
 fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
     Some(match text {
         "layout" => ("members need no layout; leave it out", Reading::Layout),
-        "attribute" | "varying" => (USE_PUBLIC, Reading::Qualifier),
+        "varying" => (USE_PUBLIC, Reading::Qualifier),
         "buffer" | "shared" | "coherent" | "volatile" | "restrict" | "readonly" | "writeonly" => {
             (MEMORY, Reading::Qualifier)
         }

@@ -4,7 +4,7 @@ use rtsl_ir::class::{Class, Parameter};
 use rtsl_jit::{JitError, LlvmError, MAX_FRAME_BYTES};
 use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar, with_article};
-use rtsl_spec::Method;
+use rtsl_spec::{COLOR_COMPONENTS, MAX_ATTRIBUTE_SCALARS, Method};
 
 use crate::type_name::type_name;
 
@@ -228,6 +228,16 @@ pub(crate) fn link_limit(name: &str, problem: &str) -> Diagnostic {
         format!("`{name}`, linked with the methods it calls, {problem}"),
     )
     .help("shorten the method, or refer to fewer or simpler instances")
+}
+
+/// A scene whose objects have attributes of so many scalars.
+pub(crate) fn too_many_attributes(scalars: u32) -> Diagnostic {
+    let problem = format!("the attributes of the scene's objects have {scalars} numbers in all");
+    Diagnostic::new(codes::TOO_MANY_ATTRIBUTES, problem)
+        .note(format!(
+            "the limit is {MAX_ATTRIBUTE_SCALARS}; a colour counts as {COLOR_COMPONENTS}"
+        ))
+        .help("give attributes of the same meaning the same name and default value in all shaders")
 }
 
 pub(crate) fn no_llvm(error: &LlvmError) -> Diagnostic {

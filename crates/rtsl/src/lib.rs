@@ -64,6 +64,7 @@ pub use instance::instance::Instance;
 pub use instance::parameters::place_words;
 pub use instance::value::{Numbers, Value};
 pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;
+pub use link::attributes::AttributeTable;
 pub use link::indexed_lights::SHADOW_LIMIT;
 pub use link::light_selection::{LightContent, LightNode, LightSelection};
 pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
@@ -91,12 +92,10 @@ pub use rtsl_abi::{
 };
 pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
-    Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
-    Reference,
+    Annotation, AnnotationValue, Attribute, Class, Element, Parameter, ParameterTarget,
+    ParameterType, Reference,
 };
-pub use rtsl_ir::{
-    Constant, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS, Scalar, Variable, host,
-};
+pub use rtsl_ir::{Constant, Query, SURFACE_SCALARS, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
@@ -105,8 +104,9 @@ pub use rtsl_source::{
     code_info, codes, diagnostic_codes, most_similar, render,
 };
 pub use rtsl_spec::{
-    COLOR_COMPONENTS, Direction, Method, RayType, Role, StateType, StateVariable, lookup_state,
-    rows, state_component_count, state_variables,
+    ATTRIBUTES, COLOR_COMPONENTS, Direction, MAX_ATTRIBUTE_SCALARS, Method, RayType, Role,
+    StateType, StateVariable, TO_OBJECT, TO_WORLD, lookup_state, rows, state_component_count,
+    state_variables,
 };
 pub use rtsl_stages::{
     END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface,

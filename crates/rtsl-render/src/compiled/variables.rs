@@ -59,6 +59,12 @@ variables! {
     ray_spread "rt_RaySpread";
     ray_depth "rt_RayDepth";
     ray_type "rt_RayType";
+    object_number "rt_ObjectNumber";
+    instance_number "rt_InstanceNumber";
+    element_number "rt_ElementNumber";
+    attributes "rt__Attributes";
+    to_object "rt__ToObject";
+    to_world "rt__ToWorld";
 }
 
 /// Returns the components of all variables.

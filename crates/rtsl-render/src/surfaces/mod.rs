@@ -9,6 +9,7 @@ mod transforms;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl::Method;
+use rtsl_math::SIMD_LANES;
 
 pub use hit_lanes::{EightSurfaces, HitLanes, ObjectHit, SurfaceLanes};
 pub use state::EightRays;
@@ -123,7 +124,7 @@ impl Surfaces<'_> {
     #[inline(always)]
     fn to_world<S: Simd>(&self, simd: S, lanes: &mut impl SurfaceLanes) {
         let v = variables();
-        let SurfaceNeeds { derivatives, inverse_directions, .. } = self.needs;
+        let SurfaceNeeds { derivatives, inverse_directions, numbers, maps, .. } = self.needs;
         let has_derivatives = derivatives && lanes.needs(Method::ComputeDerivatives);
         for eight in lanes.eights(simd) {
             let rays = lanes.rays(eight);
@@ -139,6 +140,12 @@ impl Surfaces<'_> {
             } else if derivatives {
                 set_tangents(eight, lanes.state(), &geometric_normal);
             }
+            if maps {
+                self.store_maps(eight, lanes);
+            }
+            if numbers {
+                store_numbers(eight, lanes);
+            }
             let state = lanes.state();
             eight.store_vectors(state, v.geometric_normal, &geometric_normal);
             eight.store_vectors(state, v.shading_normal, &shading_normal);
@@ -149,6 +156,21 @@ impl Surfaces<'_> {
                 if inverse_directions {
                     set_inverse_directions(eight, state, &rays.direction);
                 }
+            }
+        }
+    }
+
+    /// Stores the maps between the objects' spaces and the world.
+    #[inline(always)]
+    fn store_maps<S: Simd>(&self, eight: Eight<S>, lanes: &mut impl SurfaceLanes) {
+        let v = variables();
+        let maps = [
+            (v.to_object, self.transforms.world_to_object(eight, lanes)),
+            (v.to_world, self.transforms.object_to_world(eight, lanes)),
+        ];
+        for (first, map) in maps {
+            for (column, vectors) in map.columns().iter().enumerate() {
+                eight.store_vectors(lanes.state(), first + 3 * column, vectors);
             }
         }
     }
@@ -205,5 +227,19 @@ impl Surfaces<'_> {
         let world = self.transforms.vectors(eight, lanes, &step);
         let offset = dots(&world, &world).sqrt();
         Some(offset.simd_lt(f32::INFINITY).select(offset, zero))
+    }
+}
+
+/// Stores the indices of the objects that the rays hit.
+#[inline(always)]
+fn store_numbers<S: Simd>(eight: Eight<S>, lanes: &mut impl SurfaceLanes) {
+    let v = variables();
+    for lane in eight.start()..eight.start() + SIMD_LANES {
+        let ObjectHit { object, element, instance } = lanes.hit(lane);
+        let instance = instance.map_or(-1.0, |instance| instance as f32);
+        let state = lanes.state();
+        state.floats_mut(v.object_number)[lane] = object as f32;
+        state.floats_mut(v.instance_number)[lane] = instance;
+        state.floats_mut(v.element_number)[lane] = element as f32;
     }
 }

@@ -155,6 +155,20 @@ impl<'a> SurfaceTransforms<'a> {
         })
     }
 
+    /// Returns the maps of points from the world to the objects' own spaces.
+    #[inline(always)]
+    pub fn world_to_object<S: Simd>(&self, eight: Eight<S>, lanes: &impl HitLanes) -> LaneMaps<S> {
+        let maps = (self.group_to_object(eight, lanes), self.world_to_group(eight, lanes));
+        composed(eight, maps)
+    }
+
+    /// Returns the maps of points from the objects' own spaces to the world.
+    #[inline(always)]
+    pub fn object_to_world<S: Simd>(&self, eight: Eight<S>, lanes: &impl HitLanes) -> LaneMaps<S> {
+        let maps = (self.group_to_world(eight, lanes), self.object_to_group(eight, lanes));
+        composed(eight, maps)
+    }
+
     #[inline(always)]
     fn object_of(&self, lanes: &impl HitLanes, lane: usize) -> &'a Object {
         &self.scene.objects[lanes.hit(lane).object as usize]
@@ -310,6 +324,19 @@ impl<'a> SurfaceTransforms<'a> {
             placement.map_or(1.0, |it| it.volume_scale(lanes.time(lane)) as f32)
         });
         own * of_group
+    }
+}
+
+/// Returns the maps that apply the second, then the first.
+#[inline(always)]
+fn composed<S: Simd>(
+    eight: Eight<S>,
+    maps: (Option<LaneMaps<S>>, Option<LaneMaps<S>>),
+) -> LaneMaps<S> {
+    match maps {
+        (None, None) => LaneMaps::same(eight, &Affine::IDENTITY),
+        (Some(only), None) | (None, Some(only)) => only,
+        (Some(outer), Some(inner)) => outer.after(&inner),
     }
 }
 

@@ -35,6 +35,7 @@ fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -
         scratch: scratch.iter().map(place).collect(),
         scratch_types: Vec::new(),
         outputs: Vec::new(),
+        attributes: Vec::new(),
         method_documentation: Default::default(),
         references: Vec::new(),
         initializer: function("function initializer { return }"),

@@ -269,6 +269,26 @@ impl Checker<'_> {
         Err(Some(Box::new(self.no_match(name, arguments, &all))))
     }
 
+    /// Chooses one of these functions.
+    pub(super) fn choose_among(
+        &self,
+        name: &str,
+        functions: &[FunctionId],
+        arguments: &[Expression],
+    ) -> Result<FunctionId, Box<Diagnostic>> {
+        let candidates = functions.iter().map(|id| Candidate::Function(*id, self.function(*id)));
+        let candidates: Vec<Candidate<'_>> = candidates.collect();
+        match choose(candidates.iter().copied(), arguments) {
+            Choice::One(Candidate::Function(id, _)) => Ok(id),
+            Choice::Ambiguous(first, second) => {
+                Err(Box::new(self.ambiguous(name, arguments, first, second)))
+            }
+            Choice::One(Candidate::Builtin(_)) | Choice::None => {
+                Err(Box::new(self.no_match(name, arguments, &candidates)))
+            }
+        }
+    }
+
     fn show_arguments(&self, arguments: &[Expression]) -> String {
         let shown = arguments.iter().take(SHOWN_ARGUMENTS);
         let mut types: Vec<String> = shown.map(|each| self.show(&each.ty)).collect();
@@ -367,7 +387,7 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    fn call_function(
+    pub(super) fn call_function(
         &mut self,
         id: FunctionId,
         arguments: Vec<Expression>,

@@ -44,6 +44,8 @@ pub(super) struct ClassContext {
     pub(super) members: Vec<Member>,
     pub(super) constructor: Option<Constructor>,
     methods: Vec<(Method, FunctionId)>,
+    /// All functions, also those that others have replaced, those of the farthest ancestor first.
+    pub(super) functions: Vec<FunctionId>,
 }
 
 /// A function whose body is to be checked.
@@ -88,6 +90,7 @@ impl<'a> Checker<'a> {
             members: Vec::new(),
             constructor: None,
             methods: Vec::new(),
+            functions: Vec::new(),
         });
         index
     }
@@ -198,14 +201,24 @@ impl<'a> Checker<'a> {
         pending
     }
 
+    /// Checks the bodies of functions. Those that others have replaced follow if `super` calls them.
     fn check_bodies(&mut self, functions: &[Pending<'a>]) {
-        for function in functions {
-            if self.function_info[function.id.0 as usize].replaced {
-                continue;
+        let mut waiting: Vec<&Pending<'a>> = functions.iter().collect();
+        loop {
+            let is_ready = |function: &&Pending<'a>| {
+                let info = &self.function_info[function.id.0 as usize];
+                !info.replaced || info.called_by_super
+            };
+            let (ready, others): (Vec<_>, Vec<_>) = waiting.into_iter().partition(is_ready);
+            if ready.is_empty() {
+                break;
             }
-            self.for_item(function.generation, |checker| {
-                checker.check_function_body(function.ast, function.id);
-            });
+            for function in ready {
+                self.for_item(function.generation, |checker| {
+                    checker.check_function_body(function.ast, function.id);
+                });
+            }
+            waiting = others;
         }
     }
 

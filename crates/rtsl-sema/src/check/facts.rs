@@ -47,6 +47,8 @@ pub(super) enum UseKind {
     ReadTextured(MemberId),
     /// A read of a scratch member.
     ReadScratch(MemberId),
+    /// A read of an attribute.
+    ReadAttribute(MemberId),
     /// A call of a built-in function that is not usable everywhere.
     Builtin(&'static Overload),
     /// A call of a method of a referenced shader.

@@ -216,6 +216,7 @@ pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) ->
         | Special::NearestHit
         | Special::Query(_)
         | Special::Rand
+        | Special::Map(..)
         | Special::Inside
         | Special::IsSet
         | Special::IsTextured => None,

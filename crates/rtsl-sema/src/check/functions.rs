@@ -26,6 +26,8 @@ pub(super) struct FunctionInfo {
     pub(super) is_implied: bool,
     /// True if another function of its class has replaced it.
     pub(super) replaced: bool,
+    /// True if `super` calls it.
+    pub(super) called_by_super: bool,
     /// For each parameter, true if it is `const`.
     pub(super) constant_parameters: Vec<bool>,
     /// The span of the first call.
@@ -54,6 +56,8 @@ pub(super) struct FunctionContext {
     pub(super) kind: Kind,
     /// True for the constructor.
     pub(super) is_constructor: bool,
+    /// The [generation](FunctionInfo::generation) of the function.
+    pub(super) generation: usize,
     /// The result type.
     pub(super) result: Type,
     /// Parameters and variables.
@@ -101,6 +105,7 @@ impl FunctionContext {
         FunctionContext {
             kind,
             is_constructor: false,
+            generation: 0,
             result,
             locals: Vec::new(),
             local_info: Vec::new(),
@@ -292,6 +297,7 @@ impl Checker<'_> {
                 | Qualifier::Scratch
                 | Qualifier::Texture
                 | Qualifier::Output
+                | Qualifier::Attribute
                 | Qualifier::Uniform
                 | Qualifier::Invariant => {
                     self.report_bad_qualifier(qualifier_name(qualifier), span, "a parameter");
@@ -308,6 +314,7 @@ impl Checker<'_> {
                 Qualifier::Scratch
                 | Qualifier::Texture
                 | Qualifier::Output
+                | Qualifier::Attribute
                 | Qualifier::Uniform
                 | Qualifier::Invariant
                 | Qualifier::In
@@ -388,6 +395,9 @@ impl Checker<'_> {
         generation: usize,
     ) -> FunctionId {
         let id = FunctionId(self.module.functions.len() as u32);
+        if let Some(class) = &mut self.class {
+            class.functions.push(id);
+        }
         self.module.functions.push(Arc::new(Function {
             name: function.name.name.clone(),
             documentation: function.documentation.clone(),
@@ -486,6 +496,7 @@ impl Checker<'_> {
         let kind = if self.class.is_some() { Kind::ClassFunction } else { Kind::FileFunction };
         let mut context = FunctionContext::new(kind, declared.result.clone());
         context.is_constructor = self.function_info[id.0 as usize].is_constructor;
+        context.generation = self.function_info[id.0 as usize].generation;
         let outer = std::mem::replace(&mut self.function, context);
         let errors = self.errors;
         self.scopes.push();
@@ -576,6 +587,7 @@ pub(super) fn qualifier_name(qualifier: Qualifier) -> &'static str {
         Qualifier::Scratch => "`scratch`",
         Qualifier::Texture => "`texture`",
         Qualifier::Output => "`output`",
+        Qualifier::Attribute => "`attribute`",
         Qualifier::Const => "`const`",
         Qualifier::Uniform => "`uniform`",
         Qualifier::Precise => "`precise`",

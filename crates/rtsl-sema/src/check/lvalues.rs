@@ -7,7 +7,9 @@ use super::Checker;
 use super::access::Access;
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
-use crate::hir::{BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Type};
+use crate::hir::{
+    BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
+};
 
 impl Checker<'_> {
     /// Notes an access to the variable, member or state variable that a place is part of.
@@ -31,14 +33,16 @@ impl Checker<'_> {
                 }
             }
             ExpressionKind::Member(id) => {
-                let scratch = self
-                    .class
-                    .as_ref()
-                    .is_some_and(|class| class.members[id.0 as usize].storage.is_of_ray());
-                if access.writes() {
-                    self.note_use(UseKind::WriteMember(id), root.span);
-                } else if scratch {
-                    self.note_use(UseKind::ReadScratch(id), root.span);
+                let class = self.class.as_ref();
+                let storage = class.map(|class| class.members[id.0 as usize].storage);
+                let use_kind = match storage {
+                    _ if access.writes() => Some(UseKind::WriteMember(id)),
+                    Some(Storage::Attribute) => Some(UseKind::ReadAttribute(id)),
+                    Some(Storage::Scratch | Storage::Output) => Some(UseKind::ReadScratch(id)),
+                    Some(Storage::Public | Storage::Private) | None => None,
+                };
+                if let Some(kind) = use_kind {
+                    self.note_use(kind, root.span);
                 }
             }
             ExpressionKind::Textured(id) => {

@@ -64,6 +64,7 @@ impl Checker<'_> {
         self.check_storage_fits(&ty, storage, variable);
         let textured = variable.qualifiers.find(Qualifier::Texture);
         let fits = textured.is_none_or(|_| self.check_textured(&ty, storage, variable));
+        let fits = fits && (storage != Storage::Attribute || self.check_attribute(&ty, variable));
         if ty == Type::Error || !fits {
             self.declare(&variable.name, Entity::Error);
             return;
@@ -91,6 +92,7 @@ impl Checker<'_> {
                 Qualifier::Private => Storage::Private,
                 Qualifier::Scratch => Storage::Scratch,
                 Qualifier::Output => Storage::Output,
+                Qualifier::Attribute => Storage::Attribute,
                 Qualifier::Texture
                 | Qualifier::Precise
                 | Qualifier::Invariant
@@ -142,11 +144,9 @@ impl Checker<'_> {
             );
             return None;
         }
-        Some(
-            self.check_outside(Kind::Initializer, |checker| {
-                checker.check_initializer(ty, initializer)
-            }),
-        )
+        let value =
+            self.check_outside(Kind::Initializer, |it| it.check_initializer(ty, initializer));
+        if storage == Storage::Attribute { self.attribute_default(value) } else { Some(value) }
     }
 
     fn check_storage_fits(&mut self, ty: &Type, storage: Storage, variable: &ast::Variable) {
@@ -198,7 +198,8 @@ impl Checker<'_> {
             format!("{what} must be `public`, since only the host can set it"),
         )
         .at(variable.span, "not `public`");
-        let storages = [Qualifier::Private, Qualifier::Scratch, Qualifier::Output];
+        let storages =
+            [Qualifier::Private, Qualifier::Scratch, Qualifier::Output, Qualifier::Attribute];
         diagnostic = match storages.iter().find_map(|each| variable.qualifiers.find(*each)) {
             Some(span) => diagnostic.suggest("make it public", span, "public"),
             None => {

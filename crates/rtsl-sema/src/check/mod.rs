@@ -23,6 +23,7 @@
 //! have their own limits.
 
 mod access;
+mod attributes;
 mod call_graph;
 mod calls;
 mod candidates;
@@ -57,6 +58,7 @@ mod scope;
 mod statements;
 mod struct_methods;
 mod suggestions;
+mod super_calls;
 mod type_names;
 mod types;
 

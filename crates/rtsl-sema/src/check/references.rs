@@ -15,6 +15,7 @@ use super::facts::UseKind;
 use super::functions::Kind;
 use super::lvalues::root;
 use super::suggestions::suggest;
+use super::super_calls::SUPER;
 use super::types::{FLOAT, INT, converts, from_spec, from_state, spec_struct};
 use crate::hir::{
     Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateArgument, StateId, Type,
@@ -29,6 +30,11 @@ impl Checker<'_> {
         arguments: &[ast::Expression],
         span: Span,
     ) -> Expression {
+        if matches!(&receiver.kind, ast::ExpressionKind::Name(name) if name == SUPER)
+            && self.find(SUPER).is_none()
+        {
+            return self.check_super_call(method, arguments, span);
+        }
         let receiver = self.check_place(receiver);
         if let Type::Reference(role) = receiver.ty {
             return self.check_reference_call(receiver, role, method, arguments, span);
@@ -240,6 +246,7 @@ impl Checker<'_> {
         let role = with_article(method.role.name());
         let inputs: Vec<&str> = state_variables()
             .iter()
+            .filter(|variable| !variable.is_hidden())
             .map(|variable| variable.name)
             .filter(|name| is_input(method, name))
             .collect();

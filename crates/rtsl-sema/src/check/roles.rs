@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
-use rtsl_spec::builtins::{Lowering, Overload, ReferenceMethod, Special, Usable};
+use rtsl_spec::builtins::{Overload, ReferenceMethod, Usable};
 use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
 use super::Checker;
@@ -164,6 +164,7 @@ impl Checker<'_> {
             UseKind::WriteState(id) => self.check_state_write(root, reached, id),
             UseKind::WriteMember(id) => self.check_member_write(root, reached, id),
             UseKind::ReadScratch(id) => self.check_scratch_read(root, reached, id),
+            UseKind::ReadAttribute(id) => self.check_attribute_read(root, reached, id),
             UseKind::ReadTextured(_) => {}
             UseKind::Builtin(overload) => self.check_builtin_use(root, reached, overload),
             UseKind::Reference(method) => self.check_reference_use(root, reached, method),
@@ -232,6 +233,7 @@ impl Checker<'_> {
         let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
         let (name, storage) = (member.name.clone(), member.storage);
         match (root.method, storage) {
+            (_, Storage::Attribute) => self.check_attribute_write(root, reached, id),
             (None, Storage::Scratch | Storage::Output) => self.report_scratch(root, reached, &name),
             (None, Storage::Public | Storage::Private)
             | (Some(_), Storage::Scratch | Storage::Output) => {}
@@ -301,9 +303,9 @@ impl Checker<'_> {
         let what = format!("`{}`{form}", builtin.name);
         match (usable, root.method) {
             (Usable::Methods(methods), method) => {
-                let of_material = builtin.lowering != Lowering::Special(Special::Inside)
-                    || root.roles.contains(&Role::Material);
-                if !of_material || method.is_none_or(|method| !methods.contains(&method)) {
+                let shades = |role: &Role| matches!(role, Role::Material | Role::Texture);
+                let fits = !builtin.lowering.needs_surface() || root.roles.iter().any(shades);
+                if !fits || method.is_none_or(|method| !methods.contains(&method)) {
                     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
                     self.report_out_of_place(root, reached, &what, &quoted_list(&names));
                 }

@@ -92,6 +92,7 @@ impl Checker<'_> {
         let Some(class) = &self.class else { return Vec::new() };
         state_variables()
             .iter()
+            .filter(|variable| !variable.is_hidden())
             .map(|variable| variable.name)
             .filter(|name| class.roles.iter().any(|role| role.row(name).is_some()))
             .collect()

@@ -141,6 +141,7 @@ pub(super) fn from_state(ty: StateType) -> Type {
         StateType::Vec2 => Type::Vector(Scalar::F32, 2),
         StateType::Vec3 => VEC3,
         StateType::Color => Type::Color,
+        StateType::Floats(count) => Type::Array(Box::new(FLOAT), count),
     }
 }
 

@@ -84,6 +84,8 @@ pub enum Special {
     Rand,
     /// `inside()`: `dot(rt_RayDirection, rt_GeometricNormal) > 0`.
     Inside,
+    /// A map between the world and the space of the hit object.
+    Map(Direction, Mapped),
     /// `isSet(reference)`: a constant once the scene is linked.
     IsSet,
     /// `isTextured(parameter)`, likewise.
@@ -98,4 +100,31 @@ pub enum Special {
     MatrixCompMult,
     /// `transpose(m)`.
     Transpose,
+}
+
+/// The direction of a map between the world and the space of the hit object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// From the world.
+    ToObject,
+    /// To the world.
+    ToWorld,
+}
+
+/// The kind of vector that a map applies to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mapped {
+    /// A point.
+    Point,
+    /// A difference of points.
+    Vector,
+    /// A normal of a surface, whose length is any.
+    Normal,
+}
+
+impl Lowering {
+    /// True for functions of the surface that a ray has hit, which materials and textures have.
+    pub fn needs_surface(self) -> bool {
+        matches!(self, Lowering::Special(Special::Inside | Special::Map(..)))
+    }
 }

@@ -130,7 +130,8 @@ impl Parser<'_> {
                 self.parse_body().map(|body| body.kind)
             }
             Keyword::True | Keyword::False => self.parse_expression_statement(),
-            Keyword::Struct
+            Keyword::Attribute
+            | Keyword::Struct
             | Keyword::Const
             | Keyword::Highp
             | Keyword::In

@@ -149,6 +149,7 @@ impl Parser<'_> {
 
 fn qualifier(keyword: Keyword) -> Option<Qualifier> {
     Some(match keyword {
+        Keyword::Attribute => Qualifier::Attribute,
         Keyword::Public => Qualifier::Public,
         Keyword::Private => Qualifier::Private,
         Keyword::Scratch => Qualifier::Scratch,

@@ -7,6 +7,7 @@ use rtsl_ir::class::Class;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use crate::errors;
+use crate::link::attributes::AttributeTable;
 use crate::link::class_tree::{ClassTree, element_path};
 
 /// The greatest depth and size of a class's tree, as for instances.
@@ -87,7 +88,7 @@ impl Bindings {
             }
             references.push(elements);
         }
-        Some(ClassTree { class: class.clone(), references })
+        Some(ClassTree { class: class.clone(), references, attributes: AttributeTable::default() })
     }
 }
 

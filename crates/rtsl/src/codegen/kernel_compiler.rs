@@ -99,13 +99,11 @@ impl KernelCompiler {
     /// If the class has no such method, or linking passes a limit.
     pub fn link(&self, tree: &ClassTree, method: Method) -> Result<LinkedMethod, Diagnostic> {
         let class = &tree.class;
-        let Some(function) = class.methods.get(&method) else {
-            return Err(errors::missing_method(class, method));
-        };
-        let link = || self.link_on_this_stack(tree, function);
+        let nesting = class.methods.get(&method).map_or(0, Function::nesting);
+        let link = || self.link_on_this_stack(tree, method);
         // Methods that it calls through references become regions of the function.
         if class.references.is_empty() {
-            nesting::with_stack_for(function.nesting(), link)
+            nesting::with_stack_for(nesting, link)
         } else {
             nesting::with_deep_stack(link)
         }
@@ -114,9 +112,10 @@ impl KernelCompiler {
     fn link_on_this_stack(
         &self,
         tree: &ClassTree,
-        function: &Function,
+        method: Method,
     ) -> Result<LinkedMethod, Diagnostic> {
-        let mut linked = linker::link_function(tree, function)?;
+        let linked = linker::link_method(tree, method);
+        let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
         let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
         rtsl_opt::optimize(&mut linked.function, &self.passes());
         let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();

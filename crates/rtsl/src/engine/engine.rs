@@ -16,6 +16,7 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::options::EngineOptions;
 use crate::instance::instance::Instance;
+use crate::link::attributes::AttributeTable;
 use crate::link::class_tree::ClassTree;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
@@ -119,7 +120,11 @@ impl Engine {
     pub fn program_of_class(&self, class: &Arc<Class>) -> Arc<Program> {
         let count = |count: Option<u32>| count.map_or(1, |count| count as usize);
         let references = class.references.iter().map(|it| vec![None; count(it.count)]);
-        self.program_of(ClassTree { class: class.clone(), references: references.collect() })
+        self.program_of(ClassTree {
+            class: class.clone(),
+            references: references.collect(),
+            attributes: AttributeTable::default(),
+        })
     }
 
     fn program_of(&self, tree: ClassTree) -> Arc<Program> {

@@ -15,6 +15,7 @@ use super::parameters::Argument;
 use super::value::Value;
 use super::words::{Leaves, Words};
 use crate::errors;
+use crate::link::attributes::AttributeTable;
 use crate::link::linker::link_function;
 
 /// The greatest number of instances that an instance reaches through references, each counted as often as it is
@@ -128,7 +129,8 @@ impl<'a> Builder<'a> {
         });
         let buffers = buffers.collect();
         let class = class.clone();
-        Ok(Instance { class, members, buffers, references, tree_size, depth, unmade })
+        let attributes = AttributeTable::default();
+        Ok(Instance { class, members, buffers, references, tree_size, depth, unmade, attributes })
     }
 
     /// Runs the initialisers, sets the host's values, and runs the constructor.

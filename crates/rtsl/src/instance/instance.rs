@@ -7,11 +7,12 @@ use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
 use rtsl_memory::SharedWords;
 use rtsl_source::Diagnostic;
-use rtsl_spec::{Method, StateVariable};
+use rtsl_spec::{Method, Role, StateVariable};
 
 use super::environment::Environment;
 use super::words::Words;
 use crate::errors;
+use crate::link::attributes::AttributeTable;
 use crate::link::class_tree::{ClassTree, element_path};
 
 /// An object of a scene: a class, values for its parameters, and the instances that it refers to. Instances are
@@ -34,7 +35,7 @@ use crate::link::class_tree::{ClassTree, element_path};
 /// assert_eq!(problems.iter().count(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Instance {
     pub(super) class: Arc<Class>,
     /// In the order of the class's members.
@@ -47,10 +48,12 @@ pub struct Instance {
     pub(super) depth: u32,
     /// The state before the constructor ran, if the class has [elements](Instance::element_count).
     pub(super) unmade: Option<Box<Unmade>>,
+    /// The attributes of the scene's objects, if the instance reads or gives them.
+    pub(super) attributes: AttributeTable,
 }
 
 /// An instance before its constructor ran.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Unmade {
     /// In the order of the class's members.
     members: Vec<Vec<u32>>,
@@ -66,7 +69,24 @@ impl Instance {
 
     /// Returns the class with the classes of the instances that it refers to.
     pub(crate) fn tree(&self) -> ClassTree {
-        class_tree(&self.class, &self.references)
+        ClassTree {
+            attributes: self.attributes.clone(),
+            ..class_tree(&self.class, &self.references)
+        }
+    }
+
+    /// Returns the instance as part of a scene whose objects have these attributes: the methods of materials and
+    /// textures read them, and shapes give them. Its program differs from that of the instance without them.
+    #[must_use]
+    pub fn with_attributes(&self, attributes: &AttributeTable) -> Arc<Instance> {
+        Arc::new(Instance { attributes: attributes.clone(), ..self.clone() })
+    }
+
+    /// True if a method of the instance, or of one that it refers to, reads an attribute.
+    pub fn reads_attributes(&self) -> bool {
+        let reads = |role: &Role| matches!(role, Role::Material | Role::Texture);
+        let own = !self.class.attributes.is_empty() && self.class.roles.iter().any(reads);
+        own || self.references.iter().flatten().flatten().any(|it| it.reads_attributes())
     }
 
     /// The instances that it refers to: for each of the class's references one element, or those of the array.
@@ -236,7 +256,11 @@ pub(super) fn class_tree(
     let each = |elements: &Vec<Option<Arc<Instance>>>| {
         elements.iter().map(|element| element.as_deref().map(Instance::tree)).collect()
     };
-    ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
+    ClassTree {
+        class: class.clone(),
+        references: references.iter().map(each).collect(),
+        attributes: AttributeTable::default(),
+    }
 }
 
 /// Returns the name of a constructor's parameter among the members, none of which has such a name.

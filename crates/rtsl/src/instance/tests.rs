@@ -68,6 +68,7 @@ fn class() -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        attributes: Vec::new(),
         references: vec![
             Reference { name: "skin".to_owned(), role: Role::Texture, count: None, tested: false },
             Reference {

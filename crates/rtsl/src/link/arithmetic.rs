@@ -113,6 +113,17 @@ impl Arithmetic<'_> {
         self.load(Variable { kind, name: name.to_owned(), scalar, len: 1 }, 0)
     }
 
+    /// Returns the map that leaves points where they are.
+    pub fn identity(&mut self) -> Linking<Map> {
+        let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
+        let axis = |axis: usize| {
+            let mut unit = [zero; 3];
+            unit[axis] = one;
+            unit
+        };
+        Ok([axis(0), axis(1), axis(2), [zero; 3]])
+    }
+
     /// Loads a map that is a member.
     pub fn map(&mut self, name: &str) -> Linking<Map> {
         let mut column = |index: u32| self.member(name, 12, 3 * index);

@@ -6,6 +6,8 @@ use rtsl_abi::Layout;
 use rtsl_ir::Variable;
 use rtsl_ir::class::Class;
 
+use super::attributes::AttributeTable;
+
 /// A class with the classes of the instances that it refers to. Instances with equal trees share their kernels and
 /// differ in data.
 #[derive(Clone, Debug)]
@@ -13,6 +15,8 @@ pub(crate) struct ClassTree {
     pub class: Arc<Class>,
     /// For each reference of the class, its elements: one, or those of the array.
     pub references: Vec<Vec<Option<ClassTree>>>,
+    /// The attributes of the scene's objects, if the instance reads or gives them.
+    pub attributes: AttributeTable,
 }
 
 impl ClassTree {
@@ -20,6 +24,7 @@ impl ClassTree {
     pub fn key(&self) -> Vec<usize> {
         let mut key = Vec::new();
         self.add_to_key(&mut key);
+        self.attributes.add_to_key(&mut key);
         key
     }
 

@@ -15,8 +15,9 @@ use rtsl_ir::{
 };
 use rtsl_opt::unchanged::VariableScalar;
 use rtsl_source::{Diagnostic, deep_stack};
-use rtsl_spec::{Default as StateDefault, Role, lookup_state, state_variables};
+use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
+use super::attributes::{AttributeUse, attribute_of, method_of};
 use super::chosen_light::ChosenLight;
 use super::class_tree::{ClassTree, element_path};
 use super::linked_method::LinkedMethod;
@@ -39,12 +40,21 @@ pub(crate) struct Linked {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Links a function of the class at the tree's root.
+/// Links a function of the class at the tree's root that is no method, such as the constructor.
 pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
     let _span = tracing::debug_span!("link", function = function.name).entered();
     let mut linker = Linker::new(Function::new(function.name.clone()));
     linker.root(tree, function)?;
     Ok(linker.finish())
+}
+
+/// Links a method of the class at the tree's root; `None` if the class has no such method.
+pub(crate) fn link_method(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
+    let function = method_of(tree, method)?;
+    let _span = tracing::debug_span!("link", function = function.name).entered();
+    let mut linker = Linker::new(Function::new(function.name.clone()));
+    linker.attributes = AttributeUse::of(tree, method);
+    Some(linker.root(tree, &function).map(|()| linker.finish()))
 }
 
 pub(super) struct Linker {
@@ -73,6 +83,8 @@ pub(super) struct Linker {
     pub element: Option<ArrayElement>,
     /// The local with the contribution of a stage.
     pub contribution: Option<VariableId>,
+    /// The use of the attributes of objects.
+    pub attributes: AttributeUse,
 }
 
 /// A function body that is being copied.
@@ -164,6 +176,7 @@ impl Linker {
             chosen_light: None,
             element: None,
             contribution: None,
+            attributes: AttributeUse::Defaults,
         }
     }
 
@@ -179,11 +192,19 @@ impl Linker {
     pub fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.out.body = self.copy_region(&mut site, &function.body)?;
-        for output in &function.outputs {
+        let yields = std::mem::take(&mut self.out.body.yields);
+        let mut given = Vec::new();
+        for (output, value) in function.outputs.iter().zip(yields) {
+            let component = output.component;
+            if let Some(attribute) = attribute_of(&site, function.variable(output.variable)) {
+                given.push((attribute.name.clone(), component, value));
+                continue;
+            }
             let variable = self.variable(&mut site, output.variable);
-            self.out.outputs.push(Output { variable, component: output.component });
+            self.out.outputs.push(Output { variable, component });
+            self.out.body.yields.push(value);
         }
-        Ok(())
+        self.give_attributes(&tree.class, &given)
     }
 
     fn copy_region(&mut self, site: &mut Site<'_>, region: &Region) -> Linking<Region> {
@@ -343,7 +364,11 @@ impl Linker {
         match site.function.variable(variable).kind {
             VariableKind::State => !site.overrides.is_empty(),
             VariableKind::Scratch => self.scratch.is_some(),
-            VariableKind::Member => self.chosen_light.is_some() || self.element.is_some(),
+            VariableKind::Member => {
+                self.chosen_light.is_some()
+                    || self.element.is_some()
+                    || !site.tree.class.attributes.is_empty()
+            }
             _ => false,
         }
     }
@@ -399,8 +424,11 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
         let index = index_of_site(site, index);
+        let info = site.function.variable(variable);
+        if let Some(attribute) = self.load_attribute(site, info, index, to)? {
+            return Ok(attribute);
+        }
         if self.element.is_some() {
-            let info = site.function.variable(variable);
             let member = Variable { name: site.name_of(info), ..info.clone() };
             return self.load_of_element(self.element, member, index, to);
         }
@@ -435,7 +463,7 @@ impl Linker {
     }
 
     /// Loads the component that an index selects, clamped.
-    fn load_component(
+    pub fn load_component(
         &mut self,
         index: Index,
         len: u32,

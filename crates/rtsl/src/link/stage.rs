@@ -11,7 +11,7 @@ use rtsl_ir::{
 };
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
-use rtsl_spec::{Role, StateVariable, lookup_state};
+use rtsl_spec::{ATTRIBUTES, Role, StateVariable, TO_OBJECT, TO_WORLD, lookup_state};
 use rtsl_stages::Port;
 
 use super::arithmetic::Arithmetic;
@@ -86,6 +86,8 @@ pub(super) enum Input {
     Operand(usize),
     /// Properties of the surface from this one on.
     Property(usize),
+    /// An operand that is an index, as a float.
+    Number(usize),
     /// The reciprocal components of the ray's direction.
     InverseDirection,
     /// A scratch array.
@@ -93,9 +95,13 @@ pub(super) enum Input {
 }
 
 impl Input {
-    /// True if it depends on the ray and its hit only.
+    /// True if it depends on the ray and its hit only, and not on which object of the scene the ray hit.
     pub fn is_of_surface(self) -> bool {
-        !matches!(self, Input::Column(name) if name != TIME_COLUMN)
+        match self {
+            Input::Column(name) => name == TIME_COLUMN,
+            Input::Number(_) => false,
+            Input::Operand(_) | Input::Property(_) | Input::InverseDirection => true,
+        }
     }
 }
 
@@ -327,6 +333,7 @@ impl Arithmetic<'_> {
                 let value = match input {
                     Input::Operand(first) => operands[first + at],
                     Input::Property(first) => properties[first + at],
+                    Input::Number(index) => self.convert(Scalar::F32, operands[index])?,
                     Input::InverseDirection => {
                         let direction = operands[first_of(query.operands(), "direction") + at];
                         let one = self.float(1.0)?;
@@ -378,6 +385,12 @@ pub(super) fn input(query: Query, variable: &StateVariable) -> Option<Input> {
         "rt_dsdv" => property("dsdv"),
         "rt_dtdu" => property("dtdu"),
         "rt_dtdv" => property("dtdv"),
+        ATTRIBUTES => property("attributes"),
+        TO_OBJECT => property("to_object"),
+        TO_WORLD => property("to_world"),
+        "rt_ObjectNumber" => Some(Input::Number(0)),
+        "rt_InstanceNumber" => Some(Input::Number(1)),
+        "rt_ElementNumber" => Some(Input::Number(2)),
         "rt_InverseRayDirection" => Some(Input::InverseDirection),
         "rt_TimeSeed" => Some(Input::Column(TIME_COLUMN)),
         "rt_RayDepth" => Some(Input::Column(DEPTH_COLUMN)),
@@ -413,7 +426,7 @@ fn outputs(query: Query) -> impl Iterator<Item = (&'static StateVariable, u32)> 
 
 #[cfg(test)]
 mod tests {
-    use rtsl_ir::PROPERTIES_OF_TEXTURES;
+    use rtsl_ir::PROPERTIES_OF_MATERIALS;
 
     use super::*;
 
@@ -431,6 +444,6 @@ mod tests {
         assert_eq!(first_of(Query::Bsdf.operands(), "origin"), 6);
         let properties = Query::SurfaceProperties.results();
         let count = Query::SurfaceProperties.result_scalars().count();
-        assert_eq!(first_of(properties, "dsdu"), count - PROPERTIES_OF_TEXTURES);
+        assert_eq!(first_of(properties, "dsdu"), count - PROPERTIES_OF_MATERIALS);
     }
 }

@@ -259,6 +259,7 @@ mod tests {
     use rtsl_ir::verify::verify;
     use rtsl_spec::{Method, Role};
 
+    use super::super::attributes::AttributeTable;
     use super::super::contribution::Contributions;
     use super::super::linked_method::LinkedMethod;
     use super::super::linker::{Linked, link_function};
@@ -274,7 +275,11 @@ mod tests {
     fn tree() -> ClassTree {
         let text = "function intersect { return }";
         let class = class("Ball", Role::Primitive, Method::Intersect, &[], text);
-        ClassTree { class: Arc::new(class), references: Vec::new() }
+        ClassTree {
+            class: Arc::new(class),
+            references: Vec::new(),
+            attributes: AttributeTable::default(),
+        }
     }
 
     /// Two shapes that rays hit at the distance that is a member.

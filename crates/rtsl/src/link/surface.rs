@@ -11,7 +11,7 @@ use rtsl_ir::{
 };
 use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR};
 use rtsl_opt::placed::PLACEMENT;
-use rtsl_spec::{Method, Role, lookup_state};
+use rtsl_spec::{ATTRIBUTES, MAX_ATTRIBUTE_SCALARS, Method, Role, lookup_state};
 
 use super::arithmetic::{Arithmetic, Map, Vector};
 use super::light_selection::LightSelection;
@@ -428,7 +428,24 @@ impl SurfaceCode<'_> {
         properties.extend(dpdu.into_iter().chain(dpdv).chain(widths).chain([offset]));
         let of_textures = ["rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
         properties.extend(of_textures.iter().filter_map(|name| scalar(name, 0)));
+        let zero = code.float(0.0)?;
+        properties
+            .extend((0..MAX_ATTRIBUTE_SCALARS).map(|it| scalar(ATTRIBUTES, it).unwrap_or(zero)));
+        for map in self.to_object_and_world(code)? {
+            properties.extend(map.into_iter().flatten());
+        }
         Ok(properties)
+    }
+
+    /// The maps of points from the world to the object's space, and back.
+    fn to_object_and_world(&self, code: &mut Arithmetic<'_>) -> Linking<[Map; 2]> {
+        match &self.maps {
+            Some(Maps { inverse, forward, .. }) => Ok([*inverse, *forward]),
+            None => {
+                let identity = code.identity()?;
+                Ok([identity; 2])
+            }
+        }
     }
 
     /// Transforms normals of the shape's space to the world's, with the orientation of the object.

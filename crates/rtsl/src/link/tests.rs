@@ -7,6 +7,7 @@ use rtsl_ir::verify::verify;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Method, Role};
 
+use super::attributes::AttributeTable;
 use super::class_tree::ClassTree;
 use super::linker::{Linked, link_function};
 
@@ -40,6 +41,7 @@ pub(super) fn class(
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        attributes: Vec::new(),
         references: references.iter().map(reference).collect(),
         initializer: Function::new(format!("{name}.initializer")),
         constructor: None,
@@ -52,7 +54,7 @@ fn texture(name: &str, references: &[&str], text: &str) -> Arc<Class> {
 }
 
 fn tree(class: &Arc<Class>, references: Vec<Vec<Option<ClassTree>>>) -> ClassTree {
-    ClassTree { class: class.clone(), references }
+    ClassTree { class: class.clone(), references, attributes: AttributeTable::default() }
 }
 
 fn check(tree: &ClassTree, method: Method, expected: Expect) {

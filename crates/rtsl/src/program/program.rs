@@ -24,6 +24,7 @@ use crate::codegen::options::Math;
 use crate::codegen::packet_kernel::PacketKernel;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
+use crate::link::attributes::methods_of;
 use crate::link::class_tree::{ClassTree, TreeVariables};
 use crate::link::linked_method::LinkedMethod;
 use crate::link::linker::Linked;
@@ -73,7 +74,7 @@ impl Program {
     pub(crate) fn new(compiler: Arc<KernelCompiler>, tree: ClassTree) -> Program {
         let variables = tree.variables();
         let layout = variables.layout();
-        let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
+        let methods = methods_of(&tree).into_iter().map(|it| (it, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
         let callbacks = Mutex::default();
         Program { compiler, tree, variables, layout, methods, kernels, callbacks, elements }

@@ -1,6 +1,7 @@
 //! The integration tests of `rtsl`, as one program: linking is most of the work of building tests.
 
 mod agreement;
+mod attributes;
 mod bounds;
 mod calls;
 mod cameras;

@@ -78,7 +78,7 @@ fn state_table<'a>(page: &mut String, rows: impl Iterator<Item = &'a Row>) {
     page.push_str(
         "| state variable | type | passes | default | meaning |\n|---|---|---|---|---|\n",
     );
-    for row in rows {
+    for row in rows.filter(|row| !row.name.contains("__")) {
         let mark = if row.origin == Origin::Extension { " \u{2020}" } else { "" };
         let _ = writeln!(
             page,

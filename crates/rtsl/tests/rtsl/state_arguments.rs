@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, Instances,
-    LaneMask, Method, Unit, Value, lookup_state, new_state,
+    CallArguments, CallMode, Compiler, Engine, Instance, Instances, LaneMask, Method, Unit, Value,
+    lookup_state, new_state,
 };
+
+use crate::common::{component, engines};
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
@@ -94,21 +96,6 @@ fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance>
 fn seen(unit: &Unit) -> Value {
     let kd = new(unit, "Coordinates", vec![]).into();
     new(unit, "Seen", vec![("kd", kd)]).into()
-}
-
-/// The interpreter, then machine code at every width.
-fn engines() -> Vec<Engine> {
-    let backends = Engine::WIDTHS.map(|width| (Backend::Jit, width));
-    let all = [(Backend::Interpreter, 1)].into_iter().chain(backends);
-    let engines = all.filter_map(|(backend, width)| {
-        let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
-        Engine::new(options).ok().map(|(engine, _)| engine)
-    });
-    engines.collect()
-}
-
-fn component(name: &str) -> usize {
-    lookup_state(name).unwrap().first_component as usize
 }
 
 fn uv(ray: usize) -> [f32; 2] {

@@ -1,7 +1,7 @@
 //! Queries about surfaces.
 
 use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
-use rtsl::{Kernel, Method, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS};
+use rtsl::{Kernel, MAX_ATTRIBUTE_SCALARS, Method, Query, SURFACE_SCALARS};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
@@ -281,9 +281,12 @@ pub fn property_rows(batch: &ShadingBatch) -> impl Iterator<Item = &[f32]> {
     let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
     let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
     let components = components.flat_map(|(first, count)| first..first + count);
-    let of_textures: [usize; PROPERTIES_OF_TEXTURES] = [v.dsdu, v.dsdv, v.dtdu, v.dtdv];
+    let maps = [v.to_object, v.to_world].map(|first| first..first + 12);
+    let attributes = v.attributes..v.attributes + MAX_ATTRIBUTE_SCALARS as usize;
+    let of_materials = [v.dsdu, v.dsdv, v.dtdu, v.dtdv].into_iter();
+    let of_materials = of_materials.chain(attributes).chain(maps.into_iter().flatten());
     let rows = vectors.into_iter().flatten().map(|row| &row[..]);
     let rows = rows.chain(components.map(|component| batch.state.floats(component)));
     let rows = rows.chain([&batch.offset[..]]);
-    rows.chain(of_textures.map(|component| batch.state.floats(component)))
+    rows.chain(of_materials.map(|component| batch.state.floats(component)))
 }

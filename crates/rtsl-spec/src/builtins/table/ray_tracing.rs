@@ -1,7 +1,7 @@
 //! Functions of the ray tracer. `illuminance` is a statement, not a function.
 
 use crate::Method;
-use crate::builtins::{Builtin, Chapter, Special, Usable};
+use crate::builtins::{Builtin, Chapter, Direction, Mapped, Special, Usable};
 
 pub(super) static RAY_TRACING: &[Builtin] = &[
     function(
@@ -44,6 +44,42 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
         &["bool inside()"],
         "True if the ray hits the surface from inside: dot(rt_RayDirection, rt_GeometricNormal) > 0.",
     ),
+    map(
+        "pointToObject",
+        (Direction::ToObject, Mapped::Point),
+        &["vec3 pointToObject(vec3 point)"],
+        "The point of the world in the space of the object that the ray hit.",
+    ),
+    map(
+        "pointToWorld",
+        (Direction::ToWorld, Mapped::Point),
+        &["vec3 pointToWorld(vec3 point)"],
+        "The point of the object's space in the world.",
+    ),
+    map(
+        "vectorToObject",
+        (Direction::ToObject, Mapped::Vector),
+        &["vec3 vectorToObject(vec3 vector)"],
+        "The difference of points of the world as that in the space of the object that the ray hit.",
+    ),
+    map(
+        "vectorToWorld",
+        (Direction::ToWorld, Mapped::Vector),
+        &["vec3 vectorToWorld(vec3 vector)"],
+        "The difference of points of the object's space as that in the world.",
+    ),
+    map(
+        "normalToObject",
+        (Direction::ToObject, Mapped::Normal),
+        &["vec3 normalToObject(vec3 normal)"],
+        "The normal in the world as one in the space of the object that the ray hit, of any length.",
+    ),
+    map(
+        "normalToWorld",
+        (Direction::ToWorld, Mapped::Normal),
+        &["vec3 normalToWorld(vec3 normal)"],
+        "The normal in the object's space as one in the world, of any length.",
+    ),
     function(
         "isSet",
         Special::IsSet,
@@ -81,6 +117,25 @@ const MATERIAL: Usable = Usable::Methods(&[
     Method::EvaluatePdf,
     Method::Emission,
 ]);
+
+/// The methods that know the object that a ray has hit.
+const SURFACE: Usable = Usable::Methods(&[
+    Method::Shade,
+    Method::Bsdf,
+    Method::SampleBsdf,
+    Method::EvaluatePdf,
+    Method::Emission,
+    Method::Lookup,
+]);
+
+const fn map(
+    name: &'static str,
+    (direction, mapped): (Direction, Mapped),
+    signatures: &'static [&'static str],
+    doc: &'static str,
+) -> Builtin {
+    function(name, Special::Map(direction, mapped), SURFACE, signatures, doc)
+}
 
 const fn function(
     name: &'static str,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rtsl::{
     Backend, CallArguments, CallMode, CallStatus, Class, Compiler, CompilerOptions, Engine,
     EngineOptions, Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program,
-    Role, Scalar, Value, new_state,
+    Role, Scalar, Value, lookup_state, new_state,
 };
 use rtsl_ir::Function;
 use rtsl_testing::functions::{Entropy, HashHost};
@@ -112,6 +112,7 @@ pub fn class(method: Method, text: &str) -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        attributes: Vec::new(),
         references: Vec::new(),
         initializer: Function::new("Test.initializer"),
         constructor: None,
@@ -215,4 +216,20 @@ fn difference(class: &Class, expected: &LaneBlock, found: &LaneBlock) -> Option<
         }
     }
     None
+}
+
+/// The interpreter, then machine code at every width.
+pub fn engines() -> Vec<Engine> {
+    let backends = Engine::WIDTHS.map(|width| (Backend::Jit, width));
+    let all = [(Backend::Interpreter, 1)].into_iter().chain(backends);
+    let engines = all.filter_map(|(backend, width)| {
+        let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+        Engine::new(options).ok().map(|(engine, _)| engine)
+    });
+    engines.collect()
+}
+
+/// The first component of a state variable.
+pub fn component(name: &str) -> usize {
+    lookup_state(name).unwrap().first_component as usize
 }
