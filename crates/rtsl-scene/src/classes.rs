@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
-use rtsl::library::LibraryFile;
+use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{Class, Compilation, Compiler, Diagnostics, Messages, SourceMap, Unit};
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
@@ -19,10 +19,7 @@ use crate::reader::{FileSource, Input};
 
 /// The classes of the standard library and their files. Looking through the texts for each name took most of the time
 /// of loading a scene with many names of pbrt.
-static STANDARD: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| {
-    let files = rtsl::library::files().iter();
-    files.flat_map(|file| declared_classes(file.text).map(move |name| (name, file))).collect()
-});
+static STANDARD: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| classes().collect());
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]
@@ -274,16 +271,6 @@ fn texts<'a>(path: &Path, sources: &'a SourceMap) -> impl Iterator<Item = (&'a s
     let own = path.display().to_string();
     let files = sources.files().map(|(_, file)| (file.name.as_str(), file.text.as_str()));
     files.skip_while(move |(name, _)| *name != own)
-}
-
-/// The names that follow the word `class` in a text. Comments may add false ones, which the compiler rejects later.
-fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
-    let separator = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_');
-    let mut words = text.split(separator).filter(|word| !word.is_empty());
-    std::iter::from_fn(move || {
-        words.by_ref().find(|word| *word == "class")?;
-        words.next()
-    })
 }
 
 /// Converts `ThinLens` to the spelling of file names, `thin_lens`.

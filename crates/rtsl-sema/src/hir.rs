@@ -101,6 +101,8 @@ pub struct Class {
     pub constructor: Option<Constructor>,
     /// The methods, including inherited and implied ones.
     pub methods: Vec<(Method, FunctionId)>,
+    /// True for a class of a module that the unit uses.
+    pub is_imported: bool,
     /// The span of the header.
     pub span: Span,
 }

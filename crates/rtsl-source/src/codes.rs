@@ -88,6 +88,9 @@ diagnostics! {
     E0021 RECURSIVE_INCLUDE "a file that includes itself";
     E0022 INCLUDE_ESCAPES "an include that leads out of the search path";
     E0026 TEXT_AFTER_DIRECTIVE "text after a directive";
+    E0027 MODULE_NOT_FOUND "an imported module that cannot be found or read";
+    E0028 CIRCULAR_IMPORT "modules that import one another in a circle";
+    E0029 MISPLACED_IMPORT "an import inside a class";
     E0101 UNEXPECTED_TOKEN "a token that the grammar does not allow here";
     E0102 UNCLOSED_DELIMITER "brackets that do not pair";
     E0103 RESERVED_WORD "a word of GLSL that RTSL does not use";

@@ -19,8 +19,43 @@ pub struct Identifier {
 /// A whole translation unit, with includes and macros expanded.
 #[derive(Clone, Debug, Default)]
 pub struct TranslationUnit {
+    /// The imports, which come before the first class.
+    pub imports: Vec<Import>,
     /// All items at file scope, in order.
     pub items: Vec<Item>,
+}
+
+/// `import microfacets.ggx as ggx;`: the names of another file, as parts of one name.
+#[derive(Clone, Debug)]
+pub struct Import {
+    /// The folders and the file, without its ending.
+    pub path: Vec<Identifier>,
+    /// The name after `as`.
+    pub alias: Option<Identifier>,
+    /// The span of the path.
+    pub span: Span,
+}
+
+impl Import {
+    /// The name by which the importing file knows the module.
+    pub fn name(&self) -> Option<&Identifier> {
+        self.alias.as_ref().or(self.path.last())
+    }
+
+    /// The path as written, with dots.
+    pub fn dotted(&self) -> String {
+        self.joined(".")
+    }
+
+    /// The path of the file.
+    pub fn file(&self) -> String {
+        format!("{}.rtsl", self.joined("/"))
+    }
+
+    fn joined(&self, separator: &str) -> String {
+        let names: Vec<&str> = self.path.iter().map(|part| part.name.as_str()).collect();
+        names.join(separator)
+    }
 }
 
 /// An item at file scope or in a class.

@@ -9,14 +9,16 @@ use rtsl_source::deep_stack;
 
 use crate::ast::{
     Annotation, AnnotationValue, BinaryOperator, Block, Class, ClassForm, Condition, Expression,
-    ExpressionKind, Function, Initializer, Item, Parameter, Qualifier, Qualifiers, Statement,
-    StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
+    ExpressionKind, Function, Import, Initializer, Item, Parameter, Qualifier, Qualifiers,
+    Statement, StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName,
+    Variable,
 };
 
 /// Formats `unit`.
 pub fn print(unit: &TranslationUnit) -> String {
     deep_stack::run(|| {
         let mut printer = Printer { text: String::new(), depth: 0 };
+        unit.imports.iter().for_each(|import| printer.import(import));
         for item in &unit.items {
             printer.item(item);
         }
@@ -42,6 +44,11 @@ impl Printer {
         self.depth += 1;
         print(self);
         self.depth -= 1;
+    }
+
+    fn import(&mut self, import: &Import) {
+        let alias = import.alias.as_ref().map_or(String::new(), |it| format!(" as {}", it.name));
+        self.line(format_args!("import {}{alias}", import.dotted()));
     }
 
     fn item(&mut self, item: &Item) {

@@ -58,7 +58,7 @@ impl Checker<'_> {
         arguments: &[ast::Expression],
         span: Span,
     ) -> Expression {
-        let Some((name, sizes)) = Self::array_head(callee) else {
+        let Some((name, sizes)) = self.array_head(callee) else {
             self.check_arguments(arguments);
             self.report(
                 Diagnostic::new(codes::NOT_A_FUNCTION, "this is not a function")
@@ -76,7 +76,7 @@ impl Checker<'_> {
         self.check_construct(ty, arguments, span)
     }
 
-    fn check_named_call(
+    pub(super) fn check_named_call(
         &mut self,
         name: &str,
         name_span: Span,
@@ -97,7 +97,8 @@ impl Checker<'_> {
                 entity @ (Entity::Local(_)
                 | Entity::Member(_)
                 | Entity::Constant(..)
-                | Entity::Class(_)),
+                | Entity::Class(_)
+                | Entity::Module),
             ) => {
                 self.check_arguments(arguments);
                 return self.report_not_a_function(name, &entity, name_span, span);

@@ -30,6 +30,8 @@ pub(super) struct ClassDeclaration<'a> {
     pub(super) roles: Vec<Role>,
     /// True if some base was not found.
     pub(super) roles_unknown: bool,
+    /// The module that declares it.
+    pub(super) home: Option<usize>,
 }
 
 /// The class being checked.
@@ -52,7 +54,7 @@ pub(super) struct ClassContext {
 struct Pending<'a> {
     ast: &'a ast::Function,
     id: FunctionId,
-    generation: usize,
+    item: ClassItem<'a>,
 }
 
 impl<'a> Checker<'a> {
@@ -79,6 +81,7 @@ impl<'a> Checker<'a> {
             parent: bases.parent,
             roles: bases.roles.clone(),
             roles_unknown: bases.unknown,
+            home: self.modules.home(),
         });
         self.declare(&class.name, Entity::Class(index));
         self.class = Some(ClassContext {
@@ -106,28 +109,31 @@ impl<'a> Checker<'a> {
             members: context.members,
             constructor: context.constructor,
             methods,
+            is_imported: self.modules.home().is_some(),
             span: class.span,
         });
     }
 
-    /// Runs `check` for an item. Warnings about inherited items are dropped, since they were
-    /// reported for the base.
-    fn for_item(&mut self, generation: usize, check: impl FnOnce(&mut Self)) {
-        let outer = std::mem::replace(&mut self.silent, generation > 0);
-        check(self);
+    /// Runs `check` for an item, with the names of its module. Warnings about inherited items are dropped, since they
+    /// were reported for the base.
+    fn for_item(&mut self, item: ClassItem<'a>, check: impl FnOnce(&mut Self)) {
+        let outer = std::mem::replace(&mut self.silent, item.generation > 0);
+        self.with_names_of(item.home, check);
         self.silent = outer;
     }
 
     fn declare_structs_and_constants(&mut self, items: &[ClassItem<'a>]) {
-        let plain: Vec<&ast::Item> = items
-            .iter()
-            .map(|item| item.item)
-            .filter(|item| match item {
+        // Those of the farthest ancestors come first, and do not depend on those of a class below them.
+        for items in items.chunk_by(|one, other| one.home == other.home) {
+            let plain = items.iter().map(|item| item.item).filter(|item| match item {
                 ast::Item::Variable(variable) => is_constant(variable),
                 _ => true,
-            })
-            .collect();
-        self.declare_in_order(&plain, Self::declare_class_constant);
+            });
+            let plain: Vec<&ast::Item> = plain.collect();
+            self.with_names_of(items[0].home, |checker| {
+                checker.declare_in_order(&plain, Self::declare_class_constant);
+            });
+        }
     }
 
     fn declare_class_constant(&mut self, variable: &'a ast::Variable) {
@@ -145,7 +151,7 @@ impl<'a> Checker<'a> {
             if let ast::Item::Variable(variable) = item.item
                 && !is_constant(variable)
             {
-                self.for_item(item.generation, |checker| checker.declare_member(variable));
+                self.for_item(*item, |checker| checker.declare_member(variable));
             }
         }
         let members = self.class.as_ref().map_or(&[][..], |class| &class.members);
@@ -173,9 +179,9 @@ impl<'a> Checker<'a> {
             if function.name.name == CONSTRUCTOR {
                 continue;
             }
-            self.for_item(generation, |checker| {
+            self.for_item(*item, |checker| {
                 if let Some(id) = checker.check_class_function(function, generation) {
-                    pending.push(Pending { ast: function, id, generation });
+                    pending.push(Pending { ast: function, id, item: *item });
                 }
             });
         }
@@ -192,9 +198,9 @@ impl<'a> Checker<'a> {
             if function.name.name != CONSTRUCTOR {
                 continue;
             }
-            self.for_item(generation, |checker| {
+            self.for_item(*item, |checker| {
                 if let Some(id) = checker.check_constructor(function, generation) {
-                    pending.push(Pending { ast: function, id, generation });
+                    pending.push(Pending { ast: function, id, item: *item });
                 }
             });
         }
@@ -214,7 +220,7 @@ impl<'a> Checker<'a> {
                 break;
             }
             for function in ready {
-                self.for_item(function.generation, |checker| {
+                self.for_item(function.item, |checker| {
                     checker.check_function_body(function.ast, function.id);
                 });
             }
@@ -229,9 +235,9 @@ impl<'a> Checker<'a> {
         let facts = functions.iter().map(|each| &self.function_info[each.id.0 as usize].facts);
         let called: BTreeSet<FunctionId> =
             facts.flat_map(|facts| facts.calls.iter().map(|call| call.callee)).collect();
-        for Pending { ast: function, id, generation } in functions {
+        for Pending { ast: function, id, item } in functions {
             let name = &function.name;
-            if !called.contains(id) && *generation == 0 {
+            if !called.contains(id) && item.generation == 0 {
                 self.check_cpp_constructor(function);
             }
             let is_method = Method::from_name(&name.name).is_some() || name.name == CONSTRUCTOR;
@@ -247,7 +253,7 @@ impl<'a> Checker<'a> {
                 )
                 .at(name.span, "never called");
                 let diagnostic = suggest(diagnostic, name.span, Some(similar));
-                self.for_item(*generation, |checker| checker.report(diagnostic));
+                self.for_item(*item, |checker| checker.report(diagnostic));
             }
         }
     }

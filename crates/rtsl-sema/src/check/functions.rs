@@ -350,7 +350,8 @@ impl Checker<'_> {
             | Entity::Member(_)
             | Entity::Constant(..)
             | Entity::Struct(_)
-            | Entity::Class(_) => {
+            | Entity::Class(_)
+            | Entity::Module => {
                 self.report_duplicate(name, &named);
                 return Some(Existing::Taken);
             }

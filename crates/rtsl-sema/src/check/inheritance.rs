@@ -7,6 +7,7 @@ use rtsl_spec::Role;
 use rtsl_syntax::ast;
 
 use super::Checker;
+use super::classes::ClassDeclaration;
 use super::scope::Entity;
 use super::suggestions::suggest;
 
@@ -34,6 +35,8 @@ pub(super) struct ClassItem<'a> {
     pub(super) item: &'a ast::Item,
     /// 0 for the class's own items; else the number of generations up.
     pub(super) generation: usize,
+    /// The module that declares it.
+    pub(super) home: Option<usize>,
 }
 
 impl<'a> Checker<'a> {
@@ -78,6 +81,7 @@ impl<'a> Checker<'a> {
 
     fn check_parent(&mut self, base: &ast::Identifier, bases: &mut Bases) {
         let found = self.file.get(&base.name).map(|named| named.entity.clone());
+        let found = found.or_else(|| self.class_of_base(&base.name));
         let index = match found {
             Some(Entity::Class(index)) => index,
             Some(Entity::Error) => {
@@ -132,11 +136,11 @@ impl<'a> Checker<'a> {
         let chain = self.chain(index);
         let mut items = Vec::new();
         for (generation, ancestor) in chain.into_iter().enumerate().rev() {
-            let class = self.classes[ancestor].ast;
+            let ClassDeclaration { ast: class, home, .. } = self.classes[ancestor];
             if generation > 0 && !self.spend_inherited(class, self.classes[index].ast) {
                 continue;
             }
-            items.extend(class.items.iter().map(|item| ClassItem { item, generation }));
+            items.extend(class.items.iter().map(|item| ClassItem { item, generation, home }));
         }
         items
     }

@@ -47,6 +47,7 @@ mod initializers;
 mod lost_state;
 mod lvalues;
 mod members;
+mod modules;
 mod nan;
 mod operators;
 mod order;
@@ -68,18 +69,20 @@ use std::sync::Arc;
 use rtsl_source::{Code, Diagnostic, Diagnostics, Span, deep_stack};
 use rtsl_syntax::ast;
 
-use crate::hir::Module;
+use crate::hir;
 use classes::{ClassContext, ClassDeclaration};
 use functions::{FunctionContext, FunctionInfo};
+use modules::ModuleScopes;
 use scope::{Level, Scopes};
 use types::StructInfo;
 
+pub use modules::{Module, Uses};
 pub(crate) use type_names::plain_type_name;
 
 /// The functions that every unit may call, checked once for many units.
 #[derive(Debug, Default)]
 pub struct Prelude {
-    module: Module,
+    module: hir::Module,
     names: Level,
     function_info: Vec<FunctionInfo>,
     struct_info: Vec<StructInfo>,
@@ -90,7 +93,7 @@ pub struct Prelude {
 impl Prelude {
     /// The prelude's declarations. The ids of its functions are the same in every unit checked on
     /// top of it.
-    pub fn module(&self) -> &Module {
+    pub fn module(&self) -> &hir::Module {
         &self.module
     }
 }
@@ -119,10 +122,22 @@ pub fn check_unit(
     unit: &ast::TranslationUnit,
     prelude: Option<&Prelude>,
     diagnostics: &mut Diagnostics,
-) -> Module {
+) -> hir::Module {
+    check_unit_with(unit, (&[], &Uses::default()), prelude, diagnostics)
+}
+
+/// Checks one translation unit that uses some of these modules.
+pub fn check_unit_with(
+    unit: &ast::TranslationUnit,
+    (modules, uses): (&[Module], &Uses),
+    prelude: Option<&Prelude>,
+    diagnostics: &mut Diagnostics,
+) -> hir::Module {
     let _span = tracing::debug_span!("check").entered();
     deep_stack::run(|| {
         let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
+        checker.modules = ModuleScopes::new(modules, uses);
+        checker.bring_imports(&unit.imports);
         for item in &unit.items {
             checker.check_file_item(item);
         }
@@ -147,7 +162,7 @@ struct Checker<'a> {
     /// called.
     in_prelude: bool,
     prelude: Option<&'a Prelude>,
-    module: Module,
+    module: hir::Module,
     /// The checker's data about each function of the module, beside its tree.
     function_info: Vec<FunctionInfo>,
     /// The checker's data about each struct of the module, beside its fields.
@@ -170,6 +185,8 @@ struct Checker<'a> {
     nan_fuel: u32,
     /// The number of bytes of inherited text that may still be checked again.
     inheritable: usize,
+    /// The modules that the unit uses.
+    modules: ModuleScopes<'a>,
 }
 
 impl<'a> Checker<'a> {
@@ -193,6 +210,7 @@ impl<'a> Checker<'a> {
             evaluation_fuel: evaluator::UNIT_FUEL,
             nan_fuel: nan::UNIT_FUEL,
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
+            modules: ModuleScopes::default(),
         };
         if prelude.is_none() {
             checker.add_spec_structs();
@@ -214,7 +232,7 @@ impl<'a> Checker<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    fn function(&self, id: crate::hir::FunctionId) -> &Arc<crate::hir::Function> {
+    fn function(&self, id: hir::FunctionId) -> &Arc<hir::Function> {
         &self.module.functions[id.0 as usize]
     }
 }

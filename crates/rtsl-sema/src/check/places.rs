@@ -30,7 +30,10 @@ impl Checker<'_> {
             Ast::Name(name) => self.check_name(name, expression.span),
             Ast::Index(base, Some(index)) => self.check_index(base, index, expression.span),
             Ast::Index(_, None) => self.check_missing_index(expression.span),
-            Ast::Member(base, name) => self.check_member(base, name, expression.span),
+            Ast::Member(base, name) => match self.name_in_module(base, name) {
+                Some(name) => self.check_name(&name, expression.span),
+                None => self.check_member(base, name, expression.span),
+            },
             _ => self.check_expression(expression),
         }
     }
@@ -51,9 +54,12 @@ impl Checker<'_> {
                 Expression { kind: ExpressionKind::Constant(values), ty, span }
             }
             Some(Entity::Error) => error_expression(span),
-            Some(entity @ (Entity::Struct(_) | Entity::Functions(_) | Entity::Class(_))) => {
-                self.report_no_value(name, entity.kind(), span)
-            }
+            Some(
+                entity @ (Entity::Struct(_)
+                | Entity::Functions(_)
+                | Entity::Class(_)
+                | Entity::Module),
+            ) => self.report_no_value(name, entity.kind(), span),
             None => self.check_undeclared_name(name, span),
         }
     }
@@ -414,17 +420,22 @@ impl Checker<'_> {
     }
 
     /// Splits the type of an array constructor, `float[2][3]`, into the name and the sizes.
-    pub(super) fn array_head(
-        expression: &ast::Expression,
-    ) -> Option<(ast::Identifier, Vec<Option<&ast::Expression>>)> {
+    pub(super) fn array_head<'e>(
+        &self,
+        expression: &'e ast::Expression,
+    ) -> Option<(ast::Identifier, Vec<Option<&'e ast::Expression>>)> {
         let mut sizes = Vec::new();
         let mut part = expression;
         while let Ast::Index(base, size) = &part.kind {
             sizes.push(size.as_deref());
             part = base;
         }
-        let Ast::Name(name) = &part.kind else { return None };
+        let name = match &part.kind {
+            Ast::Name(name) => name.clone(),
+            Ast::Member(module, part) => self.qualified_name(module, part)?,
+            _ => return None,
+        };
         sizes.reverse();
-        Some((ast::Identifier { name: name.clone(), span: part.span }, sizes))
+        Some((ast::Identifier { name, span: part.span }, sizes))
     }
 }

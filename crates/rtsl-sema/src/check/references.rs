@@ -35,6 +35,9 @@ impl Checker<'_> {
         {
             return self.check_super_call(method, arguments, span);
         }
+        if let Some(name) = self.name_in_module(receiver, method) {
+            return self.check_named_call(&name, receiver.span.to(method.span), arguments, span);
+        }
         let receiver = self.check_place(receiver);
         if let Type::Reference(role) = receiver.ty {
             return self.check_reference_call(receiver, role, method, arguments, span);

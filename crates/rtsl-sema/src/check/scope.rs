@@ -25,6 +25,8 @@ pub(super) enum Entity {
     Functions(Vec<FunctionId>),
     /// An index into the checker's classes.
     Class(usize),
+    /// A module.
+    Module,
     /// An entity whose declaration had an error that was reported.
     Error,
 }
@@ -39,6 +41,7 @@ impl Entity {
             Entity::Struct(_) => "a struct",
             Entity::Functions(_) => "a function",
             Entity::Class(_) => "a class",
+            Entity::Module => "a module",
             Entity::Error => "a name",
         }
     }

@@ -102,7 +102,11 @@ impl Checker<'_> {
 fn value_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
         Entity::Member(_) | Entity::Constant(..) | Entity::Local(_) => Some(name.as_str()),
-        Entity::Struct(_) | Entity::Functions(_) | Entity::Class(_) | Entity::Error => None,
+        Entity::Struct(_)
+        | Entity::Functions(_)
+        | Entity::Class(_)
+        | Entity::Module
+        | Entity::Error => None,
     })
 }
 
@@ -113,6 +117,7 @@ fn function_names(level: &Level) -> impl Iterator<Item = &str> {
         | Entity::Constant(..)
         | Entity::Local(_)
         | Entity::Class(_)
+        | Entity::Module
         | Entity::Error => None,
     })
 }
@@ -125,6 +130,7 @@ fn struct_names(level: &Level) -> impl Iterator<Item = &str> {
         | Entity::Constant(..)
         | Entity::Local(_)
         | Entity::Class(_)
+        | Entity::Module
         | Entity::Error => None,
     })
 }

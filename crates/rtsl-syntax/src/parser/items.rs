@@ -5,8 +5,8 @@ use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use super::documentation::comment_before;
 use super::{Parse, Parser};
 use crate::ast::{
-    Annotation, AnnotationValue, Class, ClassForm, Field, Function, Identifier, Item, Parameter,
-    Qualifiers, Struct, TranslationUnit, TypeName,
+    Annotation, AnnotationValue, Class, ClassForm, Field, Function, Identifier, Import, Item,
+    Parameter, Qualifiers, Struct, TranslationUnit, TypeName,
 };
 use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Word};
@@ -24,7 +24,11 @@ impl Parser<'_> {
         let mut items = Vec::new();
         while !self.at_end() {
             let before = self.position;
-            if self.at_class() {
+            if self.at_import() {
+                if self.parse_import().is_err() {
+                    self.recover_statement();
+                }
+            } else if self.at_class() {
                 if let Ok(class) = self.parse_class() {
                     items.push(Item::Class(class));
                 }
@@ -33,7 +37,44 @@ impl Parser<'_> {
             }
             self.ensure_progress(before);
         }
-        TranslationUnit { items }
+        TranslationUnit { imports: std::mem::take(&mut self.imports), items }
+    }
+
+    /// True at `import`, which is no keyword: a name follows, and then no declaration of that name.
+    fn at_import(&self) -> bool {
+        let token = self.peek();
+        let begins = token.kind == TokenKind::Name && self.text(token) == "import";
+        begins && self.peek_at(1).kind == TokenKind::Name
+    }
+
+    /// Parses `import a.b as c;`.
+    fn parse_import(&mut self) -> Parse<()> {
+        self.bump();
+        let mut path = vec![self.expect_identifier("the name of a file")?];
+        while self.maybe(Punctuator::Dot).is_some() {
+            path.push(self.expect_identifier("the name of a file")?);
+        }
+        let span = path[0].span.to(self.previous_span());
+        let mut alias = None;
+        if self.peek().kind == TokenKind::Name && self.text(self.peek()) == "as" {
+            self.bump();
+            alias = Some(self.expect_identifier("a name for the module")?);
+        }
+        self.expect_semicolon("the import")?;
+        self.imports.push(Import { path, alias, span });
+        Ok(())
+    }
+
+    /// Appends the name after a dot, as in `module.Name`.
+    pub(super) fn parse_qualified(&mut self, mut name: Identifier) -> Parse<Identifier> {
+        if self.maybe(Punctuator::Dot).is_some() {
+            let last = self.expect_identifier("a name of the module")?;
+            name = Identifier {
+                name: format!("{}.{}", name.name, last.name),
+                span: name.span.to(last.span),
+            };
+        }
+        Ok(name)
     }
 
     fn parse_class(&mut self) -> Parse<Class> {
@@ -91,7 +132,8 @@ impl Parser<'_> {
                         "leave this out",
                     );
                 }
-                bases.push(self.expect_identifier("the name of a role or class")?);
+                let base = self.expect_identifier("the name of a role or class")?;
+                bases.push(self.parse_qualified(base)?);
                 if self.maybe(Punctuator::Comma).is_none() {
                     break;
                 }
@@ -117,6 +159,21 @@ impl Parser<'_> {
     fn parse_items(&mut self, scope: Scope, items: &mut Vec<Item>) {
         while !self.at_end() {
             let before = self.position;
+            if self.at_import() {
+                if scope == Scope::File {
+                    return;
+                }
+                let place = self.peek().span;
+                self.complain(
+                    codes::MISPLACED_IMPORT,
+                    "an import inside a class",
+                    place,
+                    "imports come before the first class",
+                );
+                self.recover_statement();
+                self.ensure_progress(before);
+                continue;
+            }
             if self.at_class() {
                 match scope {
                     Scope::File | Scope::HeaderClass => return,

@@ -19,7 +19,7 @@ use rtsl_source::{
     Code, Diagnostic, Diagnostics, SourceMap, Span, deep_stack, diagnostic_codes as codes,
 };
 
-use crate::ast::{Identifier, TranslationUnit};
+use crate::ast::{Identifier, Import, TranslationUnit};
 use crate::message::shorten;
 use crate::symbol::Interner;
 use crate::token::{Punctuator, Token, TokenKind};
@@ -47,6 +47,7 @@ pub(crate) fn parse_tokens(
         copied: 0,
         unnamed_structs: 0,
         class: None,
+        imports: Vec::new(),
     };
     parser.parse_translation_unit()
 }
@@ -75,6 +76,8 @@ struct Parser<'a> {
     unnamed_structs: u32,
     /// The name of the class that is being parsed.
     class: Option<String>,
+    /// The imports so far.
+    imports: Vec<Import>,
 }
 
 // The cursor.

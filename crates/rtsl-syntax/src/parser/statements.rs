@@ -179,7 +179,11 @@ impl Parser<'_> {
             Some(Word::Plain | Word::Type) => {}
             None => return false,
         }
-        let after = self.tokens[self.after_array_sizes(self.position + 1)];
+        // `module.Type name`
+        let is_qualified =
+            self.peek_at(1).is(Punctuator::Dot) && self.peek_at(2).kind == TokenKind::Name;
+        let name_tokens = if is_qualified { 3 } else { 1 };
+        let after = self.tokens[self.after_array_sizes(self.position + name_tokens)];
         match self.word_of(after) {
             // A keyword on the next line begins the next statement: a `;` is missing.
             Some(Word::Keyword(_)) => !after.starts_line,

@@ -102,6 +102,7 @@ impl Parser<'_> {
         }
         let token = self.bump();
         let name = self.type_identifier(token);
+        let name = self.parse_qualified(name)?;
         let sizes = self.parse_sizes()?;
         Ok(TypeName { name, sizes, span: token.span.to(self.previous_span()) })
     }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use rtsl_ir::class::Class;
 use rtsl_lower::lower_class;
-use rtsl_sema::check::check_unit;
+use rtsl_sema::check::check_unit_with;
 use rtsl_sema::hir::ClassId;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_codes as codes};
 use rtsl_syntax::IncludeLoader;
 use rtsl_syntax::ast::TranslationUnit;
 
 use super::loader::{FileLoader, read_text};
+use super::modules::{ModuleLoader, Modules};
 use super::prelude::{Prelude, prelude};
 use super::unit::{Compilation, Unit};
 
@@ -88,12 +89,13 @@ impl Compiler {
         let mut diagnostics = prelude.diagnostics.clone();
         let file = sources.add(name, text);
         let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
+        let modules = ModuleLoader::new(&mut sources, loader, &mut diagnostics).load(&tree, name);
         // Checks of a broken syntax tree would report errors that follow from the first ones.
         if diagnostics.has_errors() {
             return Compilation { unit: None, diagnostics, sources };
         }
         // The trees are dropped on the deep stack, too: dropping recurses.
-        let classes = deep_stack::run(|| self.classes(tree, prelude, &mut diagnostics));
+        let classes = deep_stack::run(|| self.classes((tree, modules), prelude, &mut diagnostics));
         let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
         Compilation { unit, diagnostics, sources }
     }
@@ -101,16 +103,20 @@ impl Compiler {
     /// Checks a syntax tree and lowers its classes. Of classes with errors there is only a diagnostic.
     fn classes(
         &self,
-        tree: TranslationUnit,
+        (tree, modules): (TranslationUnit, Modules),
         prelude: &Prelude,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Arc<Class>> {
-        let module = check_unit(&tree, Some(&prelude.checked), diagnostics);
+        let used = (modules.modules.as_slice(), &modules.uses);
+        let module = check_unit_with(&tree, used, Some(&prelude.checked), diagnostics);
         let mut classes = Vec::new();
         if diagnostics.has_errors() {
             return classes;
         }
         for index in prelude.checked.module().classes.len()..module.classes.len() {
+            if module.classes[index].is_imported {
+                continue;
+            }
             match lower_class(&module, ClassId(index as u32)) {
                 Ok(class) => classes.push(Arc::new(self.with_budget(class))),
                 Err(problems) => diagnostics.extend(problems),

@@ -6,5 +6,6 @@ pub(crate) mod compiler;
 pub mod library;
 mod library_file;
 pub(crate) mod loader;
+mod modules;
 pub(crate) mod prelude;
 pub(crate) mod unit;

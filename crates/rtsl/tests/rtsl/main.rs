@@ -18,6 +18,7 @@ mod host_lanes;
 mod library;
 mod lvalues;
 mod manual;
+mod modules;
 mod operations;
 mod placed;
 mod prelude;
