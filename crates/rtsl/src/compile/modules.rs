@@ -9,6 +9,7 @@ use rtsl_syntax::ast::{Import, Item, TranslationUnit};
 use rtsl_syntax::{IncludeError, IncludeLoader};
 
 use super::library;
+use super::loader::FileLoader;
 
 /// The greatest number of modules that a unit uses, directly and through others.
 const MAX_MODULES: usize = 256;
@@ -29,6 +30,8 @@ pub(super) struct ModuleLoader<'a> {
     pub sources: &'a mut SourceMap,
     pub loader: &'a mut dyn IncludeLoader,
     pub diagnostics: &'a mut Diagnostics,
+    /// The loader of what files of the standard library include and import, which does not depend on the host's.
+    library: FileLoader,
     loaded: Vec<Module>,
     /// The indices of loaded modules, by the names of their files.
     indices: BTreeMap<String, usize>,
@@ -43,8 +46,16 @@ impl<'a> ModuleLoader<'a> {
         loader: &'a mut dyn IncludeLoader,
         diagnostics: &'a mut Diagnostics,
     ) -> Self {
-        let (loaded, indices, open) = (Vec::new(), BTreeMap::new(), Vec::new());
-        ModuleLoader { sources, loader, diagnostics, loaded, indices, open, bytes: 0 }
+        ModuleLoader {
+            sources,
+            loader,
+            diagnostics,
+            library: FileLoader::default(),
+            loaded: Vec::new(),
+            indices: BTreeMap::new(),
+            open: Vec::new(),
+            bytes: 0,
+        }
     }
 
     /// Loads everything that the unit in the file `name` uses.
@@ -75,7 +86,7 @@ impl<'a> ModuleLoader<'a> {
     /// Returns the module of an import; `None` if it cannot be had, which is reported.
     fn module_of(&mut self, import: &Import, importing: &str) -> Option<usize> {
         let file = import.file();
-        let found = match self.loader.load(&file, importing) {
+        let found = match self.loader_of(importing).load(&file, importing) {
             Ok(found) => found,
             Err(error) => {
                 self.report_missing(import, &file, &error);
@@ -116,7 +127,11 @@ impl<'a> ModuleLoader<'a> {
             return None;
         }
         let file = self.sources.add(name.clone(), text);
-        let unit = rtsl_syntax::parse(self.sources, file, self.loader, self.diagnostics);
+        let loader: &mut dyn IncludeLoader = match library::file(&name) {
+            Some(_) => &mut self.library,
+            None => self.loader,
+        };
+        let unit = rtsl_syntax::parse(self.sources, file, loader, self.diagnostics);
         self.open.push(name.clone());
         let uses = self.uses_of(&unit, &name);
         self.open.pop();
@@ -124,6 +139,14 @@ impl<'a> ModuleLoader<'a> {
         let index = self.loaded.len() - 1;
         self.indices.insert(name, index);
         Some(index)
+    }
+
+    /// Returns the loader of what a file includes and imports.
+    fn loader_of(&mut self, file: &str) -> &mut dyn IncludeLoader {
+        match library::file(file) {
+            Some(_) => &mut self.library,
+            None => self.loader,
+        }
     }
 
     fn report_missing(&mut self, import: &Import, file: &str, error: &IncludeError) {

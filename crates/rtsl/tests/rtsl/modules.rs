@@ -78,6 +78,7 @@ fn inherited_text_has_the_names_of_its_module() {
 fn the_unit_has_its_own_classes_only() {
     let text = "import water.waves; class A : waves.Wave {}; class B : Checker {};";
     let compilation = compile(text, &[WAVES, SCALE]);
+    assert_eq!(compilation.report(false), "");
     let names: Vec<String> =
         compilation.unit.unwrap().classes().iter().map(|it| it.name.clone()).collect();
     assert_eq!(names, ["A", "B"]);
