@@ -323,7 +323,24 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         }
         "Dots" => vec![vec![("inside", constant(0.3)), ("outside", constant(0.6))]],
         "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
-        "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "SpotLight" | "GoboLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "IesLight" => {
+            let profile = |verticals: &[f32], horizontals: &[f32], candela: &[f32]| {
+                vec![
+                    ("verticals", floats(verticals)),
+                    ("horizontals", floats(horizontals)),
+                    ("candela", floats(candela)),
+                ]
+            };
+            vec![
+                vec![],
+                profile(&[0.0, 40.0, 90.0], &[0.0], &[900.0, 700.0, 10.0]),
+                profile(&[0.0, 90.0], &[0.0, 30.0, 90.0], &[9.0, 1.0, 9.0, 3.0, 9.0, 5.0]),
+                profile(&[90.0, 180.0], &[0.0, 180.0], &[9.0, 1.0, 4.0, 3.0]),
+                profile(&[0.0, 180.0], &[0.0, 120.0, 240.0], &[9.0, 1.0, 9.0, 3.0, 9.0, 5.0]),
+            ]
+        }
+        "SunSky" => vec![vec![], vec![("sunSize", 20.0.into()), ("azimuth", 130.0.into())]],
         _ => vec![vec![]],
     };
     let named = |row: Vec<(&str, Value)>| {
