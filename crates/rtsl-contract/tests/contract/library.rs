@@ -340,7 +340,11 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 profile(&[0.0, 180.0], &[0.0, 120.0, 240.0], &[9.0, 1.0, 9.0, 3.0, 9.0, 5.0]),
             ]
         }
-        "SunSky" => vec![vec![], vec![("sunSize", 20.0.into()), ("azimuth", 130.0.into())]],
+        "SunSky" => vec![
+            vec![],
+            vec![("sunSize", 20.0.into()), ("azimuth", 130.0.into())],
+            vec![("tables", floats(&[0.1; 3600]))],
+        ],
         _ => vec![vec![]],
     };
     let named = |row: Vec<(&str, Value)>| {
