@@ -175,7 +175,7 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             // One ball contains the other.
             vec![("end", [0.3, -0.5, 0.2].into()), ("endRadius", 1.2.into())],
         ],
-        "Superquadric" => vec![vec![], vec![("radii", [0.7, 1.6, 1.1].into())]],
+        "Superquadric" => vec![vec![], vec![("radii", [0.9, 1.3, 1.1].into())]],
         "HeightField" => vec![
             vec![("heights", floats(&[0.3, 0.7, 0.2, 0.5])), ("scale", (-1.5).into())],
             vec![
