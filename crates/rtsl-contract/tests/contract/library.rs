@@ -160,6 +160,44 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         }
         "Hair" => vec![vec![], vec![("reflectance", constant(0.7)), ("betaN", 0.6.into())]],
         "Torus" => vec![vec![], vec![("majorRadius", 1.1.into()), ("minorRadius", 0.5.into())]],
+        "Cone" => vec![
+            vec![],
+            vec![("radius", 0.4.into()), ("topRadius", 1.3.into()), ("yMin", (-0.7).into())],
+            vec![("radius", 0.8.into()), ("topRadius", 0.8.into())],
+        ],
+        "Box" => vec![
+            vec![],
+            vec![("corner", [0.5, -1.0, 2.0].into()), ("opposite", [0.2, 1.5, 2.3].into())],
+        ],
+        "RoundCone" => vec![
+            vec![],
+            vec![("start", [1.0, 2.0, 0.5].into()), ("endRadius", 0.5.into())],
+            // One ball contains the other.
+            vec![("end", [0.3, -0.5, 0.2].into()), ("endRadius", 1.2.into())],
+        ],
+        "Superquadric" => vec![vec![], vec![("radii", [0.9, 1.3, 1.1].into())]],
+        "HeightField" => vec![
+            vec![("heights", floats(&[0.3, 0.7, 0.2, 0.5])), ("scale", (-1.5).into())],
+            vec![
+                ("heights", floats(&[0.3, 0.7, 0.2, 0.5, 0.9, 0.1, 0.4, 0.4, 0.6, 0.8, 0.2, 0.5])),
+                ("size", [4, 3].into()),
+                ("opposite", [2.0, 1.5].into()),
+            ],
+        ],
+        "SdfUnion" => {
+            let elements = |blend: f32| {
+                vec![
+                    ("centers", floats(&[0.0, 0.0, 0.0, 0.9, 0.2, 0.1])),
+                    ("radii", floats(&[0.5, 0.4])),
+                    ("corners", floats(&[-1.0, -0.6, -0.5, -0.2, -0.2, 0.5])),
+                    ("edges", floats(&[0.05])),
+                    ("ends", floats(&[-0.5, 0.8, 0.0, 0.5, 0.5, 0.4])),
+                    ("endRadii", floats(&[0.1, 0.25])),
+                    ("blend", blend.into()),
+                ]
+            };
+            vec![elements(0.0), elements(0.05), elements(0.4)]
+        }
         "Plane" => vec![
             vec![],
             vec![("point", [0.3, 0.2, -0.5].into()), ("normal", [0.5, 2.0, -0.7].into())],
@@ -285,7 +323,28 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         }
         "Dots" => vec![vec![("inside", constant(0.3)), ("outside", constant(0.6))]],
         "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
-        "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "SpotLight" | "GoboLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "IesLight" => {
+            let profile = |verticals: &[f32], horizontals: &[f32], candela: &[f32]| {
+                vec![
+                    ("verticals", floats(verticals)),
+                    ("horizontals", floats(horizontals)),
+                    ("candela", floats(candela)),
+                ]
+            };
+            vec![
+                vec![],
+                profile(&[0.0, 40.0, 90.0], &[0.0], &[900.0, 700.0, 10.0]),
+                profile(&[0.0, 90.0], &[0.0, 30.0, 90.0], &[9.0, 1.0, 9.0, 3.0, 9.0, 5.0]),
+                profile(&[90.0, 180.0], &[0.0, 180.0], &[9.0, 1.0, 4.0, 3.0]),
+                profile(&[0.0, 180.0], &[0.0, 120.0, 240.0], &[9.0, 1.0, 9.0, 3.0, 9.0, 5.0]),
+            ]
+        }
+        "SunSky" => vec![
+            vec![],
+            vec![("sunSize", 20.0.into()), ("azimuth", 130.0.into())],
+            vec![("tables", floats(&[0.1; 3600]))],
+        ],
         _ => vec![vec![]],
     };
     let named = |row: Vec<(&str, Value)>| {
