@@ -12,7 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
 use rtsl::library::{LibraryFile, classes, declared_classes};
-use rtsl::{Class, Compilation, Compiler, Diagnostics, Messages, SourceMap, Unit};
+use rtsl::{
+    Class, Compilation, Compiler, Diagnostics, FileLoader, IncludeError, IncludeLoader,
+    IncludedFile, Messages, SourceMap, Unit,
+};
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::reader::{FileSource, Input};
@@ -40,6 +43,8 @@ pub struct Classes<'a> {
     /// Files that compiled without errors, with their source texts.
     compiled: BTreeMap<PathBuf, Compilation>,
     messages: Messages,
+    /// The classes of texts that the reader makes, by the text and the class that they derive from.
+    made: BTreeMap<(String, usize), Option<Arc<Class>>>,
 }
 
 /// A file, its text, and the classes that it seems to declare.
@@ -61,6 +66,16 @@ pub enum Found {
     Nothing,
 }
 
+impl Found {
+    /// Returns the class.
+    pub fn class(self) -> Option<Arc<Class>> {
+        match self {
+            Found::Class(class) => Some(class),
+            Found::Broken | Found::Nothing => None,
+        }
+    }
+}
+
 impl<'a> Classes<'a> {
     /// The classes visible to a scene in `folder`.
     pub fn new(compiler: Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
@@ -75,6 +90,7 @@ impl<'a> Classes<'a> {
             found_before: None,
             compiled: BTreeMap::new(),
             messages: Messages::default(),
+            made: BTreeMap::new(),
         }
     }
 
@@ -137,6 +153,38 @@ impl<'a> Classes<'a> {
     /// Returns the class with this name in the standard library, whatever files beside the scene declare.
     pub fn find_standard(&mut self, name: &str) -> Found {
         self.first_of(standard_files(name).collect(), name)
+    }
+
+    /// Returns the class `name` of a text that the reader makes; `None` if the text has errors. The text may import
+    /// the file of the class `base` as the module `base`.
+    pub fn of_text(
+        &mut self,
+        text: &str,
+        name: &str,
+        base: Option<&Arc<Class>>,
+    ) -> Option<Arc<Class>> {
+        // The base is alive as long as the class that derives from it is asked for.
+        let key = (text.to_owned(), base.map_or(0, |base| Arc::as_ptr(base).addr()));
+        if let Some(made) = self.made.get(&key) {
+            return made.clone();
+        }
+        let file = base.and_then(|base| self.file_of(base));
+        let library = FileLoader::new(self.compiler.options().search_path.clone());
+        let mut loader = BaseLoader { file, library };
+        let made = self.compiler.compile_with("attributes.rtsl", text, &mut loader).unit;
+        let made = made.and_then(|unit| unit.class(name).ok().cloned());
+        self.made.insert(key, made.clone());
+        made
+    }
+
+    /// Returns the file that a class was compiled from, with its text.
+    fn file_of(&mut self, class: &Arc<Class>) -> Option<(PathBuf, String)> {
+        let candidates = self.candidates(&class.name);
+        candidates.into_iter().find(|(path, _)| {
+            let unit = self.units.get(path).and_then(Option::as_ref);
+            let of_unit = unit.and_then(|unit| unit.class(&class.name).ok());
+            of_unit.is_some_and(|it| Arc::ptr_eq(it, class))
+        })
     }
 
     fn search(&mut self, name: &str) -> Found {
@@ -241,6 +289,23 @@ impl<'a> Classes<'a> {
             self.compiled.insert(path.to_owned(), compilation);
         }
         unit
+    }
+}
+
+/// Loads the file of a base class as the module `base`, and what it includes as usual.
+struct BaseLoader {
+    file: Option<(PathBuf, String)>,
+    library: FileLoader,
+}
+
+impl IncludeLoader for BaseLoader {
+    fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
+        match &self.file {
+            Some((file, text)) if path == "base.rtsl" => {
+                Ok(IncludedFile { name: file.display().to_string(), text: text.clone() })
+            }
+            _ => self.library.load(path, including),
+        }
     }
 }
 

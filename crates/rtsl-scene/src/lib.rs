@@ -5,6 +5,7 @@
 
 mod area;
 mod arguments;
+mod attributes;
 mod classes;
 mod description;
 pub mod export;
@@ -22,6 +23,7 @@ mod source;
 pub mod spectrum;
 mod vector;
 
+pub use attributes::WantedAttributes;
 pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
     ShapeUse,

@@ -1,5 +1,6 @@
 //! Loading: from the description of a scene to instances of classes.
 
+mod attributes;
 mod emitter;
 mod images;
 mod reachable;
@@ -17,10 +18,11 @@ use rtsl::{
 use rtsl_math::Transform;
 
 use crate::arguments::{Resolve, argument, texture};
+use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::parts::SceneParts;
-use crate::pbrt::{Images, MeshShape, PbrtName, translated, without_effect};
+use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
@@ -79,6 +81,8 @@ struct Arguments {
     values: Vec<(String, Value)>,
     named: Vec<(EntityId, Arc<Instance>)>,
     standard: Vec<Arc<Class>>,
+    /// The attributes that a file gives a shape.
+    attributes: Vec<GivenAttribute>,
 }
 
 /// The instance of an entity.
@@ -105,6 +109,10 @@ pub struct Made {
     named: Vec<(EntityId, Arc<Instance>)>,
     /// The classes of the constants among its references.
     standard: Vec<Arc<Class>>,
+    /// The class of the entity, before attributes.
+    class: Arc<Class>,
+    /// The attributes that shaders of the scene read.
+    wanted: Arc<WantedAttributes>,
 }
 
 impl Made {
@@ -142,6 +150,8 @@ pub struct Loader<'a, 'f> {
     unused: Option<Vec<EntityId>>,
     /// True if such a file was not read.
     skipped_files: bool,
+    /// The attributes that shaders of the scene read.
+    wanted: Arc<WantedAttributes>,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -167,6 +177,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             images: Images::default(),
             unused: None,
             skipped_files: false,
+            wanted: Arc::default(),
         }
     }
 
@@ -199,6 +210,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Ok(shutter) => parts.shutter = shutter,
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
+        self.find_wanted_attributes();
         self.read_images();
         let camera = self.instance(camera_entity);
         let integrator = match description.integrator {
@@ -220,7 +232,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             PlacedGroup { group: it.object as u32, transform, motion }
         });
         let instances = instances.collect();
-        let scene = Scene {
+        let mut scene = Scene {
             settings,
             integrator: integrator.ok()?,
             path_tracer: path_tracer?,
@@ -236,6 +248,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             groups,
             instances,
         };
+        self.share_attributes(&mut scene)?;
         let origins = Origins {
             camera: camera_entity,
             materials: parts.material_origins,
@@ -440,12 +453,13 @@ impl<'a, 'f> Loader<'a, 'f> {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
         }?;
+        let derived = self.with_attributes(entity, &class, &mut arguments)?;
         let alpha = match alpha_parameter(entity, &class) {
             Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
             None => None,
         };
         let given = arguments.values.iter().map(|(name, value)| (name.as_str(), value.clone()));
-        let instance = match Instance::new(&class, given) {
+        let instance = match Instance::new(&derived, given) {
             Ok(instance) => instance,
             Err(problems) => {
                 let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
@@ -458,7 +472,8 @@ impl<'a, 'f> Loader<'a, 'f> {
         };
         let relief = self.relief(entity, &instance, &mut arguments)?;
         let Arguments { named, standard, .. } = arguments;
-        Some(Made { instance, relief, alpha, named, standard })
+        let wanted = self.wanted.clone();
+        Some(Made { instance, relief, alpha, named, standard, class, wanted })
     }
 
     /// The instance of an earlier load, if making it again would give the same.
@@ -470,8 +485,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         let same_named = |(entity, earlier): &(EntityId, Arc<Instance>)| {
             self.instance(*entity).is_some_and(|now| Arc::ptr_eq(&now, earlier))
         };
-        let unchanged =
-            Arc::ptr_eq(made.instance.class(), class) && made.named.iter().all(same_named);
+        let unchanged = Arc::ptr_eq(&made.class, class) && made.named.iter().all(same_named);
+        let is_shape = self.description.entities[id.0].kind == EntityKind::Shape;
+        let unchanged = unchanged && (!is_shape || made.wanted == self.wanted);
         let same_class = |earlier: &Arc<Class>| match self.classes.find(&earlier.name) {
             Found::Class(now) => Arc::ptr_eq(&now, earlier),
             Found::Broken | Found::Nothing => false,
@@ -480,12 +496,12 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 
     fn mesh_arguments(&mut self, mesh: MeshShape, entity: &Entity) -> Option<Arguments> {
-        match mesh.arguments(entity, self.files) {
-            Ok((values, warning)) => {
+        match mesh.arguments(entity, self.files, &self.wanted) {
+            Ok(MadeMesh { values, attributes, warning }) => {
                 if let Some(warning) = warning {
                     self.say_once(warning, entity.class_span);
                 }
-                Some(Arguments { values, ..Arguments::default() })
+                Some(Arguments { values, attributes, ..Arguments::default() })
             }
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
@@ -532,7 +548,13 @@ impl<'a, 'f> Loader<'a, 'f> {
                 }
         };
         let parameters = self.parameters(entity, class).into_iter();
-        for parameter in parameters.filter(|it| !is_elsewhere(&it.name)) {
+        let is_attribute = |name: &str| {
+            let is_own = class.parameters.iter().any(|parameter| parameter.name == name);
+            !is_own && self.is_attribute(entity, name)
+        };
+        let parameters: Vec<Cow<'_, Parameter>> =
+            parameters.filter(|it| !is_elsewhere(&it.name) && !is_attribute(&it.name)).collect();
+        for parameter in parameters {
             let value =
                 self.resolve(&mut arguments, |resolver| argument(class, &parameter, resolver));
             match value {
@@ -677,6 +699,15 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 
     fn class(&mut self, entity: &Entity) -> Option<Arc<Class>> {
+        if self.is_attribute_texture(entity) {
+            return match self.attribute_texture(entity) {
+                Ok(class) => Some(class),
+                Err(diagnostic) => {
+                    self.diagnostics.push(*diagnostic);
+                    None
+                }
+            };
+        }
         let standard = self.pbrt_name(entity);
         let class = self.classes.find(standard.map_or(&entity.class, |standard| standard.class));
         let class = match class {

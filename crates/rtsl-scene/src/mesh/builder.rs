@@ -4,6 +4,7 @@ use rtsl::{Numbers, Scalar};
 use rtsl_memory::Amount;
 
 use super::MeshError;
+use crate::attributes::GivenAttribute;
 
 /// The greatest length of an array: kernels use 31-bit indices.
 const MAX_NUMBERS: usize = i32::MAX as usize;
@@ -19,6 +20,8 @@ pub struct Mesh {
     pub uvs: Numbers,
     /// Three ints for each triangle, or four for each quadrilateral: the indices of its vertices.
     pub indices: Numbers,
+    /// The attributes of its vertices or faces that were asked for.
+    pub attributes: Vec<GivenAttribute>,
     /// True if the file has materials, which a mesh does not.
     pub has_materials: bool,
 }
@@ -26,8 +29,9 @@ pub struct Mesh {
 impl Mesh {
     /// Returns the memory of the arrays.
     pub fn memory(&self) -> Amount {
-        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
-        arrays.into_iter().map(|numbers| Amount::of::<u32>(numbers.words().len())).sum()
+        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices].into_iter();
+        let arrays = arrays.chain(self.attributes.iter().map(|it| &it.numbers));
+        arrays.map(|numbers| Amount::of::<u32>(numbers.words().len())).sum()
     }
 
     /// Returns the number of triangles of a triangle mesh.
@@ -113,6 +117,7 @@ impl MeshBuilder {
             normals: Numbers::from_words(Scalar::F32, self.normals),
             uvs: Numbers::from_words(Scalar::F32, self.uvs),
             indices: Numbers::from_words(Scalar::I32, self.indices),
+            attributes: Vec::new(),
             has_materials: false,
         })
     }

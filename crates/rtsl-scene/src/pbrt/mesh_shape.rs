@@ -9,6 +9,7 @@ use rtsl_memory::{Held, InputBudget};
 
 use super::name::PbrtName;
 use super::parallelogram::Parallelogram;
+use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::description::Entity;
 use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within, subdivide};
 use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
@@ -28,8 +29,15 @@ pub enum MeshShape {
     Subdivision,
 }
 
-/// The arguments of a class, and a warning.
-pub type Made = (Vec<(String, Value)>, Option<String>);
+/// A mesh as arguments of its class.
+pub struct MadeMesh {
+    /// The arguments.
+    pub values: Vec<(String, Value)>,
+    /// The attributes that its file has.
+    pub attributes: Vec<GivenAttribute>,
+    /// A warning.
+    pub warning: Option<String>,
+}
 
 impl MeshShape {
     /// The mesh shape with this name in the format.
@@ -54,24 +62,26 @@ impl MeshShape {
         }
     }
 
-    /// The arguments of the class for `entity`, and a warning.
+    /// The arguments of the class for `entity`, with those of the wanted attributes that its file has.
     pub fn arguments(
         self,
         entity: &Entity,
         files: SceneFiles<'_>,
-    ) -> Result<Made, Box<Diagnostic>> {
+        wanted: &WantedAttributes,
+    ) -> Result<MadeMesh, Box<Diagnostic>> {
         if let Some(parallelogram) = Parallelogram::of(entity) {
-            return Ok((parallelogram.arguments(), None));
+            let (values, attributes) = (parallelogram.arguments(), Vec::new());
+            return Ok(MadeMesh { values, attributes, warning: None });
         }
-        check_names(entity, self.parameters())?;
+        check_names(entity, (self.parameters(), wanted))?;
         let mesh = match self {
             MeshShape::Triangles => triangles(entity, files.budget),
             MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
-            MeshShape::Ply => file(entity, files, ply),
+            MeshShape::Ply => file(entity, files, |files, path| ply(files, path, wanted)),
             MeshShape::Gltf => file(entity, files, gltf),
             MeshShape::Subdivision => subdivision(entity, files.budget),
         }?;
-        let Mesh { positions, normals, uvs, indices, has_materials } = mesh;
+        let Mesh { positions, normals, uvs, indices, attributes, has_materials } = mesh;
         let buffers =
             [("positions", positions), ("normals", normals), ("uvs", uvs), ("indices", indices)];
         let values = buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers)));
@@ -81,7 +91,7 @@ impl MeshShape {
                 "the materials of `{file}` have no effect on a shape: `rtsl render {file}` shows the file as a scene"
             )
         });
-        Ok((values.into(), warning))
+        Ok(MadeMesh { values: values.into(), attributes, warning })
     }
 }
 
@@ -89,12 +99,16 @@ impl MeshShape {
 /// light, the length of displaced edges.
 const WITHOUT_DIFFERENCE: [&str; 3] = ["faceIndices", "emissionfilename", "edgelength"];
 
-fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
+fn check_names(
+    entity: &Entity,
+    (known, wanted): (&[&str], &WantedAttributes),
+) -> Result<(), Box<Diagnostic>> {
     let standard = PbrtName::of(entity);
     let is_unknown = |parameter: &&Parameter| {
         let name = parameter.name.as_str();
         !known.contains(&name)
             && !WITHOUT_DIFFERENCE.contains(&name)
+            && !wanted.has(name)
             && !standard.is_some_and(|standard| standard.has_no_effect(name))
     };
     let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
@@ -162,11 +176,8 @@ fn subdivision(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagno
     Ok(mesh)
 }
 
-/// Reads the file at a path.
-type ReadFile = fn(SceneFiles<'_>, &Path) -> Result<Mesh, MeshError>;
-
-fn ply(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
-    read_ply_within(files.open(path)?, files.budget)
+fn ply(files: SceneFiles<'_>, path: &Path, wanted: &WantedAttributes) -> Result<Mesh, MeshError> {
+    read_ply_within(files.open(path)?, files.budget, wanted)
 }
 
 /// Files that a glTF file refers to are relative to it. All of them are held in memory until the mesh is complete.
@@ -181,7 +192,11 @@ fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
     read_gltf_within(&file.bytes, &read, files.budget)
 }
 
-fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, Box<Diagnostic>> {
+fn file(
+    entity: &Entity,
+    files: SceneFiles<'_>,
+    read: impl Fn(SceneFiles<'_>, &Path) -> Result<Mesh, MeshError>,
+) -> Result<Mesh, Box<Diagnostic>> {
     let parameter = find(entity, "filename").ok_or_else(|| {
         let message = format!("`{}` names no file", entity.class);
         let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);

@@ -23,6 +23,6 @@ mod translation;
 pub use cameras::{add_missing_camera, share_film_size};
 pub use image_lights::given_power;
 pub use images::{CONVENTION, Images, NamedImage};
-pub use mesh_shape::MeshShape;
+pub use mesh_shape::{MadeMesh, MeshShape};
 pub use name::PbrtName;
 pub use translation::{translated, without_effect};

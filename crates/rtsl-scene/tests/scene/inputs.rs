@@ -213,12 +213,14 @@ fn faces_of_a_mesh_are_held_as_they_come() {
         file.push(255);
         file.extend([0; 255]);
     }
-    let Err(MeshError::OverBudget(error)) = read_ply_within(&*file, &budget(4)) else {
+    let Err(MeshError::OverBudget(error)) =
+        read_ply_within(&*file, &budget(4), &WantedAttributes::default())
+    else {
         panic!("half a megabyte stands for six");
     };
     assert!(error.needed > Amount(4 << 20), "{error}");
     let enough = budget(64);
-    let mesh = read_ply_within(&*file, &enough).unwrap();
+    let mesh = read_ply_within(&*file, &enough, &WantedAttributes::default()).unwrap();
     assert_eq!((mesh.triangles(), enough.taken()), (2000 * 253, mesh.memory()));
 }
 

@@ -9,7 +9,7 @@ use rtsl_ir::{Function, VariableKind};
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use super::environment::Environment;
-use super::instance::{Instance, Unmade, class_tree, for_each_element};
+use super::instance::{Attached, Instance, Unmade, class_tree, for_each_element};
 use super::parameters;
 use super::parameters::Argument;
 use super::value::Value;
@@ -130,7 +130,18 @@ impl<'a> Builder<'a> {
         let buffers = buffers.collect();
         let class = class.clone();
         let attributes = AttributeTable::default();
-        Ok(Instance { class, members, buffers, references, tree_size, depth, unmade, attributes })
+        let attached = Attached::default();
+        Ok(Instance {
+            class,
+            members,
+            buffers,
+            references,
+            tree_size,
+            depth,
+            unmade,
+            attributes,
+            attached,
+        })
     }
 
     /// Runs the initialisers, sets the host's values, and runs the constructor.

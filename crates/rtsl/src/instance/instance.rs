@@ -1,6 +1,6 @@
 //! Instances: a class with its parameters set.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Reference};
@@ -50,6 +50,18 @@ pub struct Instance {
     pub(super) unmade: Option<Box<Unmade>>,
     /// The attributes of the scene's objects, if the instance reads or gives them.
     pub(super) attributes: AttributeTable,
+    pub(super) attached: Attached,
+}
+
+/// The instance with attributes that was made of an instance last.
+#[derive(Debug, Default)]
+pub(super) struct Attached(Mutex<Weak<Instance>>);
+
+impl Clone for Attached {
+    /// A copy of an instance has its own.
+    fn clone(&self) -> Attached {
+        Attached::default()
+    }
 }
 
 /// An instance before its constructor ran.
@@ -76,10 +88,17 @@ impl Instance {
     }
 
     /// Returns the instance as part of a scene whose objects have these attributes: the methods of materials and
-    /// textures read them, and shapes give them. Its program differs from that of the instance without them.
+    /// textures read them, and shapes give them. Its program differs from that of the instance without them. As long
+    /// as somebody has the result, the same attributes give it again.
     #[must_use]
     pub fn with_attributes(&self, attributes: &AttributeTable) -> Arc<Instance> {
-        Arc::new(Instance { attributes: attributes.clone(), ..self.clone() })
+        let mut attached = self.attached.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = attached.upgrade().filter(|it| it.attributes == *attributes);
+        known.unwrap_or_else(|| {
+            let with = Arc::new(Instance { attributes: attributes.clone(), ..self.clone() });
+            *attached = Arc::downgrade(&with);
+            with
+        })
     }
 
     /// True if a method of the instance, or of one that it refers to, reads an attribute.

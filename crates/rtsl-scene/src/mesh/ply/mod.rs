@@ -1,21 +1,25 @@
 //! The reader of PLY files: text, and binary of either byte order.
 //!
 //! It reads positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`) of vertices, and the list `vertex_indices` or `vertex_index` of faces; other properties and
-//! elements are skipped. Numbers may have any of the format's types.
+//! `texture_s texture_t`) of vertices, the list `vertex_indices` or `vertex_index` of faces, and attributes; other properties
+//! and elements are skipped. Numbers may have any of the format's types.
 //!
 //! The crate `ply-rs-bw` 4.0, the maintained library for the format, is as fast, but rejects `.5` and `1.` in text, and
 //! comments that are not UTF-8, all of which exporters write.
 
+mod attributes;
 mod header;
 mod numbers;
 
+use std::collections::BTreeSet;
 use std::io::{BufReader, Read};
 
 use rtsl_memory::{Amount, Held, InputBudget};
 
 use super::builder::check_size;
 use super::{Mesh, MeshBuilder, MeshError};
+use crate::attributes::{GivenAttribute, Spread, WantedAttributes};
+use attributes::AttributeColumns;
 use header::{Element, Header, Kind, NumberType};
 use numbers::NumberReader;
 
@@ -27,27 +31,47 @@ const BUFFER: usize = 1 << 16;
 /// # Errors
 /// If the file is invalid or cannot be read.
 pub fn read_ply(source: impl Read) -> Result<Mesh, MeshError> {
-    read_ply_within(source, &InputBudget::default())
+    read_ply_within(source, &InputBudget::default(), &WantedAttributes::default())
 }
 
-/// Reads a mesh within a budget, which keeps the memory of the mesh.
+/// Reads a mesh with these attributes within a budget, which keeps the memory of the mesh.
 ///
 /// # Errors
 /// If the file is invalid or cannot be read, or takes too much memory.
-pub fn read_ply_within(source: impl Read, budget: &InputBudget) -> Result<Mesh, MeshError> {
+pub fn read_ply_within(
+    source: impl Read,
+    budget: &InputBudget,
+    wanted: &WantedAttributes,
+) -> Result<Mesh, MeshError> {
     let mut held = budget.hold(Amount::default())?;
     let mut reader = BufReader::with_capacity(BUFFER, source);
     let header = Header::read(&mut reader)?;
     let mut numbers = NumberReader::new(reader, header.encoding);
     let mut builder = MeshBuilder::default();
+    let mut attributes: Vec<GivenAttribute> = Vec::new();
     for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => read_vertices(element, &mut numbers, &mut builder, &mut held),
-            "face" => read_faces(element, &mut numbers, &mut builder, &mut held),
-            _ => skip(element, &mut numbers),
-        }?;
+        let columns = |spread| AttributeColumns::new(element, wanted, spread);
+        let read = match element.name.as_str() {
+            "vertex" => {
+                let columns = columns(Spread::Vertices);
+                read_vertices(element, &mut numbers, (&mut builder, columns), &mut held)?
+            }
+            "face" => {
+                let columns = columns(Spread::Faces);
+                read_faces(element, &mut numbers, (&mut builder, columns), &mut held)?
+            }
+            _ => {
+                skip(element, &mut numbers)?;
+                continue;
+            }
+        };
+        attributes.extend(read.finish());
     }
-    let mesh = builder.finish()?;
+    // Those of vertices count before those of faces.
+    attributes.sort_by_key(|attribute| attribute.spread);
+    let mut names = BTreeSet::new();
+    attributes.retain(|attribute| names.insert(attribute.name.clone()));
+    let mesh = Mesh { attributes, ..builder.finish()? };
     held.keep(mesh.memory());
     Ok(mesh)
 }
@@ -70,9 +94,9 @@ fn vertex_slot(name: &str) -> Option<usize> {
 fn read_vertices<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
-    builder: &mut MeshBuilder,
+    (builder, mut attributes): (&mut MeshBuilder, AttributeColumns),
     held: &mut Held,
-) -> Result<(), MeshError> {
+) -> Result<AttributeColumns, MeshError> {
     let slots: Vec<Option<usize>> =
         element.properties.iter().map(|property| vertex_slot(&property.name)).collect();
     let has = |wanted: &[usize]| wanted.iter().all(|slot| slots.contains(&Some(*slot)));
@@ -81,17 +105,24 @@ fn read_vertices<R: Read>(
     }
     let (normals, uvs) = (has(&[3, 4, 5]), has(&[6, 7]));
     check_size(element.count.saturating_mul(3), 3, "vertices")?;
+    let mut vertices = 0;
     for _ in 0..element.count {
         let mut vertex = [0_u32; 8];
-        for (property, slot) in element.properties.iter().zip(&slots) {
-            match (slot, property.kind) {
-                (Some(slot), Kind::Scalar(ty)) => {
-                    vertex[*slot] = (numbers.next(ty)? as f32).to_bits();
+        for (index, (property, slot)) in element.properties.iter().zip(&slots).enumerate() {
+            match property.kind {
+                Kind::Scalar(ty) => {
+                    let number = numbers.next(ty)?;
+                    attributes.take(index, number);
+                    if let Some(slot) = slot {
+                        vertex[*slot] = (number as f32).to_bits();
+                    }
                 }
-                (_, kind) => skip_property(kind, numbers)?,
+                kind @ Kind::List { .. } => skip_property(kind, numbers)?,
             }
         }
-        held.grow_to(builder.memory(vertex.len()))?;
+        attributes.push(1);
+        vertices += 1;
+        held.grow_to(builder.memory(vertex.len() + vertices * attributes.scalars()))?;
         builder.positions.extend_from_slice(&vertex[..3]);
         if normals {
             builder.normals.extend_from_slice(&vertex[3..6]);
@@ -100,23 +131,25 @@ fn read_vertices<R: Read>(
             builder.uvs.extend_from_slice(&vertex[6..]);
         }
     }
-    Ok(())
+    Ok(attributes)
 }
 
 fn read_faces<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
-    builder: &mut MeshBuilder,
+    (builder, mut attributes): (&mut MeshBuilder, AttributeColumns),
     held: &mut Held,
-) -> Result<(), MeshError> {
+) -> Result<AttributeColumns, MeshError> {
     let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
     if !element.properties.iter().any(|property| is_corners(&property.name)) {
         return Err(MeshError::Malformed("its faces lack `vertex_indices`".to_owned()));
     }
     let mut corners = Vec::new();
     for _ in 0..element.count {
-        for property in &element.properties {
+        let faces = builder.indices.len() / 3;
+        for (index_of_property, property) in element.properties.iter().enumerate() {
             match property.kind {
+                Kind::Scalar(ty) => attributes.take(index_of_property, numbers.next(ty)?),
                 Kind::List { count, item } if is_corners(&property.name) => {
                     corners.clear();
                     for _ in 0..read_count(count, numbers)? {
@@ -129,11 +162,14 @@ fn read_faces<R: Read>(
                     held.grow_to(builder.memory(4 * corners.len()))?;
                     builder.polygon(&corners)?;
                 }
-                kind => skip_property(kind, numbers)?,
+                kind @ Kind::List { .. } => skip_property(kind, numbers)?,
             }
         }
+        let all = builder.indices.len() / 3;
+        attributes.push(all - faces);
+        held.grow_to(builder.memory(all * attributes.scalars()))?;
     }
-    Ok(())
+    Ok(attributes)
 }
 
 /// Converts an index for the builder's check: an invalid one becomes one that no vertex has.

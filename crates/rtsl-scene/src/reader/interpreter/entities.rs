@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Span, diagnostic_codes as codes};
 
 use super::{
     Executed, Interpreter, MAX_ATTRIBUTE_VALUES, MAX_ATTRIBUTES, defined_twice, first_text,
@@ -113,6 +113,9 @@ impl Interpreter<'_> {
             return Err(defined_twice("texture", &name, earlier));
         }
         command.texts.swap(0, 2);
+        if command.texts[0].text == "Attribute" {
+            give_default(&mut command.parameters, is_float, command.texts[0].span);
+        }
         let texture = self.add(EntityKind::Texture, command);
         self.description.entities[texture.0].name = Some(name.text.clone());
         *textures.of(is_float) = Some(texture);
@@ -199,4 +202,19 @@ impl Interpreter<'_> {
             list[use_.shape].material = Some(*material);
         }
     }
+}
+
+/// Adds the default value of a texture that shows an attribute, which tells numbers and colours apart.
+fn give_default(parameters: &mut Vec<Parameter>, is_float: bool, span: Span) {
+    if parameters.iter().any(|parameter| parameter.name == "default") {
+        return;
+    }
+    let count = if is_float { 1 } else { 3 };
+    parameters.push(Parameter {
+        kind: ParameterType::Given,
+        name: "default".to_owned(),
+        declaration: span,
+        values: Values::Numbers(vec![0.0; count]),
+        values_span: span,
+    });
 }

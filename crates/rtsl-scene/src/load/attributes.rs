@@ -1,0 +1,198 @@
+//! Attributes of the shapes of a scene.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::{
+    AttributeTable, Class, Diagnostic, Instance, Numbers, Value, diagnostic_codes as codes,
+};
+
+use super::{Arguments, Loader};
+use crate::attributes::{Counts, GivenAttribute, WantedAttributes, derived_text, texture_text};
+use crate::classes::Found;
+use crate::description::{Entity, EntityKind};
+use crate::pbrt::PbrtName;
+use crate::reader::{Parameter, Values};
+use crate::scene::Scene;
+
+/// The name of textures that show an attribute.
+const ATTRIBUTE_TEXTURE: &str = "Attribute";
+/// Their parameters: the name of the attribute, and its value where shapes have none.
+const PARAMETERS: [&str; 2] = ["attribute", "default"];
+
+impl Loader<'_, '_> {
+    /// Lists the attributes that shaders of the scene read.
+    pub(super) fn find_wanted_attributes(&mut self) {
+        let mut wanted = WantedAttributes::default();
+        for entity in &self.description.entities {
+            let class = match entity.kind {
+                EntityKind::Texture if self.is_attribute_texture(entity) => {
+                    self.attribute_texture(entity).ok()
+                }
+                EntityKind::Texture
+                | EntityKind::Material
+                | EntityKind::AreaLight
+                | EntityKind::Shape => {
+                    let name = PbrtName::of(entity).map_or(entity.class.as_str(), |it| it.class);
+                    self.classes.find(name).class()
+                }
+                _ => None,
+            };
+            class.iter().for_each(|class| wanted.add(class));
+        }
+        self.wanted = Arc::new(wanted);
+    }
+
+    /// True if a parameter of a shape may be an attribute.
+    pub(super) fn is_attribute(&self, entity: &Entity, name: &str) -> bool {
+        match entity.kind {
+            EntityKind::Shape => self.wanted.has(name),
+            EntityKind::Texture => PARAMETERS.contains(&name) && entity.class == ATTRIBUTE_TEXTURE,
+            _ => false,
+        }
+    }
+
+    /// True for a texture that shows an attribute, unless a class beside the scene has the name.
+    pub(super) fn is_attribute_texture(&mut self, entity: &Entity) -> bool {
+        entity.kind == EntityKind::Texture
+            && entity.class == ATTRIBUTE_TEXTURE
+            && matches!(self.classes.find(ATTRIBUTE_TEXTURE), Found::Nothing)
+    }
+
+    /// Returns the class of such a texture.
+    ///
+    /// # Errors
+    /// If its parameters name no attribute.
+    pub(super) fn attribute_texture(
+        &mut self,
+        entity: &Entity,
+    ) -> Result<Arc<Class>, Box<Diagnostic>> {
+        let is_name = |name: &str| {
+            let mut letters = name.chars();
+            letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
+                && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+        };
+        let Some((name, parameter)) = entity.text(PARAMETERS[0]) else {
+            let message = "the texture names no attribute";
+            let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
+            let expected = "expected for example `\"string attribute\" \"height\"`";
+            return Err(diagnostic.at(entity.class_span, expected).into());
+        };
+        let default = match entity.parameter(PARAMETERS[1]).map(|it| &it.values) {
+            Some(Values::Numbers(numbers)) => numbers.as_slice(),
+            _ => &[],
+        };
+        let class = match is_name(name) {
+            true => self.classes.of_text(&texture_text(name, default), ATTRIBUTE_TEXTURE, None),
+            false => None,
+        };
+        class.ok_or_else(|| {
+            let message = format!("`{name}` is no name of an attribute");
+            let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
+            diagnostic.at(parameter.values_span, "expected a name that shaders can declare").into()
+        })
+    }
+
+    /// Returns the class of a shape with the attributes that it gives, and adds their values to the arguments; `None`
+    /// if an error was reported.
+    pub(super) fn with_attributes(
+        &mut self,
+        entity: &Entity,
+        class: &Arc<Class>,
+        arguments: &mut Arguments,
+    ) -> Option<Arc<Class>> {
+        if entity.kind != EntityKind::Shape || self.wanted.is_empty() {
+            return Some(class.clone());
+        }
+        let counts = counts_of(class, &arguments.values);
+        let mut given = std::mem::take(&mut arguments.attributes);
+        for parameter in &entity.parameters {
+            let is_own = class.parameters.iter().any(|own| own.name == parameter.name);
+            if is_own || !self.wanted.has(&parameter.name) || has(&given, parameter) {
+                continue;
+            }
+            match GivenAttribute::of(parameter, &self.wanted, counts) {
+                Ok(attribute) => given.push(attribute),
+                Err(diagnostic) => {
+                    self.diagnostics.push(*diagnostic);
+                    return None;
+                }
+            }
+        }
+        if given.is_empty() {
+            return Some(class.clone());
+        }
+        let derived = derived_text(class, &given)
+            .map(|text| self.classes.of_text(&text, &class.name, Some(class)));
+        let problem = match derived {
+            Ok(Some(derived)) => {
+                let values = given.iter().enumerate().map(|(index, it)| it.argument(index));
+                arguments.values.extend(values);
+                return Some(derived);
+            }
+            Ok(None) => {
+                let message = format!("`{}` has no attributes of vertices", class.name);
+                Diagnostic::new(codes::WRONG_VALUE, message).help(
+                    "a class of meshes has them by the functions `ivec4 attributeCorners()` and `vec4 attributeWeights()`",
+                )
+            }
+            Err(problem) => problem,
+        };
+        self.diagnostics.push(problem.at(entity.class_span, ""));
+        None
+    }
+
+    /// Gives the shapes and shaders of a scene the list of the attributes that they share.
+    pub(super) fn share_attributes(&mut self, scene: &mut Scene) -> Option<()> {
+        if self.wanted.is_empty() {
+            return Some(());
+        }
+        let alpha = scene.objects.iter().filter_map(|object| object.alpha.as_ref());
+        let shapes = || scene.objects.iter().map(|object| &*object.primitive);
+        let readers = scene.materials.iter().chain(alpha).map(|it| &**it).chain(shapes());
+        let table = match AttributeTable::new(readers, shapes()) {
+            Ok(table) => table,
+            Err(problem) => {
+                self.diagnostics.push(problem);
+                return None;
+            }
+        };
+        if table.is_empty() {
+            return Some(());
+        }
+        let mut shared = BTreeMap::new();
+        let mut share = |instance: &mut Arc<Instance>, is_shape: bool| {
+            if is_shape || instance.reads_attributes() {
+                let with = || instance.with_attributes(&table);
+                let with = shared.entry(Arc::as_ptr(instance)).or_insert_with(with).clone();
+                *instance = with;
+            }
+        };
+        scene.materials.iter_mut().for_each(|material| share(material, false));
+        for object in &mut scene.objects {
+            share(&mut object.primitive, true);
+            object.alpha.iter_mut().for_each(|alpha| share(alpha, false));
+        }
+        Some(())
+    }
+}
+
+fn has(given: &[GivenAttribute], parameter: &Parameter) -> bool {
+    given.iter().any(|attribute| attribute.name == parameter.name)
+}
+
+/// The numbers of vertices and faces of a shape with these arguments. A class of meshes has positions of vertices, and
+/// elements.
+fn counts_of(class: &Class, values: &[(String, Value)]) -> Counts {
+    let numbers = |name: &str| {
+        values.iter().find_map(|(given, value)| match value {
+            Value::Numbers(numbers) if given == name => Some(Numbers::words(numbers).len()),
+            _ => None,
+        })
+    };
+    let faces = class.element().and_then(|element| {
+        let buffer = class.buffers.iter().find(|it| it.name == element.buffer)?;
+        Some(numbers(element.buffer)? / buffer.len.max(1) as usize / element.stride as usize)
+    });
+    Counts { vertices: numbers("positions").map(|count| count / 3), faces }
+}
