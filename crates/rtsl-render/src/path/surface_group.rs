@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
-    Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, StateVariable, Variant,
-    lookup_state,
+    ATTRIBUTES, Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, StateVariable,
+    TO_OBJECT, TO_WORLD, Variant, lookup_state,
 };
 
 use super::group_plan::Classes;
@@ -114,6 +114,8 @@ impl SurfaceGroup {
         if queries.contains(&Query::SurfaceProperties) {
             let properties = SURFACE_PROPERTIES.iter().filter_map(|name| lookup_state(name));
             read.state = read.state.union(Outputs::state(properties));
+            let emitter = parts.emitter.map(|(emitter, _)| emitter);
+            read.add_properties_of_materials(LINKED_METHODS, [Some(material), emitter]);
         }
         if let MaterialSource::Class(_) = key.material.0 {
             // Materials have separate scratch.
@@ -161,6 +163,13 @@ impl SurfaceGroup {
 const SURFACE_PROPERTIES: [&str; 6] =
     ["rt_TextureUV", "rt_TextureUVW", "rt_dPdu", "rt_dPdv", "rt_du", "rt_dv"];
 
+/// The methods of materials that stages are linked with.
+const LINKED_METHODS: [Method; 4] =
+    [Method::Emission, Method::Bsdf, Method::SampleBsdf, Method::EvaluatePdf];
+
+/// The state with properties of surfaces that materials alone read, which few do.
+const PROPERTIES_OF_MATERIALS: [&str; 3] = [ATTRIBUTES, TO_OBJECT, TO_WORLD];
+
 /// The surface properties that methods read.
 struct Read {
     state: Outputs,
@@ -178,6 +187,20 @@ impl Read {
         let reads: &[&'static StateVariable] = &method.reads;
         self.state = self.state.union(Outputs::state(reads.iter().copied()));
         self.scratch |= method.reads_scratch;
+    }
+
+    /// Adds the properties that materials alone read, if these methods read them.
+    fn add_properties_of_materials<const N: usize>(
+        &mut self,
+        methods: [Method; N],
+        materials: [Option<&Arc<Program>>; 2],
+    ) {
+        let programs = materials.into_iter().flatten();
+        let linked = programs.flat_map(|it| methods.map(|method| it.method(method).ok()));
+        let read = Read::by(linked.flatten().collect::<Vec<_>>().iter());
+        let properties = PROPERTIES_OF_MATERIALS.iter().filter_map(|name| lookup_state(name));
+        let read = read.state.intersection(Outputs::state(properties));
+        self.state = self.state.union(read);
     }
 
     /// Returns the properties to compute for shapes of a program.

@@ -1,6 +1,7 @@
 //! The integration tests of `rtsl-render`, as one program: linking is most of the work of building tests.
 
 mod aovs;
+mod attributes;
 mod batch_radiance;
 mod cameras;
 mod checkpoint;

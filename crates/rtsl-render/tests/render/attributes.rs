@@ -1,0 +1,217 @@
+//! Attributes of shapes, and maps to their spaces, as all integrators and backends see them.
+
+use std::path::{Path, PathBuf};
+
+use rtsl::{Backend, EngineOptions, Messages};
+use rtsl_render::request::render_scene_from;
+use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
+
+/// Pixels of half a unit, each with a sample at its centre.
+const HEAD: &str = r#"
+LookAt 0 0 -5  0 0 0  0 1 0
+Camera "Orthographic" "float scale" 2
+Film "rgb" "integer xresolution" 8 "integer yresolution" 8
+Sampler "stratified" "integer xsamples" 1 "integer ysamples" 1 "bool jitter" false
+PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
+WorldBegin
+Material "Glow"
+"#;
+
+const CLASSES: &str = "
+class Glow : rt_Material;
+attribute float heat = 0.25;
+attribute color Cd = color(0.5);
+attribute vec2 wind = vec2(1.0, 2.0);
+void emission() { rt_EmissionColor = color(heat, wind.x + wind.y, 0.0) + Cd; }
+
+class Local : rt_Material;
+void emission() {
+    vec3 p = pointToObject(rt_HitPoint);
+    rt_EmissionColor = color(0.25 * abs(p.x), 0.25 * length(pointToWorld(p) - rt_HitPoint), rt_InstanceNumber + 1.0);
+}
+
+// A wall that gives an attribute by its method.
+class Wall : rt_Primitive;
+attribute float heat;
+void intersect() { hit(-rt_RayOrigin.z / rt_RayDirection.z); }
+void computeNormal() { rt_GeometricNormal = vec3(0.0, 0.0, 1.0); }
+void computeTextureCoordinates() { heat = abs(rt_HitPoint.y); }
+";
+
+/// A square from -2 to 2 whose vertices and faces have numbers.
+const PLY: &str = "ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+property double wind_x
+property double wind_y
+element face 2
+property list uchar int vertex_indices
+property float heat
+end_header
+-2 -2 0 255 0 255 0 0
+2 -2 0 255 0 255 4 0
+2 2 0 255 0 255 4 8
+-2 2 0 255 0 255 0 8
+3 0 1 2 10
+3 0 2 3 20
+";
+
+const SQUARE: &str = "\"point3 P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]";
+
+fn try_render(world: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messages> {
+    let files = [
+        ("scene.pbrt", format!("{HEAD}{world}")),
+        ("own.rtsl", CLASSES.to_owned()),
+        ("square.ply", PLY.to_owned()),
+    ];
+    let files = files.map(|(name, text)| (PathBuf::from(name), text));
+    let request = RenderRequest { scene: Path::new("scene.pbrt").into(), ..how };
+    render_scene_from(&request, &MemoryFiles(files.into()))
+}
+
+fn on(backend: Backend, width: u32, renderer: Renderer) -> RenderRequest<'static> {
+    let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
+    let renderer = Some(renderer);
+    RenderRequest { engine, renderer, execution: Execution::on_threads(2), ..Default::default() }
+}
+
+/// The pixels of a world, which are the same for both renderers, on all backends.
+fn pixels(world: &str) -> Vec<[f32; 3]> {
+    let renders = [
+        on(Backend::Interpreter, 1, Renderer::Batch),
+        on(Backend::Jit, 4, Renderer::Batch),
+        on(Backend::Jit, 16, Renderer::Batch),
+        on(Backend::Jit, 8, Renderer::Interactive),
+    ];
+    let pixels = renders.map(|how| {
+        let result = try_render(world, how);
+        let result = result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        result.image.pixels
+    });
+    let bits = |pixels: &[[f32; 3]]| -> Vec<u32> {
+        pixels.iter().flatten().map(|value| value.to_bits()).collect()
+    };
+    assert!(pixels.iter().all(|other| bits(other) == bits(&pixels[0])));
+    pixels.into_iter().next().unwrap_or_default()
+}
+
+/// The centre of a pixel of the square; x grows to the left, as the camera looks along z.
+fn centre(pixel: usize) -> [f32; 2] {
+    let (column, row) = (pixel % 8, pixel / 8);
+    [0.5 * column as f32 - 1.75, 1.75 - 0.5 * row as f32]
+}
+
+fn check(world: &str, expected: impl Fn([f32; 2]) -> [f32; 3]) {
+    let pixels = pixels(world);
+    let mirrored = |[x, y]: [f32; 2]| if pixels_are_mirrored() { [-x, y] } else { [x, y] };
+    for (pixel, found) in pixels.iter().enumerate() {
+        let at = mirrored(centre(pixel));
+        let expected = expected(at);
+        for channel in 0..3 {
+            let difference = (found[channel] - expected[channel]).abs();
+            assert!(
+                difference < 1e-4 * expected[channel].max(1.0),
+                "{at:?}: {found:?} {expected:?}"
+            );
+        }
+    }
+}
+
+/// pbrt's cameras look along z with x to the left of the world.
+fn pixels_are_mirrored() -> bool {
+    false
+}
+
+#[test]
+fn shapes_have_values_or_the_defaults() {
+    check("Shape \"disk\" \"float radius\" 9", |_| [0.75, 3.5, 0.5]);
+    check("Shape \"disk\" \"float radius\" 9 \"float heat\" 2 \"rgb Cd\" [0 0.25 1]", |_| {
+        [2.0, 3.25, 1.0]
+    });
+    check("Attribute \"shape\" \"float heat\" 2 Shape \"disk\" \"float radius\" 9", |_| {
+        [2.5, 3.5, 0.5]
+    });
+    check("Shape \"Wall\"", |[_, y]| [y.abs() + 0.5, 3.5, 0.5]);
+}
+
+#[test]
+fn vertices_and_faces_have_values() {
+    let world = |more: &str| format!("Shape \"trianglemesh\" {SQUARE} {more}");
+    check(&world("\"float heat\" [0 4 4 0]"), |[x, _]| [x + 2.0 + 0.5, 3.5, 0.5]);
+    check(&world("\"vector2 wind\" [0 0 4 0 4 8 0 8]"), |[x, y]| {
+        [0.75, (x + 2.0) + 2.0 * (y + 2.0) + 0.5, 0.5]
+    });
+    let world = format!("Shape \"trianglemesh\" {SQUARE} \"float heat\" [3 3]");
+    check(&world, |_| [3.5, 3.5, 0.5]);
+    let patch = "\"point3 P\" [-2 -2 0 2 -2 0 -2 2 0 2 2 0.001] \"integer indices\" [0 1 2 3]";
+    check(&format!("Shape \"bilinearmesh\" {patch} \"float heat\" [0 4 4 8]"), |[x, y]| {
+        [(x + 2.0) + (y + 2.0) + 0.5, 3.5, 0.5]
+    });
+}
+
+#[test]
+fn files_have_attributes() {
+    check("Shape \"plymesh\" \"string filename\" \"square.ply\"", |[x, y]| {
+        let heat = if y < x { 10.0 } else { 20.0 };
+        let wind = (x + 2.0) + 2.0 * (y + 2.0);
+        // Pixels on the diagonal may see either triangle.
+        if x == y {
+            return pixel_on_diagonal(wind);
+        }
+        [heat + 1.0, wind, 1.0]
+    });
+}
+
+/// Both triangles hold the diagonal; the first is found.
+fn pixel_on_diagonal(wind: f32) -> [f32; 3] {
+    [11.0, wind, 1.0]
+}
+
+#[test]
+fn instances_and_large_meshes_have_attributes() {
+    let world = format!(
+        "ObjectBegin \"a\" Shape \"trianglemesh\" {SQUARE} \"float heat\" [0 4 4 0] ObjectEnd\n\
+         Scale 1 2 1 ObjectInstance \"a\""
+    );
+    check(&world, |[x, _]| [x + 2.0 + 0.5, 3.5, 0.5]);
+}
+
+#[test]
+fn points_are_mapped_to_the_space_of_the_object() {
+    check("Material \"Local\" Scale 4 4 4 Shape \"Wall\"", |[x, _]| [x.abs() / 16.0, 0.0, 0.0]);
+    let world = "Material \"Local\" ObjectBegin \"a\" Scale 2 1 1 Shape \"Wall\" ObjectEnd\n\
+                 Scale 2 1 1 ObjectInstance \"a\"";
+    check(world, |[x, _]| [x.abs() / 16.0, 0.0, 1.0]);
+}
+
+#[test]
+fn wrong_attributes_are_errors() {
+    let report = |world: &str| {
+        let failed = try_render(world, RenderRequest::default());
+        failed.err().map_or(String::new(), |messages| messages.to_text(false))
+    };
+    let found = report(&format!("Shape \"trianglemesh\" {SQUARE} \"float heat\" [1 2 3]"));
+    assert!(
+        found.contains("for each of its 4 vertices, or for each of its 2 faces, found 3"),
+        "{found}"
+    );
+    let found = report("Shape \"sphere\" \"float heat\" [1 2]");
+    assert!(found.contains("has 1 numbers for the shape, found 2"), "{found}");
+    let found = report("Shape \"sphere\" \"string heat\" \"hot\"");
+    assert!(found.contains("`heat` is an attribute, found strings"), "{found}");
+    let found = report("Shape \"sphere\" \"float hat\" 1");
+    assert!(found.contains("no parameter `hat`"), "{found}");
+    let found = report("Texture \"a\" \"float\" \"Attribute\" Shape \"sphere\"");
+    assert!(found.contains("the texture names no attribute"), "{found}");
+    let found = report(
+        "Texture \"a\" \"float\" \"Attribute\" \"string attribute\" \"a b\" Shape \"sphere\"",
+    );
+    assert!(found.contains("`a b` is no name of an attribute"), "{found}");
+}
