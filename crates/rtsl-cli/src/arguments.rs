@@ -22,10 +22,24 @@ pub enum Color {
 /// The folders of included files.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SearchPath {
-    /// A folder in which `#include` looks after that of the including file; may be repeated.
+    /// A folder in which `#include` and `import` look after that of the including file; may be repeated. Those of the
+    /// environment variable RTSL_PATH follow.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
-    pub search_path: Vec<PathBuf>,
+    search_path: Vec<PathBuf>,
 }
+
+impl SearchPath {
+    /// Returns the folders, with those of the environment.
+    pub fn folders(&self) -> Vec<PathBuf> {
+        let of_environment = std::env::var_os(SEARCH_PATH_VARIABLE).unwrap_or_default();
+        let of_environment = std::env::split_paths(&of_environment);
+        let of_environment = of_environment.filter(|folder| !folder.as_os_str().is_empty());
+        self.search_path.iter().cloned().chain(of_environment).collect()
+    }
+}
+
+/// The environment variable with folders, which the system's separator divides.
+const SEARCH_PATH_VARIABLE: &str = "RTSL_PATH";
 
 /// Limits of reading a scene's files.
 #[derive(Clone, Copy, Debug, Default, Args)]

@@ -92,8 +92,7 @@ fn is_scene(file: &Path) -> bool {
 
 /// The messages of a scene and of its shaders, which are loaded and not rendered.
 fn messages_of_scene(file: &Path, search_path: &SearchPath) -> Messages {
-    let options =
-        LoadOptions { search_path: search_path.search_path.clone(), ..LoadOptions::default() };
+    let options = LoadOptions { search_path: search_path.folders(), ..LoadOptions::default() };
     match load_scene(file, &DiskFiles, &options) {
         Ok(loaded) => loaded.warnings,
         Err(messages) => messages,

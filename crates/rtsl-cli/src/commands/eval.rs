@@ -56,7 +56,7 @@ pub struct EvalArguments {
 
 /// Calls the method, or answers all requests.
 pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
-    let search_path = &arguments.search_path.search_path;
+    let search_path = &arguments.search_path.folders();
     if arguments.stdin {
         let input = BufReader::new(std::io::stdin());
         answer_lines(input, std::io::stdout().lock(), search_path).map_err(Failure::Output)?;

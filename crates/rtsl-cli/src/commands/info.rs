@@ -32,7 +32,7 @@ pub struct InfoArguments {
 /// Prints the information.
 pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
     let text = match &arguments.subject {
-        None => about_program(&arguments.search_path.search_path),
+        None => about_program(&arguments.search_path.folders()),
         Some(subject) => {
             let compiler = compiler(&arguments.search_path);
             let path = Path::new(subject);

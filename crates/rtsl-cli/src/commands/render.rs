@@ -206,7 +206,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         renderer: arguments.renderer.map(Renderer::from),
         integrator: arguments.integrator.clone(),
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.search_path.clone(),
+        search_path: arguments.search_path.folders(),
         camera: arguments.camera.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,

@@ -16,7 +16,7 @@ use crate::report::Reporter;
 
 /// Returns a compiler with the include folders of the command line. Constructors of its classes have a loop budget.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
-    let search_path = search_path.search_path.clone();
+    let search_path = search_path.folders();
     Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })
 }
 

@@ -93,7 +93,7 @@ fn request(arguments: &BenchArguments, scene: &Path, width: u32) -> RenderReques
     RenderRequest {
         scene: scene.to_owned(),
         defines,
-        search_path: arguments.search_path.search_path.clone(),
+        search_path: arguments.search_path.folders(),
         input_memory: input.input_memory,
         texture_memory: input.texture_memory,
         size,

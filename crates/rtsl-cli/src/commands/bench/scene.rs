@@ -62,7 +62,7 @@ fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'sta
     RenderRequest {
         scene: arguments.file.clone(),
         defines,
-        search_path: arguments.search_path.search_path.clone(),
+        search_path: arguments.search_path.folders(),
         input_memory: input.input_memory,
         texture_memory: input.texture_memory,
         size,

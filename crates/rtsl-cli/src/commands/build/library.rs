@@ -51,7 +51,7 @@ fn make_library(
         return Err(Failure::Usage(message.to_owned()));
     }
     // The library's hosts run the constructors, not this command.
-    let search_path = arguments.search_path.search_path.clone();
+    let search_path = arguments.search_path.folders();
     let compiler = Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() });
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;

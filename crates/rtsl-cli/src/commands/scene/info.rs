@@ -39,7 +39,7 @@ pub struct InfoArguments {
 pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
     let options = LoadOptions {
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.search_path.clone(),
+        search_path: arguments.search_path.folders(),
         camera: None,
         integrator: None,
         input_memory: arguments.input.input_memory,

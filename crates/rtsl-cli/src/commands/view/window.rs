@@ -19,7 +19,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     }
     let options = SessionOptions {
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.search_path.clone(),
+        search_path: arguments.search_path.folders(),
         camera: arguments.camera.clone(),
         integrator: arguments.integrator.clone(),
         input_memory: arguments.input.input_memory,
