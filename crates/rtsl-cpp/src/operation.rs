@@ -72,6 +72,9 @@ impl Writer<'_> {
             | OpKind::ReportBudget
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
             | OpKind::IsSet(..) => unreachable!("these are statements"),
         }
     }

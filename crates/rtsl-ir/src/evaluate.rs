@@ -208,6 +208,9 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
         | OpKind::ReportBudget => return None,
     };
     Some(Constant::from_bits(scalar, bits))

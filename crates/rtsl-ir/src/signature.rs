@@ -26,7 +26,11 @@ impl OpKind {
             OpKind::Loop { initial, .. } => {
                 scalars.extend(initial.iter().map(|value| function.scalar(*value)));
             }
-            OpKind::Fma(..) | OpKind::Rand => scalars.push(Scalar::F32),
+            OpKind::Fma(..)
+            | OpKind::Rand
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..) => scalars.push(Scalar::F32),
             OpKind::Trace { .. } | OpKind::Ambient => {
                 scalars.extend([Scalar::F32; COLOR_COMPONENTS as usize]);
             }

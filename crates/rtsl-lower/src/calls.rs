@@ -8,6 +8,7 @@ use crate::Lowering;
 use crate::access::Access;
 use crate::cells::Cell;
 use crate::facts::Root;
+use crate::gradient::DERIVATIVES;
 use crate::limits::{self, Lowered};
 use crate::variables::{RANK_OF_PARAMETERS, SourceVariableId};
 
@@ -295,12 +296,14 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The functions of the prelude that [`Lowering::call_prelude`] is used with. Computed defaults,
-/// cones of light and `inside` need them even if the text calls none.
+/// The functions of the prelude that [`Lowering::call_prelude`] is used with, and those that give derivatives.
+/// Computed defaults, cones of light and `inside` need them even if the text calls none.
 pub(crate) fn implicit_functions(module: &Module) -> impl Iterator<Item = FunctionId> {
     const NAMES: [&str; 5] = ["cos", "cross", "dot", "luminance", "perpendicularTo"];
-    let named =
-        |function: &Function| function.class.is_none() && NAMES.contains(&function.name.as_str());
+    let named = |function: &Function| {
+        let name = function.name.as_str();
+        function.class.is_none() && (NAMES.contains(&name) || name.starts_with(DERIVATIVES))
+    };
     let functions = (0..).map(FunctionId).zip(&module.functions);
     functions.filter(move |(_, function)| named(function)).map(|(id, _)| id)
 }

@@ -273,6 +273,8 @@ impl<'m> Maker<'m> {
             looked_up: Vec::new(),
             visits: 0,
             depth: 0,
+            // Derivatives of textures are taken by the shaders that call them.
+            order: u32::from(purpose == Purpose::Method(Method::Lookup)),
         }
     }
 }

@@ -395,6 +395,7 @@ fn is_cheap_builtin(builtin: &Builtin) -> bool {
             | Special::Query(_)
             | Special::Rand
             | Special::Map(..)
+            | Special::Gradient
             | Special::MatrixCompMult => false,
         },
         BuiltinLowering::Prelude => false,

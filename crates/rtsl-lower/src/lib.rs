@@ -29,6 +29,7 @@ mod construct;
 mod control;
 mod expressions;
 mod facts;
+mod gradient;
 mod illuminance;
 mod layout;
 mod leaf_part;
@@ -100,4 +101,6 @@ struct Lowering<'m> {
     visits: u32,
     /// The nesting of statements, expressions and calls that are being visited.
     depth: u32,
+    /// The order of the derivatives that may be taken of the code being lowered: 0 for none.
+    order: u32,
 }

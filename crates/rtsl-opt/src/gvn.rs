@@ -164,6 +164,9 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::LightSample { .. }
         | OpKind::Rand
         | OpKind::Query(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReportBudget => None,

@@ -103,6 +103,9 @@ fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
         | OpKind::LightSample { .. }
         | OpKind::Rand
         | OpKind::Query(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::ReportBudget => None,
     }

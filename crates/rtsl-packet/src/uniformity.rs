@@ -123,6 +123,8 @@ impl Analysis {
                 self.result.variable_varies(*variable) || self.index_varies(*index)
             }
             OpKind::Length(variable) => self.result.variable_varies(*variable),
+            // Linking has replaced them.
+            OpKind::Seed(_) | OpKind::Derivative(..) | OpKind::ChainRule(..) => true,
             OpKind::IsSet(_, ReferencePath::Single) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }

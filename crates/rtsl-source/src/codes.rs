@@ -159,6 +159,7 @@ diagnostics! {
     E0328 ATTRIBUTE_TYPE "an attribute of a type that meshes do not interpolate";
     E0329 ATTRIBUTE_OUT_OF_PLACE "an attribute where there is no object";
     E0330 NO_INHERITED "a call of an inherited function that the class does not have";
+    E0331 GRADIENT_VARIABLE "a derivative with respect to something that is no variable";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";

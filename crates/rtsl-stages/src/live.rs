@@ -160,6 +160,9 @@ impl<'a> Liveness<'a> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(_, ReferencePath::Element(_))
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
             | OpKind::ReportBudget => None,
         }
     }

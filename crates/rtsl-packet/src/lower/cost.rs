@@ -53,6 +53,9 @@ impl Lowering<'_> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
             | OpKind::ReportBudget => return None,
             // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),

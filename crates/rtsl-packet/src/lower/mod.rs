@@ -319,6 +319,9 @@ impl<'a> Lowering<'a> {
             }
             Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
             Ray::IsSet(member, _) => return Err(LowerError::Unlinked(member.clone())),
+            Ray::Seed(_) | Ray::Derivative(..) | Ray::ChainRule(..) => {
+                return Err(LowerError::Unlinked("gradient".to_owned()));
+            }
         };
         let result = self.pure(kind, self.function.scalar(op.results.get(0)));
         self.set_results(op, &[result]);

@@ -259,6 +259,9 @@ impl<'a> Shadow<'a> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
             | OpKind::ReportBudget => return None,
         })
     }

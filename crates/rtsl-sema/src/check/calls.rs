@@ -430,6 +430,18 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let builtin = overload.builtin;
+        if builtin.lowering == Lowering::Special(Special::Gradient)
+            && !matches!(arguments[1].kind, ExpressionKind::Local(_))
+        {
+            let diagnostic = Diagnostic::new(
+                codes::GRADIENT_VARIABLE,
+                "`gradient` takes the derivative with respect to a variable",
+            )
+            .at(arguments[1].span, "expected the name of a local variable or parameter")
+            .help("give the value a name, and compute the first argument from it");
+            self.report(diagnostic);
+            return error_expression(span);
+        }
         let restricted = builtin.usable != Usable::Anywhere
             || builtin.lowering == Lowering::Special(Special::Rand);
         if restricted && !self.note_restricted_builtin(overload, span) {

@@ -63,6 +63,8 @@ pub enum Chapter {
     Exponential,
     /// Rounding, interpolation, and bit casts of floats.
     Common,
+    /// Derivatives.
+    Derivatives,
     /// Packing of several small numbers into one uint.
     Packing,
     /// Geometric functions of vectors.
@@ -96,6 +98,7 @@ impl Chapter {
             Chapter::Trigonometry => "Angles and trigonometry",
             Chapter::Exponential => "Powers, exponentials and logarithms",
             Chapter::Common => "Common functions",
+            Chapter::Derivatives => "Derivatives",
             Chapter::Packing => "Packing",
             Chapter::Geometric => "Geometry",
             Chapter::Matrix => "Matrices",

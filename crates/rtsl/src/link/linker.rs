@@ -180,7 +180,8 @@ impl Linker {
         }
     }
 
-    pub fn finish(self) -> Linked {
+    pub fn finish(mut self) -> Linked {
+        rtsl_opt::differentiate::run(&mut self.out);
         let warnings = self
             .warnings
             .into_iter()

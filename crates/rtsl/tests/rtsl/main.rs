@@ -14,6 +14,7 @@ mod elements;
 mod examples;
 mod explain;
 mod fuzz;
+mod gradients;
 mod host_lanes;
 mod library;
 mod lvalues;
