@@ -252,10 +252,9 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ("thinFilmThickness", 300.0.into()),
             ],
         ],
-        "Velvet" => vec![
-            vec![],
-            vec![("pile", [1.0, 0.2, 0.5].into()), ("ground", [1.0, 1.0, 1.0].into())],
-        ],
+        "Velvet" => {
+            vec![vec![], vec![("pile", [1.0, 0.2, 0.5].into()), ("ground", [1.0, 1.0, 1.0].into())]]
+        }
         "Cloth" => vec![vec![], vec![("weave", 2.into()), ("shine", 0.8.into())]],
         "Toon" => vec![
             vec![],
