@@ -174,9 +174,10 @@ impl<'a> Compiler<'a> {
                 return Err(PrepareError::Unlinked(call.member.clone()));
             }
             OpKind::IsSet(ref member, _) => return Err(PrepareError::Unlinked(member.clone())),
-            OpKind::Seed(_) | OpKind::Derivative(..) | OpKind::ChainRule(..) => {
-                return Err(PrepareError::Unlinked("gradient".to_owned()));
+            OpKind::Seed(a) | OpKind::ChainRule(a, _) => {
+                Instruction::Unary { function: |a| a, to, a: self.register(a) }
             }
+            OpKind::Derivative(..) => return Err(PrepareError::Unlinked("gradient".to_owned())),
             OpKind::Constant(_) | OpKind::If { .. } | OpKind::Loop { .. } => {
                 unreachable!("handled by the callers")
             }

@@ -13,6 +13,8 @@ use super::Checker;
 
 /// The class of the prelude that holds the implied methods.
 const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
+/// The same for classes that cannot choose a direction, because they have `evaluatePDF` without `sampleBSDF`.
+const IMPLIED_UNSAMPLED_MATERIAL: &str = "rt_ImpliedUnsampledMaterial";
 
 /// Takes the implied classes out of the prelude's items.
 pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
@@ -34,10 +36,15 @@ impl<'a> Checker<'a> {
             return Vec::new();
         }
         let missing = missing_methods(present);
+        let has = |method: &Method| present.contains(method);
+        let of = match has(&Method::EvaluatePdf) && !has(&Method::SampleBsdf) {
+            true => IMPLIED_UNSAMPLED_MATERIAL,
+            false => IMPLIED_MATERIAL,
+        };
         let classes = self.prelude.map_or(&[][..], |prelude| &prelude.implied);
         let items = classes
             .iter()
-            .filter(|class| class.name.name == IMPLIED_MATERIAL)
+            .filter(|class| class.name.name == of)
             .flat_map(|class| &class.items);
         items
             .filter_map(|item| {

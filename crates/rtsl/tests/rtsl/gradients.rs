@@ -19,7 +19,7 @@ fn unit(text: &str) -> Unit {
 
 /// The place of a ray.
 fn uv(ray: usize) -> [f32; 2] {
-    [0.125 + ray as f32 * 0.0625, 1.5 - ray as f32 * 0.03125]
+    [0.1337 + ray as f32 * 0.0617, 1.4871 - ray as f32 * 0.0293]
 }
 
 /// The colours of `lookup` at the places of rays.
