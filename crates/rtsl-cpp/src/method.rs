@@ -220,7 +220,7 @@ impl<'a> Writer<'a> {
                 }
             }
             OpKind::Query(..) => unreachable!("integrators are not written as C++"),
-            OpKind::ReferenceCall(_) | OpKind::IsSet(..) => {
+            OpKind::ReferenceCall(_) | OpKind::IsSet(..) | OpKind::ReferenceCount(_) => {
                 unreachable!("linking has replaced what asks references")
             }
         }

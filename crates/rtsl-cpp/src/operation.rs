@@ -72,7 +72,8 @@ impl Writer<'_> {
             | OpKind::ReportBudget
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
-            | OpKind::IsSet(..) => unreachable!("these are statements"),
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => unreachable!("these are statements"),
         }
     }
 

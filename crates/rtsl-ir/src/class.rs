@@ -143,10 +143,32 @@ pub struct Reference {
     pub name: String,
     /// The role that the referenced instance must have.
     pub role: Role,
-    /// The size of an array of references; `None` for a single reference.
-    pub count: Option<u32>,
+    /// The number of instances that it refers to.
+    pub count: ReferenceCount,
     /// True if the class tests it with `isSet`, so that leaving it unset is intended.
     pub tested: bool,
+}
+
+/// The number of instances that a reference member refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceCount {
+    /// A single reference.
+    Single,
+    /// An array of this size.
+    Array(u32),
+    /// An array whose size is that of the host's value.
+    Open,
+}
+
+impl ReferenceCount {
+    /// Returns the number of elements without a value of the host; each is unset.
+    pub fn unset(self) -> usize {
+        match self {
+            ReferenceCount::Single => 1,
+            ReferenceCount::Array(count) => count as usize,
+            ReferenceCount::Open => 0,
+        }
+    }
 }
 
 /// One `key value` of an annotation.

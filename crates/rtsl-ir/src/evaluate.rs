@@ -208,6 +208,7 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => return None,
     };
     Some(Constant::from_bits(scalar, bits))

@@ -437,6 +437,8 @@ pub enum OpKind {
     ReferenceCall(Box<ReferenceCall>),
     /// True if a reference is set, bool; replaced by linking.
     IsSet(String, ReferencePath),
+    /// The number of elements of an array of references, i32; replaced by linking.
+    ReferenceCount(String),
     /// Reports that this ray used up its budget of loop iterations. No result.
     ReportBudget,
 }

@@ -14,6 +14,7 @@ macro_rules! visit_operands {
             | OpKind::Length(_)
             | OpKind::LightCount
             | OpKind::Ambient
+            | OpKind::ReferenceCount(_)
             | OpKind::Rand
             | OpKind::ReportBudget => {}
             OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => visit(a),
@@ -167,7 +168,8 @@ impl OpKind {
             | OpKind::Loop { .. }
             | OpKind::LightCount
             | OpKind::Ambient
-            | OpKind::IsSet(..) => Effect::None,
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => Effect::None,
         }
     }
 }

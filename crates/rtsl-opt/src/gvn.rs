@@ -166,6 +166,7 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => None,
     }
 }

@@ -182,6 +182,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
         | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => false,
     }
 }

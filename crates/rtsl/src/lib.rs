@@ -92,7 +92,7 @@ pub use rtsl_abi::{
 pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
-    Reference,
+    Reference, ReferenceCount,
 };
 pub use rtsl_ir::{
     Constant, PROPERTIES_OF_TEXTURES, Query, SURFACE_SCALARS, Scalar, Variable, host,

@@ -233,6 +233,9 @@ impl<'a> Parser<'a> {
                 let member = self.expect_word("a reference")?.to_owned();
                 OpKind::IsSet(member, self.parse_path()?)
             }
+            "reference_count" => {
+                OpKind::ReferenceCount(self.expect_word("a reference")?.to_owned())
+            }
             "report_budget" => OpKind::ReportBudget,
             _ => return Err(self.error_at(offset, format!("`{keyword}` is not an operation"))),
         })

@@ -166,6 +166,7 @@ impl Printer<'_, '_> {
                 write!(self.out, "is_set {member}")?;
                 self.path(*path)
             }
+            OpKind::ReferenceCount(member) => write!(self.out, "reference_count {member}"),
             OpKind::ReportBudget => self.plain("report_budget", kind),
         }
     }

@@ -53,6 +53,7 @@ impl Lowering<'_> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
             // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),

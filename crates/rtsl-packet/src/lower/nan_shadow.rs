@@ -259,6 +259,7 @@ impl<'a> Shadow<'a> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
         })
     }

@@ -2,6 +2,7 @@
 
 mod aovs;
 mod batch_radiance;
+mod called_shapes;
 mod cameras;
 mod checkpoint;
 mod film;

@@ -505,7 +505,10 @@ impl Checker<'_> {
             match passing {
                 Passing::In => {
                     self.note_access(&argument, Access::Read);
-                    let argument = self.require_value(argument);
+                    let argument = match ty {
+                        Type::Reference(_) => argument,
+                        _ => self.require_value(argument),
+                    };
                     failed |= argument.ty == Type::Error;
                     converted.push(convert(argument, ty));
                 }

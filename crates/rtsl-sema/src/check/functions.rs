@@ -269,7 +269,30 @@ impl Checker<'_> {
         {
             self.report_misplaced_annotation(annotation.key.span);
         }
-        self.resolve_type(&parameter.ty, TypePlace::Parameter)
+        let ty = self.resolve_type(&parameter.ty, TypePlace::Parameter);
+        if !matches!(ty, Type::Reference(_)) {
+            return ty;
+        }
+        let outward = [Qualifier::Out, Qualifier::InOut];
+        if let Some(span) = outward.iter().find_map(|each| parameter.qualifiers.find(*each)) {
+            self.report_bad_qualifier("`out`", span, "a reference, which only the host can set");
+            return Type::Error;
+        }
+        if function == CONSTRUCTOR {
+            let shown = self.show(&ty);
+            self.report(
+                Diagnostic::new(
+                    codes::REFERENCE_AS_VALUE,
+                    format!("a constructor has no parameter of type `{shown}`"),
+                )
+                .at(parameter.span, "refers to a shader, and is not a value")
+                .help(
+                    "declare a `public` member, which the host sets and the constructor can test",
+                ),
+            );
+            return Type::Error;
+        }
+        ty
     }
 
     fn check_passing(&mut self, qualifiers: &ast::Qualifiers) -> Passing {

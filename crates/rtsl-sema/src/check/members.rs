@@ -12,7 +12,7 @@ use super::constructors::is_open;
 use super::functions::{Kind, qualifier_name};
 use super::references::quoted_list;
 use super::scope::Entity;
-use super::types::TypePlace;
+use super::types::{TypePlace, holds_reference};
 use crate::hir::{Expression, Member, MemberId, Storage, Type};
 
 /// The keys of annotations that hosts know, and the kind of value of each.
@@ -134,7 +134,7 @@ impl Checker<'_> {
             );
             return None;
         }
-        if matches!(ty, Type::Reference(_)) {
+        if holds_reference(ty) {
             self.report(
                 Diagnostic::new(codes::BAD_INITIALIZER, "references have no initial value")
                     .at(variable.span, "the host sets it")
@@ -151,11 +151,9 @@ impl Checker<'_> {
 
     fn check_storage_fits(&mut self, ty: &Type, storage: Storage, variable: &ast::Variable) {
         let (code, what) = match ty {
-            Type::Buffer(_) => (codes::MISPLACED_BUFFER, "a buffer"),
             Type::Reference(_) => (codes::PRIVATE_REFERENCE, "a reference"),
-            Type::Array(element, _) if matches!(**element, Type::Reference(_)) => {
-                (codes::PRIVATE_REFERENCE, "an array of references")
-            }
+            ty if holds_reference(ty) => (codes::PRIVATE_REFERENCE, "an array of references"),
+            Type::Buffer(_) => (codes::MISPLACED_BUFFER, "a buffer"),
             _ => return,
         };
         if storage != Storage::Public {

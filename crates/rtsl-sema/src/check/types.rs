@@ -156,7 +156,7 @@ pub(super) fn builtin_type(name: &str) -> Option<Type> {
 }
 
 /// True if values of the type are or contain references.
-fn holds_reference(ty: &Type) -> bool {
+pub(super) fn holds_reference(ty: &Type) -> bool {
     match ty {
         Type::Reference(_) => true,
         Type::Array(element, _) | Type::Buffer(element) => holds_reference(element),
@@ -167,11 +167,11 @@ fn holds_reference(ty: &Type) -> bool {
 /// The context of a type, which determines the types allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TypePlace {
-    /// A member: buffers and references are allowed.
+    /// A member: buffers, references and arrays of references are allowed.
     Member,
     /// A variable or constant: `[]` takes its size from the initializer.
     Variable,
-    /// A parameter.
+    /// A parameter: references are allowed.
     Parameter,
     /// A field of a struct.
     Field,
@@ -389,24 +389,32 @@ impl Checker<'_> {
     }
 
     fn check_reference_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {
-        let single = match &ty {
-            Type::Array(element, _) => matches!(**element, Type::Reference(_)),
-            _ => matches!(ty, Type::Reference(_)),
+        let allowed = match (&ty, place) {
+            (Type::Reference(_), TypePlace::Member | TypePlace::Parameter) => true,
+            (Type::Array(element, _) | Type::Buffer(element), TypePlace::Member) => {
+                matches!(**element, Type::Reference(_))
+            }
+            _ => false,
         };
-        if place == TypePlace::Member && single {
+        if allowed {
             return ty;
         }
         let shown = self.show(&ty);
         self.report(
             Diagnostic::new(
                 codes::REFERENCE_AS_VALUE,
-                format!("`{shown}` is not allowed here: only members can refer to shaders"),
+                format!("`{shown}` is not allowed here"),
             )
-            .at(span, "not a value")
-            .note("a member may be a reference, or an array of references with a size"),
+            .at(span, "refers to shaders, and is not a value")
+            .note("members may be references or arrays of references, parameters of functions references"),
         );
         Type::Error
     }
+}
+
+/// True for buffers; arrays of references without a size are none.
+pub(super) fn is_buffer(ty: &Type) -> bool {
+    matches!(ty, Type::Buffer(element) if !holds_reference(element))
 }
 
 /// True if the type contains an array without a size.

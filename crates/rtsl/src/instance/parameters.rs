@@ -28,7 +28,9 @@ pub(crate) enum Argument {
 pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument, Mismatch> {
     match &parameter.ty {
         ParameterType::Reference(_) => references(&parameter.ty, value).map(Argument::References),
-        ParameterType::Array(element, _) if matches!(**element, ParameterType::Reference(_)) => {
+        ParameterType::Array(element, _) | ParameterType::Buffer(element)
+            if matches!(**element, ParameterType::Reference(_)) =>
+        {
             references(&parameter.ty, value).map(Argument::References)
         }
         ParameterType::Textured(_) if matches!(value, Value::Instance(_)) => {
@@ -87,6 +89,10 @@ fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, M
         (ParameterType::Array(element, count), Value::List(values))
             if values.len() == *count as usize =>
         {
+            let each = values.iter().map(|value| references(element, value));
+            Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
+        }
+        (ParameterType::Buffer(element), Value::List(values)) => {
             let each = values.iter().map(|value| references(element, value));
             Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
         }

@@ -3,6 +3,7 @@
 
 pub(crate) mod area_light;
 mod arithmetic;
+mod called_scratch;
 pub(crate) mod camera;
 pub(crate) mod chosen_light;
 pub(crate) mod class_tree;
