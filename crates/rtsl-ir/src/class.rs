@@ -45,6 +45,9 @@ pub const ELEMENT: &str = "element";
 /// The annotation that gives the number of buffer entries per object.
 pub const STRIDE: &str = "stride";
 
+/// The annotation with the choices of a parameter whose type is an enumeration: `Linear = 0, Smooth = 1`.
+pub const CHOICES: &str = "choices";
+
 /// The parameter that distinguishes the objects that hosts make of one instance, such as the triangles of a mesh: it
 /// counts `stride` entries of a buffer at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +79,18 @@ impl Parameter {
     pub fn annotation(&self, key: &str) -> Option<&AnnotationValue> {
         let annotation = self.annotations.iter().find(|annotation| annotation.key == key);
         annotation.map(|annotation| &annotation.value)
+    }
+
+    /// Returns the names and values of its choices, if its type is an enumeration.
+    pub fn choices(&self) -> Vec<(&str, i32)> {
+        let Some(AnnotationValue::Text(choices)) = self.annotation(CHOICES) else {
+            return Vec::new();
+        };
+        let each = choices.split(", ").filter_map(|choice| {
+            let (name, value) = choice.split_once(" = ")?;
+            Some((name, value.parse().ok()?))
+        });
+        each.collect()
     }
 }
 

@@ -32,8 +32,26 @@ pub fn argument(
     }
     match reference_role(&expected.ty) {
         Some((role, count)) => references(parameter, role, count, resolve),
-        None => data(parameter, &expected.ty),
+        None => match named_choices(parameter, expected) {
+            Some(names) => Ok(names),
+            None => data(parameter, &expected.ty),
+        },
     }
+}
+
+/// Returns the names of choices that a scene gives for a parameter whose type is an enumeration.
+fn named_choices(parameter: &Parameter, expected: &rtsl::Parameter) -> Option<Value> {
+    let (Values::Texts(names), ParameterType::Text | ParameterType::Given) =
+        (&parameter.values, &parameter.kind)
+    else {
+        return None;
+    };
+    if expected.choices().is_empty() {
+        return None;
+    }
+    let mut names: Vec<Value> = names.iter().map(|name| Value::Text(name.clone())).collect();
+    let is_single = matches!(expected.ty, ClassType::Scalar(_)) && names.len() == 1;
+    if is_single { names.pop() } else { Some(Value::List(names)) }
 }
 
 /// Returns the texture that a parameter names, or a constant texture of the numbers that it gives.

@@ -493,6 +493,7 @@ fn explain_info_and_help_answer() {
     assert!(sphere.contains("float radius = 1.0;"), "{sphere}");
     let defaults = "class A : rt_Texture; struct S { int i; }; public S s; public rt_Texture t; public float data[];
         public texture color kd = color(0.25, 0.5, 1.0); public texture float rough;
+        enum Mode { Fast, Exact = 4 }; public Mode mode = Exact;
         public int many[17]; constructor(bool on = true, mat2 m = mat2(2.0), color c, int n[2] = int[](-1, 7)) { }";
     std::fs::write(folder.0.path().join("defaults.rtsl"), defaults).unwrap();
     expect![[r#"
@@ -508,6 +509,7 @@ fn explain_info_and_help_answer() {
           float[] data
           texture color kd = [0.25 0.5 1.0]
           texture float rough = 0.0
+          int mode = "Exact"; choices "Fast = 0, Exact = 4"
           int[17] many
 
     "#]]

@@ -15,7 +15,7 @@ use super::functions::Kind;
 use super::lvalues::root;
 use super::scope::Entity;
 use super::suggestions::suggest;
-use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
+use super::types::{FLOAT, INT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
 
 /// The number of arguments of a call that diagnostics show.
@@ -87,6 +87,10 @@ impl Checker<'_> {
             Some(Entity::Struct(id)) => {
                 let arguments = self.check_values(arguments);
                 return self.check_construct(Type::Struct(id), arguments, span);
+            }
+            Some(Entity::Enumeration(_)) => {
+                let arguments = self.check_values(arguments);
+                return self.check_construct(INT, arguments, span);
             }
             Some(Entity::Error) => {
                 self.check_arguments(arguments);

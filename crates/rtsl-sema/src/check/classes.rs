@@ -13,7 +13,7 @@ use super::inheritance::ClassItem;
 use super::roles::role_list;
 use super::scope::{Entity, Level};
 use super::suggestions::suggest;
-use super::types::TypePlace;
+use super::types::{INT, TypePlace};
 use crate::hir::{
     Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
 };
@@ -62,6 +62,7 @@ impl<'a> Checker<'a> {
         let mut functions = self.declare_functions(&items);
         self.declare_members(&items);
         functions.extend(self.declare_constructors(&items));
+        self.check_assertions(&items);
         self.check_elements();
         self.check_bodies(&functions);
         self.check_uncalled_functions(&functions);
@@ -113,6 +114,14 @@ impl<'a> Checker<'a> {
         let outer = std::mem::replace(&mut self.silent, generation > 0);
         check(self);
         self.silent = outer;
+    }
+
+    fn check_assertions(&mut self, items: &[ClassItem<'a>]) {
+        for item in items {
+            if let ast::Item::Assertion(assertion) = item.item {
+                self.for_item(item.generation, |checker| checker.check_file_assertion(assertion));
+            }
+        }
     }
 
     fn declare_structs_and_constants(&mut self, items: &[ClassItem<'a>]) {
@@ -424,7 +433,8 @@ impl<'a> Checker<'a> {
                     .at(parameter.span, "hosts set it by its name"),
                 );
             }
-            let annotations: Vec<Annotation> = self.check_annotations(&parameter.annotations);
+            let mut annotations: Vec<Annotation> = self.check_annotations(&parameter.annotations);
+            self.add_choices(&parameter.ty, &INT, &mut annotations);
             let default = parameter.default.as_ref().and_then(|default| {
                 let ty = self.resolve_type(&parameter.ty, TypePlace::Parameter);
                 let value = self.check_outside(Kind::Initializer, |checker| {

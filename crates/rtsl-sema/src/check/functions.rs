@@ -366,6 +366,7 @@ impl Checker<'_> {
             | Entity::Member(_)
             | Entity::Constant(..)
             | Entity::Struct(_)
+            | Entity::Enumeration(_)
             | Entity::Class(_) => {
                 self.report_duplicate(name, &named);
                 return Some(Existing::Taken);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_ir::class::{Annotation, AnnotationValue, ELEMENT, STRIDE};
+use rtsl_ir::class::{Annotation, AnnotationValue, CHOICES, ELEMENT, STRIDE};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Code, Diagnostic, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, Qualifier};
@@ -55,7 +55,8 @@ impl Checker<'_> {
         let storage = self.check_storage(&variable.qualifiers);
         let written = self.resolve_type(&variable.ty, TypePlace::Member);
         let initializer = self.check_member_initializer(&written, storage, variable);
-        let annotations = self.check_annotations(&variable.annotations);
+        let mut annotations = self.check_annotations(&variable.annotations);
+        self.add_choices(&variable.ty, &written, &mut annotations);
         let ty = match &initializer {
             // An open size that the initial value determines makes a table, not a buffer.
             Some(value) if is_open(&written) => value.ty.clone(),
@@ -225,6 +226,10 @@ impl Checker<'_> {
                 continue;
             }
             let Some(value) = self.check_annotation_value(annotation) else { continue };
+            // An enumeration gives a parameter its choices, not the text.
+            if key.name == CHOICES {
+                continue;
+            }
             annotations.push(Annotation { key: key.name.clone(), value });
         }
         annotations

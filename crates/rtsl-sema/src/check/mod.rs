@@ -23,6 +23,7 @@
 //! have their own limits.
 
 mod access;
+mod assertions;
 mod call_graph;
 mod calls;
 mod candidates;
@@ -33,6 +34,7 @@ mod control;
 mod declarations;
 mod effects;
 mod elements;
+mod enumerations;
 mod evaluated;
 mod evaluator;
 mod expressions;

@@ -51,9 +51,12 @@ impl Checker<'_> {
                 Expression { kind: ExpressionKind::Constant(values), ty, span }
             }
             Some(Entity::Error) => error_expression(span),
-            Some(entity @ (Entity::Struct(_) | Entity::Functions(_) | Entity::Class(_))) => {
-                self.report_no_value(name, entity.kind(), span)
-            }
+            Some(
+                entity @ (Entity::Struct(_)
+                | Entity::Enumeration(_)
+                | Entity::Functions(_)
+                | Entity::Class(_)),
+            ) => self.report_no_value(name, entity.kind(), span),
             None => self.check_undeclared_name(name, span),
         }
     }

@@ -101,14 +101,19 @@ impl Checker<'_> {
 fn value_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
         Entity::Member(_) | Entity::Constant(..) | Entity::Local(_) => Some(name.as_str()),
-        Entity::Struct(_) | Entity::Functions(_) | Entity::Class(_) | Entity::Error => None,
+        Entity::Struct(_)
+        | Entity::Enumeration(_)
+        | Entity::Functions(_)
+        | Entity::Class(_)
+        | Entity::Error => None,
     })
 }
 
 fn function_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
         Entity::Functions(_) | Entity::Struct(_) => Some(name.as_str()),
-        Entity::Member(_)
+        Entity::Enumeration(_)
+        | Entity::Member(_)
         | Entity::Constant(..)
         | Entity::Local(_)
         | Entity::Class(_)
@@ -118,7 +123,7 @@ fn function_names(level: &Level) -> impl Iterator<Item = &str> {
 
 fn struct_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
-        Entity::Struct(_) => Some(name.as_str()),
+        Entity::Struct(_) | Entity::Enumeration(_) => Some(name.as_str()),
         Entity::Functions(_)
         | Entity::Member(_)
         | Entity::Constant(..)

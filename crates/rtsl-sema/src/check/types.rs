@@ -306,6 +306,7 @@ impl Checker<'_> {
     fn resolve_type_name(&mut self, name: &ast::Identifier, place: TypePlace) -> Type {
         match self.find(&name.name).map(|named| named.entity.clone()) {
             Some(Entity::Struct(id)) => return Type::Struct(id),
+            Some(Entity::Enumeration(_)) => return INT,
             Some(Entity::Error) => return Type::Error,
             Some(Entity::Class(_)) => {
                 self.report_class_as_type(name);

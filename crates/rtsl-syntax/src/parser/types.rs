@@ -167,6 +167,7 @@ fn qualifier(keyword: Keyword) -> Option<Qualifier> {
         | Keyword::Default
         | Keyword::Do
         | Keyword::Else
+        | Keyword::Enum
         | Keyword::False
         | Keyword::For
         | Keyword::Highp
