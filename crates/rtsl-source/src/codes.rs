@@ -135,6 +135,7 @@ diagnostics! {
     E0234 CIRCULAR_DECLARATION "a constant or struct that depends on itself";
     E0235 BAD_ENUMERATION "an enumeration whose choices cannot be told apart";
     E0236 STATIC_ASSERTION "a static assertion that does not hold";
+    E0237 BAD_GENERIC "a generic type that no argument determines";
     E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";

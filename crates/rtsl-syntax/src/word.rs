@@ -136,7 +136,7 @@ fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
         "union" => {
             ("use a `struct`; `floatBitsToInt` and its kind reinterpret bits", Reading::Name)
         }
-        "template" => ("overload the function for each type", Reading::Name),
+        "template" => ("give the function parameters of type `genType`", Reading::Name),
         "this" => ("members are named directly", Reading::Name),
         "sizeof" => ("arrays have `.length()`", Reading::Name),
         "interface" => ("derive a class from a role such as `rt_Material`", Reading::Name),

@@ -180,7 +180,9 @@ impl<'a> Checker<'a> {
                 continue;
             }
             self.for_item(generation, |checker| {
-                if let Some(id) = checker.check_class_function(function, generation) {
+                if checker.is_generic(function) {
+                    checker.declare_generic(function, generation);
+                } else if let Some(id) = checker.check_class_function(function, generation) {
                     pending.push(Pending { ast: function, id, generation });
                 }
             });
@@ -216,6 +218,7 @@ impl<'a> Checker<'a> {
                 checker.check_function_body(function.ast, function.id);
             });
         }
+        self.check_instances();
     }
 
     /// Warns about functions that are never called, by hosts or the text, although their names

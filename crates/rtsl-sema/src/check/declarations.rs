@@ -24,6 +24,9 @@ impl<'a> Checker<'a> {
             ast::Item::Enumeration(declaration) => self.declare_enumeration(declaration),
             ast::Item::Assertion(assertion) => self.check_file_assertion(assertion),
             ast::Item::Variable(variable) => self.declare_file_variable(variable),
+            ast::Item::Function(function) if self.is_generic(function) => {
+                self.declare_generic(function, 0);
+            }
             ast::Item::Function(function) => {
                 if let Some(id) = self.declare_function(function, None, 0) {
                     self.check_function_body(function, id);
@@ -31,6 +34,7 @@ impl<'a> Checker<'a> {
             }
             ast::Item::Class(class) => self.check_class(class),
         }
+        self.check_instances();
     }
 
     /// Checks the items of the prelude, which may refer to each other in any order.

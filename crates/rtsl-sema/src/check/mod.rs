@@ -42,6 +42,7 @@ mod facts;
 mod folding;
 mod foreign;
 mod functions;
+mod generics;
 mod implied;
 mod inheritance;
 mod initializers;
@@ -71,6 +72,7 @@ use rtsl_syntax::ast;
 use crate::hir::Module;
 use classes::{ClassContext, ClassDeclaration};
 use functions::{FunctionContext, FunctionInfo};
+use generics::Generic;
 use scope::{Level, Scopes};
 use types::StructInfo;
 
@@ -162,6 +164,14 @@ struct Checker<'a> {
     scopes: Scopes,
     /// All classes so far.
     classes: Vec<ClassDeclaration<'a>>,
+    /// The generic functions so far.
+    generics: Vec<Generic<'a>>,
+    /// The number of components of generic types in the instance being declared or checked.
+    generic_size: Option<u8>,
+    /// The header of the instance whose body is being checked.
+    instance_shown: Option<String>,
+    /// The instances whose bodies are still to be checked.
+    wanted_instances: Vec<crate::hir::FunctionId>,
     /// The number of names that may still be compared for suggestions.
     comparisons: usize,
     /// The number of operations left for constant expressions.
@@ -189,6 +199,10 @@ impl<'a> Checker<'a> {
             function: FunctionContext::outside(),
             scopes: Scopes::default(),
             classes: Vec::new(),
+            generics: Vec::new(),
+            generic_size: None,
+            instance_shown: None,
+            wanted_instances: Vec::new(),
             comparisons: suggestions::COMPARISON_LIMIT,
             evaluation_fuel: evaluator::UNIT_FUEL,
             nan_fuel: nan::UNIT_FUEL,
@@ -211,6 +225,10 @@ impl<'a> Checker<'a> {
         {
             return;
         }
+        let diagnostic = match &self.instance_shown {
+            Some(instance) => diagnostic.note(format!("in the instance {instance}")),
+            None => diagnostic,
+        };
         self.diagnostics.push(diagnostic);
     }
 

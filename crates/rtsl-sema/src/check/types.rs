@@ -10,6 +10,7 @@ use rtsl_syntax::ast;
 
 use super::Checker;
 use super::foreign::{advise, type_counterpart};
+use super::generics::is_generic_name;
 use super::scope::Entity;
 use super::suggestions::suggest;
 use super::type_names::plain_type_name;
@@ -323,10 +324,13 @@ impl Checker<'_> {
                 Type::Error
             }
             Some(ty) => ty,
-            None => {
-                self.report_unknown_type(name);
-                Type::Error
-            }
+            None => match self.generic_type(&name.name) {
+                Some(ty) => ty,
+                None => {
+                    self.report_unknown_type(name);
+                    Type::Error
+                }
+            },
         }
     }
 
@@ -342,6 +346,15 @@ impl Checker<'_> {
     }
 
     fn report_unknown_type(&mut self, name: &ast::Identifier) {
+        if is_generic_name(&name.name) {
+            let message = format!("`{}` is a type in generic functions only", name.name);
+            self.report(
+                Diagnostic::new(codes::BAD_GENERIC, message)
+                    .at(name.span, "no argument determines it here")
+                    .note("in a function with such a parameter, it has the type of the argument"),
+            );
+            return;
+        }
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_TYPE, format!("there is no type `{}`", name.name))
                 .at(name.span, "unknown type");

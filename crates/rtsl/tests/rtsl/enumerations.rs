@@ -62,22 +62,40 @@ fn refused(arguments: Vec<(&str, Value)>, expected: Expect) {
 
 #[test]
 fn other_names_and_numbers_are_errors() {
-    refused(vec![("blending", "Smoth".into())], expect![[r#"
+    refused(
+        vec![("blending", "Smoth".into())],
+        expect![[r#"
         E0504: the parameter `blending` of `T` is out of range: `Smoth` is none of the choices `Linear` (0), `Smooth` (1), `Step` (5); did you mean `Smooth`?
-    "#]]);
-    refused(vec![("blending", "dashed".into())], expect![[r#"
+    "#]],
+    );
+    refused(
+        vec![("blending", "dashed".into())],
+        expect![[r#"
         E0504: the parameter `blending` of `T` is out of range: `dashed` is none of the choices `Linear` (0), `Smooth` (1), `Step` (5)
-    "#]]);
-    refused(vec![("blending", 2.into())], expect![[r#"
+    "#]],
+    );
+    refused(
+        vec![("blending", 2.into())],
+        expect![[r#"
         E0504: the parameter `blending` of `T` is out of range: 2 is none of the choices `Linear` (0), `Smooth` (1), `Step` (5)
-    "#]]);
-    refused(vec![("blending", 1.0.into())], expect![[r#"
+    "#]],
+    );
+    refused(
+        vec![("blending", 1.0.into())],
+        expect![[r#"
         E0503: the parameter `blending` of `T` is an int, found a float
-    "#]]);
-    refused(vec![("pair", Value::List(vec!["Linear".into(), 7.into()]))], expect![[r#"
+    "#]],
+    );
+    refused(
+        vec![("pair", Value::List(vec!["Linear".into(), 7.into()]))],
+        expect![[r#"
         E0504: the parameter `pair` of `T` is out of range: 7 is none of the choices `Linear` (0), `Smooth` (1), `Step` (5)
-    "#]]);
-    refused(vec![("plain", "Linear".into())], expect![[r#"
+    "#]],
+    );
+    refused(
+        vec![("plain", "Linear".into())],
+        expect![[r#"
         E0503: the parameter `plain` of `T` is an int, found the text "Linear"
-    "#]]);
+    "#]],
+    );
 }
