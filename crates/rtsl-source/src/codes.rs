@@ -201,6 +201,7 @@ diagnostics! {
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
+    E0626 NOT_IMPORTABLE "a program that cannot be imported";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";

@@ -101,8 +101,8 @@ pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Targe
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
-    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Messages, Position, Severity, SourceMap, Span,
-    code_info, codes, diagnostic_codes, most_similar, render,
+    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Label, Messages, Position, Severity,
+    SourceMap, Span, code_info, codes, diagnostic_codes, most_similar, render,
 };
 pub use rtsl_spec::{
     COLOR_COMPONENTS, Direction, Method, RayType, Role, StateType, StateVariable, lookup_state,
