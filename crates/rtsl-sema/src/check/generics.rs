@@ -1,8 +1,9 @@
 //! Generic functions: `genType f(genType a, float b)`.
 //!
-//! The types `genType`, `genIType`, `genUType` and `genBType` stand for a scalar and for vectors of 2 to 4 components, as
-//! in the GLSL specification: all of them in one function have the same size. Such a function is four overloads, its
-//! instances. The body of an instance is checked if the text calls it, after the function that contains the call.
+//! The types `genType`, `genIType`, `genUType` and `genBType` stand for a scalar and for vectors of 2 to 4
+//! components, as in the GLSL specification: all of them in one function have the same size. Such a function is
+//! four overloads, its instances. The body of an instance is checked if the text calls it, after the function that
+//! contains the call.
 
 use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};

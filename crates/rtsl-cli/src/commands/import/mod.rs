@@ -49,7 +49,7 @@ pub fn run(arguments: &ImportArguments, reporter: &Reporter) -> CommandResult {
     let text = read(path)?;
     let name = arguments.name.clone().unwrap_or_else(|| class_name(path));
     let mut sources = SourceMap::new();
-    let file = sources.add(&path.display().to_string(), text.clone());
+    let file = sources.add(path.display().to_string(), text.clone());
     let problem = |diagnostic: Diagnostic| {
         reporter.diagnostics(&sources, [&diagnostic]);
         Ok(Outcome::InputAtFault)

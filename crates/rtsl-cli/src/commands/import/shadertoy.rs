@@ -1,8 +1,8 @@
 //! Programs of Shadertoy.
 //!
-//! The text of the program stands unchanged at the end of the class. Before it stand parameters for the inputs that it
-//! names, functions for the textures that it reads, and the method that calls `mainImage`. Errors of the compiler in the
-//! program's part are shown at their places in the program.
+//! The text of the program stands unchanged at the end of the class. Before it stand parameters for the inputs that
+//! it names, functions for the textures that it reads, and the method that calls `mainImage`. Errors of the
+//! compiler in the program's part are shown at their places in the program.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
