@@ -133,7 +133,7 @@ diagnostics! {
     E0232 MISPLACED_DEFAULT "a default value on a parameter that cannot have one";
     E0233 EMPTY_STRUCT "a struct without fields";
     E0234 CIRCULAR_DECLARATION "a constant or struct that depends on itself";
-    E0235 BAD_ENUMERATION "an enumeration whose choices cannot be told apart";
+    E0235 BAD_ENUMERATION "an enumeration without choices, or with some that hosts could not tell apart";
     E0236 STATIC_ASSERTION "a static assertion that does not hold";
     E0237 BAD_GENERIC "a generic type that no argument determines";
     E0301 UNKNOWN_BASE "a base that is not a class";

@@ -514,6 +514,15 @@ fn explain_info_and_help_answer() {
 
     "#]]
     .assert_eq(&folder.run(&["info", "defaults.rtsl"]).exits(DONE).output());
+    let choices = "enum Mode { Fast, Exact = 4 }; class A : rt_Texture; public Mode mode = Exact;
+        void lookup() { rt_FloatTextureValue = float(mode); }";
+    folder.write("choices.rtsl", choices);
+    let layout = folder.run(&["build", "choices.rtsl", "--emit", "layout"]).exits(DONE).output();
+    let layout: serde_json::Value = serde_json::from_str(&layout).unwrap();
+    let parameter = &layout["classes"][0]["parameters"][0];
+    assert_eq!(parameter["choices"], serde_json::json!({ "Fast": 0, "Exact": 4 }), "{parameter}");
+    folder.run(&["eval", "choices.rtsl", "lookup", "--param", "mode=Fast"]).exits(DONE);
+    folder.run(&["eval", "choices.rtsl", "lookup", "--param", "mode=Fats"]).fails_with("E0504");
     // Every image that a renderer makes is named.
     let help = folder.run(&["help", "render"]).exits(DONE).output();
     assert!(Aov::ALL.iter().all(|aov| help.contains(aov.name())), "{help}");

@@ -3,6 +3,7 @@
 //! The name of an enumeration is a name of `int`, and its choices are constants. Parameters that are declared with it
 //! carry the choices to hosts, as an annotation.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::Constant;
@@ -16,6 +17,9 @@ use super::scope::Entity;
 use super::types::INT;
 use crate::hir::Type;
 
+/// The limit on the bytes of names of choices that the parameters of a unit carry to hosts.
+pub(super) const CHOICES_LIMIT: usize = 1 << 20;
+
 impl Checker<'_> {
     /// Declares an enumeration and its choices in the innermost scope.
     pub(super) fn declare_enumeration(&mut self, declaration: &ast::Enumeration) {
@@ -28,6 +32,7 @@ impl Checker<'_> {
             return;
         }
         let mut choices: Vec<(String, i32)> = Vec::new();
+        let mut names: BTreeMap<i32, &str> = BTreeMap::new();
         for (name, written) in &declaration.choices {
             let value = match (written, choices.last()) {
                 (Some(written), _) => self.value_of_choice(written),
@@ -38,7 +43,7 @@ impl Checker<'_> {
                 self.declare(name, Entity::Error);
                 continue;
             };
-            if let Some((other, _)) = choices.iter().find(|(_, other)| *other == value) {
+            if let Some(other) = names.insert(value, &name.name) {
                 let message = format!("`{}` has the value of `{other}`, {value}", name.name);
                 self.report(
                     Diagnostic::new(codes::BAD_ENUMERATION, message)
@@ -65,17 +70,33 @@ impl Checker<'_> {
 
     /// Adds the choices of a parameter whose type is written as an enumeration to its annotations.
     pub(super) fn add_choices(
-        &self,
+        &mut self,
         written: &ast::TypeName,
         ty: &Type,
         annotations: &mut Vec<Annotation>,
     ) {
         let found = self.find(&written.name.name).map(|named| &named.entity);
-        if let (Some(Entity::Enumeration(choices)), true) = (found, *ty != Type::Error) {
-            let choices: Vec<String> =
-                choices.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-            let value = AnnotationValue::Text(choices.join(", "));
-            annotations.push(Annotation { key: CHOICES.to_owned(), value });
+        let Some(Entity::Enumeration(choices)) = found else { return };
+        if *ty == Type::Error {
+            return;
         }
+        let bytes = choices.iter().map(|(name, _)| name.len()).sum();
+        let Some(left) = self.choices_left.checked_sub(bytes) else {
+            self.report(
+                Diagnostic::new(
+                    codes::BAD_ENUMERATION,
+                    "the parameters of this file have too many choices",
+                )
+                .at(written.span, "those of this one exceed the limit")
+                .note(format!("their names may have {CHOICES_LIMIT} letters in all"))
+                .help("declare it as `int`"),
+            );
+            return;
+        };
+        let choices: Vec<String> =
+            choices.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        self.choices_left = left;
+        let value = AnnotationValue::Text(choices.join(", "));
+        annotations.push(Annotation { key: CHOICES.to_owned(), value });
     }
 }

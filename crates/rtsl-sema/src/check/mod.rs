@@ -164,6 +164,8 @@ struct Checker<'a> {
     scopes: Scopes,
     /// All classes so far.
     classes: Vec<ClassDeclaration<'a>>,
+    /// The number of bytes that the choices of parameters may still have.
+    choices_left: usize,
     /// The generic functions so far.
     generics: Vec<Generic<'a>>,
     /// The number of components of generic types in the instance being declared or checked.
@@ -199,6 +201,7 @@ impl<'a> Checker<'a> {
             function: FunctionContext::outside(),
             scopes: Scopes::default(),
             classes: Vec::new(),
+            choices_left: enumerations::CHOICES_LIMIT,
             generics: Vec::new(),
             generic_size: None,
             instance_shown: None,
