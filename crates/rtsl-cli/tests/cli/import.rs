@@ -347,4 +347,6 @@ fn files_that_are_no_text_are_refused() {
     folder.run(&["import", "in.glsl"]).fails_with("E0601");
     folder.run(&["import", "missing.glsl"]).fails_with("E0601");
     folder.run(&["import"]).exits(WRONG_USAGE);
+    folder.write("in.glsl", "void mainImage(out vec4 o, in vec2 u) { o = vec4(1); }");
+    folder.run(&["import", "in.glsl", "--name", "Two words"]).exits(WRONG_USAGE);
 }

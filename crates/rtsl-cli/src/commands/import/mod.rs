@@ -48,6 +48,9 @@ pub fn run(arguments: &ImportArguments, reporter: &Reporter) -> CommandResult {
     let path = &arguments.program;
     let text = read(path)?;
     let name = arguments.name.clone().unwrap_or_else(|| class_name(path));
+    if !is_name(&name) {
+        return Err(Failure::Usage(format!("`{name}` is no name of a class")));
+    }
     let mut sources = SourceMap::new();
     let file = sources.add(path.display().to_string(), text.clone());
     let problem = |diagnostic: Diagnostic| {
@@ -82,6 +85,11 @@ fn read(path: &Path) -> Result<String, Failure> {
     }
     let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
     String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8".to_owned()))
+}
+
+fn is_name(text: &str) -> bool {
+    text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && text.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
 /// The name of a file as that of a class: `warped-noise.glsl` gives `WarpedNoise`.
