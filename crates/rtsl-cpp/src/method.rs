@@ -224,6 +224,7 @@ impl<'a> Writer<'a> {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::IsSet(..) => {
                 unreachable!("linking has replaced what asks references")
             }

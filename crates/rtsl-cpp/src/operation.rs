@@ -75,7 +75,8 @@ impl Writer<'_> {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
-            | OpKind::IsSet(..) => unreachable!("these are statements"),
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => unreachable!("these are statements"),
         }
     }
 

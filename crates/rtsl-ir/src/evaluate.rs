@@ -211,6 +211,7 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::Seed(_)
         | OpKind::Derivative(..)
         | OpKind::ChainRule(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => return None,
     };
     Some(Constant::from_bits(scalar, bits))

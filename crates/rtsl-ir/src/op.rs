@@ -444,6 +444,8 @@ pub enum OpKind {
     /// The first f32, whose derivative is the sum of the products of the pairs: each the derivative of a value, and
     /// that value's factor.
     ChainRule(Value, Vec<(Value, Value)>),
+    /// The number of elements of an array of references, i32; replaced by linking.
+    ReferenceCount(String),
     /// Reports that this ray used up its budget of loop iterations. No result.
     ReportBudget,
 }

@@ -19,7 +19,9 @@ impl OpKind {
             OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
             OpKind::Load(variable, _) => scalars.push(function.variable(*variable).scalar),
             OpKind::Store(..) | OpKind::ReportBudget => {}
-            OpKind::Length(_) | OpKind::LightCount => scalars.push(Scalar::I32),
+            OpKind::Length(_) | OpKind::LightCount | OpKind::ReferenceCount(_) => {
+                scalars.push(Scalar::I32);
+            }
             OpKind::If { then, .. } => {
                 scalars.extend(then.yields.iter().map(|value| function.scalar(*value)));
             }

@@ -335,6 +335,7 @@ impl<'a> Verifier<'a> {
                 check_word("the reference's name", member)?;
                 self.check_path(*path)
             }
+            OpKind::ReferenceCount(member) => check_word("the reference's name", member),
         }
     }
 

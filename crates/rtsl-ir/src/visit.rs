@@ -14,6 +14,7 @@ macro_rules! visit_operands {
             | OpKind::Length(_)
             | OpKind::LightCount
             | OpKind::Ambient
+            | OpKind::ReferenceCount(_)
             | OpKind::Rand
             | OpKind::ReportBudget => {}
             OpKind::Unary(_, a)
@@ -180,7 +181,8 @@ impl OpKind {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
-            | OpKind::IsSet(..) => Effect::None,
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => Effect::None,
         }
     }
 }

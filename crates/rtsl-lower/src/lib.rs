@@ -80,6 +80,8 @@ struct Lowering<'m> {
     layouts: &'m Layouts<'m>,
     facts: &'m FactTable,
     tables: &'m RefCell<ConstantTables>,
+    /// The references that the code tests with `isSet`.
+    tested: &'m RefCell<BTreeSet<String>>,
     purpose: Purpose,
     /// The variables that the whole function may write.
     writes: BTreeSet<Root>,

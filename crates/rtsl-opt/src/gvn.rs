@@ -169,6 +169,7 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => None,
     }
 }

@@ -185,6 +185,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
         | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => false,
     }
 }

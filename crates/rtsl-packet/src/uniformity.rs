@@ -125,7 +125,7 @@ impl Analysis {
             OpKind::Length(variable) => self.result.variable_varies(*variable),
             // Linking has replaced them.
             OpKind::Seed(_) | OpKind::Derivative(..) | OpKind::ChainRule(..) => true,
-            OpKind::IsSet(_, ReferencePath::Single) => false,
+            OpKind::IsSet(_, ReferencePath::Single) | OpKind::ReferenceCount(_) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }

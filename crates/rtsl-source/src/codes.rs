@@ -136,6 +136,9 @@ diagnostics! {
     E0232 MISPLACED_DEFAULT "a default value on a parameter that cannot have one";
     E0233 EMPTY_STRUCT "a struct without fields";
     E0234 CIRCULAR_DECLARATION "a constant or struct that depends on itself";
+    E0235 BAD_ENUMERATION "an enumeration without choices, or with some that hosts could not tell apart";
+    E0236 STATIC_ASSERTION "a static assertion that does not hold";
+    E0237 BAD_GENERIC "a generic type that no argument determines";
     E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";
@@ -206,6 +209,7 @@ diagnostics! {
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
+    E0626 NOT_IMPORTABLE "a program that cannot be imported";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";

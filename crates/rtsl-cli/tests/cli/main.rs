@@ -4,6 +4,7 @@ mod bench;
 mod command;
 mod commands;
 mod files;
+mod import;
 mod integrators;
 mod memory_limits;
 mod resume;

@@ -173,7 +173,9 @@ impl<'a> Compiler<'a> {
             OpKind::ReferenceCall(ref call) => {
                 return Err(PrepareError::Unlinked(call.member.clone()));
             }
-            OpKind::IsSet(ref member, _) => return Err(PrepareError::Unlinked(member.clone())),
+            OpKind::IsSet(ref member, _) | OpKind::ReferenceCount(ref member) => {
+                return Err(PrepareError::Unlinked(member.clone()));
+            }
             OpKind::Seed(a) | OpKind::ChainRule(a, _) => {
                 Instruction::Unary { function: |a| a, to, a: self.register(a) }
             }

@@ -239,6 +239,9 @@ impl<'a> Parser<'a> {
                 OpKind::Derivative(of, by)
             }
             "chain_rule" => self.parse_chain_rule()?,
+            "reference_count" => {
+                OpKind::ReferenceCount(self.expect_word("a reference")?.to_owned())
+            }
             "report_budget" => OpKind::ReportBudget,
             _ => return Err(self.error_at(offset, format!("`{keyword}` is not an operation"))),
         })

@@ -56,6 +56,7 @@ impl Lowering<'_> {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
             // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),

@@ -262,6 +262,7 @@ impl<'a> Shadow<'a> {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
         })
     }

@@ -32,7 +32,11 @@ pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
         .iter()
         .filter_map(|item| match item {
             ast::Item::Class(class) => Some(class.clone()),
-            ast::Item::Struct(_) | ast::Item::Function(_) | ast::Item::Variable(_) => None,
+            ast::Item::Struct(_)
+            | ast::Item::Enumeration(_)
+            | ast::Item::Assertion(_)
+            | ast::Item::Function(_)
+            | ast::Item::Variable(_) => None,
         })
         .collect()
 }

@@ -20,7 +20,7 @@ use crate::Method;
 pub use accuracy::{ACCURACY, Accuracy, AccuracyDomain, GreatestError, accuracy};
 pub use lowering::{Direction, Lowering, Mapped, Operation, Special};
 pub use reference_methods::{
-    REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, reference_method, state_of_parameter,
+    REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, state_of_parameter,
 };
 pub use signature::{Overload, Parameter};
 pub use spec_type::{Scalar, SpecType};

@@ -11,6 +11,7 @@ mod cpp_text;
 mod deep_texts;
 mod docs;
 mod elements;
+mod enumerations;
 mod examples;
 mod explain;
 mod fuzz;
