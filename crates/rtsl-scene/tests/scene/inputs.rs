@@ -14,6 +14,7 @@ use exr::prelude::*;
 use rtsl::{Diagnostics, SourceMap, diagnostic_codes as codes};
 use rtsl_image::{Depth, Encoding as Transfer, Picture, PictureError, TexelFormat};
 use rtsl_memory::{Amount, InputBudget};
+use rtsl_scene::WantedAttributes;
 use rtsl_scene::mesh::{MeshError, read_gltf_within, read_ply_within};
 use rtsl_scene::reader::{MemoryFiles, read_scene_within};
 
