@@ -21,6 +21,7 @@ use crate::arguments::{Resolve, argument, texture};
 use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use crate::gltf::FileAttributes;
 use crate::parts::SceneParts;
 use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
@@ -129,6 +130,8 @@ pub struct Earlier<'a> {
     pub made: &'a [Option<Made>],
     /// The entities whose parameters changed since.
     pub changed: &'a BTreeSet<EntityId>,
+    /// The attributes that a glTF file gave its shapes.
+    pub attributes: &'a Arc<FileAttributes>,
 }
 
 /// Makes the instances of a scene.
@@ -152,6 +155,8 @@ pub struct Loader<'a, 'f> {
     skipped_files: bool,
     /// The attributes that shaders of the scene read.
     wanted: Arc<WantedAttributes>,
+    /// Those that a glTF file gives its shapes.
+    file_attributes: Arc<FileAttributes>,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -178,16 +183,17 @@ impl<'a, 'f> Loader<'a, 'f> {
             unused: None,
             skipped_files: false,
             wanted: Arc::default(),
+            file_attributes: earlier.attributes.clone(),
         }
     }
 
-    /// Returns the instances by entity, for a later load.
-    pub fn into_made(self) -> Vec<Option<Made>> {
+    /// Returns the instances by entity and the attributes of a glTF file, for a later load.
+    pub fn into_made(self) -> (Vec<Option<Made>>, Arc<FileAttributes>) {
         let made = self.instances.into_iter().map(|slot| match slot {
             Slot::Made(made) => Some(made),
             Slot::Empty | Slot::Open | Slot::Failed => None,
         });
-        made.collect()
+        (made.collect(), self.file_attributes)
     }
 
     /// Makes the scene; returns `None` if an error was reported.
@@ -211,6 +217,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
         self.find_wanted_attributes();
+        self.read_file_attributes();
         self.read_images();
         let camera = self.instance(camera_entity);
         let integrator = match description.integrator {
@@ -453,7 +460,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
         }?;
-        let derived = self.with_attributes(entity, &class, &mut arguments)?;
+        let derived = self.with_attributes(id, &class, &mut arguments)?;
         let alpha = match alpha_parameter(entity, &class) {
             Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
             None => None,

@@ -6,6 +6,7 @@ mod export;
 mod files;
 mod format_page;
 mod gltf;
+mod gltf_attributes;
 mod images;
 mod inputs;
 mod leniency;
