@@ -5,6 +5,8 @@
 mod checkpoint;
 #[path = "../../../../fuzz/entries/gltf.rs"]
 mod gltf;
+#[path = "../../../../fuzz/entries/ies.rs"]
+mod ies;
 #[path = "../../../../fuzz/entries/lenses.rs"]
 mod lenses;
 #[path = "../../../../fuzz/entries/measured.rs"]
@@ -93,6 +95,15 @@ fn any_lenses_are_read_or_refused() {
         b"# lens\n29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n0 4.5 0 17.1\n-39.73 35 1 20\n",
     ];
     run_on(seeds.map(<[u8]>::to_vec).into(), 40, lenses::lenses);
+}
+
+#[test]
+fn any_photometric_file_is_read_or_refused() {
+    let seeds = [
+        &b"IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n9 5 0\n"[..],
+        b"A lamp\nTILT=INCLUDE\n1\n2\n0 90\n1 0.5\n1 1 1 2 2 1 1 0 0 0 1 1 9\n0 180\n0 90\n1 2 3 4\n",
+    ];
+    run_on(seeds.map(<[u8]>::to_vec).into(), 60, ies::ies);
 }
 
 #[test]

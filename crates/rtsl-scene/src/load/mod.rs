@@ -689,6 +689,10 @@ impl<'a, 'f> Loader<'a, 'f> {
     /// The meaning of a pbrt name. A class of the same name in the scene's folder takes precedence.
     fn pbrt_name(&mut self, entity: &Entity) -> Option<&'static PbrtName> {
         let standard = PbrtName::of(entity)?;
+        if standard.class == entity.class {
+            // A class of the library, to which files are read.
+            return Some(standard);
+        }
         match self.classes.find(&entity.class) {
             Found::Nothing => Some(standard),
             Found::Class(_) | Found::Broken => None,

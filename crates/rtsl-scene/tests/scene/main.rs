@@ -7,6 +7,7 @@ mod files;
 mod format_page;
 mod gltf;
 mod gltf_attributes;
+mod ies;
 mod images;
 mod inputs;
 mod leniency;
