@@ -13,6 +13,7 @@ use rtsl_syntax::ast::TranslationUnit;
 
 use super::loader::{FileLoader, read_text};
 use super::modules::{ModuleLoader, Modules};
+use super::outline::Outline;
 use super::prelude::{Prelude, prelude};
 use super::unit::{Compilation, Unit};
 
@@ -144,6 +145,18 @@ impl Compiler {
             }
             Err(reason) => unreadable(path, &reason),
         }
+    }
+
+    /// Returns the declarations of a text whose includes come from `loader`. Faults are passed over.
+    pub fn outline(&self, name: &str, text: &str, loader: &mut dyn IncludeLoader) -> Outline {
+        let mut sources = SourceMap::new();
+        let file = sources.add(name, text);
+        let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut Diagnostics::new());
+        // The tree is dropped on the deep stack: dropping recurses.
+        deep_stack::run(|| {
+            let tree = tree;
+            Outline::of(&tree, &sources)
+        })
     }
 
     /// Returns the syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
