@@ -3,6 +3,7 @@
 mod attributes;
 mod emitter;
 mod images;
+mod made;
 mod reachable;
 mod relief;
 mod standard;
@@ -28,6 +29,8 @@ use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
 use crate::shutter::{SHUTTER, Shutter};
+use made::Slot;
+pub use made::{Earlier, Made};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -84,54 +87,6 @@ struct Arguments {
     standard: Vec<Arc<Class>>,
     /// The attributes that a file gives a shape.
     attributes: Vec<GivenAttribute>,
-}
-
-/// The instance of an entity.
-#[derive(Clone)]
-enum Slot {
-    Empty,
-    /// The instance is being made: a reference to it now is a cycle.
-    Open,
-    Made(Made),
-    /// The instance cannot be made; an error was reported.
-    Failed,
-}
-
-/// An instance, and its dependencies besides the parameters of its entity.
-#[derive(Clone, Debug)]
-pub struct Made {
-    /// The instance of the entity's class.
-    pub instance: Arc<Instance>,
-    /// A material with the relief that the entity gives it.
-    relief: Option<Arc<Instance>>,
-    /// The alpha texture of a shape.
-    alpha: Option<Arc<Instance>>,
-    /// The instances of the entities that it refers to.
-    named: Vec<(EntityId, Arc<Instance>)>,
-    /// The classes of the constants among its references.
-    standard: Vec<Arc<Class>>,
-    /// The class of the entity, before attributes.
-    class: Arc<Class>,
-    /// The attributes that shaders of the scene read.
-    wanted: Arc<WantedAttributes>,
-}
-
-impl Made {
-    /// The instance that other entities and objects refer to.
-    fn outermost(&self) -> Arc<Instance> {
-        self.relief.as_ref().unwrap_or(&self.instance).clone()
-    }
-}
-
-/// The instances of an earlier load.
-#[derive(Clone, Copy)]
-pub struct Earlier<'a> {
-    /// The instances, by entity.
-    pub made: &'a [Option<Made>],
-    /// The entities whose parameters changed since.
-    pub changed: &'a BTreeSet<EntityId>,
-    /// The attributes that a glTF file gave its shapes.
-    pub attributes: &'a Arc<FileAttributes>,
 }
 
 /// Makes the instances of a scene.
