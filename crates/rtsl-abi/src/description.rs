@@ -125,6 +125,8 @@ pub struct ParameterDescription {
     pub label: Option<String>,
     /// A description for users.
     pub documentation: Option<String>,
+    /// The names and numbers of the choices, if the type is an enumeration.
+    pub choices: Vec<(String, i32)>,
 }
 
 /// A kernel of a class.

@@ -9,6 +9,7 @@ use crate::commands::check::CheckArguments;
 use crate::commands::eval::EvalArguments;
 use crate::commands::explain::ExplainArguments;
 use crate::commands::help::HelpArguments;
+use crate::commands::import::ImportArguments;
 use crate::commands::info::InfoArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::scene::SceneArguments;
@@ -48,6 +49,8 @@ pub enum Command {
     Render(RenderArguments),
     /// Show what is in a scene, or convert it to the format of pbrt-v4.
     Scene(SceneArguments),
+    /// Translate a program of Shadertoy to a class.
+    Import(ImportArguments),
     /// Show a scene in a window: fly through it, set parameters, edit its shaders.
     View(ViewArguments),
     /// Show information on this program and the machine, or on a class.

@@ -67,6 +67,11 @@ fn parameter(parameter: &ParameterDescription) -> Json {
     fields.extend(bounds.into_iter().filter_map(|(key, bound)| Some((key, Json::Float(bound?)))));
     let texts = [("label", &parameter.label), ("documentation", &parameter.documentation)];
     fields.extend(texts.into_iter().filter_map(|(key, it)| Some((key, text(it.as_ref()?)))));
+    if !parameter.choices.is_empty() {
+        let choices = parameter.choices.iter();
+        let choices = choices.map(|(name, value)| (name.clone(), Json::Integer((*value).into())));
+        fields.push(("choices", Json::Object(choices.collect())));
+    }
     object(fields)
 }
 

@@ -4,11 +4,13 @@ use std::sync::{Arc, LazyLock};
 
 use rtsl::{
     AnnotationValue, Class, Compiler, Constant, Diagnostics, Instance, Parameter, ParameterType,
-    Role, Scalar, Value, library,
+    ReferenceCount, Role, Scalar, Value, library,
 };
 
 use crate::random::Stream;
 
+/// The number of elements of an array of references that has no size.
+const OPEN_REFERENCES: usize = 2;
 /// The number of random settings.
 const RANDOM_SETTINGS: u64 = 3;
 
@@ -154,8 +156,9 @@ fn references(class: &Class) -> Vec<(String, Value)> {
     let each = untested.map(|reference| {
         let one = Value::Instance(stand_in(reference.role));
         let value = match reference.count {
-            Some(count) => Value::List(vec![one; count as usize]),
-            None => one,
+            ReferenceCount::Single => one,
+            ReferenceCount::Array(count) => Value::List(vec![one; count as usize]),
+            ReferenceCount::Open => Value::List(vec![one; OPEN_REFERENCES]),
         };
         (reference.name.clone(), value)
     });

@@ -220,7 +220,12 @@ impl<'a> Writer<'a> {
                 }
             }
             OpKind::Query(..) => unreachable!("integrators are not written as C++"),
-            OpKind::ReferenceCall(_) | OpKind::IsSet(..) => {
+            OpKind::ReferenceCall(_)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
+            | OpKind::IsSet(..) => {
                 unreachable!("linking has replaced what asks references")
             }
         }

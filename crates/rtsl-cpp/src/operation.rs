@@ -72,7 +72,11 @@ impl Writer<'_> {
             | OpKind::ReportBudget
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
-            | OpKind::IsSet(..) => unreachable!("these are statements"),
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => unreachable!("these are statements"),
         }
     }
 

@@ -48,6 +48,9 @@ pub const ELEMENT: &str = "element";
 /// The annotation that gives the number of buffer entries per object.
 pub const STRIDE: &str = "stride";
 
+/// The annotation with the choices of a parameter whose type is an enumeration: `Linear = 0, Smooth = 1`.
+pub const CHOICES: &str = "choices";
+
 /// The parameter that distinguishes the objects that hosts make of one instance, such as the triangles of a mesh: it
 /// counts `stride` entries of a buffer at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +82,18 @@ impl Parameter {
     pub fn annotation(&self, key: &str) -> Option<&AnnotationValue> {
         let annotation = self.annotations.iter().find(|annotation| annotation.key == key);
         annotation.map(|annotation| &annotation.value)
+    }
+
+    /// Returns the names and values of its choices, if its type is an enumeration.
+    pub fn choices(&self) -> Vec<(&str, i32)> {
+        let Some(AnnotationValue::Text(choices)) = self.annotation(CHOICES) else {
+            return Vec::new();
+        };
+        let each = choices.split(", ").filter_map(|choice| {
+            let (name, value) = choice.split_once(" = ")?;
+            Some((name, value.parse().ok()?))
+        });
+        each.collect()
     }
 }
 
@@ -157,10 +172,32 @@ pub struct Reference {
     pub name: String,
     /// The role that the referenced instance must have.
     pub role: Role,
-    /// The size of an array of references; `None` for a single reference.
-    pub count: Option<u32>,
+    /// The number of instances that it refers to.
+    pub count: ReferenceCount,
     /// True if the class tests it with `isSet`, so that leaving it unset is intended.
     pub tested: bool,
+}
+
+/// The number of instances that a reference member refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceCount {
+    /// A single reference.
+    Single,
+    /// An array of this size.
+    Array(u32),
+    /// An array whose size is that of the host's value.
+    Open,
+}
+
+impl ReferenceCount {
+    /// Returns the number of elements without a value of the host; each is unset.
+    pub fn unset(self) -> usize {
+        match self {
+            ReferenceCount::Single => 1,
+            ReferenceCount::Array(count) => count as usize,
+            ReferenceCount::Open => 0,
+        }
+    }
 }
 
 /// One `key value` of an annotation.

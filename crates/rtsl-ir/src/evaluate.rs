@@ -208,6 +208,10 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::Query(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => return None,
     };
     Some(Constant::from_bits(scalar, bits))

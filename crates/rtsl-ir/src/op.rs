@@ -437,6 +437,15 @@ pub enum OpKind {
     ReferenceCall(Box<ReferenceCall>),
     /// True if a reference is set, bool; replaced by linking.
     IsSet(String, ReferencePath),
+    /// A copy of an f32, with respect to which derivatives are taken; replaced by linking, as the next two.
+    Seed(Value),
+    /// The derivative of the first f32 with respect to the second, a [`OpKind::Seed`] before it in the same region.
+    Derivative(Value, Value),
+    /// The first f32, whose derivative is the sum of the products of the pairs: each the derivative of a value, and
+    /// that value's factor.
+    ChainRule(Value, Vec<(Value, Value)>),
+    /// The number of elements of an array of references, i32; replaced by linking.
+    ReferenceCount(String),
     /// Reports that this ray used up its budget of loop iterations. No result.
     ReportBudget,
 }

@@ -19,14 +19,20 @@ impl OpKind {
             OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
             OpKind::Load(variable, _) => scalars.push(function.variable(*variable).scalar),
             OpKind::Store(..) | OpKind::ReportBudget => {}
-            OpKind::Length(_) | OpKind::LightCount => scalars.push(Scalar::I32),
+            OpKind::Length(_) | OpKind::LightCount | OpKind::ReferenceCount(_) => {
+                scalars.push(Scalar::I32);
+            }
             OpKind::If { then, .. } => {
                 scalars.extend(then.yields.iter().map(|value| function.scalar(*value)));
             }
             OpKind::Loop { initial, .. } => {
                 scalars.extend(initial.iter().map(|value| function.scalar(*value)));
             }
-            OpKind::Fma(..) | OpKind::Rand => scalars.push(Scalar::F32),
+            OpKind::Fma(..)
+            | OpKind::Rand
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..) => scalars.push(Scalar::F32),
             OpKind::Trace { .. } | OpKind::Ambient => {
                 scalars.extend([Scalar::F32; COLOR_COMPONENTS as usize]);
             }

@@ -304,9 +304,12 @@ impl<'a> Verifier<'a> {
                 _ => Err("only buffers have a length".to_owned()),
             },
             OpKind::If { condition, .. } => self.check_use(*condition, Some(Scalar::Bool)),
-            OpKind::Fma(..) | OpKind::Trace { .. } | OpKind::Occluded { .. } => {
-                self.check_all_f32(kind, 0)
-            }
+            OpKind::Fma(..)
+            | OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..) => self.check_all_f32(kind, 0),
             OpKind::LightSample { index, .. } => {
                 self.check_use(*index, Some(Scalar::I32))?;
                 self.check_all_f32(kind, 1)
@@ -332,6 +335,7 @@ impl<'a> Verifier<'a> {
                 check_word("the reference's name", member)?;
                 self.check_path(*path)
             }
+            OpKind::ReferenceCount(member) => check_word("the reference's name", member),
         }
     }
 

@@ -14,10 +14,21 @@ macro_rules! visit_operands {
             | OpKind::Length(_)
             | OpKind::LightCount
             | OpKind::Ambient
+            | OpKind::ReferenceCount(_)
             | OpKind::Rand
             | OpKind::ReportBudget => {}
-            OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => visit(a),
-            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => {
+            OpKind::Unary(_, a)
+            | OpKind::Convert(_, a)
+            | OpKind::Bitcast(_, a)
+            | OpKind::Seed(a) => visit(a),
+            OpKind::ChainRule(value, factors) => {
+                visit(value);
+                for (of, factor) in factors {
+                    visit(of);
+                    visit(factor);
+                }
+            }
+            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) | OpKind::Derivative(a, b) => {
                 visit(a);
                 visit(b);
             }
@@ -167,7 +178,11 @@ impl OpKind {
             | OpKind::Loop { .. }
             | OpKind::LightCount
             | OpKind::Ambient
-            | OpKind::IsSet(..) => Effect::None,
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
+            | OpKind::IsSet(..)
+            | OpKind::ReferenceCount(_) => Effect::None,
         }
     }
 }

@@ -102,6 +102,13 @@ impl Lowering<'_> {
         self.clamp_index_to(index, last)
     }
 
+    /// Converts the index to an i32 and clamps it to 0 to `count - 1`.
+    pub fn clamp_index_below(&mut self, index: Value, count: Value) -> Value {
+        let one = self.builder.i32(1);
+        let last = self.builder.subtract(count, one);
+        self.clamp_index_to(index, last)
+    }
+
     fn clamp_index_to(&mut self, index: Value, last: Value) -> Value {
         match self.builder.scalar(index) {
             Scalar::U32 => {

@@ -7,7 +7,6 @@ use rtsl_spec::builtins::{Direction, Lowering as BuiltinLowering, Mapped, Operat
 use rtsl_spec::{TO_OBJECT, TO_WORLD};
 
 use crate::Lowering;
-use crate::calls::Argument;
 use crate::limits::Lowered;
 use crate::state_table::state_id;
 
@@ -17,8 +16,11 @@ impl<'m> Lowering<'m> {
         call: &'m BuiltinCall,
         expression: &'m Expression,
     ) -> Lowered<Vec<Value>> {
+        if call.builtin.lowering == BuiltinLowering::Special(Special::Gradient) {
+            return self.lower_gradient(&call.arguments, expression.span);
+        }
         if let Some(prelude) = call.prelude {
-            return if call.componentwise {
+            return if call.componentwise || self.chain_rule_of(prelude).is_some() {
                 self.lower_componentwise_call(prelude, &call.arguments, expression.span)
             } else {
                 self.lower_call(prelude, &call.arguments, expression.span)
@@ -52,10 +54,8 @@ impl<'m> Lowering<'m> {
         let mut result = Vec::with_capacity(count);
         let mut outputs: Vec<Option<Vec<Value>>> = vec![None; arguments.len()];
         for component in 0..count {
-            let scalars = arguments
-                .iter()
-                .map(|values| Argument::Values(vec![values[component % values.len()]]));
-            let returned = self.call(function, scalars.collect(), span)?;
+            let scalars = arguments.iter().map(|values| values[component % values.len()]);
+            let returned = self.call_with_chain_rule(function, scalars.collect(), span)?;
             result.extend(returned.result);
             for (all, output) in outputs.iter_mut().zip(returned.outputs) {
                 if let Some(output) = output {
@@ -85,6 +85,7 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
+        debug_assert!(special != Special::Gradient, "it is lowered by itself");
         if matches!(special, Special::IsSet | Special::IsTextured) {
             return self.lower_is_set(&arguments[0]);
         }
@@ -118,7 +119,9 @@ impl<'m> Lowering<'m> {
                 let Type::Matrix(_, rows) = arguments[0].ty else { return Ok(values.concat()) };
                 Ok(transpose(&values[0], usize::from(rows)))
             }
-            Special::IsSet | Special::IsTextured => unreachable!("lowered above"),
+            Special::IsSet | Special::IsTextured | Special::Gradient => {
+                unreachable!("lowered above")
+            }
         }
     }
 

@@ -8,7 +8,9 @@ use crate::Lowering;
 use crate::access::Access;
 use crate::cells::Cell;
 use crate::facts::Root;
+use crate::gradient::DERIVATIVES;
 use crate::limits::{self, Lowered};
+use crate::references::ReferencePlace;
 use crate::variables::{RANK_OF_PARAMETERS, SourceVariableId};
 
 /// One call whose body is being lowered.
@@ -18,6 +20,8 @@ pub(crate) struct Frame<'m> {
     pub function: Option<&'m Function>,
     /// The variables of the locals; each is created at its declaration.
     pub locals: Vec<Option<SourceVariableId>>,
+    /// The references that parameters stand for.
+    pub references: Vec<(LocalId, ReferencePlace)>,
     pub result: Option<SourceVariableId>,
     /// The flag of `return`.
     pub returned: Cell,
@@ -50,6 +54,8 @@ pub(crate) enum Argument {
     /// A variable in host memory that neither side writes. The parameter becomes an alias of it, so
     /// that large tables are not copied.
     Shared(SourceVariableId),
+    /// A reference of the class. Calls through the parameter are calls through it.
+    Reference(ReferencePlace),
 }
 
 /// For each parameter, the destination that it is copied out to.
@@ -70,47 +76,50 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        let shared = self.shared_arguments(id, arguments)?;
-        let (values, targets) = self.lower_arguments(id, arguments, &shared)?;
-        let values = values.into_iter().zip(shared).map(|(values, shared)| match shared {
-            Some(variable) => Argument::Shared(variable),
-            None => Argument::Values(values),
-        });
+        let bound = self.bound_arguments(id, arguments)?;
+        let (values, targets) = self.lower_arguments(id, arguments, &bound)?;
+        let values = values.into_iter().zip(bound);
+        let values = values.map(|(values, bound)| bound.unwrap_or(Argument::Values(values)));
         let returned = self.call(id, values.collect(), span)?;
         self.copy_out(targets, returned.outputs)?;
         Ok(returned.result)
     }
 
-    /// For each argument, the variable that the parameter can be an alias of.
-    fn shared_arguments(
+    /// For each argument, what the parameter can be an alias of: a variable, or a reference.
+    fn bound_arguments(
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
-    ) -> Lowered<Vec<Option<SourceVariableId>>> {
+    ) -> Lowered<Vec<Option<Argument>>> {
         let facts = self.facts.of(id);
-        let mut shared = Vec::with_capacity(arguments.len());
+        let mut bound = Vec::with_capacity(arguments.len());
         for (local, argument) in (0..).map(LocalId).zip(arguments) {
+            if matches!(argument.ty, Type::Reference(_)) {
+                bound.push(Some(Argument::Reference(self.lower_reference(argument)?)));
+                continue;
+            }
             let wanted = facts.indexed.contains(&Root::Local(local))
                 && !facts.written_locals.contains(&local)
                 && self.function(id).parameters[local.0 as usize] == Passing::In;
-            shared.push(if wanted { self.host_variable_of(argument)? } else { None });
+            let shared = if wanted { self.host_variable_of(argument)? } else { None };
+            bound.push(shared.map(Argument::Shared));
         }
-        Ok(shared)
+        Ok(bound)
     }
 
-    /// The values of the arguments except shared ones, and the destinations of those that are
+    /// The values of the arguments except bound ones, and the destinations of those that are
     /// copied out.
     pub fn lower_arguments(
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
-        shared: &[Option<SourceVariableId>],
+        bound: &[Option<Argument>],
     ) -> Lowered<(Vec<Vec<Value>>, Targets)> {
         let function = self.function(id);
         let mut values = Vec::with_capacity(arguments.len());
         let mut targets = Vec::with_capacity(arguments.len());
         for (index, argument) in arguments.iter().enumerate() {
-            if shared.get(index).is_some_and(Option::is_some) {
+            if bound.get(index).is_some_and(Option::is_some) {
                 values.push(Vec::new());
                 targets.push(None);
                 continue;
@@ -171,15 +180,16 @@ impl<'m> Lowering<'m> {
         let frame = self.new_frame(id, span)?;
         let caller = std::mem::replace(&mut self.frame, frame);
         let function = self.function(id);
-        for (local, argument) in (0..).map(LocalId).zip(&arguments) {
+        for (local, argument) in (0..).map(LocalId).zip(arguments) {
             match argument {
                 Argument::Values(values) => {
                     let variable = self.local_variable(local, span)?;
-                    self.set_variable(variable, values);
+                    self.set_variable(variable, &values);
                 }
                 Argument::Shared(variable) => {
-                    self.frame.locals[local.0 as usize] = Some(*variable);
+                    self.frame.locals[local.0 as usize] = Some(variable);
                 }
+                Argument::Reference(place) => self.frame.references.push((local, place)),
             }
         }
         self.lower_list(&function.body)?;
@@ -223,6 +233,7 @@ impl<'m> Lowering<'m> {
             id: Some(id),
             function: Some(function),
             locals: vec![None; function.locals.len()],
+            references: Vec::new(),
             result,
             returned: self.new_flag(),
             jumps: None,
@@ -295,12 +306,14 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The functions of the prelude that [`Lowering::call_prelude`] is used with. Computed defaults,
-/// cones of light and `inside` need them even if the text calls none.
+/// The functions of the prelude that [`Lowering::call_prelude`] is used with, and those that give derivatives.
+/// Computed defaults, cones of light and `inside` need them even if the text calls none.
 pub(crate) fn implicit_functions(module: &Module) -> impl Iterator<Item = FunctionId> {
     const NAMES: [&str; 5] = ["cos", "cross", "dot", "luminance", "perpendicularTo"];
-    let named =
-        |function: &Function| function.class.is_none() && NAMES.contains(&function.name.as_str());
+    let named = |function: &Function| {
+        let name = function.name.as_str();
+        function.class.is_none() && (NAMES.contains(&name) || name.starts_with(DERIVATIVES))
+    };
     let functions = (0..).map(FunctionId).zip(&module.functions);
     functions.filter(move |(_, function)| named(function)).map(|(id, _)| id)
 }

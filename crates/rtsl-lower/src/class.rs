@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::class::{self, Attribute, Reference};
+use rtsl_ir::class::{self, Attribute, Reference, ReferenceCount};
 use rtsl_ir::{Builder, Constant, Function, Variable, VariableKind};
 use rtsl_sema::hir::{
     Class, ClassId, Expression, ExpressionKind, FunctionId, LocalId, Member, Module, Storage, Type,
@@ -40,6 +40,7 @@ pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<
             layouts: &layouts,
             facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
             tables: &RefCell::default(),
+            tested: &RefCell::default(),
         };
         maker.make()
     })
@@ -66,6 +67,7 @@ struct Maker<'m> {
     layouts: &'m Layouts<'m>,
     facts: &'m FactTable,
     tables: &'m RefCell<ConstantTables>,
+    tested: &'m RefCell<BTreeSet<String>>,
 }
 
 impl<'m> Maker<'m> {
@@ -171,10 +173,12 @@ impl<'m> Maker<'m> {
             }
             let role = reference_role(&member.ty)?;
             let count = match &member.ty {
-                Type::Array(_, count) => Some(*count),
-                _ => None,
+                Type::Array(_, count) => ReferenceCount::Array(*count),
+                Type::Buffer(_) => ReferenceCount::Open,
+                _ => ReferenceCount::Single,
             };
-            Some(Reference { name: member.name.clone(), role, count, tested: member.tested })
+            let tested = member.tested || self.tested.borrow().contains(&member.name);
+            Some(Reference { name: member.name.clone(), role, count, tested })
         });
         references.collect()
     }
@@ -251,6 +255,7 @@ impl<'m> Maker<'m> {
             layouts: self.layouts,
             facts: self.facts,
             tables: self.tables,
+            tested: self.tested,
             purpose,
             writes: facts.map(|facts| facts.writes.clone()).unwrap_or_default(),
             indexed: facts.map(|facts| members(&facts.indexed)).unwrap_or_default(),
@@ -265,6 +270,7 @@ impl<'m> Maker<'m> {
                 id: None,
                 function: None,
                 locals: Vec::new(),
+                references: Vec::new(),
                 result: None,
                 returned,
                 jumps: None,
@@ -273,6 +279,8 @@ impl<'m> Maker<'m> {
             looked_up: Vec::new(),
             visits: 0,
             depth: 0,
+            // Derivatives of textures are taken by the shaders that call them.
+            order: u32::from(purpose == Purpose::Method(Method::Lookup)),
         }
     }
 }

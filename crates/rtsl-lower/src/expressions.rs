@@ -10,6 +10,7 @@ use crate::access::{Access, element_count};
 use crate::facts::{CHOICE, Root, root_of};
 use crate::layout::split_element;
 use crate::limits::Lowered;
+use crate::parameters::reference_role;
 use crate::variables::RANK_OF_TEMPORARIES;
 use crate::walk::{Node, walk_expression};
 use crate::{Lowering, Purpose};
@@ -180,6 +181,10 @@ impl<'m> Lowering<'m> {
     fn lower_length(&mut self, buffer: &'m Expression) -> Lowered<Vec<Value>> {
         if let Some(count) = element_count(&buffer.ty) {
             return Ok(vec![self.builder.i32(count as i32)]);
+        }
+        if reference_role(&buffer.ty).is_some() {
+            let place = self.lower_reference(buffer)?;
+            return Ok(vec![self.reference_count(place.member)]);
         }
         let length = match self.lower_access(buffer)? {
             Some(access) => self.length_of_buffer(access.root),
@@ -395,6 +400,7 @@ fn is_cheap_builtin(builtin: &Builtin) -> bool {
             | Special::Query(_)
             | Special::Rand
             | Special::Map(..)
+            | Special::Gradient
             | Special::MatrixCompMult => false,
         },
         BuiltinLowering::Prelude => false,

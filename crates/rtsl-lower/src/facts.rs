@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_sema::hir::{
-    Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, ReferenceFunction,
-    StateId, Statement, StatementKind, Type,
+    Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, StateId, Statement,
+    StatementKind, Type,
 };
 use rtsl_spec::builtins::{Lowering, Special};
 
@@ -127,10 +127,8 @@ impl FactTable {
             ExpressionKind::Assign { target, .. } | ExpressionKind::Step { target, .. } => {
                 root_of(target).map(&mut *report);
             }
-            ExpressionKind::ReferenceCall(call)
-                if call.function == ReferenceFunction::SampleBsdf =>
-            {
-                for name in ["rt_LightDirection", "rt_PDF", "rt_RelativeIndex"] {
+            ExpressionKind::ReferenceCall(call) => {
+                for name in call.method.also_sets {
                     report(Root::State(state_id(name)));
                 }
             }

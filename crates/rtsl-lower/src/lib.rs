@@ -29,6 +29,7 @@ mod construct;
 mod control;
 mod expressions;
 mod facts;
+mod gradient;
 mod illuminance;
 mod layout;
 mod leaf_part;
@@ -79,6 +80,8 @@ struct Lowering<'m> {
     layouts: &'m Layouts<'m>,
     facts: &'m FactTable,
     tables: &'m RefCell<ConstantTables>,
+    /// The references that the code tests with `isSet`.
+    tested: &'m RefCell<BTreeSet<String>>,
     purpose: Purpose,
     /// The variables that the whole function may write.
     writes: BTreeSet<Root>,
@@ -100,4 +103,6 @@ struct Lowering<'m> {
     visits: u32,
     /// The nesting of statements, expressions and calls that are being visited.
     depth: u32,
+    /// The order of the derivatives that may be taken of the code being lowered: 0 for none.
+    order: u32,
 }

@@ -68,7 +68,7 @@ fn is_element(annotations: &[Annotation]) -> bool {
 pub(crate) fn reference_role(ty: &Type) -> Option<rtsl_spec::Role> {
     match ty {
         Type::Reference(role) => Some(*role),
-        Type::Array(element, _) => reference_role(element),
+        Type::Array(element, _) | Type::Buffer(element) => reference_role(element),
         _ => None,
     }
 }

@@ -7,12 +7,12 @@
 //! information about the caller.
 
 use rtsl_ir::{BinaryOp, OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
-use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId};
+use rtsl_sema::hir::{self, Expression, ExpressionKind, StateId};
 use rtsl_source::Span;
-use rtsl_spec::builtins::{ReferenceMethod, reference_method};
 use rtsl_spec::{Direction, Method, Role};
 
 use crate::Lowering;
+use crate::access::element_count;
 use crate::limits::Lowered;
 use crate::state_table::{entry, state_id};
 use crate::variables::Storage;
@@ -20,27 +20,34 @@ use crate::variables::Storage;
 /// The state variables whose values the call overrides.
 pub(crate) type Overrides = Vec<(StateComponent, Value)>;
 
+/// A reference member, or an element of one.
+#[derive(Clone, Debug)]
+pub(crate) struct ReferencePlace {
+    pub member: String,
+    pub path: ReferencePath,
+}
+
 impl<'m> Lowering<'m> {
     pub fn lower_reference_call(
         &mut self,
         call: &'m hir::ReferenceCall,
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        let (member, path) = self.lower_reference(&call.reference)?;
-        let method = registry_entry(call);
+        let ReferencePlace { member, path } = self.lower_reference(&call.reference)?;
+        let method = call.method;
         let mut arguments = Vec::new();
         for argument in &call.arguments {
             arguments.push((argument.state, self.lower_expression(&argument.value)?));
         }
         self.add_inverse_direction(&mut arguments);
-        let overrides = self.overrides(call.role, method.runs, &arguments, span)?;
+        let overrides = self.overrides(method.role, method.runs, &arguments, span)?;
 
         let given: Vec<StateId> = std::iter::once(&method.returns)
             .chain(method.also_sets)
             .map(|name| state_id(name))
             .collect();
         let results = given.iter().flat_map(|state| components(*state)).collect();
-        let (role, runs) = (call.role, method.runs);
+        let (role, runs) = (method.role, method.runs);
         let results = self.builder.push(OpKind::ReferenceCall(Box::new(ReferenceCall {
             member,
             path,
@@ -63,29 +70,42 @@ impl<'m> Lowering<'m> {
     }
 
     pub fn lower_is_set(&mut self, reference: &'m Expression) -> Lowered<Vec<Value>> {
-        let (member, path) = self.lower_reference(reference)?;
+        let ReferencePlace { member, path } = self.lower_reference(reference)?;
+        self.tested.borrow_mut().insert(member.clone());
         Ok(vec![self.builder.push(OpKind::IsSet(member, path)).get(0)])
     }
 
-    /// The name of a reference member, and the path to one of its elements.
-    fn lower_reference(&mut self, reference: &'m Expression) -> Lowered<(String, ReferencePath)> {
+    /// The reference that an expression denotes.
+    pub fn lower_reference(&mut self, reference: &'m Expression) -> Lowered<ReferencePlace> {
         match &reference.kind {
-            ExpressionKind::Member(id) => {
-                let member = &self.class.members[id.0 as usize];
-                Ok((member.name.clone(), ReferencePath::Single))
+            ExpressionKind::Member(id) | ExpressionKind::Textured(id) => {
+                let member = self.class.members[id.0 as usize].name.clone();
+                Ok(ReferencePlace { member, path: ReferencePath::Single })
             }
-            ExpressionKind::Textured(id) => {
-                let member = &self.class.members[id.0 as usize];
-                Ok((member.name.clone(), ReferencePath::Single))
+            ExpressionKind::Local(id) => {
+                let mut bound = self.frame.references.iter();
+                let place = bound.find(|(local, _)| local == id).map(|(_, place)| place.clone());
+                Ok(place.expect("calls bind the parameters that are references"))
             }
             ExpressionKind::Index(array, index) => {
-                let (name, _) = self.lower_reference(array)?;
+                let ReferencePlace { member, .. } = self.lower_reference(array)?;
                 let index = self.lower_scalar(index)?;
-                let count = crate::access::element_count(&array.ty).unwrap_or(1);
-                Ok((name, ReferencePath::Element(self.clamp_index(index, count))))
+                let index = match element_count(&array.ty) {
+                    Some(count) => self.clamp_index(index, count),
+                    None => {
+                        let count = self.reference_count(member.clone());
+                        self.clamp_index_below(index, count)
+                    }
+                };
+                Ok(ReferencePlace { member, path: ReferencePath::Element(index) })
             }
-            _ => unreachable!("references are members or elements of members"),
+            _ => unreachable!("references are members, elements of members or parameters"),
         }
+    }
+
+    /// The number of elements of an array of references without a size.
+    pub fn reference_count(&mut self, member: String) -> Value {
+        self.builder.push(OpKind::ReferenceCount(member)).get(0)
     }
 
     /// Adds the inverse of a ray's direction that the arguments give, as hosts do.
@@ -152,21 +172,6 @@ impl<'m> Lowering<'m> {
         let unchanged = self.variable(variable).input.as_ref() == Some(&values);
         Ok(if unchanged { None } else { Some(values) })
     }
-}
-
-/// The registry's entry for this call.
-fn registry_entry(call: &hir::ReferenceCall) -> &'static ReferenceMethod {
-    let name = match call.function {
-        ReferenceFunction::Lookup => "lookup",
-        ReferenceFunction::LookupFloat => "lookupFloat",
-        ReferenceFunction::Shade => "shade",
-        ReferenceFunction::Bsdf => "BSDF",
-        ReferenceFunction::SampleBsdf => "sampleBSDF",
-        ReferenceFunction::EvaluatePdf => "evaluatePDF",
-        ReferenceFunction::Emission => "emission",
-    };
-    // All methods of this name have the same results.
-    reference_method(call.role, name, &[]).expect("the checker found it in the registry")
 }
 
 /// All components of a state variable.

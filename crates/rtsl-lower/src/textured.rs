@@ -4,7 +4,7 @@
 //! otherwise. Linking decides which, so that the code of an instance has only one of them. A value that was looked up
 //! serves the reads that follow it, since the inputs of a lookup do not change within a method.
 
-use rtsl_ir::class::Reference;
+use rtsl_ir::class::{Reference, ReferenceCount};
 use rtsl_ir::{BinaryOp, Constant, OpKind, ReferenceCall, ReferencePath, Value};
 use rtsl_sema::hir::{Member, MemberId, Type};
 use rtsl_source::Span;
@@ -19,7 +19,8 @@ use crate::{Lowering, Purpose};
 
 /// The reference to the texture. The class works without one.
 pub(crate) fn reference(member: &Member) -> Reference {
-    Reference { name: member.name.clone(), role: Role::Texture, count: None, tested: true }
+    let count = ReferenceCount::Single;
+    Reference { name: member.name.clone(), role: Role::Texture, count, tested: true }
 }
 
 impl Lowering<'_> {

@@ -164,8 +164,12 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::LightSample { .. }
         | OpKind::Rand
         | OpKind::Query(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_)
         | OpKind::ReportBudget => None,
     }
 }

@@ -96,13 +96,20 @@ fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
         | OpKind::Bitcast(..) => Some(1),
         OpKind::Load(_, Index::Constant(_)) | OpKind::Length(_) | OpKind::LightCount => Some(1),
         OpKind::Load(_, Index::Dynamic(_)) => Some(6),
-        OpKind::Ambient | OpKind::If { .. } | OpKind::Loop { .. } | OpKind::IsSet(..) => None,
+        OpKind::Ambient
+        | OpKind::If { .. }
+        | OpKind::Loop { .. }
+        | OpKind::IsSet(..)
+        | OpKind::ReferenceCount(_) => None,
         OpKind::Store(..)
         | OpKind::Trace { .. }
         | OpKind::Occluded { .. }
         | OpKind::LightSample { .. }
         | OpKind::Rand
         | OpKind::Query(..)
+        | OpKind::Seed(_)
+        | OpKind::Derivative(..)
+        | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
         | OpKind::ReportBudget => None,
     }

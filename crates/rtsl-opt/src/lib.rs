@@ -16,6 +16,7 @@ mod conditions;
 pub mod contract;
 pub mod dce;
 pub mod dead_outputs;
+pub mod differentiate;
 pub mod float_range;
 pub mod gvn;
 pub mod hoist_common;
@@ -74,6 +75,7 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("complements", complements::run),
     ("contract", contract::run),
     ("dce", dce::run),
+    ("differentiate", differentiate::run),
     ("float_range", float_range::run),
     ("simplify", simplify::run),
     ("licm", licm::run),

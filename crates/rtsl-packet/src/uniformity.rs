@@ -123,7 +123,9 @@ impl Analysis {
                 self.result.variable_varies(*variable) || self.index_varies(*index)
             }
             OpKind::Length(variable) => self.result.variable_varies(*variable),
-            OpKind::IsSet(_, ReferencePath::Single) => false,
+            // Linking has replaced them.
+            OpKind::Seed(_) | OpKind::Derivative(..) | OpKind::ChainRule(..) => true,
+            OpKind::IsSet(_, ReferencePath::Single) | OpKind::ReferenceCount(_) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }

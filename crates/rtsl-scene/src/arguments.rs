@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Instance, Numbers, ParameterType as ClassType, Role, Scalar, Value,
-    diagnostic_codes as codes, most_similar, type_name,
+    Class, Diagnostic, Instance, Numbers, ParameterType as ClassType, ReferenceCount, Role, Scalar,
+    Value, diagnostic_codes as codes, most_similar, type_name,
 };
 
 use crate::reader::{Component, Parameter, ParameterType, ReferenceKind, Values};
@@ -32,8 +32,26 @@ pub fn argument(
     }
     match reference_role(&expected.ty) {
         Some((role, count)) => references(parameter, role, count, resolve),
-        None => data(parameter, &expected.ty),
+        None => match named_choices(parameter, expected) {
+            Some(names) => Ok(names),
+            None => data(parameter, &expected.ty),
+        },
     }
+}
+
+/// Returns the names of choices that a scene gives for a parameter whose type is an enumeration.
+fn named_choices(parameter: &Parameter, expected: &rtsl::Parameter) -> Option<Value> {
+    let (Values::Texts(names), ParameterType::Text | ParameterType::Given) =
+        (&parameter.values, &parameter.kind)
+    else {
+        return None;
+    };
+    if expected.choices().is_empty() {
+        return None;
+    }
+    let mut names: Vec<Value> = names.iter().map(|name| Value::Text(name.clone())).collect();
+    let is_single = matches!(expected.ty, ClassType::Scalar(_)) && names.len() == 1;
+    if is_single { names.pop() } else { Some(Value::List(names)) }
 }
 
 /// Returns the texture that a parameter names, or a constant texture of the numbers that it gives.
@@ -44,7 +62,7 @@ pub fn texture(
     if let Some(color) = constant_color(parameter) {
         return resolve.constant_texture(color);
     }
-    let names = reference_names(parameter, ReferenceKind::Texture, 1)?;
+    let names = reference_names(parameter, ReferenceKind::Texture, ReferenceCount::Single)?;
     named(parameter, ReferenceKind::Texture, &names[0], resolve)
 }
 
@@ -55,7 +73,7 @@ fn textured(
     resolve: &mut dyn Resolve,
 ) -> Result<Value, Box<Diagnostic>> {
     match parameter.values {
-        Values::Texts(_) => references(parameter, Role::Texture, None, resolve),
+        Values::Texts(_) => references(parameter, Role::Texture, ReferenceCount::Single, resolve),
         Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => {
             data(parameter, ty.value_type())
         }
@@ -63,39 +81,39 @@ fn textured(
 }
 
 /// For references and arrays of them, the role and the array's length.
-fn reference_role(ty: &ClassType) -> Option<(Role, Option<u32>)> {
-    match ty {
-        ClassType::Reference(role) => Some((*role, None)),
-        ClassType::Array(element, count) => match **element {
-            ClassType::Reference(role) => Some((role, Some(*count))),
-            _ => None,
-        },
-        _ => None,
-    }
+fn reference_role(ty: &ClassType) -> Option<(Role, ReferenceCount)> {
+    let (role, count) = match ty {
+        ClassType::Array(element, count) => (&**element, ReferenceCount::Array(*count)),
+        ClassType::Buffer(element) => (&**element, ReferenceCount::Open),
+        single => (single, ReferenceCount::Single),
+    };
+    let ClassType::Reference(role) = role else { return None };
+    Some((*role, count))
 }
 
 fn references(
     parameter: &Parameter,
     role: Role,
-    count: Option<u32>,
+    count: ReferenceCount,
     resolve: &mut dyn Resolve,
 ) -> Result<Value, Box<Diagnostic>> {
     let kind = reference_kind(role);
-    if let (Role::Texture, None, Some(color)) = (role, count, constant_color(parameter)) {
+    if let (Role::Texture, ReferenceCount::Single, Some(color)) =
+        (role, count, constant_color(parameter))
+    {
         return resolve.constant_texture(color).map(Value::Instance);
     }
-    let names = reference_names(parameter, kind, count.unwrap_or(1) as usize)?;
+    let names = reference_names(parameter, kind, count)?;
     let mut instances = Vec::with_capacity(names.len());
     for name in names {
         instances.push(Value::Instance(named(parameter, kind, name, resolve)?));
     }
     Ok(match (count, instances.pop()) {
-        (None, Some(only)) => only,
-        (Some(_), Some(last)) => {
-            instances.push(last);
+        (ReferenceCount::Single, Some(only)) => only,
+        (_, last) => {
+            instances.extend(last);
             Value::List(instances)
         }
-        (_, None) => Value::List(Vec::new()),
     })
 }
 
@@ -103,7 +121,7 @@ fn references(
 fn reference_names(
     parameter: &Parameter,
     kind: ReferenceKind,
-    count: usize,
+    count: ReferenceCount,
 ) -> Result<&[String], Box<Diagnostic>> {
     let names = match (&parameter.kind, &parameter.values) {
         (ParameterType::Reference(given), Values::Texts(names)) if *given == kind => names,
@@ -119,9 +137,10 @@ fn reference_names(
             return Err(wrong(parameter, message));
         }
     };
-    if names.len() == count {
+    if count == ReferenceCount::Open || names.len() == count.unset() {
         return Ok(names);
     }
+    let count = count.unset();
     let message = format!("`{}` takes {count} names, found {}", parameter.name, names.len());
     Err(wrong(parameter, message))
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rtsl_ir::class::Annotation;
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::Span;
-use rtsl_spec::builtins::Builtin;
+use rtsl_spec::builtins::{Builtin, ReferenceMethod};
 use rtsl_spec::{Method, Role};
 
 pub use rtsl_syntax::ast::{BinaryOperator, StepOperator, UnaryOperator};
@@ -488,12 +488,10 @@ pub struct BuiltinCall {
 /// A call of a method of a reference, such as `kd.lookup(uv)`.
 #[derive(Clone, Debug)]
 pub struct ReferenceCall {
-    /// A reference member, or an element of an array of references.
+    /// A reference member, an element of an array of references, or a parameter.
     pub reference: Expression,
-    /// The role in which it is called.
-    pub role: Role,
-    /// The function that is called.
-    pub function: ReferenceFunction,
+    /// The method that is called.
+    pub method: &'static ReferenceMethod,
     /// The state variables that the callee sees with another value than the caller, in the order of the arguments. The
     /// argument of `lookup(uv)` is one for `rt_TextureUV`.
     pub arguments: Vec<StateArgument>,
@@ -506,17 +504,4 @@ pub struct StateArgument {
     pub state: StateId,
     /// The value, of the variable's type.
     pub value: Expression,
-}
-
-/// A function that can be called on a reference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "named as in the language")]
-pub enum ReferenceFunction {
-    Lookup,
-    LookupFloat,
-    Shade,
-    Bsdf,
-    SampleBsdf,
-    EvaluatePdf,
-    Emission,
 }

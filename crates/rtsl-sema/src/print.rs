@@ -12,8 +12,7 @@ use rtsl_ir::Constant;
 use crate::check::plain_type_name;
 use crate::hir::{
     Class, Expression, ExpressionKind, Function, FunctionId, Illuminance, Loop, Module, Passing,
-    ReferenceFunction, StateArgument, Statement, StatementKind, StepOperator, Storage, SwitchCase,
-    Type,
+    StateArgument, Statement, StatementKind, StepOperator, Storage, SwitchCase, Type,
 };
 
 /// Prints a class with its members, methods and constructor.
@@ -291,7 +290,7 @@ impl<'m> Printer<'m> {
             ExpressionKind::ReferenceCall(call) => format!(
                 "{}.{}({})",
                 self.expression(&call.reference),
-                reference_function_name(call.function),
+                call.method.name,
                 self.state_arguments(&call.arguments)
             ),
             ExpressionKind::IsSet(reference) => format!("isSet({})", self.expression(reference)),
@@ -354,18 +353,5 @@ fn constant(value: Constant) -> String {
         Constant::I32(value) => value.to_string(),
         Constant::U32(value) => format!("{value}u"),
         Constant::Bool(value) => value.to_string(),
-    }
-}
-
-/// The name by which shaders call the method.
-fn reference_function_name(function: ReferenceFunction) -> &'static str {
-    match function {
-        ReferenceFunction::Lookup => "lookup",
-        ReferenceFunction::LookupFloat => "lookupFloat",
-        ReferenceFunction::Shade => "shade",
-        ReferenceFunction::Bsdf => "BSDF",
-        ReferenceFunction::SampleBsdf => "sampleBSDF",
-        ReferenceFunction::EvaluatePdf => "evaluatePDF",
-        ReferenceFunction::Emission => "emission",
     }
 }

@@ -136,6 +136,9 @@ diagnostics! {
     E0232 MISPLACED_DEFAULT "a default value on a parameter that cannot have one";
     E0233 EMPTY_STRUCT "a struct without fields";
     E0234 CIRCULAR_DECLARATION "a constant or struct that depends on itself";
+    E0235 BAD_ENUMERATION "an enumeration without choices, or with some that hosts could not tell apart";
+    E0236 STATIC_ASSERTION "a static assertion that does not hold";
+    E0237 BAD_GENERIC "a generic type that no argument determines";
     E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";
@@ -159,6 +162,7 @@ diagnostics! {
     E0328 ATTRIBUTE_TYPE "an attribute of a type that meshes do not interpolate";
     E0329 ATTRIBUTE_OUT_OF_PLACE "an attribute where there is no object";
     E0330 NO_INHERITED "a call of an inherited function that the class does not have";
+    E0331 GRADIENT_VARIABLE "a derivative with respect to something that is no variable";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";
@@ -205,6 +209,7 @@ diagnostics! {
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
+    E0626 NOT_IMPORTABLE "a program that cannot be imported";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";

@@ -117,7 +117,8 @@ impl<'a> Liveness<'a> {
             | OpKind::Length(_)
             | OpKind::LightCount
             | OpKind::Ambient
-            | OpKind::IsSet(_, ReferencePath::Single) => Some(0),
+            | OpKind::IsSet(_, ReferencePath::Single)
+            | OpKind::ReferenceCount(_) => Some(0),
             OpKind::Query(query, _) if query.is_uniform() => Some(0),
             OpKind::Load(variable, index) => match self.function.variable(*variable).kind {
                 // Every operation with operands costs something, which bounds the length of chains.
@@ -160,6 +161,9 @@ impl<'a> Liveness<'a> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(_, ReferencePath::Element(_))
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
             | OpKind::ReportBudget => None,
         }
     }

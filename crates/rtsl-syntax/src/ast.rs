@@ -63,6 +63,10 @@ impl Import {
 pub enum Item {
     /// `struct Name { ... };`
     Struct(Struct),
+    /// `enum Name { ... };`
+    Enumeration(Enumeration),
+    /// `static_assert(condition, "text");`
+    Assertion(Assertion),
     /// A function or a prototype; in a class also a method or the constructor.
     Function(Function),
     /// One declarator of a constant or a member. `float a, b[2];` gives two.
@@ -105,6 +109,28 @@ pub struct Struct {
     /// The fields, one declarator each.
     pub fields: Vec<Field>,
     /// The span of the whole declaration.
+    pub span: Span,
+}
+
+/// `enum Name { First, Second = 4 };`
+#[derive(Clone, Debug)]
+pub struct Enumeration {
+    /// The enumeration's name.
+    pub name: Identifier,
+    /// The choices in order, with the values that the text gives.
+    pub choices: Vec<(Identifier, Option<Expression>)>,
+    /// The span of the whole declaration.
+    pub span: Span,
+}
+
+/// `static_assert(condition, "text");`
+#[derive(Clone, Debug)]
+pub struct Assertion {
+    /// The condition, a constant expression.
+    pub condition: Expression,
+    /// The text that is shown if it is false.
+    pub text: String,
+    /// The span of the whole assertion.
     pub span: Span,
 }
 
@@ -275,6 +301,8 @@ pub enum StatementKind {
     Variables(Vec<Variable>),
     /// A struct declared in a block, with the variables declared along with it.
     Struct(Struct, Vec<Variable>),
+    /// `static_assert(condition, "text");`
+    Assertion(Assertion),
     /// A function prototype in a block (as in GLSL ES) or a nested function; the checker reports
     /// both.
     Function(Function),

@@ -8,10 +8,10 @@ use std::fmt::{self, Write};
 use rtsl_source::deep_stack;
 
 use crate::ast::{
-    Annotation, AnnotationValue, BinaryOperator, Block, Class, ClassForm, Condition, Expression,
-    ExpressionKind, Function, Import, Initializer, Item, Parameter, Qualifier, Qualifiers,
-    Statement, StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName,
-    Variable,
+    Annotation, AnnotationValue, Assertion, BinaryOperator, Block, Class, ClassForm, Condition,
+    Enumeration, Expression, ExpressionKind, Function, Import, Initializer, Item, Parameter,
+    Qualifier, Qualifiers, Statement, StatementKind, StepOperator, Struct, SwitchCase,
+    TranslationUnit, TypeName, Variable,
 };
 
 /// Formats `unit`.
@@ -54,6 +54,8 @@ impl Printer {
     fn item(&mut self, item: &Item) {
         match item {
             Item::Struct(structure) => self.structure(structure),
+            Item::Assertion(assertion) => self.assertion(assertion),
+            Item::Enumeration(enumeration) => self.enumeration(enumeration),
             Item::Function(function) => self.function(function),
             Item::Variable(variable) => self.variable(variable),
             Item::Class(class) => self.class(class),
@@ -84,6 +86,24 @@ impl Printer {
         self.inner(|this| {
             for field in &structure.fields {
                 this.line(format_args!("field {} {}", Show(&field.ty), field.name.name));
+            }
+        });
+    }
+
+    fn assertion(&mut self, assertion: &Assertion) {
+        self.line(format_args!("assert {} {:?}", Show(&assertion.condition), assertion.text));
+    }
+
+    fn enumeration(&mut self, enumeration: &Enumeration) {
+        self.line(format_args!("enum {}", enumeration.name.name));
+        self.inner(|this| {
+            for (name, value) in &enumeration.choices {
+                match value {
+                    Some(value) => {
+                        this.line(format_args!("choice {} = {}", name.name, Show(value)));
+                    }
+                    None => this.line(format_args!("choice {}", name.name)),
+                }
             }
         });
     }
@@ -138,6 +158,7 @@ impl Printer {
                 self.structure(structure);
                 variables.iter().for_each(|variable| self.variable(variable));
             }
+            StatementKind::Assertion(assertion) => self.assertion(assertion),
             StatementKind::Function(function) => self.function(function),
             StatementKind::Block(block) => {
                 self.line("block");

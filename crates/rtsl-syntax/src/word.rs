@@ -50,7 +50,7 @@ macro_rules! keywords {
 
 keywords! {
     Attribute "attribute" Break "break" Case "case" Class "class" Const "const" Continue "continue" Default "default"
-    Do "do" Else "else" False "false" For "for" Highp "highp" If "if" Illuminance "illuminance"
+    Do "do" Else "else" Enum "enum" False "false" For "for" Highp "highp" If "if" Illuminance "illuminance"
     In "in" InOut "inout" Invariant "invariant" Lowp "lowp" Mediump "mediump" Out "out"
     Output "output"
     Precise "precise" Precision "precision" Private "private" Public "public" Return "return"
@@ -132,12 +132,11 @@ fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
             "leave the word out: functions and constants need no such qualifier",
             Reading::Qualifier,
         ),
-        "enum" => ("declare constants: `const int NAME = 0;`", Reading::Name),
         "typedef" | "using" => ("write the type itself, or `#define` a name for it", Reading::Name),
         "union" => {
             ("use a `struct`; `floatBitsToInt` and its kind reinterpret bits", Reading::Name)
         }
-        "template" => ("overload the function for each type", Reading::Name),
+        "template" => ("give the function parameters of type `genType`", Reading::Name),
         "this" => ("members are named directly", Reading::Name),
         "sizeof" => ("arrays have `.length()`", Reading::Name),
         "interface" => ("derive a class from a role such as `rt_Material`", Reading::Name),

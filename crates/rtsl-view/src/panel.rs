@@ -117,7 +117,9 @@ impl Panel {
                 let held = &self.controls[control];
                 let value = held.values[component];
                 self.drag = Some(Drag { control, component, from: (x, value) });
+                let next = next_choice(held, value);
                 match (held.kind, range(held)) {
+                    _ if next.is_some() => self.set(next?),
                     (ControlKind::Truth, _) => self.set(1.0 - value),
                     (_, Some(_)) => self.drag_to(left, x),
                     (_, None) => None,
@@ -131,6 +133,9 @@ impl Panel {
     pub fn drag_to(&mut self, left: i32, x: f64) -> Option<Request> {
         let Drag { control, from: (start, before), .. } = *self.drag.as_ref()?;
         let control = &self.controls[control];
+        if !control.choices.is_empty() {
+            return None;
+        }
         let value = match (control.kind, range(control)) {
             (ControlKind::Truth, _) => return None,
             (_, Some((least, greatest))) => {
@@ -238,6 +243,14 @@ impl Panel {
         canvas.text(left + 2 * MARGIN, y + 3, &label(control, component), color);
         let value = control.values[component];
         let track = Rect { x: left + TRACK, y: y + 8, width: TRACK_LENGTH, height: 3 };
+        if let Some(name) = name_of_choice(control, value) {
+            let field = Rect { x: track.x, y: y + 2, width: TRACK_LENGTH, height: ROW - 4 };
+            canvas.fill(field, TRACK_COLOR);
+            let letters = (TRACK_LENGTH / LETTER - 3).max(3) as usize;
+            canvas.text(field.x + 4, y + 3, &shortened(name, letters), TEXT);
+            canvas.text(field.x + TRACK_LENGTH - LETTER - 4, y + 3, ">", FAINT);
+            return;
+        }
         match (control.kind, range(control)) {
             (ControlKind::Truth, _) => {
                 let frame = Rect { x: track.x, y: y + 4, width: 11, height: 11 };
@@ -264,6 +277,19 @@ impl Panel {
         let text = number(value, control.kind);
         canvas.text(track.x + TRACK_LENGTH + MARGIN, y + 3, &shortened(&text, 9), TEXT);
     }
+}
+
+/// The number of the choice after the one with this number, or the first.
+fn next_choice(control: &Control, value: f64) -> Option<f64> {
+    let index = control.choices.iter().position(|(_, number)| *number == value);
+    let next = index.map_or(0, |index| (index + 1) % control.choices.len());
+    control.choices.get(next).map(|(_, number)| *number)
+}
+
+/// The name of the choice with this number.
+fn name_of_choice(control: &Control, value: f64) -> Option<&str> {
+    let choice = control.choices.iter().find(|(_, number)| *number == value);
+    choice.map(|(name, _)| name.as_str())
 }
 
 /// The range of a slider; a colour without an annotated range has one unless it is brighter than white.
@@ -327,6 +353,7 @@ mod tests {
             kind,
             min: range.map(|range| range.0),
             max: range.map(|range| range.1),
+            choices: Vec::new(),
             values: values.to_vec(),
         }
     }
@@ -391,6 +418,22 @@ mod tests {
         let mut panel = panel();
         assert_eq!(panel.press(0, x(0.0), y(3)), set("on", &[1.0]));
         assert_eq!(panel.drag_to(0, x(1.0)), None);
+    }
+
+    #[test]
+    fn a_click_takes_the_next_choice() {
+        let mut panel = panel();
+        panel.controls[4].choices =
+            [("None", 3.0), ("Some", 5.0)].map(|(name, number)| (name.to_owned(), number)).into();
+        for expected in [5.0, 3.0, 5.0] {
+            assert_eq!(panel.press(0, x(0.5), y(8)), set("count", &[expected]));
+            assert_eq!(panel.drag_to(0, x(1.0)), None);
+            panel.release();
+        }
+        assert_eq!(name_of_choice(&panel.controls[4], 5.0), Some("Some"));
+        assert_eq!(name_of_choice(&panel.controls[4], 4.0), None);
+        assert_eq!(next_choice(&panel.controls[4], 4.0), Some(3.0));
+        assert_eq!(next_choice(&panel.controls[3], 4.0), None);
     }
 
     #[test]

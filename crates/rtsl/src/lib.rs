@@ -94,15 +94,15 @@ pub use rtsl_abi::{
 pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Attribute, Class, Element, Parameter, ParameterTarget,
-    ParameterType, Reference,
+    ParameterType, Reference, ReferenceCount,
 };
 pub use rtsl_ir::{Constant, Query, SURFACE_SCALARS, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
-    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Messages, Position, Severity, SourceMap, Span,
-    code_info, codes, diagnostic_codes, most_similar, render,
+    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Label, Messages, Position, Severity,
+    SourceMap, Span, code_info, codes, diagnostic_codes, most_similar, render,
 };
 pub use rtsl_spec::{
     ATTRIBUTES, COLOR_COMPONENTS, Direction, MAX_ATTRIBUTE_SCALARS, Method, RayType, Role,

@@ -9,7 +9,8 @@ use rtsl::description::{ClassDescription, ParameterDescription};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{
     Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
-    LaneMask, Numbers, Role, Scalar, Value, library, new_state, state_component_count,
+    LaneMask, Numbers, ReferenceCount, Role, Scalar, Value, library, new_state,
+    state_component_count,
 };
 use rtsl_testing::random::Random;
 
@@ -208,8 +209,8 @@ fn instance(
         let texture = instance(classes, constant, &prefix, request, description);
         let texture = Value::Instance(texture);
         let value = match reference.count {
-            Some(count) => Value::List(vec![texture; count as usize]),
-            None => texture,
+            ReferenceCount::Single => texture,
+            count => Value::List(vec![texture; count.unset()]),
         };
         arguments.push((reference.name.as_str(), value));
     }

@@ -145,7 +145,9 @@ fn about_library_class(compiler: &Compiler, name: &str) -> Result<String, Failur
 fn shown_default(class: &Class, parameter: &Parameter) -> Option<String> {
     let scalar = scalar_of(&parameter.ty)?;
     let words = default_value(class, parameter).filter(|words| words.len() <= SHOWN_NUMBERS)?;
+    let choices = parameter.choices();
     let shown = words.iter().map(|word| match scalar {
+        Scalar::I32 if let Some(name) = name_of_choice(&choices, *word) => format!("\"{name}\""),
         Scalar::F32 => format!("{:?}", f32::from_bits(*word)),
         Scalar::I32 => word.cast_signed().to_string(),
         Scalar::U32 => word.to_string(),
@@ -153,6 +155,11 @@ fn shown_default(class: &Class, parameter: &Parameter) -> Option<String> {
     });
     let shown = shown.collect::<Vec<_>>().join(" ");
     Some(if words.len() == 1 { shown } else { format!("[{shown}]") })
+}
+
+/// The name of the choice that has the value.
+fn name_of_choice<'c>(choices: &[(&'c str, i32)], word: u32) -> Option<&'c str> {
+    choices.iter().find(|(_, value)| *value == word.cast_signed()).map(|(name, _)| *name)
 }
 
 /// The scalar type of which values of the type consist.

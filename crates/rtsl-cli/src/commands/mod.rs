@@ -6,6 +6,7 @@ pub mod check;
 pub mod eval;
 pub mod explain;
 pub mod help;
+pub mod import;
 pub mod info;
 pub mod render;
 pub mod scene;

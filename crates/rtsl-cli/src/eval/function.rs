@@ -31,6 +31,7 @@ impl FunctionCall {
     /// # Errors
     /// If there is none, or several.
     pub fn find(request: &Request, outline: &Outline, unit: &Unit) -> Result<Self, String> {
+        let outline = &with_instances(outline);
         let asked = Asked::parse(request.method.as_deref().unwrap_or_default());
         let classes: Vec<&ClassOutline> = match &request.class {
             Some(class) => outline.class(class).into_iter().collect(),
@@ -170,6 +171,44 @@ fn takes_members(method: Method) -> bool {
 /// The member of the instance of a parameter.
 fn member(index: usize) -> String {
     format!("evaluatedMember{index}")
+}
+
+/// The outline with an overload of generic functions for each size of their types.
+fn with_instances(outline: &Outline) -> Outline {
+    let all = |functions: &[FunctionOutline]| functions.iter().flat_map(instances).collect();
+    let mut outline = outline.clone();
+    outline.functions = all(&outline.functions);
+    outline.classes.iter_mut().for_each(|class| class.functions = all(&class.functions));
+    outline
+}
+
+fn instances(function: &FunctionOutline) -> Vec<FunctionOutline> {
+    let types = function.parameters.iter().map(|parameter| parameter.ty.as_str());
+    if !types.clone().any(|ty| sized(ty, 0).is_some()) {
+        return vec![function.clone()];
+    }
+    let of_size = |ty: &String, size: usize| sized(ty, size).map_or(ty.clone(), str::to_owned);
+    let instance = |size: usize| {
+        let mut instance = function.clone();
+        instance.result = of_size(&instance.result, size);
+        for parameter in &mut instance.parameters {
+            parameter.ty = of_size(&parameter.ty, size);
+        }
+        instance
+    };
+    (0..4).map(instance).collect()
+}
+
+/// A generic type with so many components, one less than counted.
+fn sized(generic: &str, size: usize) -> Option<&'static str> {
+    let types = match generic {
+        "genType" | "genFType" => ["float", "vec2", "vec3", "vec4"],
+        "genIType" => ["int", "ivec2", "ivec3", "ivec4"],
+        "genUType" => ["uint", "uvec2", "uvec3", "uvec4"],
+        "genBType" => ["bool", "bvec2", "bvec3", "bvec4"],
+        _ => return None,
+    };
+    types.get(size).copied()
 }
 
 /// The scratch member of a parameter.
@@ -358,7 +397,8 @@ fn fit(ty: &str, value: &JsonValue) -> Option<u32> {
             "int" if number.is_i64() => Some(0),
             "uint" if number.is_u64() => Some(1),
             "float" => Some(u32::from(!number.is_f64())),
-            _ => None,
+            // The choices of enumerations are numbers.
+            _ => (!is_plain(&ty)).then_some(1),
         },
         // `NaN` and infinities.
         JsonValue::String(_) => (ty == "float").then_some(0),

@@ -59,7 +59,8 @@ pub fn parse_value(json: &JsonValue, unit: &Unit) -> Result<Value, ValueError> {
             "NaN" => Ok(Value::Float(f32::NAN)),
             "Infinity" => Ok(Value::Float(f32::INFINITY)),
             "-Infinity" => Ok(Value::Float(f32::NEG_INFINITY)),
-            _ => Err(ValueError::Malformed(format!("\"{text}\" is no value"))),
+            // The name of a choice.
+            _ => Ok(Value::Text(text.clone())),
         },
         JsonValue::Array(values) => {
             let values = values.iter().map(|value| parse_value(value, unit));
@@ -172,7 +173,14 @@ pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
             let shown = serde_json::to_string(&Json::Float(value)).ok()?;
             serde_json::from_str(&shown).ok()
         };
-        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is not a value"))
+        let name = || {
+            let is_of_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+            let is_name = text.chars().all(is_of_name)
+                && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_');
+            is_name.then(|| JsonValue::String(text.to_owned()))
+        };
+        let value = number.ok().or_else(float).or_else(name);
+        value.ok_or_else(|| format!("`{text}` is not a value"))
     };
     let value = if value.contains(',') && !value.trim_start().starts_with(['[', '{']) {
         JsonValue::Array(value.split(',').map(json).collect::<Result<_, _>>()?)

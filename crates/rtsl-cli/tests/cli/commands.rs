@@ -493,6 +493,7 @@ fn explain_info_and_help_answer() {
     assert!(sphere.contains("float radius = 1.0;"), "{sphere}");
     let defaults = "class A : rt_Texture; struct S { int i; }; public S s; public rt_Texture t; public float data[];
         public texture color kd = color(0.25, 0.5, 1.0); public texture float rough;
+        enum Mode { Fast, Exact = 4 }; public Mode mode = Exact;
         public int many[17]; constructor(bool on = true, mat2 m = mat2(2.0), color c, int n[2] = int[](-1, 7)) { }";
     std::fs::write(folder.0.path().join("defaults.rtsl"), defaults).unwrap();
     expect![[r#"
@@ -508,10 +509,20 @@ fn explain_info_and_help_answer() {
           float[] data
           texture color kd = [0.25 0.5 1.0]
           texture float rough = 0.0
+          int mode = "Exact"; choices "Fast = 0, Exact = 4"
           int[17] many
 
     "#]]
     .assert_eq(&folder.run(&["info", "defaults.rtsl"]).exits(DONE).output());
+    let choices = "enum Mode { Fast, Exact = 4 }; class A : rt_Texture; public Mode mode = Exact;
+        void lookup() { rt_FloatTextureValue = float(mode); }";
+    folder.write("choices.rtsl", choices);
+    let layout = folder.run(&["build", "choices.rtsl", "--emit", "layout"]).exits(DONE).output();
+    let layout: serde_json::Value = serde_json::from_str(&layout).unwrap();
+    let parameter = &layout["classes"][0]["parameters"][0];
+    assert_eq!(parameter["choices"], serde_json::json!({ "Fast": 0, "Exact": 4 }), "{parameter}");
+    folder.run(&["eval", "choices.rtsl", "lookup", "--param", "mode=Fast"]).exits(DONE);
+    folder.run(&["eval", "choices.rtsl", "lookup", "--param", "mode=Fats"]).fails_with("E0504");
     // Every image that a renderer makes is named.
     let help = folder.run(&["help", "render"]).exits(DONE).output();
     assert!(Aov::ALL.iter().all(|aov| help.contains(aov.name())), "{help}");

@@ -81,6 +81,22 @@ fn overloads_are_chosen_by_their_arguments() {
 }
 
 #[test]
+fn generic_functions_are_called_for_each_size() {
+    let folder = Folder::new("generic-functions");
+    folder.write(
+        "generic.rtsl",
+        "genType twice(genType a, float b) { return b * a; }\nenum Kind { First, Second = 4 };\n\
+         int number(Kind kind) { return int(kind); }\n",
+    );
+    let run = |arguments: &[&str]| {
+        folder.run(&[&["eval", "generic.rtsl"][..], arguments].concat()).exits(DONE).output()
+    };
+    assert_eq!(run(&["twice", "--arg", "a=3.0", "--arg", "b=2"]), "result = 6.0\n");
+    assert_eq!(run(&["twice", "--arg", "a=1,2", "--arg", "b=2"]), "result = [2.0,4.0]\n");
+    assert_eq!(run(&["number", "--arg", "kind=4"]), "result = 4\n");
+}
+
+#[test]
 fn wrong_calls_say_how_to_call() {
     let folder = folder("wrong-calls");
     let fails = |arguments: &[&str], expected: &str| {

@@ -25,6 +25,8 @@ fn exceptions(class: &str) -> &'static [Contract] {
         "Hair" => &[Contract::Reciprocity],
         // Neither are measurements the same both ways, nor made-up tables.
         "Measured" => &[Contract::Reciprocity, Contract::Energy],
+        // Steps of light belong to its direction, not to the viewer's.
+        "Toon" => &[Contract::Reciprocity],
         _ => &[],
     }
 }
@@ -271,6 +273,31 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ("amount", constant(0.3)),
             ],
         ],
+        "OpenPbr" => vec![
+            vec![],
+            vec![
+                ("baseColor", [1.0, 1.0, 1.0].into()),
+                ("specularWeight", 0.7.into()),
+                ("coatColor", [0.9, 0.6, 0.3].into()),
+                ("thinFilmThickness", 0.35.into()),
+            ],
+        ],
+        "StandardSurface" => vec![
+            vec![],
+            vec![
+                ("opacity", [0.3, 0.9, 1.0].into()),
+                ("specularColor", [0.2, 0.8, 1.0].into()),
+                ("thinFilmThickness", 300.0.into()),
+            ],
+        ],
+        "Velvet" => {
+            vec![vec![], vec![("pile", [1.0, 0.2, 0.5].into()), ("ground", [1.0, 1.0, 1.0].into())]]
+        }
+        "Cloth" => vec![vec![], vec![("weave", 2.into()), ("shine", 0.8.into())]],
+        "Toon" => vec![
+            vec![],
+            vec![("kd", [1.0, 1.0, 1.0].into()), ("highlight", [0.5, 0.5, 0.5].into())],
+        ],
         "ImageSky" => vec![vec![
             ("texels", floats(&(0..36).map(|it| (it * 7 % 5) as f32).collect::<Vec<_>>())),
             ("size", [4, 3].into()),
@@ -492,7 +519,9 @@ fn materials_on_top_of_others() {
     type Case<'a> = (&'a str, &'a [Value], &'a str, &'a [(&'a str, Value)]);
     let velvet = [("sheen", [0.5, 0.2, 0.9].into()), ("roughness", 0.4.into())];
     let lacquer = [("normals", tilted.clone()), ("roughness", 0.3.into()), ("coat", 0.7.into())];
-    let cases: [Case<'_>; 7] = [
+    let varnish = of_library("Dielectric", vec![]);
+    let dusty = [("base", metal.clone()), ("cover", 0.7.into())];
+    let cases: [Case<'_>; 9] = [
         ("GltfSheen", &[matte.clone(), plastic.clone(), mirror.clone()], "base", &velvet),
         ("GltfCoat", &[matte.clone(), glass.clone(), mirror.clone()], "base", &lacquer),
         (
@@ -502,6 +531,8 @@ fn materials_on_top_of_others() {
             &[("normals", tilted)],
         ),
         ("Bump", &[matte.clone(), metal.clone()], "base", &bump),
+        ("Layered", &[matte.clone(), metal.clone(), mirror.clone()], "base", &[("coat", varnish)]),
+        ("Layered", &[plastic.clone()], "coat", &dusty),
         ("TwoSided", &[plastic], "front", &[]),
         ("TwoSided", &[metal], "back", &[("front", matte.clone())]),
         ("Masked", &[matte, mirror], "base", &[("opacity", half)]),

@@ -173,7 +173,13 @@ impl<'a> Compiler<'a> {
             OpKind::ReferenceCall(ref call) => {
                 return Err(PrepareError::Unlinked(call.member.clone()));
             }
-            OpKind::IsSet(ref member, _) => return Err(PrepareError::Unlinked(member.clone())),
+            OpKind::IsSet(ref member, _) | OpKind::ReferenceCount(ref member) => {
+                return Err(PrepareError::Unlinked(member.clone()));
+            }
+            OpKind::Seed(a) | OpKind::ChainRule(a, _) => {
+                Instruction::Unary { function: |a| a, to, a: self.register(a) }
+            }
+            OpKind::Derivative(..) => return Err(PrepareError::Unlinked("gradient".to_owned())),
             OpKind::Constant(_) | OpKind::If { .. } | OpKind::Loop { .. } => {
                 unreachable!("handled by the callers")
             }

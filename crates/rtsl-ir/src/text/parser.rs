@@ -233,6 +233,15 @@ impl<'a> Parser<'a> {
                 let member = self.expect_word("a reference")?.to_owned();
                 OpKind::IsSet(member, self.parse_path()?)
             }
+            "seed" => OpKind::Seed(self.parse_value()?),
+            "derivative" => {
+                let [of, by] = self.parse_values()?;
+                OpKind::Derivative(of, by)
+            }
+            "chain_rule" => self.parse_chain_rule()?,
+            "reference_count" => {
+                OpKind::ReferenceCount(self.expect_word("a reference")?.to_owned())
+            }
             "report_budget" => OpKind::ReportBudget,
             _ => return Err(self.error_at(offset, format!("`{keyword}` is not an operation"))),
         })
@@ -251,6 +260,17 @@ impl<'a> Parser<'a> {
             operands.push(self.parse_value()?);
         }
         Ok(OpKind::Query(query, operands))
+    }
+
+    fn parse_chain_rule(&mut self) -> Result<OpKind> {
+        let value = self.parse_value()?;
+        let mut factors = Vec::new();
+        while self.maybe(',') {
+            let of = self.parse_value()?;
+            self.expect(',')?;
+            factors.push((of, self.parse_value()?));
+        }
+        Ok(OpKind::ChainRule(value, factors))
     }
 
     fn parse_constant(&mut self, results: Values) -> Result<Constant> {

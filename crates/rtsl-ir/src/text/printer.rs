@@ -166,6 +166,10 @@ impl Printer<'_, '_> {
                 write!(self.out, "is_set {member}")?;
                 self.path(*path)
             }
+            OpKind::Seed(_) => self.plain("seed", kind),
+            OpKind::Derivative(..) => self.plain("derivative", kind),
+            OpKind::ChainRule(..) => self.plain("chain_rule", kind),
+            OpKind::ReferenceCount(member) => write!(self.out, "reference_count {member}"),
             OpKind::ReportBudget => self.plain("report_budget", kind),
         }
     }

@@ -85,7 +85,7 @@ fn helpers_see_the_light_and_its_loop() {
 #[test]
 fn implied_shade_sums_emission_and_lights() {
     let text = "class M : rt_Material;
-        void BSDF() { rt_BSDFValue = color(0.5); }
+        void BSDF() { rt_BSDFValue = color(0.25); }
         void emission() { rt_EmissionColor = color(3.0); }";
     let class = class(text);
     let mut machine = Machine::instance(&class);
@@ -93,7 +93,7 @@ fn implied_shade_sums_emission_and_lights() {
     machine.set_state("rt_ShadingNormal", &[0.0, 0.0, 1.0]);
     machine.run(&class.methods[&Method::Shade]);
     let sum = machine.state("rt_SampleColor")[0];
-    assert!((sum - (3.0 + 0.5 / 0.5 + 5.0 * 0.8 / 0.5)).abs() < 1e-5, "{sum}");
+    assert!((sum - (3.0 + 0.25 / 0.5 + 2.5 * 0.8 / 0.5)).abs() < 1e-5, "{sum}");
 }
 
 #[test]

@@ -65,8 +65,8 @@ fn public_members_are_parameters() {
             scratch seen.tint: f32 x 3
             scratch seen.kind: i32 x 2
             scratch seen.m: f32 x 6
-            Reference { name: "kd", role: Texture, count: None, tested: false }
-            Reference { name: "maps", role: Texture, count: Some(4), tested: true }
+            Reference { name: "kd", role: Texture, count: Single, tested: false }
+            Reference { name: "maps", role: Texture, count: Array(4), tested: true }
         "#]],
     );
 }

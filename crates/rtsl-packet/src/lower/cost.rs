@@ -53,6 +53,10 @@ impl Lowering<'_> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
             // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),

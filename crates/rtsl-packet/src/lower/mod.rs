@@ -318,7 +318,12 @@ impl<'a> Lowering<'a> {
                 return Ok(());
             }
             Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
-            Ray::IsSet(member, _) => return Err(LowerError::Unlinked(member.clone())),
+            Ray::Seed(_) | Ray::Derivative(..) | Ray::ChainRule(..) => {
+                return Err(LowerError::Unlinked("gradient".to_owned()));
+            }
+            Ray::IsSet(member, _) | Ray::ReferenceCount(member) => {
+                return Err(LowerError::Unlinked(member.clone()));
+            }
         };
         let result = self.pure(kind, self.function.scalar(op.results.get(0)));
         self.set_results(op, &[result]);

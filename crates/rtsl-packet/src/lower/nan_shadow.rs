@@ -259,6 +259,10 @@ impl<'a> Shadow<'a> {
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
+            | OpKind::Seed(_)
+            | OpKind::Derivative(..)
+            | OpKind::ChainRule(..)
+            | OpKind::ReferenceCount(_)
             | OpKind::ReportBudget => return None,
         })
     }

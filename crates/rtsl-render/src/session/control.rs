@@ -36,6 +36,8 @@ pub struct Control {
     pub min: Option<f64>,
     /// The annotation `max`.
     pub max: Option<f64>,
+    /// The names and numbers of the choices, if the parameter's type is an enumeration.
+    pub choices: Vec<(String, f64)>,
     /// The current value: one number, or one for each component; true is 1.
     pub values: Vec<f64>,
 }
@@ -68,8 +70,9 @@ impl Control {
         }
         let (kind, values) = match kind_of(&parameter.ty) {
             Some((kind, count)) => {
-                let values =
-                    given.and_then(numbers).or_else(|| default(class, instance, parameter))?;
+                let values = given
+                    .and_then(|given| numbers(given).or_else(|| numbers_of_names(given, parameter)))
+                    .or_else(|| default(class, instance, parameter))?;
                 (kind, spread(values, count)?)
             }
             // A constant texture is shown as a colour.
@@ -94,6 +97,7 @@ impl Control {
             kind,
             min: number("min"),
             max: number("max"),
+            choices: choices(parameter),
             values,
         })
     }
@@ -134,6 +138,19 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
         Values::Booleans(values) => Some(values.iter().map(|value| f64::from(*value)).collect()),
         Values::Texts(_) | Values::Buffer(_) => None,
     }
+}
+
+fn choices(parameter: &Parameter) -> Vec<(String, f64)> {
+    let choices = parameter.choices().into_iter();
+    choices.map(|(name, value)| (name.to_owned(), f64::from(value))).collect()
+}
+
+/// The numbers of the choices that a scene names.
+fn numbers_of_names(values: &Values, parameter: &Parameter) -> Option<Vec<f64>> {
+    let Values::Texts(names) = values else { return None };
+    let choices = parameter.choices();
+    let number = |name: &String| choices.iter().find(|(choice, _)| choice == name);
+    names.iter().map(|name| number(name).map(|(_, value)| f64::from(*value))).collect()
 }
 
 /// A single number sets all components of a colour.

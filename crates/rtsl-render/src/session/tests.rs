@@ -207,6 +207,37 @@ fn a_parameter_changes_the_image_and_no_code() {
 }
 
 #[test]
+fn controls_know_the_choices_of_an_enumeration() {
+    let folder = Folder::new("choices");
+    let stripes = "class Stripes : rt_Texture;
+        enum Profile { Soft = 2, Hard = 7 };
+        public Profile profile = Soft;
+        void lookup() {
+            float place = fract(rt_TextureUV.x);
+            rt_TextureColor = color(profile == Hard ? step(0.5, place) : place);
+        }";
+    folder.write("stripes.rtsl", stripes);
+    folder.write(
+        "scene.pbrt",
+        &SCENE.replace("\"Stripes\"", "\"Stripes\" \"string profile\" \"Hard\""),
+    );
+    let mut session = folder.open();
+    let pattern = find(&session, "pattern");
+    let control = session.controls(pattern).remove(0);
+    let choices = [("Soft", 2.0), ("Hard", 7.0)];
+    assert_eq!(control.choices, choices.map(|(name, number)| (name.to_owned(), number)));
+    assert_eq!(control.values, [7.0]);
+    let hard = finish(&mut session);
+    session.set_control(pattern, "profile", &[2.0]).unwrap();
+    let soft = finish(&mut session);
+    assert!(soft != hard);
+    assert_eq!(soft, folder.render(&["pattern.profile=2"]));
+    assert_eq!(soft, folder.render(&["pattern.profile=Soft"]));
+    let messages = session.set_control(pattern, "profile", &[3.0]).unwrap_err();
+    assert!(messages.to_text(false).contains("`Soft` (2)"), "{}", messages.to_text(false));
+}
+
+#[test]
 fn a_parameter_of_a_shape_moves_its_box() {
     let folder = Folder::new("shape");
     let mut session = folder.open();

@@ -124,6 +124,8 @@ fn any_gltf_file_is_read_or_refused() {
 
 #[test]
 fn any_gltf_scene_is_read_or_refused() {
+    run("../../scenes", "glb", 40, gltf::gltf_attributes);
+    run("tests/meshes", "gltf", 40, gltf::gltf_attributes);
     run("../../scenes", "glb", 300, gltf::gltf_scene);
     run("tests/meshes", "gltf", 300, gltf::gltf_scene);
     run("tests/meshes", "glb", 300, gltf::gltf_scene);

@@ -3,6 +3,7 @@
 mod aovs;
 mod attributes;
 mod batch_radiance;
+mod called_shapes;
 mod cameras;
 mod checkpoint;
 mod film;

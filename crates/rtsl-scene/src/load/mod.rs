@@ -300,7 +300,8 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     fn lights(&mut self, parts: &mut SceneParts) -> Vec<PlacedLight> {
         let mut lights = Vec::new();
-        for id in &self.description.lights {
+        let used = self.lights_of_lights();
+        for id in self.description.lights.iter().filter(|id| !used.contains(id)) {
             let entity = &self.description.entities[id.0];
             if entity.class == "ambient" {
                 self.add_ambient(entity, &mut parts.ambient);
@@ -316,6 +317,17 @@ impl<'a, 'f> Loader<'a, 'f> {
             }
         }
         lights
+    }
+
+    /// Returns the lights that other lights refer to: they shine through those only.
+    fn lights_of_lights(&self) -> BTreeSet<EntityId> {
+        let entities = self.description.lights.iter().map(|id| &self.description.entities[id.0]);
+        let texts = entities.flat_map(|it| &it.parameters).filter_map(|it| match &it.values {
+            Values::Texts(texts) => Some(texts),
+            Values::Numbers(_) | Values::Booleans(_) | Values::Buffer(_) => None,
+        });
+        let light = |name: &String| self.names.get(&(ReferenceKind::Light, name.clone())).copied();
+        texts.flatten().filter_map(light).collect()
     }
 
     /// `LightSource "ambient" "rgb L" [ r g b ]`: the value of `ambient()` in shaders.

@@ -26,6 +26,7 @@ pub fn reachable(description: &Description, names: &Names) -> BTreeSet<EntityId>
                     ReferenceKind::Material,
                     ReferenceKind::Light,
                     ReferenceKind::Primitive,
+                    ReferenceKind::Camera,
                 ];
                 open.extend(kinds.iter().filter_map(|kind| names.get(&(*kind, text.clone()))));
             }

@@ -1,10 +1,12 @@
 //! Attributes of glTF files, of shapes and of scenes.
 
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 use base64::Engine;
 use rtsl::Instance;
-use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::reader::{FileSource, MemoryFiles};
 use rtsl_scene::{LoadOptions, Loaded, SceneSource};
 
 /// A material of the name of that of glTF files, which reads these attributes.
@@ -165,14 +167,36 @@ fn shapes_without_readers_are_as_before() {
     assert!(loaded.is_ok_and(|it| !it.warnings.to_text(false).contains("attribute")));
 }
 
+/// Files that change between loads.
+struct Changing(Mutex<MemoryFiles>);
+
+impl FileSource for Changing {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.lock().unwrap().read(path)
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        self.0.lock().unwrap().list(folder)
+    }
+}
+
 #[test]
 fn shaders_that_change_find_their_attributes() {
     let files = files(&model(), "void emission() { rt_EmissionColor = baseColor; }");
+    let files = Changing(Mutex::new(files));
     let mut source = SceneSource::read(Path::new("model.gltf"), &files, &LoadOptions::default());
     let first = source.load().unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     let again = source.load().unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     let primitives = [&first, &again].map(|it| it.scene.objects[0].primitive.clone());
-    assert!(std::sync::Arc::ptr_eq(&primitives[0], &primitives[1]));
+    assert!(Arc::ptr_eq(&primitives[0], &primitives[1]));
+    let reader = "attribute float height; void emission() { rt_EmissionColor = color(height); }";
+    let texts = [reader, "void emission() { rt_EmissionColor = baseColor; }"];
+    for (text, expected) in texts.into_iter().zip([&["height"][..], &[]]) {
+        files.0.lock().unwrap().0.insert("own.rtsl".into(), material(text));
+        source.refresh_shaders();
+        let changed = source.load().unwrap_or_else(|it| panic!("{}", it.to_text(false)));
+        assert_eq!(names(&changed.scene.objects[0].primitive), expected);
+    }
 }
 
 #[test]

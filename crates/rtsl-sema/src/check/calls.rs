@@ -15,7 +15,7 @@ use super::functions::Kind;
 use super::lvalues::root;
 use super::scope::Entity;
 use super::suggestions::suggest;
-use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
+use super::types::{FLOAT, INT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
 
 /// The number of arguments of a call that diagnostics show.
@@ -88,6 +88,10 @@ impl Checker<'_> {
                 let arguments = self.check_values(arguments);
                 return self.check_construct(Type::Struct(id), arguments, span);
             }
+            Some(Entity::Enumeration(_)) => {
+                let arguments = self.check_values(arguments);
+                return self.check_construct(INT, arguments, span);
+            }
             Some(Entity::Error) => {
                 self.check_arguments(arguments);
                 return error_expression(span);
@@ -103,7 +107,7 @@ impl Checker<'_> {
                 self.check_arguments(arguments);
                 return self.report_not_a_function(name, &entity, name_span, span);
             }
-            None => match builtin_type(name) {
+            None => match builtin_type(name).or_else(|| self.generic_type(name)) {
                 Some(Type::Void | Type::Reference(_)) | None => {}
                 Some(ty) => {
                     let arguments = self.check_values(arguments);
@@ -299,11 +303,19 @@ impl Checker<'_> {
         types.join(", ")
     }
 
-    fn show_candidate(&self, name: &str, candidate: Candidate<'_>) -> String {
-        let overload = match candidate {
-            Candidate::Builtin(overload) => return format!("`{overload}`"),
-            Candidate::Function(_, function) => function,
-        };
+    fn show_candidate(&self, candidate: Candidate<'_>) -> String {
+        match candidate {
+            Candidate::Builtin(overload) => format!("`{overload}`"),
+            Candidate::Function(id, _) => match self.written_generic(id) {
+                Some(written) => written.to_owned(),
+                None => self.show_function(id),
+            },
+        }
+    }
+
+    /// Formats the header of a function, in quotes.
+    pub(super) fn show_function(&self, id: FunctionId) -> String {
+        let overload = self.function(id);
         let parameters: Vec<String> = overload
             .parameters
             .iter()
@@ -321,7 +333,8 @@ impl Checker<'_> {
                 format!("{passing}{}{space}{}{default}", self.show(&local.ty), local.name)
             })
             .collect();
-        format!("`{} {name}({})`", self.show(&overload.result), parameters.join(", "))
+        let (result, name) = (self.show(&overload.result), &overload.name);
+        format!("`{result} {name}({})`", parameters.join(", "))
     }
 
     fn ambiguous(
@@ -335,8 +348,8 @@ impl Checker<'_> {
             codes::AMBIGUOUS_CALL,
             format!("`{name}({})` could mean several functions", self.show_arguments(arguments)),
         )
-        .note(format!("it could be {}", self.show_candidate(name, first)))
-        .note(format!("or {}", self.show_candidate(name, second)))
+        .note(format!("it could be {}", self.show_candidate(first)))
+        .note(format!("or {}", self.show_candidate(second)))
         .help("convert the arguments, so that one of them fits exactly")
     }
 
@@ -359,9 +372,11 @@ impl Checker<'_> {
         let (likely, other): (Vec<Candidate<'_>>, Vec<Candidate<'_>>) =
             candidates.iter().partition(|candidate| candidate.parameter_count() == arguments.len());
         let shown = if likely.is_empty() { &other } else { &likely };
+        let mut shown: Vec<String> = shown.iter().map(|it| self.show_candidate(*it)).collect();
+        // The instances of a generic function are shown as one.
+        shown.dedup();
         for candidate in shown.iter().take(SHOWN) {
-            diagnostic =
-                diagnostic.note(format!("there is {}", self.show_candidate(name, *candidate)));
+            diagnostic = diagnostic.note(format!("there is {candidate}"));
         }
         if shown.len() > SHOWN {
             diagnostic = diagnostic.note(format!("and {} more", shown.len() - SHOWN));
@@ -430,6 +445,18 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let builtin = overload.builtin;
+        if builtin.lowering == Lowering::Special(Special::Gradient)
+            && !matches!(arguments[1].kind, ExpressionKind::Local(_))
+        {
+            let diagnostic = Diagnostic::new(
+                codes::GRADIENT_VARIABLE,
+                "`gradient` takes the derivative with respect to a variable",
+            )
+            .at(arguments[1].span, "expected the name of a local variable or parameter")
+            .help("give the value a name, and compute the first argument from it");
+            self.report(diagnostic);
+            return error_expression(span);
+        }
         let restricted = builtin.usable != Usable::Anywhere
             || builtin.lowering == Lowering::Special(Special::Rand);
         if restricted && !self.note_restricted_builtin(overload, span) {
@@ -526,7 +553,10 @@ impl Checker<'_> {
             match passing {
                 Passing::In => {
                     self.note_access(&argument, Access::Read);
-                    let argument = self.require_value(argument);
+                    let argument = match ty {
+                        Type::Reference(_) => argument,
+                        _ => self.require_value(argument),
+                    };
                     failed |= argument.ty == Type::Error;
                     converted.push(convert(argument, ty));
                 }

@@ -13,7 +13,7 @@ use super::inheritance::ClassItem;
 use super::roles::role_list;
 use super::scope::{Entity, Level};
 use super::suggestions::suggest;
-use super::types::TypePlace;
+use super::types::{INT, TypePlace};
 use crate::hir::{
     Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
 };
@@ -66,6 +66,7 @@ impl<'a> Checker<'a> {
         let mut functions = self.declare_functions(&items);
         self.declare_members(&items);
         functions.extend(self.declare_constructors(&items));
+        self.check_assertions(&items);
         self.check_elements();
         self.check_bodies(&functions);
         self.check_uncalled_functions(&functions);
@@ -120,6 +121,14 @@ impl<'a> Checker<'a> {
         let outer = std::mem::replace(&mut self.silent, item.generation > 0);
         self.with_names_of(item.home, check);
         self.silent = outer;
+    }
+
+    fn check_assertions(&mut self, items: &[ClassItem<'a>]) {
+        for item in items {
+            if let ast::Item::Assertion(assertion) = item.item {
+                self.for_item(*item, |checker| checker.check_file_assertion(assertion));
+            }
+        }
     }
 
     fn declare_structs_and_constants(&mut self, items: &[ClassItem<'a>]) {
@@ -180,7 +189,9 @@ impl<'a> Checker<'a> {
                 continue;
             }
             self.for_item(*item, |checker| {
-                if let Some(id) = checker.check_class_function(function, generation) {
+                if checker.is_generic(function) {
+                    checker.declare_generic(function, generation);
+                } else if let Some(id) = checker.check_class_function(function, generation) {
                     pending.push(Pending { ast: function, id, item: *item });
                 }
             });
@@ -226,6 +237,7 @@ impl<'a> Checker<'a> {
             }
             waiting = others;
         }
+        self.check_instances();
     }
 
     /// Warns about functions that are never called, by hosts or the text, although their names
@@ -443,7 +455,8 @@ impl<'a> Checker<'a> {
                     .at(parameter.span, "hosts set it by its name"),
                 );
             }
-            let annotations: Vec<Annotation> = self.check_annotations(&parameter.annotations);
+            let mut annotations: Vec<Annotation> = self.check_annotations(&parameter.annotations);
+            self.add_choices(&parameter.ty, &INT, &mut annotations);
             let default = parameter.default.as_ref().and_then(|default| {
                 let ty = self.resolve_type(&parameter.ty, TypePlace::Parameter);
                 let value = self.check_outside(Kind::Initializer, |checker| {

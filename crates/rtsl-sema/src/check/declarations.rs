@@ -21,7 +21,12 @@ impl<'a> Checker<'a> {
             ast::Item::Struct(declaration) => {
                 self.declare_struct(declaration);
             }
+            ast::Item::Enumeration(declaration) => self.declare_enumeration(declaration),
+            ast::Item::Assertion(assertion) => self.check_file_assertion(assertion),
             ast::Item::Variable(variable) => self.declare_file_variable(variable),
+            ast::Item::Function(function) if self.is_generic(function) => {
+                self.declare_generic(function, 0);
+            }
             ast::Item::Function(function) => {
                 if let Some(id) = self.declare_function(function, None, 0) {
                     self.check_function_body(function, id);
@@ -29,6 +34,7 @@ impl<'a> Checker<'a> {
             }
             ast::Item::Class(class) => self.check_class(class),
         }
+        self.check_instances();
     }
 
     /// Checks the items of the prelude, which may refer to each other in any order.
@@ -48,7 +54,7 @@ impl<'a> Checker<'a> {
         self.check_all_functions_defined();
     }
 
-    /// Declares the structs and constants among `items`, which may refer to each other in any
+    /// Declares the structs, enumerations and constants among `items`, which may refer to each other in any
     /// order.
     pub(super) fn declare_in_order(
         &mut self,
@@ -59,8 +65,9 @@ impl<'a> Checker<'a> {
         for index in &order.circular {
             let name = match items[*index] {
                 ast::Item::Struct(declaration) => &declaration.name,
+                ast::Item::Enumeration(declaration) => &declaration.name,
                 ast::Item::Variable(variable) => &variable.name,
-                ast::Item::Function(_) | ast::Item::Class(_) => continue,
+                ast::Item::Assertion(_) | ast::Item::Function(_) | ast::Item::Class(_) => continue,
             };
             self.report(
                 Diagnostic::new(
@@ -79,8 +86,9 @@ impl<'a> Checker<'a> {
                 ast::Item::Struct(declaration) => {
                     self.declare_struct(declaration);
                 }
+                ast::Item::Enumeration(declaration) => self.declare_enumeration(declaration),
                 ast::Item::Variable(variable) => declare_variable(self, variable),
-                ast::Item::Function(_) | ast::Item::Class(_) => {}
+                ast::Item::Assertion(_) | ast::Item::Function(_) | ast::Item::Class(_) => {}
             }
         }
     }

@@ -7,6 +7,7 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 
 use super::Checker;
 use super::references::quoted_list;
+use super::types::is_buffer;
 use crate::hir::{Member, Storage, Type};
 
 /// A parameter with annotations.
@@ -81,7 +82,7 @@ impl Checker<'_> {
             );
         }
         let Some(class) = &self.class else { return };
-        let buffers = class.members.iter().filter(|it| matches!(it.ty, Type::Buffer(_)));
+        let buffers = class.members.iter().filter(|it| is_buffer(&it.ty));
         let buffers: Vec<String> = buffers.map(|member| member.name.clone()).collect();
         if buffers.iter().any(|name| name == buffer) {
             return;

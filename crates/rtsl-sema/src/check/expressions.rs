@@ -6,7 +6,7 @@ use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 
 use super::Checker;
 use super::access::Access;
-use super::types::{BOOL, FLOAT, INT, UINT, component_scalar, converts};
+use super::types::{BOOL, FLOAT, INT, UINT, component_scalar, converts, holds_reference};
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {
@@ -47,6 +47,11 @@ impl Checker<'_> {
     /// Reports references and buffers, which are not values.
     pub(super) fn require_value(&mut self, expression: Expression) -> Expression {
         let (code, message, help) = match &expression.ty {
+            Type::Array(element, _) | Type::Buffer(element) if holds_reference(element) => (
+                codes::REFERENCE_AS_VALUE,
+                "an array of references is not a value",
+                "call methods of its elements",
+            ),
             Type::Buffer(_) => (
                 codes::BUFFER_AS_VALUE,
                 "a buffer as a whole is not a value",
@@ -56,11 +61,6 @@ impl Checker<'_> {
                 codes::REFERENCE_AS_VALUE,
                 "a reference is not a value",
                 "call its methods, or test it with `isSet()`",
-            ),
-            Type::Array(element, _) if matches!(**element, Type::Reference(_)) => (
-                codes::REFERENCE_AS_VALUE,
-                "an array of references is not a value",
-                "call methods of its elements",
             ),
             _ => return expression,
         };

@@ -69,5 +69,6 @@ impl Checker<'_> {
         let lit = self.function.illuminance_depth > 0;
         self.function.facts.calls.push(Call { callee, span, lit });
         self.function_info[callee.0 as usize].called.get_or_insert(span);
+        self.want_instance(callee);
     }
 }

@@ -217,6 +217,7 @@ pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) ->
         | Special::Query(_)
         | Special::Rand
         | Special::Map(..)
+        | Special::Gradient
         | Special::Inside
         | Special::IsSet
         | Special::IsTextured => None,

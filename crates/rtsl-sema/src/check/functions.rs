@@ -9,6 +9,7 @@ use rtsl_syntax::ast::{self, Qualifier};
 use super::Checker;
 use super::control::Flow;
 use super::facts::Facts;
+use super::generics::Instance;
 use super::scope::{Entity, Named};
 use super::types::TypePlace;
 use crate::hir::{Expression, ExpressionKind, Function, FunctionId, Local, LocalId, Passing, Type};
@@ -32,6 +33,8 @@ pub(super) struct FunctionInfo {
     pub(super) constant_parameters: Vec<bool>,
     /// The span of the first call.
     pub(super) called: Option<Span>,
+    /// The data of an instance of a generic function.
+    pub(super) instance: Option<Instance>,
     /// The number of generations from its class up to the class that declares it; 0 for the class's
     /// own functions.
     pub(super) generation: usize,
@@ -166,8 +169,26 @@ impl Checker<'_> {
                 self.function_info[id.0 as usize].replaced = true;
                 Some(self.add_function(function, method, signature, generation, Some(id)))
             }
+            // An ordinary function is preferred to an instance of a generic one.
+            Existing::Function(id) if self.replaces_instance(id) => {
+                self.function_info[id.0 as usize].replaced = true;
+                Some(self.add_function(function, method, signature, generation, Some(id)))
+            }
+            Existing::Function(id) if self.is_specialised(id) => None,
             Existing::Function(id) => self.redeclare_function(function, id, &signature),
         }
+    }
+
+    /// True if the function being declared, which is no instance, takes the place of one that nothing has called.
+    fn replaces_instance(&self, existing: FunctionId) -> bool {
+        let info = &self.function_info[existing.0 as usize];
+        self.generic_size.is_none() && info.instance.is_some() && info.called.is_none()
+    }
+
+    /// True if the instance being declared exists as an ordinary function.
+    fn is_specialised(&self, existing: FunctionId) -> bool {
+        let info = &self.function_info[existing.0 as usize];
+        self.generic_size.is_some() && info.instance.is_none()
     }
 
     /// Adds the constructor, which no text can call.
@@ -274,7 +295,30 @@ impl Checker<'_> {
         {
             self.report_misplaced_annotation(annotation.key.span);
         }
-        self.resolve_type(&parameter.ty, TypePlace::Parameter)
+        let ty = self.resolve_type(&parameter.ty, TypePlace::Parameter);
+        if !matches!(ty, Type::Reference(_)) {
+            return ty;
+        }
+        let outward = [Qualifier::Out, Qualifier::InOut];
+        if let Some(span) = outward.iter().find_map(|each| parameter.qualifiers.find(*each)) {
+            self.report_bad_qualifier("`out`", span, "a reference, which only the host can set");
+            return Type::Error;
+        }
+        if function == CONSTRUCTOR {
+            let shown = self.show(&ty);
+            self.report(
+                Diagnostic::new(
+                    codes::REFERENCE_AS_VALUE,
+                    format!("a constructor has no parameter of type `{shown}`"),
+                )
+                .at(parameter.span, "refers to a shader, and is not a value")
+                .help(
+                    "declare a `public` member, which the host sets and the constructor can test",
+                ),
+            );
+            return Type::Error;
+        }
+        ty
     }
 
     fn check_passing(&mut self, qualifiers: &ast::Qualifiers) -> Passing {
@@ -350,6 +394,7 @@ impl Checker<'_> {
             | Entity::Member(_)
             | Entity::Constant(..)
             | Entity::Struct(_)
+            | Entity::Enumeration(_)
             | Entity::Class(_)
             | Entity::Module => {
                 self.report_duplicate(name, &named);

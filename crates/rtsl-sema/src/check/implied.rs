@@ -1,18 +1,30 @@
-//! Implied methods: the methods that a material's class receives if it lacks them.
+//! Implied methods: the methods that a class receives if it lacks them.
 //!
+//! A primitive with a function `float field(vec3 p)` and without `computeNormal` receives one: the field's gradient.
+//!
+//! The rest is about materials.
 //! A class with only `shade`, or with no method at all, receives none. One with `BSDF` receives
 //! `shade` and `emission`, and cosine sampling if it has neither `sampleBSDF` nor `evaluatePDF`. If
 //! it has only one of the two, the other is not added, since the density of cosine sampling would
 //! not match the class's sampling. One with `emission` and neither `shade` nor `BSDF` receives a
 //! black `BSDF` and with it the other methods.
 
+use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
 use rtsl_syntax::ast;
 
 use super::Checker;
+use super::scope::Entity;
+use crate::hir::Type;
 
-/// The class of the prelude that holds the implied methods.
+/// The class with the method of primitives that have a field.
+const IMPLIED_FIELD: &str = "rt_ImpliedField";
+/// The function of such primitives: 0 on the surface, and greater outside.
+const FIELD: &str = "field";
+/// The class of the prelude that holds the implied methods of materials.
 const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
+/// The same for classes that cannot choose a direction, because they have `evaluatePDF` without `sampleBSDF`.
+const IMPLIED_UNSAMPLED_MATERIAL: &str = "rt_ImpliedUnsampledMaterial";
 
 /// Takes the implied classes out of the prelude's items.
 pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
@@ -20,7 +32,11 @@ pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
         .iter()
         .filter_map(|item| match item {
             ast::Item::Class(class) => Some(class.clone()),
-            ast::Item::Struct(_) | ast::Item::Function(_) | ast::Item::Variable(_) => None,
+            ast::Item::Struct(_)
+            | ast::Item::Enumeration(_)
+            | ast::Item::Assertion(_)
+            | ast::Item::Function(_)
+            | ast::Item::Variable(_) => None,
         })
         .collect()
 }
@@ -28,17 +44,49 @@ pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
 impl<'a> Checker<'a> {
     /// The implied functions of the class being checked, given the methods that it has.
     pub(super) fn implied_functions(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
-        let is_material =
-            self.class.as_ref().is_some_and(|class| class.roles.contains(&Role::Material));
-        if !is_material {
-            return Vec::new();
+        let has_role = |role: Role| self.class.as_ref().is_some_and(|it| it.roles.contains(&role));
+        let mut implied = Vec::new();
+        if has_role(Role::Material) {
+            implied.extend(self.implied_of_material(present));
         }
+        let lacks_normal = has_role(Role::Primitive) && !present.contains(&Method::ComputeNormal);
+        if lacks_normal && self.has_field() {
+            implied.extend(self.methods_of_implied(IMPLIED_FIELD, &[Method::ComputeNormal]));
+        }
+        implied
+    }
+
+    /// True if the class has a function `float field(vec3)`, whose zeros are its surface.
+    fn has_field(&self) -> bool {
+        let named = self.class.as_ref().and_then(|class| class.names.get(FIELD));
+        let Some(Entity::Functions(ids)) = named.map(|named| &named.entity) else { return false };
+        ids.iter().any(|id| {
+            let function = self.function(*id);
+            let parameters = &function.locals[..function.parameters.len()];
+            function.result == Type::Scalar(Scalar::F32)
+                && matches!(parameters, [point] if point.ty == Type::Vector(Scalar::F32, 3))
+        })
+    }
+
+    fn implied_of_material(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
         let missing = missing_methods(present);
+        let has = |method: &Method| present.contains(method);
+        let of = match has(&Method::EvaluatePdf) && !has(&Method::SampleBsdf) {
+            true => IMPLIED_UNSAMPLED_MATERIAL,
+            false => IMPLIED_MATERIAL,
+        };
+        self.methods_of_implied(of, &missing)
+    }
+
+    /// The methods of an implied class that are missing.
+    fn methods_of_implied(
+        &self,
+        name: &str,
+        missing: &[Method],
+    ) -> Vec<(&'a ast::Function, Method)> {
         let classes = self.prelude.map_or(&[][..], |prelude| &prelude.implied);
-        let items = classes
-            .iter()
-            .filter(|class| class.name.name == IMPLIED_MATERIAL)
-            .flat_map(|class| &class.items);
+        let items =
+            classes.iter().filter(|class| class.name.name == name).flat_map(|class| &class.items);
         items
             .filter_map(|item| {
                 let ast::Item::Function(function) = item else { return None };

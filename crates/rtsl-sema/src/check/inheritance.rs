@@ -185,6 +185,8 @@ const MIN_LENGTH: usize = 16;
 fn item_length(item: &ast::Item) -> usize {
     let span = match item {
         ast::Item::Struct(declaration) => declaration.span,
+        ast::Item::Enumeration(declaration) => declaration.span,
+        ast::Item::Assertion(assertion) => assertion.span,
         ast::Item::Variable(variable) => variable.span,
         ast::Item::Class(class) => class.span,
         ast::Item::Function(function) => return function_length(function),

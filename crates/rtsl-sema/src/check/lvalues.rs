@@ -7,6 +7,7 @@ use super::Checker;
 use super::access::Access;
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
+use super::types::holds_reference;
 use crate::hir::{
     BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
 };
@@ -74,11 +75,8 @@ impl Checker<'_> {
         let mut part = place;
         loop {
             match &part.ty {
+                ty if holds_reference(ty) => return refuse(reference_obstacle(place.span)),
                 Type::Buffer(_) => return refuse(buffer_obstacle(place.span)),
-                Type::Reference(_) => return refuse(reference_obstacle(place.span)),
-                Type::Array(element, _) if matches!(**element, Type::Reference(_)) => {
-                    return refuse(reference_obstacle(place.span));
-                }
                 _ => {}
             }
             part = match &part.kind {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_ir::class::{Annotation, AnnotationValue, ELEMENT, STRIDE};
+use rtsl_ir::class::{Annotation, AnnotationValue, CHOICES, ELEMENT, STRIDE};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Code, Diagnostic, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, Qualifier};
@@ -12,7 +12,7 @@ use super::constructors::is_open;
 use super::functions::{Kind, qualifier_name};
 use super::references::quoted_list;
 use super::scope::Entity;
-use super::types::TypePlace;
+use super::types::{TypePlace, holds_reference};
 use crate::hir::{Expression, Member, MemberId, Storage, Type};
 
 /// The keys of annotations that hosts know, and the kind of value of each.
@@ -55,7 +55,8 @@ impl Checker<'_> {
         let storage = self.check_storage(&variable.qualifiers);
         let written = self.resolve_type(&variable.ty, TypePlace::Member);
         let initializer = self.check_member_initializer(&written, storage, variable);
-        let annotations = self.check_annotations(&variable.annotations);
+        let mut annotations = self.check_annotations(&variable.annotations);
+        self.add_choices(&variable.ty, &written, &mut annotations);
         let ty = match &initializer {
             // An open size that the initial value determines makes a table, not a buffer.
             Some(value) if is_open(&written) => value.ty.clone(),
@@ -136,7 +137,7 @@ impl Checker<'_> {
             );
             return None;
         }
-        if matches!(ty, Type::Reference(_)) {
+        if holds_reference(ty) {
             self.report(
                 Diagnostic::new(codes::BAD_INITIALIZER, "references have no initial value")
                     .at(variable.span, "the host sets it")
@@ -151,11 +152,9 @@ impl Checker<'_> {
 
     fn check_storage_fits(&mut self, ty: &Type, storage: Storage, variable: &ast::Variable) {
         let (code, what) = match ty {
-            Type::Buffer(_) => (codes::MISPLACED_BUFFER, "a buffer"),
             Type::Reference(_) => (codes::PRIVATE_REFERENCE, "a reference"),
-            Type::Array(element, _) if matches!(**element, Type::Reference(_)) => {
-                (codes::PRIVATE_REFERENCE, "an array of references")
-            }
+            ty if holds_reference(ty) => (codes::PRIVATE_REFERENCE, "an array of references"),
+            Type::Buffer(_) => (codes::MISPLACED_BUFFER, "a buffer"),
             _ => return,
         };
         if storage != Storage::Public {
@@ -228,6 +227,10 @@ impl Checker<'_> {
                 continue;
             }
             let Some(value) = self.check_annotation_value(annotation) else { continue };
+            // An enumeration gives a parameter its choices, not the text.
+            if key.name == CHOICES {
+                continue;
+            }
             annotations.push(Annotation { key: key.name.clone(), value });
         }
         annotations

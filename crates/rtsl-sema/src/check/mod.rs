@@ -23,6 +23,7 @@
 //! have their own limits.
 
 mod access;
+mod assertions;
 mod attributes;
 mod call_graph;
 mod calls;
@@ -34,6 +35,7 @@ mod control;
 mod declarations;
 mod effects;
 mod elements;
+mod enumerations;
 mod evaluated;
 mod evaluator;
 mod expressions;
@@ -41,6 +43,7 @@ mod facts;
 mod folding;
 mod foreign;
 mod functions;
+mod generics;
 mod implied;
 mod inheritance;
 mod initializers;
@@ -72,6 +75,7 @@ use rtsl_syntax::ast;
 use crate::hir;
 use classes::{ClassContext, ClassDeclaration};
 use functions::{FunctionContext, FunctionInfo};
+use generics::Generic;
 use modules::ModuleScopes;
 use scope::{Level, Scopes};
 use types::StructInfo;
@@ -177,6 +181,16 @@ struct Checker<'a> {
     scopes: Scopes,
     /// All classes so far.
     classes: Vec<ClassDeclaration<'a>>,
+    /// The number of bytes that the choices of parameters may still have.
+    choices_left: usize,
+    /// The generic functions so far.
+    generics: Vec<Generic<'a>>,
+    /// The number of components of generic types in the instance being declared or checked.
+    generic_size: Option<u8>,
+    /// The header of the instance whose body is being checked.
+    instance_shown: Option<String>,
+    /// The instances whose bodies are still to be checked.
+    wanted_instances: Vec<hir::FunctionId>,
     /// The number of names that may still be compared for suggestions.
     comparisons: usize,
     /// The number of operations left for constant expressions.
@@ -206,6 +220,11 @@ impl<'a> Checker<'a> {
             function: FunctionContext::outside(),
             scopes: Scopes::default(),
             classes: Vec::new(),
+            choices_left: enumerations::CHOICES_LIMIT,
+            generics: Vec::new(),
+            generic_size: None,
+            instance_shown: None,
+            wanted_instances: Vec::new(),
             comparisons: suggestions::COMPARISON_LIMIT,
             evaluation_fuel: evaluator::UNIT_FUEL,
             nan_fuel: nan::UNIT_FUEL,
@@ -229,6 +248,10 @@ impl<'a> Checker<'a> {
         {
             return;
         }
+        let diagnostic = match &self.instance_shown {
+            Some(instance) => diagnostic.note(format!("in the instance {instance}")),
+            None => diagnostic,
+        };
         self.diagnostics.push(diagnostic);
     }
 

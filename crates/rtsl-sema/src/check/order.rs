@@ -1,4 +1,4 @@
-//! The order in which to declare structs and constants that may refer to each other.
+//! The order in which to declare structs, enumerations and constants that may refer to each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,10 +22,16 @@ pub(super) fn declaration_order(items: &[&Item]) -> Order {
             Item::Struct(declaration) => {
                 declared.entry(&declaration.name.name).or_insert(index);
             }
+            Item::Enumeration(declaration) => {
+                let choices = declaration.choices.iter().map(|(choice, _)| choice);
+                for name in std::iter::once(&declaration.name).chain(choices) {
+                    declared.entry(&name.name).or_insert(index);
+                }
+            }
             Item::Variable(variable) => {
                 declared.entry(&variable.name.name).or_insert(index);
             }
-            Item::Function(_) | Item::Class(_) => {}
+            Item::Assertion(_) | Item::Function(_) | Item::Class(_) => {}
         }
     }
     let mut order = Order::default();
@@ -52,7 +58,9 @@ fn visit(
     marks: &mut [Mark],
     order: &mut Order,
 ) {
-    if marks[start] != Mark::New || matches!(items[start], Item::Function(_) | Item::Class(_)) {
+    let declares_none =
+        matches!(items[start], Item::Assertion(_) | Item::Function(_) | Item::Class(_));
+    if marks[start] != Mark::New || declares_none {
         return;
     }
     marks[start] = Mark::Open;
@@ -86,13 +94,22 @@ fn needed(item: &Item, declared: &BTreeMap<&str, usize>) -> Vec<usize> {
                 names_of_type(&field.ty, &mut names);
             }
         }
+        Item::Enumeration(declaration) => {
+            for value in declaration.choices.iter().filter_map(|(_, value)| value.as_ref()) {
+                names_of(value, &mut names);
+            }
+            // Values may be those of choices before.
+            let own =
+                |name: &&str| declaration.choices.iter().any(|(choice, _)| choice.name == **name);
+            names.retain(|name| !own(name));
+        }
         Item::Variable(variable) => {
             names_of_type(&variable.ty, &mut names);
             if let Some(initializer) = &variable.initializer {
                 names_of_initializer(initializer, &mut names);
             }
         }
-        Item::Function(_) | Item::Class(_) => {}
+        Item::Assertion(_) | Item::Function(_) | Item::Class(_) => {}
     }
     names.iter().rev().filter_map(|name| declared.get(name).copied()).collect()
 }

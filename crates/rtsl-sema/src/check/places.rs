@@ -56,6 +56,7 @@ impl Checker<'_> {
             Some(Entity::Error) => error_expression(span),
             Some(
                 entity @ (Entity::Struct(_)
+                | Entity::Enumeration(_)
                 | Entity::Functions(_)
                 | Entity::Class(_)
                 | Entity::Module),

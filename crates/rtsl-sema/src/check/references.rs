@@ -17,9 +17,7 @@ use super::lvalues::root;
 use super::suggestions::suggest;
 use super::super_calls::SUPER;
 use super::types::{FLOAT, INT, converts, from_spec, from_state, spec_struct};
-use crate::hir::{
-    Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateArgument, StateId, Type,
-};
+use crate::hir::{Expression, ExpressionKind, ReferenceCall, StateArgument, StateId, Type};
 
 impl Checker<'_> {
     /// Checks `a.length()` or `kd.lookup(uv)`.
@@ -173,8 +171,7 @@ impl Checker<'_> {
             let kind = ExpressionKind::Error;
             return Expression { kind, ty: from_spec(chosen.result), span };
         }
-        let function = reference_function(chosen);
-        let call = ReferenceCall { reference, role, function, arguments: states };
+        let call = ReferenceCall { reference, method: chosen, arguments: states };
         Expression {
             kind: ExpressionKind::ReferenceCall(Box::new(call)),
             ty: from_spec(chosen.result),
@@ -292,34 +289,18 @@ impl Checker<'_> {
 
     fn note_reference_call(&mut self, method: &'static ReferenceMethod, span: Span) {
         match self.function.kind {
-            Kind::ClassFunction => {
+            Kind::ClassFunction | Kind::FileFunction => {
                 self.note_use(UseKind::Reference(method), span);
                 for name in method.also_sets {
-                    self.note_state_set_by_call(method, name, span);
+                    let Some(variable) = lookup_state(name) else { continue };
+                    self.note_use(UseKind::WriteState(StateId(variable.index)), span);
                 }
             }
-            Kind::FileFunction | Kind::Initializer | Kind::Constant => self.report(
+            Kind::Initializer | Kind::Constant => self.report(
                 Diagnostic::new(codes::OUT_OF_PLACE, "other shaders are called by methods")
                     .at(span, "there is no ray here"),
             ),
         }
-    }
-
-    /// Notes that the call sets a state variable of the caller, whose role must have it.
-    fn note_state_set_by_call(&mut self, method: &ReferenceMethod, name: &str, span: Span) {
-        let Some(variable) = lookup_state(name) else { return };
-        if self.class_has_state(name) {
-            self.note_use(UseKind::WriteState(StateId(variable.index)), span);
-            return;
-        }
-        let method = method.name;
-        self.report(
-            Diagnostic::new(
-                codes::OUT_OF_PLACE,
-                format!("`{method}` of another shader is only for materials"),
-            )
-            .at(span, format!("sets `{name}`, which this class does not have")),
-        );
     }
 
     /// Notes that the class tests a reference, so that leaving it unset is intentional.
@@ -360,19 +341,6 @@ fn takes(
             .iter()
             .zip(arguments)
             .all(|((_, ty), argument)| fits(&argument.ty, &from_spec(*ty)))
-}
-
-fn reference_function(method: &ReferenceMethod) -> ReferenceFunction {
-    match method.runs {
-        rtsl_spec::Method::Shade => ReferenceFunction::Shade,
-        rtsl_spec::Method::Bsdf => ReferenceFunction::Bsdf,
-        rtsl_spec::Method::SampleBsdf => ReferenceFunction::SampleBsdf,
-        rtsl_spec::Method::EvaluatePdf => ReferenceFunction::EvaluatePdf,
-        rtsl_spec::Method::Emission => ReferenceFunction::Emission,
-        // Only textures are left, which have two names for one method.
-        _ if method.name == "lookupFloat" => ReferenceFunction::LookupFloat,
-        _ => ReferenceFunction::Lookup,
-    }
 }
 
 /// Formats the names as a list: `a`, `b` and `c`.

@@ -329,8 +329,33 @@ impl Checker<'_> {
             Some(caller) if method.runs == Method::Shade && caller != Method::Shade => {
                 self.report_out_of_place(root, reached, &what, "`shade`");
             }
-            Some(_) => {}
+            Some(_) => self.check_states_set_by_call(root, reached, method),
         }
+    }
+
+    /// Reports a call that sets a state variable that the caller's class does not have.
+    fn check_states_set_by_call(
+        &mut self,
+        root: &Root,
+        reached: &Reached,
+        method: &'static ReferenceMethod,
+    ) {
+        let of_class = &self.module.classes[root.class.0 as usize].roles;
+        let has = |roles: &[Role], name: &str| roles.iter().any(|role| role.row(name).is_some());
+        let missing = method.also_sets.iter().find(|name| !has(of_class, name));
+        let Some(name) = missing.filter(|_| !self.class_is_uncertain(root.class)) else { return };
+        let able: Vec<Role> =
+            Role::ALL.into_iter().filter(|role| may_set(*role, method.also_sets)).collect();
+        let diagnostic = Diagnostic::new(
+            codes::OUT_OF_PLACE,
+            format!(
+                "only {} can call `{}` of another shader",
+                with_article(&role_list(&able, "or")),
+                method.name
+            ),
+        )
+        .at(reached.done.span, format!("sets `{name}`, which this class does not have"));
+        self.report_with_path(root, reached, diagnostic);
     }
 
     fn report_out_of_place(&mut self, root: &Root, reached: &Reached, what: &str, place: &str) {
@@ -361,6 +386,15 @@ impl Checker<'_> {
         };
         self.report(diagnostic);
     }
+}
+
+/// True if some method of the role may set all of these state variables.
+fn may_set(role: Role, names: &[&str]) -> bool {
+    role.methods().any(|method| {
+        names.iter().all(|name| {
+            role.row(name).is_some_and(|row| row.direction(method) != Some(Direction::In))
+        })
+    })
 }
 
 /// Formats a list of roles: "camera", "camera and light", "texture, light or material".

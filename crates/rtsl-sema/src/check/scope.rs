@@ -21,6 +21,8 @@ pub(super) enum Entity {
     Constant(Type, Arc<[Constant]>),
     /// A struct.
     Struct(StructId),
+    /// An enumeration: the names and values of its choices.
+    Enumeration(Arc<[(String, i32)]>),
     /// Functions of one name at one level.
     Functions(Vec<FunctionId>),
     /// An index into the checker's classes.
@@ -39,6 +41,7 @@ impl Entity {
             Entity::Member(_) => "a member",
             Entity::Constant(..) => "a constant",
             Entity::Struct(_) => "a struct",
+            Entity::Enumeration(_) => "an enumeration",
             Entity::Functions(_) => "a function",
             Entity::Class(_) => "a class",
             Entity::Module => "a module",

@@ -100,6 +100,10 @@ impl Checker<'_> {
     fn check_statement(&mut self, statement: &ast::Statement) -> Checked {
         match &statement.kind {
             Ast::Empty | Ast::Variables(_) | Ast::Struct(..) => Checked::nothing(),
+            Ast::Assertion(assertion) => {
+                self.check_assertion(assertion);
+                Checked::nothing()
+            }
             Ast::Expression(expression) => self.check_expression_statement(expression),
             Ast::Function(function) => self.check_nested_function(function),
             Ast::Block(block) => self.check_block(block),

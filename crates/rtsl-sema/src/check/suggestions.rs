@@ -103,6 +103,7 @@ fn value_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
         Entity::Member(_) | Entity::Constant(..) | Entity::Local(_) => Some(name.as_str()),
         Entity::Struct(_)
+        | Entity::Enumeration(_)
         | Entity::Functions(_)
         | Entity::Class(_)
         | Entity::Module
@@ -113,7 +114,8 @@ fn value_names(level: &Level) -> impl Iterator<Item = &str> {
 fn function_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
         Entity::Functions(_) | Entity::Struct(_) => Some(name.as_str()),
-        Entity::Member(_)
+        Entity::Enumeration(_)
+        | Entity::Member(_)
         | Entity::Constant(..)
         | Entity::Local(_)
         | Entity::Class(_)
@@ -124,7 +126,7 @@ fn function_names(level: &Level) -> impl Iterator<Item = &str> {
 
 fn struct_names(level: &Level) -> impl Iterator<Item = &str> {
     level.iter().filter_map(|(name, named)| match named.entity {
-        Entity::Struct(_) => Some(name.as_str()),
+        Entity::Struct(_) | Entity::Enumeration(_) => Some(name.as_str()),
         Entity::Functions(_)
         | Entity::Member(_)
         | Entity::Constant(..)

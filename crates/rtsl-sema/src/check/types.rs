@@ -10,6 +10,7 @@ use rtsl_syntax::ast;
 
 use super::Checker;
 use super::foreign::{advise, type_counterpart};
+use super::generics::is_generic_name;
 use super::scope::Entity;
 use super::suggestions::suggest;
 use super::type_names::plain_type_name;
@@ -157,7 +158,7 @@ pub(super) fn builtin_type(name: &str) -> Option<Type> {
 }
 
 /// True if values of the type are or contain references.
-fn holds_reference(ty: &Type) -> bool {
+pub(super) fn holds_reference(ty: &Type) -> bool {
     match ty {
         Type::Reference(_) => true,
         Type::Array(element, _) | Type::Buffer(element) => holds_reference(element),
@@ -168,11 +169,11 @@ fn holds_reference(ty: &Type) -> bool {
 /// The context of a type, which determines the types allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TypePlace {
-    /// A member: buffers and references are allowed.
+    /// A member: buffers, references and arrays of references are allowed.
     Member,
     /// A variable or constant: `[]` takes its size from the initializer.
     Variable,
-    /// A parameter.
+    /// A parameter: references are allowed.
     Parameter,
     /// A field of a struct.
     Field,
@@ -307,6 +308,7 @@ impl Checker<'_> {
     fn resolve_type_name(&mut self, name: &ast::Identifier, place: TypePlace) -> Type {
         match self.find(&name.name).map(|named| named.entity.clone()) {
             Some(Entity::Struct(id)) => return Type::Struct(id),
+            Some(Entity::Enumeration(_)) => return INT,
             Some(Entity::Error) => return Type::Error,
             Some(Entity::Class(_)) => {
                 self.report_class_as_type(name);
@@ -323,10 +325,13 @@ impl Checker<'_> {
                 Type::Error
             }
             Some(ty) => ty,
-            None => {
-                self.report_unknown_type(name);
-                Type::Error
-            }
+            None => match self.generic_type(&name.name) {
+                Some(ty) => ty,
+                None => {
+                    self.report_unknown_type(name);
+                    Type::Error
+                }
+            },
         }
     }
 
@@ -342,6 +347,15 @@ impl Checker<'_> {
     }
 
     fn report_unknown_type(&mut self, name: &ast::Identifier) {
+        if is_generic_name(&name.name) {
+            let message = format!("`{}` is a type in generic functions only", name.name);
+            self.report(
+                Diagnostic::new(codes::BAD_GENERIC, message)
+                    .at(name.span, "no argument determines it here")
+                    .note("in a function with such a parameter, it has the type of the argument"),
+            );
+            return;
+        }
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_TYPE, format!("there is no type `{}`", name.name))
                 .at(name.span, "unknown type");
@@ -390,24 +404,32 @@ impl Checker<'_> {
     }
 
     fn check_reference_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {
-        let single = match &ty {
-            Type::Array(element, _) => matches!(**element, Type::Reference(_)),
-            _ => matches!(ty, Type::Reference(_)),
+        let allowed = match (&ty, place) {
+            (Type::Reference(_), TypePlace::Member | TypePlace::Parameter) => true,
+            (Type::Array(element, _) | Type::Buffer(element), TypePlace::Member) => {
+                matches!(**element, Type::Reference(_))
+            }
+            _ => false,
         };
-        if place == TypePlace::Member && single {
+        if allowed {
             return ty;
         }
         let shown = self.show(&ty);
         self.report(
             Diagnostic::new(
                 codes::REFERENCE_AS_VALUE,
-                format!("`{shown}` is not allowed here: only members can refer to shaders"),
+                format!("`{shown}` is not allowed here"),
             )
-            .at(span, "not a value")
-            .note("a member may be a reference, or an array of references with a size"),
+            .at(span, "refers to shaders, and is not a value")
+            .note("members may be references or arrays of references, parameters of functions references"),
         );
         Type::Error
     }
+}
+
+/// True for buffers; arrays of references without a size are none.
+pub(super) fn is_buffer(ty: &Type) -> bool {
+    matches!(ty, Type::Buffer(element) if !holds_reference(element))
 }
 
 /// True if the type contains an array without a size.

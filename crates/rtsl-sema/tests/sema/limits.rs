@@ -122,3 +122,36 @@ fn long_lists_are_answered_soon() {
     let arguments = vec!["1.0"; 3_000].join(", ");
     assert_eq!(codes(&texture(&format!("rt_FloatTextureValue = sin({arguments});"))), ["E0211"]);
 }
+
+#[test]
+fn chains_of_generic_functions_pass() {
+    let mut text = String::from("genType f0(genType x) { return x; }\n");
+    for index in 1..1_000 {
+        let _ = writeln!(text, "genType f{index}(genType x) {{ return f{}(x); }}", index - 1);
+    }
+    let calls = "rt_FloatTextureValue = f999(1.0) + f999(rt_TextureUV).x + f999(vec4(1.0)).y;";
+    assert_eq!(on_small_stack(text + &texture(calls)), [""; 0]);
+}
+
+#[test]
+fn choices_that_parameters_carry_are_bounded() {
+    let choices: Vec<String> = (0..5_000).map(|index| format!("Choice{index}")).collect();
+    let mut text = format!("enum Long {{ {} }};\nclass T : rt_Texture;\n", choices.join(", "));
+    let (few, many) = (10, 1_000);
+    let mut add = |members: std::ops::Range<usize>| {
+        for index in members {
+            let _ = writeln!(text, "public Long p{index} = Choice7;");
+        }
+        on_small_stack(text.clone())
+    };
+    assert_eq!(add(0..few), [""; 0]);
+    let refused = add(few..many);
+    assert!(refused.len() > 100 && refused.iter().all(|code| *code == "E0235"), "{refused:?}");
+}
+
+#[test]
+fn assertions_that_never_end_are_answered_soon() {
+    let text = "static_assert(".repeat(50_000);
+    assert!(!on_small_stack(text.clone()).is_empty());
+    assert!(!on_small_stack(format!("class T : rt_Texture; void lookup() {{ {text}")).is_empty());
+}

@@ -490,7 +490,7 @@ fn functions() {
         ("E0225", call("float rt_f() { return 1.0; }", "1.0")),
         ("E0225", call("float a__b() { return 1.0; }", "1.0")),
         ("E0210", call("float f(const float x) { x = 1.0; return x; }", "1.0")),
-        ("E0229", call("float f(rt_Texture t) { return 1.0; }", "1.0")),
+        ("E0229", call("float f(rt_Texture t[2]) { return 1.0; }", "1.0")),
     ]);
 }
 

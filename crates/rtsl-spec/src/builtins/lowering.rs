@@ -84,6 +84,8 @@ pub enum Special {
     Rand,
     /// `inside()`: `dot(rt_RayDirection, rt_GeometricNormal) > 0`.
     Inside,
+    /// `gradient(value, variable)`: the derivative of an expression.
+    Gradient,
     /// A map between the world and the space of the hit object.
     Map(Direction, Mapped),
     /// `isSet(reference)`: a constant once the scene is linked.

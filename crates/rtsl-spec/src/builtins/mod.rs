@@ -20,7 +20,7 @@ use crate::Method;
 pub use accuracy::{ACCURACY, Accuracy, AccuracyDomain, GreatestError, accuracy};
 pub use lowering::{Direction, Lowering, Mapped, Operation, Special};
 pub use reference_methods::{
-    REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, reference_method, state_of_parameter,
+    REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, state_of_parameter,
 };
 pub use signature::{Overload, Parameter};
 pub use spec_type::{Scalar, SpecType};
@@ -63,6 +63,8 @@ pub enum Chapter {
     Exponential,
     /// Rounding, interpolation, and bit casts of floats.
     Common,
+    /// Derivatives.
+    Derivatives,
     /// Packing of several small numbers into one uint.
     Packing,
     /// Geometric functions of vectors.
@@ -96,6 +98,7 @@ impl Chapter {
             Chapter::Trigonometry => "Angles and trigonometry",
             Chapter::Exponential => "Powers, exponentials and logarithms",
             Chapter::Common => "Common functions",
+            Chapter::Derivatives => "Derivatives",
             Chapter::Packing => "Packing",
             Chapter::Geometric => "Geometry",
             Chapter::Matrix => "Matrices",

@@ -3,6 +3,7 @@
 use super::SpecType;
 use super::SpecType::{Color, Float, Vec};
 use super::spec_type::Scalar;
+use crate::Role::{Camera, Light, Material, Primitive, Texture};
 use crate::{Method, Role, StateVariable, lookup_state};
 
 /// A method of a reference.
@@ -26,21 +27,9 @@ pub struct ReferenceMethod {
     pub doc: &'static str,
 }
 
-/// The method called `name` whose parameters have these types.
-pub fn reference_method(
-    role: Role,
-    name: &str,
-    parameters: &[SpecType],
-) -> Option<&'static ReferenceMethod> {
-    REFERENCE_METHODS.iter().find(|method| {
-        method.role == role
-            && method.name == name
-            && method.parameters.iter().map(|(_, ty)| ty).eq(parameters)
-    })
-}
-
+const VEC3: SpecType = Vec(Scalar::Float, 3);
 const UV: (&str, SpecType) = ("uv", Vec(Scalar::Float, 2));
-const UVW: (&str, SpecType) = ("uvw", Vec(Scalar::Float, 3));
+const UVW: (&str, SpecType) = ("uvw", VEC3);
 const DU: (&str, SpecType) = ("du", Float);
 const DV: (&str, SpecType) = ("dv", Float);
 
@@ -66,35 +55,101 @@ pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
         "The same, filtered over these widths of both coordinates.",
     ),
     lookup("lookupFloat", &[UVW], Float, "The texture's float at this position."),
-    material(
-        Method::Shade,
-        Color,
+    method(
+        (Material, Method::Shade, Color),
         "rt_SampleColor",
         &[],
         "The radiance that the material returns.",
     ),
-    material(Method::Bsdf, Color, "rt_BSDFValue", &[], "The BSDF's value for rt_LightDirection."),
-    material(
-        Method::SampleBsdf,
-        Color,
+    method(
+        (Material, Method::Bsdf, Color),
+        "rt_BSDFValue",
+        &[],
+        "The BSDF's value for rt_LightDirection.",
+    ),
+    method(
+        (Material, Method::SampleBsdf, Color),
         "rt_BSDFValue",
         &["rt_LightDirection", "rt_PDF", "rt_RelativeIndex"],
-        "The BSDF's value for a direction that the material picks; sets the caller's \
-         rt_LightDirection, rt_PDF and rt_RelativeIndex.",
+        "The BSDF's value for a direction that the material picks.",
     ),
-    material(
-        Method::EvaluatePdf,
-        Float,
+    method(
+        (Material, Method::EvaluatePdf, Float),
         "rt_PDF",
         &[],
         "The density with which sampleBSDF picks rt_LightDirection.",
     ),
-    material(
-        Method::Emission,
-        Color,
+    method(
+        (Material, Method::Emission, Color),
         "rt_EmissionColor",
         &[],
         "The radiance that the material emits towards the ray.",
+    ),
+    method(
+        (Light, Method::Illumination, Color),
+        "rt_LightColor",
+        &["rt_LightDirection", "rt_LightDistance", "rt_PDF"],
+        "The light that arrives at rt_HitPoint.",
+    ),
+    method(
+        (Light, Method::EvaluatePdf, Float),
+        "rt_PDF",
+        &[],
+        "The density with which illumination picks rt_LightDirection.",
+    ),
+    method(
+        (Light, Method::Emission, Color),
+        "rt_EmissionColor",
+        &[],
+        "The radiance that a ray brings back that leaves the scene.",
+    ),
+    method(
+        (Camera, Method::GenerateRay, Color),
+        "rt_SampleColor",
+        &["rt_RayOrigin", "rt_RayDirection", "rt_Epsilon", "rt_HitDistance"],
+        "The weight of the camera's ray.",
+    ),
+    method(
+        (Primitive, Method::Intersect, Float),
+        "rt_HitDistance",
+        &[],
+        "The distance of the nearest hit; without one, the rt_HitDistance that the call received.",
+    ),
+    method(
+        (Primitive, Method::ComputeBounds, VEC3),
+        "rt_BoundMin",
+        &["rt_BoundMax"],
+        "The least corner of the box around the primitive.",
+    ),
+    method(
+        (Primitive, Method::ComputeNormal, VEC3),
+        "rt_GeometricNormal",
+        &["rt_ShadingNormal"],
+        "The normal of the surface.",
+    ),
+    method(
+        (Primitive, Method::ComputeTextureCoordinates, Vec(Scalar::Float, 2)),
+        "rt_TextureUV",
+        &["rt_TextureUVW"],
+        "The texture coordinates.",
+    ),
+    method(
+        (Primitive, Method::ComputeDerivatives, VEC3),
+        "rt_dPdu",
+        &["rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"],
+        "The derivative of the point by u.",
+    ),
+    method(
+        (Primitive, Method::GenerateSample, VEC3),
+        "rt_HitPoint",
+        &["rt_GeometricNormal", "rt_PDF"],
+        "A point on the primitive, seen from rt_RayOrigin.",
+    ),
+    method(
+        (Primitive, Method::SamplePdf, Float),
+        "rt_PDF",
+        &[],
+        "The density with which generateSample picks rt_HitPoint.",
     ),
 ];
 
@@ -124,7 +179,7 @@ const fn lookup(
         _ => "rt_TextureColor",
     };
     ReferenceMethod {
-        role: Role::Texture,
+        role: Texture,
         name,
         parameters,
         result,
@@ -135,21 +190,13 @@ const fn lookup(
     }
 }
 
-const fn material(
-    runs: Method,
-    result: SpecType,
+/// A method without parameters that has the name of the method that runs.
+const fn method(
+    (role, runs, result): (Role, Method, SpecType),
     returns: &'static str,
     also_sets: &'static [&'static str],
     doc: &'static str,
 ) -> ReferenceMethod {
-    ReferenceMethod {
-        role: Role::Material,
-        name: runs.name(),
-        parameters: &[],
-        result,
-        runs,
-        returns,
-        also_sets,
-        doc,
-    }
+    let name = runs.name();
+    ReferenceMethod { role, name, parameters: &[], result, runs, returns, also_sets, doc }
 }

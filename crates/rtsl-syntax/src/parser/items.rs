@@ -218,6 +218,10 @@ impl Parser<'_> {
         if self.at_keyword(Keyword::Precision) {
             return self.parse_precision();
         }
+        if self.at_assertion() {
+            items.push(Item::Assertion(self.parse_assertion()?));
+            return Ok(());
+        }
         let start = self.position;
         let annotations = self.parse_annotations()?;
         let annotation_tokens = self.position - start;
@@ -235,6 +239,11 @@ impl Parser<'_> {
                 self.parse_struct_declaration(annotations, annotation_tokens, qualifiers)?;
             items.push(Item::Struct(structure));
             items.extend(variables.into_iter().map(Item::Variable));
+            return Ok(());
+        }
+        if self.at_keyword(Keyword::Enum) {
+            self.refuse_before_enumeration(&annotations, &qualifiers);
+            items.push(Item::Enumeration(self.parse_enumeration()?));
             return Ok(());
         }
         self.refuse_other_declarations(&qualifiers)?;
@@ -495,7 +504,7 @@ impl Parser<'_> {
     }
 
     /// Parses double-quoted text; adjacent texts are concatenated.
-    fn parse_text(&mut self) -> AnnotationValue {
+    pub(super) fn parse_text(&mut self) -> AnnotationValue {
         let mut text = String::new();
         let mut span = self.peek().span;
         while self.peek().kind == TokenKind::Text {

@@ -7,8 +7,10 @@
 //! [`deep_stack::depth`] allows and the parser's recursion is bounded too. Chains of binary
 //! operators are parsed by a loop; their length does not count as depth.
 
+mod assertions;
 mod declarations;
 mod documentation;
+mod enumerations;
 mod expressions;
 mod items;
 mod operators;

@@ -86,6 +86,9 @@ impl Parser<'_> {
                         self.parse_simple_statement()
                     }
                 },
+                Word::Type | Word::Plain if self.at_assertion() => {
+                    Ok(StatementKind::Assertion(self.parse_assertion()?))
+                }
                 Word::Type | Word::Plain => self.parse_simple_statement(),
             },
             TokenKind::Number
@@ -146,6 +149,17 @@ impl Parser<'_> {
             | Keyword::Public
             | Keyword::Scratch
             | Keyword::Uniform => self.parse_simple_statement(),
+            Keyword::Enum => {
+                self.parse_enumeration()?;
+                let diagnostic = Diagnostic::new(
+                    codes::UNSUPPORTED_DECLARATION,
+                    "an enumeration declared in a function",
+                )
+                .at(token.span, "not allowed here")
+                .help("declare it in the class, or at file scope");
+                self.report(diagnostic);
+                Ok(StatementKind::Empty)
+            }
             Keyword::Class => Err(self.unexpected("a statement")),
         }
     }

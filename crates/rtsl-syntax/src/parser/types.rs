@@ -169,6 +169,7 @@ fn qualifier(keyword: Keyword) -> Option<Qualifier> {
         | Keyword::Default
         | Keyword::Do
         | Keyword::Else
+        | Keyword::Enum
         | Keyword::False
         | Keyword::For
         | Keyword::Highp

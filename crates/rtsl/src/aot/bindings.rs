@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::class::Class;
+use rtsl_ir::class::{Class, Reference, ReferenceCount};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use crate::errors;
@@ -47,8 +47,8 @@ impl Bindings {
         reference: &str,
         to: &Arc<Class>,
     ) -> Result<(), Diagnostic> {
-        let role = paths(class).find(|(path, _)| path == reference).map(|(_, role)| role);
-        let role = role.ok_or_else(|| unknown_reference(class, reference))?;
+        let role = self.paths(class).find(|(path, _)| path == reference).map(|(_, role)| role);
+        let role = role.ok_or_else(|| self.unknown_reference(class, reference))?;
         if !to.roles.contains(&role) {
             let problem = format!(
                 "`{}.{reference}` refers to a {}, and `{}` is none",
@@ -76,9 +76,8 @@ impl Bindings {
         }
         let mut references = Vec::new();
         for reference in &class.references {
-            let count = reference.count.map_or(1, |count| count as usize);
             let mut elements = Vec::new();
-            for index in 0..count {
+            for index in 0..self.element_count(class, reference) {
                 let key = (class.name.clone(), element_path(reference, index));
                 let bound = self.classes.get(&key);
                 elements.push(match bound {
@@ -90,23 +89,37 @@ impl Bindings {
         }
         Some(ClassTree { class: class.clone(), references, attributes: AttributeTable::default() })
     }
-}
 
-/// Returns the references of a class, with an entry for each element of an array.
-fn paths(class: &Class) -> impl Iterator<Item = (String, rtsl_spec::Role)> {
-    class.references.iter().flat_map(|reference| {
-        let count = reference.count.map_or(1, |count| count as usize);
-        (0..count).map(move |index| (element_path(reference, index), reference.role))
-    })
-}
+    /// Returns the number of elements of a reference: an array without a size has those that are bound, from the first
+    /// on.
+    fn element_count(&self, class: &Class, reference: &Reference) -> usize {
+        match reference.count {
+            ReferenceCount::Open => {
+                let key = |index| (class.name.clone(), element_path(reference, index));
+                (0..).take_while(|index| self.classes.contains_key(&key(*index))).count()
+            }
+            count => count.unset(),
+        }
+    }
 
-fn unknown_reference(class: &Class, reference: &str) -> Diagnostic {
-    let problem = format!("`{}` has no reference `{reference}`", class.name);
-    let diagnostic = Diagnostic::new(codes::NO_SUCH_PARAMETER, problem);
-    let names: Vec<String> = paths(class).map(|(path, _)| format!("`{path}`")).collect();
-    if names.is_empty() {
-        diagnostic.note(format!("`{}` has no references", class.name))
-    } else {
-        diagnostic.note(format!("it has {}", names.join(", ")))
+    /// Returns the references of a class, with an entry for each element of an array, and for the next element of an
+    /// array without a size.
+    fn paths(&self, class: &Class) -> impl Iterator<Item = (String, rtsl_spec::Role)> {
+        class.references.iter().flat_map(|reference| {
+            let next = usize::from(reference.count == ReferenceCount::Open);
+            let count = self.element_count(class, reference) + next;
+            (0..count).map(move |index| (element_path(reference, index), reference.role))
+        })
+    }
+
+    fn unknown_reference(&self, class: &Class, reference: &str) -> Diagnostic {
+        let problem = format!("`{}` has no reference `{reference}`", class.name);
+        let diagnostic = Diagnostic::new(codes::NO_SUCH_PARAMETER, problem);
+        let names: Vec<String> = self.paths(class).map(|(path, _)| format!("`{path}`")).collect();
+        if names.is_empty() {
+            diagnostic.note(format!("`{}` has no references", class.name))
+        } else {
+            diagnostic.note(format!("it has {}", names.join(", ")))
+        }
     }
 }

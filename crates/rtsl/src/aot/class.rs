@@ -143,6 +143,11 @@ impl Describer {
             maximum: number("max"),
             label: text("label"),
             documentation: text("doc"),
+            choices: parameter
+                .choices()
+                .into_iter()
+                .map(|(it, value)| (it.to_owned(), value))
+                .collect(),
         });
     }
 

@@ -129,6 +129,9 @@ impl Compiler {
     /// Bounds the loops of a class's initial values and constructor. Linking bounds those of methods.
     fn with_budget(&self, mut class: Class) -> Class {
         let budget = self.options.loop_budget;
+        // These run without being linked.
+        let unlinked = class.constructor.iter_mut().filter(|_| class.references.is_empty());
+        unlinked.chain([&mut class.initializer]).for_each(rtsl_opt::differentiate::run);
         rtsl_opt::budget::run(&mut class.initializer, budget.unwrap_or(DEFAULT_LOOP_BUDGET));
         if let (Some(budget), Some(constructor)) = (budget, &mut class.constructor) {
             rtsl_opt::budget::run(constructor, budget);

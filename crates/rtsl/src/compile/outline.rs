@@ -78,7 +78,7 @@ impl Outline {
         let headers: Vec<Span> = tree.items.iter().filter_map(header).collect();
         let classes = tree.items.iter().filter_map(|item| match item {
             Item::Class(class) => Some(ClassOutline::of(class, &headers, sources)),
-            Item::Struct(_) | Item::Function(_) | Item::Variable(_) => None,
+            _ => None,
         });
         Outline { classes: classes.collect(), functions: functions(&tree.items, sources) }
     }
@@ -146,7 +146,7 @@ impl std::fmt::Display for FunctionOutline {
 fn header(item: &Item) -> Option<Span> {
     match item {
         Item::Class(class) => Some(class.span),
-        Item::Struct(_) | Item::Function(_) | Item::Variable(_) => None,
+        _ => None,
     }
 }
 
@@ -243,6 +243,8 @@ fn end_of_block(class: &ast::Class, text: &str) -> usize {
 fn end_of_item(item: &Item, class: Span) -> u32 {
     let span = match item {
         Item::Struct(it) => it.span,
+        Item::Enumeration(it) => it.span,
+        Item::Assertion(it) => it.span,
         Item::Variable(it) => it.span,
         Item::Class(it) => it.span,
         Item::Function(it) => it.body.as_ref().map_or(it.span, |body| body.span),

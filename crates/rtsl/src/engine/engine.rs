@@ -118,8 +118,7 @@ impl Engine {
 
     /// Returns the program of a class with no reference set, for tools that show its code.
     pub fn program_of_class(&self, class: &Arc<Class>) -> Arc<Program> {
-        let count = |count: Option<u32>| count.map_or(1, |count| count as usize);
-        let references = class.references.iter().map(|it| vec![None; count(it.count)]);
+        let references = class.references.iter().map(|it| vec![None; it.count.unset()]);
         self.program_of(ClassTree {
             class: class.clone(),
             references: references.collect(),

@@ -177,10 +177,9 @@ impl<'a> Builder<'a> {
 
     fn take_references(&mut self) -> Vec<Vec<Option<Arc<Instance>>>> {
         let references = self.class.references.iter().map(|reference| {
-            let count = reference.count.map_or(1, |count| count as usize);
             match self.references.get(reference.name.as_str()) {
                 Some(instances) => instances.iter().cloned().map(Some).collect(),
-                None => vec![None; count],
+                None => vec![None; reference.count.unset()],
             }
         });
         references.collect()

@@ -1,10 +1,12 @@
 //! Converts values of parameters to words.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rtsl_ir::class::{Annotation, AnnotationValue, Parameter, ParameterType};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_memory::SharedWords;
+use rtsl_source::most_similar;
 use rtsl_spec::{COLOR_COMPONENTS, Role};
 
 use super::instance::Instance;
@@ -28,7 +30,9 @@ pub(crate) enum Argument {
 pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument, Mismatch> {
     match &parameter.ty {
         ParameterType::Reference(_) => references(&parameter.ty, value).map(Argument::References),
-        ParameterType::Array(element, _) if matches!(**element, ParameterType::Reference(_)) => {
+        ParameterType::Array(element, _) | ParameterType::Buffer(element)
+            if matches!(**element, ParameterType::Reference(_)) =>
+        {
             references(&parameter.ty, value).map(Argument::References)
         }
         ParameterType::Textured(_) if matches!(value, Value::Instance(_)) => {
@@ -45,12 +49,15 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
         }
         ty => {
             let mut leaves = Leaves::new();
+            let choices = parameter.choices();
+            let value = &*numbers_of_choices(&choices, value, 0)?;
             if let Some(shared) = shared_buffer(ty, value) {
                 leaves.insert(parameter.name.clone(), Words::Shared(shared));
             } else {
                 add(ty, value, &parameter.name, &mut leaves, 0)?;
             }
             check_range(parameter, &leaves)?;
+            check_choices(&choices, &leaves)?;
             Ok(Argument::Data(leaves))
         }
     }
@@ -87,6 +94,10 @@ fn references(ty: &ParameterType, value: &Value) -> Result<Vec<Arc<Instance>>, M
         (ParameterType::Array(element, count), Value::List(values))
             if values.len() == *count as usize =>
         {
+            let each = values.iter().map(|value| references(element, value));
+            Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
+        }
+        (ParameterType::Buffer(element), Value::List(values)) => {
             let each = values.iter().map(|value| references(element, value));
             Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
         }
@@ -243,7 +254,7 @@ fn scalars(scalar: Scalar, value: &Value, depth: usize) -> Option<Vec<u32>> {
             let constant = |word: &u32| Constant::from_bits(numbers.scalar(), *word);
             numbers.words().iter().map(|word| convert(scalar, constant(word))).collect()
         }
-        Value::Struct(_) | Value::Instance(_) => None,
+        Value::Struct(_) | Value::Instance(_) | Value::Text(_) => None,
     }
 }
 
@@ -280,6 +291,54 @@ fn check_range(parameter: &Parameter, leaves: &Leaves) -> Result<(), Mismatch> {
         }
     }
     Ok(())
+}
+
+/// Returns the value with the numbers of choices instead of their names.
+fn numbers_of_choices<'v>(
+    choices: &[(&str, i32)],
+    value: &'v Value,
+    depth: usize,
+) -> Result<Cow<'v, Value>, Mismatch> {
+    match value {
+        Value::Text(name) if !choices.is_empty() => {
+            match choices.iter().find(|(choice, _)| choice == name) {
+                Some((_, number)) => Ok(Cow::Owned(Value::Int(*number))),
+                None => Err(no_choice(
+                    choices,
+                    &format!("`{name}`"),
+                    most_similar_choice(choices, name),
+                )),
+            }
+        }
+        Value::List(values) if !choices.is_empty() && depth < DEPTH_LIMIT => {
+            let each = values
+                .iter()
+                .map(|value| numbers_of_choices(choices, value, depth + 1).map(Cow::into_owned));
+            Ok(Cow::Owned(Value::List(each.collect::<Result<_, _>>()?)))
+        }
+        other => Ok(Cow::Borrowed(other)),
+    }
+}
+
+fn most_similar_choice<'c>(choices: &[(&'c str, i32)], name: &str) -> Option<&'c str> {
+    most_similar(name, choices.iter().map(|(choice, _)| *choice))
+}
+
+/// Checks that each number is that of a choice.
+fn check_choices(choices: &[(&str, i32)], leaves: &Leaves) -> Result<(), Mismatch> {
+    let is_choice = |word: &u32| choices.iter().any(|(_, value)| value.cast_unsigned() == *word);
+    let mut words = leaves.values().flat_map(|words| words.as_slice());
+    match words.find(|word| !choices.is_empty() && !is_choice(word)) {
+        Some(word) => Err(no_choice(choices, &word.cast_signed().to_string(), None)),
+        None => Ok(()),
+    }
+}
+
+fn no_choice(choices: &[(&str, i32)], found: &str, meant: Option<&str>) -> Mismatch {
+    let known: Vec<String> =
+        choices.iter().map(|(name, value)| format!("`{name}` ({value})")).collect();
+    let question = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+    Mismatch::Range(format!("{found} is none of the choices {}{question}", known.join(", ")))
 }
 
 fn range_name(least: Option<f64>, greatest: Option<f64>) -> String {

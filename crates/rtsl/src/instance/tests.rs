@@ -4,6 +4,7 @@ use std::sync::Arc;
 use expect_test::{Expect, expect};
 use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
+    ReferenceCount,
 };
 use rtsl_ir::{Constant, Function, Scalar, Variable, VariableKind};
 use rtsl_spec::Role;
@@ -70,11 +71,16 @@ fn class() -> Arc<Class> {
         method_documentation: Default::default(),
         attributes: Vec::new(),
         references: vec![
-            Reference { name: "skin".to_owned(), role: Role::Texture, count: None, tested: false },
+            Reference {
+                name: "skin".to_owned(),
+                role: Role::Texture,
+                count: ReferenceCount::Single,
+                tested: false,
+            },
             Reference {
                 name: "layers".to_owned(),
                 role: Role::Texture,
-                count: Some(2),
+                count: ReferenceCount::Array(2),
                 tested: false,
             },
         ],
@@ -265,7 +271,7 @@ fn chains_and_trees_of_references_are_bounded() {
             .map(|name| Reference {
                 name: name.to_owned(),
                 role: Role::Texture,
-                count: None,
+                count: ReferenceCount::Single,
                 tested: true,
             })
             .into(),

@@ -40,6 +40,8 @@ pub enum Value {
     Struct(Vec<(String, Value)>),
     /// Another instance, for a reference.
     Instance(Arc<Instance>),
+    /// The name of a choice, for a parameter whose type is an enumeration.
+    Text(String),
 }
 
 /// Numbers of one type. Cloning shares them.
@@ -91,6 +93,7 @@ impl Value {
             },
             Value::Numbers(numbers) => format!("{} numbers", numbers.words.len()),
             Value::Struct(_) => "a struct".to_owned(),
+            Value::Text(text) => format!("the text {text:?}"),
             Value::Instance(instance) => format!("an instance of `{}`", instance.class().name),
         }
     }
@@ -114,6 +117,13 @@ from! {
     Vec<Value> => List;
     Numbers => Numbers;
     Arc<Instance> => Instance;
+    String => Text;
+}
+
+impl From<&str> for Value {
+    fn from(value: &str) -> Value {
+        Value::Text(value.to_owned())
+    }
 }
 
 impl<T: Into<Value>, const N: usize> From<[T; N]> for Value {

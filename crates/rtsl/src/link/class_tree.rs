@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl_abi::Layout;
 use rtsl_ir::Variable;
-use rtsl_ir::class::Class;
+use rtsl_ir::class::{Class, ReferenceCount};
 
 use super::attributes::AttributeTable;
 
@@ -30,10 +30,15 @@ impl ClassTree {
 
     fn add_to_key(&self, key: &mut Vec<usize>) {
         key.push(Arc::as_ptr(&self.class) as usize);
-        for element in self.references.iter().flatten() {
-            match element {
-                Some(tree) => tree.add_to_key(key),
-                None => key.push(0),
+        for (reference, elements) in self.class.references.iter().zip(&self.references) {
+            if reference.count == ReferenceCount::Open {
+                key.push(elements.len());
+            }
+            for element in elements {
+                match element {
+                    Some(tree) => tree.add_to_key(key),
+                    None => key.push(0),
+                }
             }
         }
     }
@@ -97,8 +102,8 @@ impl ClassTree {
 /// Returns the path of an element: `kd`, or `layers[2]` for an array.
 pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) -> String {
     match reference.count {
-        None => reference.name.clone(),
-        Some(_) => format!("{}[{index}]", reference.name),
+        ReferenceCount::Single => reference.name.clone(),
+        ReferenceCount::Array(_) | ReferenceCount::Open => format!("{}[{index}]", reference.name),
     }
 }
 

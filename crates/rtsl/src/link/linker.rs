@@ -15,7 +15,7 @@ use rtsl_ir::{
 };
 use rtsl_opt::unchanged::VariableScalar;
 use rtsl_source::{Diagnostic, deep_stack};
-use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
+use rtsl_spec::{Default as StateDefault, Direction, Method, Role, lookup_state, state_variables};
 
 use super::attributes::{AttributeUse, attribute_of, method_of};
 use super::chosen_light::ChosenLight;
@@ -85,6 +85,8 @@ pub(super) struct Linker {
     pub contribution: Option<VariableId>,
     /// The use of the attributes of objects.
     pub attributes: AttributeUse,
+    /// The locals with the scratch that calls of `intersect` of other primitives have left, by its names.
+    pub called_scratch: BTreeMap<String, VariableId>,
 }
 
 /// A function body that is being copied.
@@ -105,7 +107,7 @@ pub(super) struct Site<'a> {
 
 impl<'a> Site<'a> {
     /// Returns the name in the linked function of a variable with storage of its own.
-    fn name_of(&self, variable: &Variable) -> String {
+    pub fn name_of(&self, variable: &Variable) -> String {
         format!("{}{}", self.prefix, variable.name)
     }
 
@@ -177,10 +179,12 @@ impl Linker {
             element: None,
             contribution: None,
             attributes: AttributeUse::Defaults,
+            called_scratch: BTreeMap::new(),
         }
     }
 
-    pub fn finish(self) -> Linked {
+    pub fn finish(mut self) -> Linked {
+        rtsl_opt::differentiate::run(&mut self.out);
         let warnings = self
             .warnings
             .into_iter()
@@ -204,7 +208,8 @@ impl Linker {
             self.out.outputs.push(Output { variable, component });
             self.out.body.yields.push(value);
         }
-        self.give_attributes(&tree.class, &given)
+        self.give_attributes(&tree.class, &given)?;
+        self.output_called_scratch()
     }
 
     fn copy_region(&mut self, site: &mut Site<'_>, region: &Region) -> Linking<Region> {
@@ -257,6 +262,13 @@ impl Linker {
             OpKind::IsSet(member, path) => {
                 let result = self.is_set(site, member, *path, to)?;
                 site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::ReferenceCount(member) => {
+                let (_, elements) = find_reference(site.tree, member);
+                let count = i32::try_from(elements.len()).unwrap_or(i32::MAX);
+                let count = self.constant(to, Constant::I32(count))?;
+                site.define(op.results.get(0), count);
                 return Ok(());
             }
             OpKind::Load(variable, index) if self.replaces_loads(site, *variable) => {
@@ -363,7 +375,9 @@ impl Linker {
     fn replaces_loads(&self, site: &Site<'_>, variable: VariableId) -> bool {
         match site.function.variable(variable).kind {
             VariableKind::State => !site.overrides.is_empty(),
-            VariableKind::Scratch => self.scratch.is_some(),
+            VariableKind::Scratch => {
+                self.scratch.is_some() || self.called_scratch_of(site, variable).is_some()
+            }
             VariableKind::Member => {
                 self.chosen_light.is_some()
                     || self.element.is_some()
@@ -450,6 +464,10 @@ impl Linker {
     ) -> Linking<Value> {
         let info = site.function.variable(variable);
         let (scalar, len) = (info.scalar, info.len);
+        if let Some(local) = self.called_scratch_of(site, variable) {
+            let index = index_of_site(site, index);
+            return Ok(self.emit(to, OpKind::Load(local, index), &[scalar], false)?.get(0));
+        }
         let name = site.name_of(info);
         let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| {
             let mut set = linker.scratch.iter().flatten().rev();
@@ -529,11 +547,13 @@ impl Linker {
                     linker.inline(tree, prefix, call, &overrides, site.in_loop, to)
                 }
                 None => {
-                    if reference.is_some_and(|reference| !reference.tested) {
+                    // An array without elements has none that is unset.
+                    let is_element = index < elements.len();
+                    if reference.is_some_and(|reference| is_element && !reference.tested) {
                         let path = format!("{}{path}", site.prefix);
                         linker.warnings.insert((site.tree.class.name.clone(), path));
                     }
-                    linker.defaults(call, to)
+                    linker.defaults(call, &overrides, to)
                 }
             }
         };
@@ -558,7 +578,7 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         let Some(function) = tree.class.methods.get(&call.method) else {
-            return self.defaults(call, to);
+            return self.defaults(call, overrides, to);
         };
         let mut site = Site::new(tree, function, prefix, &mut self.out);
         site.overrides = overrides.to_vec();
@@ -567,6 +587,7 @@ impl Linker {
             self.zero_slots(&mut site, to)?;
         }
         self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        self.keep_called_scratch(&site, to)?;
         let result = |linker: &mut Self, wanted: &StateComponent, to: &mut Vec<Op>| {
             let output = function.outputs.iter().position(|output| {
                 let variable = function.variable(output.variable);
@@ -577,16 +598,50 @@ impl Linker {
             });
             match output {
                 Some(index) => Ok(site.value(function.body.yields[index])),
-                None => linker.constant(to, default_of(call.role, *wanted)),
+                None => linker.default(call, overrides, *wanted, to),
             }
         };
         call.results.iter().map(|wanted| result(self, wanted, to)).collect()
     }
 
     /// Returns the results of a call of an unset reference, or of a method that the class lacks.
-    fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
-        let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
-        defaults.map(|default| self.constant(to, default)).collect()
+    fn defaults(
+        &mut self,
+        call: &ReferenceCall,
+        overrides: &[(StateComponent, Value)],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        call.results.iter().map(|wanted| self.default(call, overrides, *wanted, to)).collect()
+    }
+
+    /// Returns a result that no method sets: its default or, if the method also receives it, what it received.
+    fn default(
+        &mut self,
+        call: &ReferenceCall,
+        overrides: &[(StateComponent, Value)],
+        wanted: StateComponent,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let row = wanted.variable().and_then(|variable| call.role.row(variable.name));
+        let is_received = row.and_then(|row| row.direction(call.method)) == Some(Direction::InOut);
+        if !is_received {
+            return self.constant(to, default_of(call.role, wanted));
+        }
+        match (find_override(overrides, wanted), wanted.variable()) {
+            (None, Some(variable)) => {
+                let received = Variable {
+                    kind: VariableKind::State,
+                    name: variable.name.to_owned(),
+                    scalar: Scalar::F32,
+                    len: variable.ty.components(),
+                };
+                let received = self.intern_variable(received);
+                let load = OpKind::Load(received, Index::Constant(wanted.component));
+                Ok(self.emit(to, load, &[Scalar::F32], false)?.get(0))
+            }
+            (Some(value), _) => Ok(value),
+            (None, None) => self.constant(to, Constant::F32(0.0)),
+        }
     }
 
     /// Copies the body of a method that reads this state, and returns the state that it sets. The names of its members

@@ -4,6 +4,7 @@
 pub(crate) mod area_light;
 mod arithmetic;
 pub(crate) mod attributes;
+mod called_scratch;
 pub(crate) mod camera;
 pub(crate) mod chosen_light;
 pub(crate) mod class_tree;

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use expect_test::{Expect, expect};
 use rtsl_ir::Function;
-use rtsl_ir::class::{Class, Reference};
+use rtsl_ir::class::{Class, Reference, ReferenceCount};
 use rtsl_ir::verify::verify;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Method, Role};
@@ -25,8 +25,11 @@ pub(super) fn class(
 ) -> Class {
     let reference = |text: &&str| {
         let (name, count) = match text.split_once('[') {
-            Some((name, count)) => (name, count.trim_end_matches(']').parse().ok()),
-            None => (*text, None),
+            Some((name, count)) => {
+                let count = count.trim_end_matches(']').parse();
+                (name, count.map_or(ReferenceCount::Open, ReferenceCount::Array))
+            }
+            None => (*text, ReferenceCount::Single),
         };
         Reference { name: name.to_owned(), role: Role::Texture, count, tested: false }
     };

@@ -116,6 +116,23 @@ fn super_calls_reach_each_generation() {
 }
 
 #[test]
+fn modules_have_generic_functions_and_enumerations() {
+    let module = (
+        "tools.rtsl",
+        "const float GAIN = 3.0;
+         enum Kind { Soft, Hard = 4 };
+         genType amplify(genType x) { return x * GAIN; }",
+    );
+    let text = "import tools;
+        const float GAIN = 100.0;
+        class A : rt_Texture {
+            public tools.Kind kind = tools.Hard;
+            void lookup() { rt_FloatTextureValue = tools.amplify(rt_TextureUV).x + tools.amplify(1.0) + float(kind); }
+        };";
+    assert_eq!(value(text, "A", &[module]), 0.75 + 3.0 + 4.0);
+}
+
+#[test]
 fn too_many_modules_are_an_error() {
     let files: Vec<(String, String)> = (0..300)
         .map(|it| (format!("m{it}.rtsl"), format!("import m{}; const float X = 1.0;", it + 1)))

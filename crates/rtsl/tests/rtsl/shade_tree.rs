@@ -10,6 +10,8 @@ use rtsl::{
 };
 
 const TEXT: &str = "
+float twofold(rt_Texture map, vec2 uv) { return 2.0 * map.lookupFloat(uv); }
+
 class Ramp : rt_Texture;
 public float scale = 1.0;
 private float doubled;
@@ -31,6 +33,16 @@ void lookup() {
 class Painted : rt_Material;
 public rt_Texture paint;
 void shade() { rt_SampleColor = color(paint.lookupFloat(), 1.0, 2.0); }
+
+class Stack : rt_Texture;
+public rt_Texture layers[];
+public rt_Texture more[];
+float either(rt_Texture map) { return isSet(map) ? twofold(map, rt_TextureUV) : -1.0; }
+void lookup() {
+    float sum = 1000.0 * float(more.length());
+    for (int i = 0; i < layers.length(); ++i) sum += either(layers[i]);
+    rt_FloatTextureValue = sum + 0.25 * layers[int(rt_TextureUV.y)].lookupFloat();
+}
 
 class Endless : rt_Texture;
 public float limit = 0.0;
@@ -94,6 +106,30 @@ fn a_shade_tree_is_one_kernel() {
         assert_eq!(found, [1003.0, 1006.0, 1012.0, 1012.0, 1003.0]);
         let method = engine.program(&painted).method(Method::Shade).unwrap();
         assert!(method.warnings.is_empty());
+    }
+}
+
+#[test]
+fn arrays_of_references_have_the_elements_that_hosts_give() {
+    let unit = unit();
+    let ramp = |scale: f32| Value::from(new(&unit, "Ramp", vec![("scale", scale.into())]));
+    let stack = |layers: Vec<Value>, more: Vec<Value>| {
+        let stack =
+            new(&unit, "Stack", vec![("layers", Value::List(layers)), ("more", Value::List(more))]);
+        assert!(stack.unset_reference_warnings().is_empty());
+        new(&unit, "Painted", vec![("paint", stack.into())])
+    };
+    for engine in engines() {
+        // Each layer gives 4u times its scale, and the one at the index, clamped, a quarter of 2u times its scale.
+        let variables = [[3.0, -1.0], [3.0, 1.0], [3.0, 9.0]];
+        let three = stack(vec![ramp(1.0), ramp(2.0), ramp(4.0)], vec![]);
+        assert_eq!(shade(&engine, &three, &variables), [85.5, 87.0, 90.0]);
+        let one = stack(vec![ramp(1.0)], vec![]);
+        assert_eq!(shade(&engine, &one, &variables), [13.5; 3]);
+        let none = stack(vec![], vec![ramp(1.0)]);
+        assert_eq!(shade(&engine, &none, &variables), [1000.0; 3]);
+        // What is in one array is not in the other, though the trees have the same classes in the same order.
+        assert!(!Arc::ptr_eq(&engine.program(&one), &engine.program(&none)));
     }
 }
 

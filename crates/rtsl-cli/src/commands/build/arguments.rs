@@ -71,8 +71,8 @@ pub struct BuildArguments {
 #[derive(Debug, Args)]
 pub struct LibraryArguments {
     /// The class of a reference's target, `Ward.kd=Constant`, in all instances of the first class in the library; may
-    /// be repeated. An element of an array of references is `Layered.layers[2]=Ward`. References without a binding are
-    /// unset.
+    /// be repeated. An element of an array of references is `Layered.layers[2]=Ward`; an array without a size has the
+    /// elements that are bound, from the first on. References without a binding are unset.
     #[arg(long, value_name = "CLASS.REFERENCE=CLASS", value_parser = parse_binding)]
     pub bind: Vec<Binding>,
     /// The prefix of the library's symbols; `rtsl` if not given.

@@ -1,6 +1,6 @@
 //! Common functions and packing: sections 8.3 and 8.4 of GLSL 4.60.
 
-use crate::builtins::{Builtin, Chapter, Operation};
+use crate::builtins::{Builtin, Chapter, Operation, Special, Usable};
 
 pub(super) static COMMON: &[Builtin] = &[
     operation(
@@ -146,6 +146,26 @@ pub(super) static COMMON: &[Builtin] = &[
         "x * 2^exponent, rounded once; overflows to an infinity and underflows towards 0.",
     ),
 ];
+
+pub(super) static DERIVATIVES: &[Builtin] = &[Builtin::special(
+    Chapter::Derivatives,
+    "gradient",
+    Special::Gradient,
+    Usable::Anywhere,
+    &[
+        "float gradient(float value, float variable)",
+        "vec2 gradient(float value, vec2 variable)",
+        "vec3 gradient(float value, vec3 variable)",
+        "vec4 gradient(float value, vec4 variable)",
+        "vec2 gradient(vec2 value, float variable)",
+        "vec3 gradient(vec3 value, float variable)",
+        "vec4 gradient(vec4 value, float variable)",
+        "color gradient(color value, float variable)",
+    ],
+    "The derivatives of an expression with respect to a local variable or parameter, as the expression is computed: exact \
+     to rounding, through functions, branches, loops and textures. Where a branch or a rounding jumps, they are those of \
+     the branch taken.",
+)];
 
 pub(super) static PACKING: &[Builtin] = &[
     packing(

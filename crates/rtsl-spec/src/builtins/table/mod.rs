@@ -21,6 +21,7 @@ pub(super) static CHAPTERS: &[&[Builtin]] = &[
     trigonometry::TRIGONOMETRY,
     exponential::EXPONENTIAL,
     common::COMMON,
+    common::DERIVATIVES,
     common::PACKING,
     geometric::GEOMETRIC,
     geometric::MATRIX,

@@ -1,11 +1,11 @@
 //! Every shader text in the documentation compiles without a warning.
 //!
-//! A block that starts with ```` ```rtsl ```` is a whole file; with `append` after `file=NAME` it continues that file;
-//! ```` ```rtsl,fails=CODE ```` gives that diagnostic.
+//! A block that starts with ```` ```rtsl ```` is a whole file; with `append` after `file=NAME` it continues that file, which
+//! later blocks of the page can include and import; ```` ```rtsl,fails=CODE ```` gives that diagnostic.
 
 use std::collections::BTreeMap;
 
-use rtsl::Compiler;
+use rtsl::{Compiler, FileLoader, IncludeError, IncludeLoader, IncludedFile, MemoryLoader};
 
 use super::markdown::blocks;
 use super::{book_pages, read, root};
@@ -37,7 +37,8 @@ fn shader_texts_compile() {
                 files.insert(file.to_string(), text.clone());
             }
             let name = format!("{}:{}", path.display(), block.line);
-            let compilation = Compiler::default().compile(&name, &text);
+            let mut loader = PageLoader { page: MemoryLoader { files: files.clone() } };
+            let compilation = Compiler::default().compile_with(&name, &text, &mut loader);
             match value("fails=") {
                 None => {
                     assert!(compilation.diagnostics.is_empty(), "{}", compilation.report(false))
@@ -52,4 +53,16 @@ fn shader_texts_compile() {
         }
     }
     assert!(compiled > 10, "only {compiled} texts were found");
+}
+
+/// Loads the files of a page, then those of the standard library.
+struct PageLoader {
+    page: MemoryLoader,
+}
+
+impl IncludeLoader for PageLoader {
+    fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
+        let of_page = self.page.load(path, "");
+        of_page.or_else(|_| FileLoader::default().load(path, including))
+    }
 }

@@ -1,0 +1,102 @@
+//! Derivatives: `gradient(value, variable)`.
+//!
+//! The variable becomes a seed while the value is lowered, and the derivatives of the value's scalars are taken with
+//! respect to it. Linking computes them, so that those of called textures are exact. Functions of the prelude that
+//! compute with the bits of their arguments get their derivatives from other functions of the prelude.
+
+use rtsl_ir::{OpKind, Value};
+use rtsl_sema::hir::{Expression, ExpressionKind, FunctionId, Type};
+use rtsl_source::Span;
+
+use crate::Lowering;
+use crate::calls::{Argument, Returned, find_function};
+use crate::limits::Lowered;
+
+/// The beginning of the names of the prelude's functions that give derivatives.
+pub(crate) const DERIVATIVES: &str = "rt_derivativeOf";
+
+/// The functions whose derivatives the prelude has, with the functions that give them.
+const CHAIN_RULES: [(&str, &str); 17] = [
+    ("sin", "rt_derivativeOfSin"),
+    ("cos", "rt_derivativeOfCos"),
+    ("tan", "rt_derivativeOfTan"),
+    ("asin", "rt_derivativeOfAsin"),
+    ("acos", "rt_derivativeOfAcos"),
+    ("atan", "rt_derivativeOfAtan"),
+    ("sinh", "rt_derivativeOfSinh"),
+    ("cosh", "rt_derivativeOfCosh"),
+    ("tanh", "rt_derivativeOfTanh"),
+    ("asinh", "rt_derivativeOfAsinh"),
+    ("acosh", "rt_derivativeOfAcosh"),
+    ("atanh", "rt_derivativeOfAtanh"),
+    ("exp", "rt_derivativeOfExp"),
+    ("exp2", "rt_derivativeOfExp2"),
+    ("log", "rt_derivativeOfLog"),
+    ("log2", "rt_derivativeOfLog2"),
+    ("pow", "rt_derivativeOfPow"),
+];
+
+impl<'m> Lowering<'m> {
+    /// Lowers `gradient(value, variable)`: for a number, its derivatives by the variable's components; for a vector, the
+    /// derivatives of its components by a number.
+    pub fn lower_gradient(
+        &mut self,
+        arguments: &'m [Expression],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let [value, variable] = arguments else { return Ok(Vec::new()) };
+        let ExpressionKind::Local(id) = variable.kind else { return Ok(Vec::new()) };
+        let variable = self.local_variable(id, span)?;
+        let before = self.get_variable(variable)?;
+        let seeds = before.iter().map(|it| self.builder.emit(OpKind::Seed(*it)));
+        let seeds: Vec<Value> = seeds.collect();
+        self.set_variable(variable, &seeds);
+        let values = self.at_order(self.order + 1, |it| it.lower_expression(value))?;
+        self.set_variable(variable, &before);
+        let pairs = values.iter().flat_map(|of| seeds.iter().map(|by| (*of, *by)));
+        Ok(pairs.map(|(of, by)| self.builder.emit(OpKind::Derivative(of, by))).collect())
+    }
+
+    /// Returns the function that gives the derivatives of another, where derivatives may be taken.
+    pub fn chain_rule_of(&self, id: FunctionId) -> Option<FunctionId> {
+        if self.order == 0 {
+            return None;
+        }
+        let function = self.function(id);
+        let (_, rule) = CHAIN_RULES.iter().find(|(name, _)| *name == function.name)?;
+        let float = Type::Scalar(rtsl_ir::Scalar::F32);
+        let parameters = &function.locals[..function.parameters.len()];
+        let is_scalar = function.result == float && parameters.iter().all(|it| it.ty == float);
+        let types: Vec<Type> = parameters.iter().map(|local| local.ty.clone()).collect();
+        if is_scalar { find_function(self.module, rule, &types) } else { None }
+    }
+
+    /// Lowers a call of a function of numbers, with its derivatives if it has a rule.
+    pub fn call_with_chain_rule(
+        &mut self,
+        id: FunctionId,
+        arguments: Vec<Value>,
+        span: Span,
+    ) -> Lowered<Returned> {
+        let values = |of: &[Value]| of.iter().map(|it| Argument::Values(vec![*it])).collect();
+        let Some(rule) = self.chain_rule_of(id) else {
+            return self.call(id, values(&arguments), span);
+        };
+        let mut returned = self.at_order(0, |it| it.call(id, values(&arguments), span))?;
+        let factors =
+            self.at_order(self.order - 1, |it| it.call(rule, values(&arguments), span))?;
+        let factors = arguments.into_iter().zip(factors.result).collect();
+        if let [value] = &mut *returned.result {
+            *value = self.builder.emit(OpKind::ChainRule(*value, factors));
+        }
+        Ok(returned)
+    }
+
+    /// Does `work` where derivatives of this order may be taken.
+    fn at_order<T>(&mut self, order: u32, work: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = std::mem::replace(&mut self.order, order);
+        let result = work(self);
+        self.order = outer;
+        result
+    }
+}
