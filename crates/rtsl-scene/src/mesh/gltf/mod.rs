@@ -44,8 +44,8 @@ pub fn read_gltf(bytes: &[u8], read: ReadFile<'_>) -> Result<Mesh, MeshError> {
     read_gltf_within(bytes, read, &InputBudget::default(), &WantedAttributes::default())
 }
 
-/// The same within a budget, which keeps the memory of the mesh, and with the wanted attributes that it has. `read` holds
-/// the memory of the files that it returns.
+/// The same within a budget, which keeps the memory of the mesh, and with the wanted attributes that it has. `read`
+/// holds the memory of the files that it returns.
 ///
 /// # Errors
 /// If one of the files is invalid or cannot be read, or they take too much memory.
