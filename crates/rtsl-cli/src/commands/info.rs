@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, ClassOutline, Compiler, Diagnostic, Engine, EngineOptions, FileLoader,
-    Llvm, Parameter, ParameterType, Scalar, default_value, diagnostic_codes as codes, library,
-    type_name,
+    AnnotationValue, Class, ClassOutline, Compiler, Engine, EngineOptions, FileLoader, Llvm,
+    Parameter, ParameterType, Scalar, default_value, library, type_name,
 };
 use rtsl_image::Denoiser;
 
@@ -100,13 +99,7 @@ fn source_of(compiler: &Compiler, source: &Path) -> Result<String, Failure> {
             .err()
             .map_or(Failure::Reported, Failure::from));
     }
-    let unreadable = |error: std::io::Error| {
-        let message = format!("`{}` can't be read: {error}", source.display());
-        Failure::from(Diagnostic::new(codes::UNREADABLE_FILE, message))
-    };
-    let text = std::fs::read_to_string(source).map_err(unreadable)?;
-    let mut loader = FileLoader::beside(source, compiler.options().search_path.clone());
-    let outline = compiler.outline(&source.display().to_string(), &text, &mut loader);
+    let outline = compiler.outline_file(source)?;
     if outline.classes.is_empty() {
         return Err(Failure::Usage(format!("`{}` has no class", source.display())));
     }

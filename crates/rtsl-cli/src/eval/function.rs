@@ -178,7 +178,8 @@ fn with_instances(outline: &Outline) -> Outline {
     let all = |functions: &[FunctionOutline]| functions.iter().flat_map(instances).collect();
     let mut outline = outline.clone();
     outline.functions = all(&outline.functions);
-    outline.classes.iter_mut().for_each(|class| class.functions = all(&class.functions));
+    let classes = outline.classes.iter_mut().chain(&mut outline.inherited);
+    classes.for_each(|class| class.functions = all(&class.functions));
     outline
 }
 

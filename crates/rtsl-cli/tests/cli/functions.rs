@@ -81,6 +81,17 @@ fn overloads_are_chosen_by_their_arguments() {
 }
 
 #[test]
+fn functions_of_the_library_are_inherited() {
+    let folder = Folder::new("library-functions");
+    folder.write("lamp.rtsl", "class IesLight : IesLight { };\nclass Lamp : IesLight { };\n");
+    let arguments = ["--arg", "low=1", "--arg", "high=3", "--arg", "angle=1.5"];
+    for class in ["Lamp", "IesLight"] {
+        let call = [&["eval", "lamp.rtsl", "part", "--class", class][..], &arguments].concat();
+        assert_eq!(folder.run(&call).exits(DONE).output(), "result = 0.25\n");
+    }
+}
+
+#[test]
 fn generic_functions_are_called_for_each_size() {
     let folder = Folder::new("generic-functions");
     folder.write(

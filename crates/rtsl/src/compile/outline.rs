@@ -20,6 +20,8 @@ pub struct Outline {
     pub classes: Vec<ClassOutline>,
     /// The functions at file scope.
     pub functions: Vec<FunctionOutline>,
+    /// The classes of the standard library that those of the text inherit, at first or second hand.
+    pub inherited: Vec<ClassOutline>,
 }
 
 /// A class.
@@ -80,7 +82,11 @@ impl Outline {
             Item::Class(class) => Some(ClassOutline::of(class, &headers, sources)),
             _ => None,
         });
-        Outline { classes: classes.collect(), functions: functions(&tree.items, sources) }
+        Outline {
+            classes: classes.collect(),
+            functions: functions(&tree.items, sources),
+            inherited: Vec::new(),
+        }
     }
 
     /// Returns the class of this name.
@@ -88,13 +94,29 @@ impl Outline {
         self.classes.iter().find(|class| class.name == name)
     }
 
-    /// Returns a class and those of this text that it inherits, the nearest first.
+    /// Returns the names of inherited classes that are neither in the text nor known yet.
+    pub(super) fn missing_bases(&self) -> Vec<String> {
+        let all = || self.classes.iter().chain(&self.inherited);
+        let bases = all().flat_map(|class| class.bases.iter().map(move |base| (class, base)));
+        let is_known = |class: &ClassOutline, base: &str| {
+            all().any(|it| it.name == base && !std::ptr::eq(it, class))
+        };
+        let missing = bases.filter(|(class, base)| !is_known(class, base));
+        missing.map(|(_, base)| base.clone()).collect()
+    }
+
+    /// Returns a class and those that it inherits of this text and the standard library, the nearest first.
     pub fn generations(&self, name: &str) -> Vec<&ClassOutline> {
         let mut generations: Vec<&ClassOutline> = self.class(name).into_iter().collect();
         while let Some(last) = generations.last() {
-            let base = last.bases.iter().find_map(|base| self.class(base));
+            // A class may have the name of the class of the library that it inherits.
+            let others = || self.classes.iter().filter(|it| it.name != last.name);
+            let base = last
+                .bases
+                .iter()
+                .find_map(|base| others().chain(&self.inherited).find(|class| class.name == *base));
             match base {
-                Some(base) if generations.iter().all(|it| it.name != base.name) => {
+                Some(base) if generations.iter().all(|it| !std::ptr::eq(*it, base)) => {
                     generations.push(base);
                 }
                 Some(_) | None => break,
