@@ -8,6 +8,7 @@ use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::gltf::read_gltf_scene;
 use rtsl_scene::mesh::read_gltf;
 use rtsl_scene::reader::{FileSource, Values};
+use rtsl_scene::{LoadOptions, load_scene};
 
 /// The reader of meshes. What it accepts keeps its word: every corner is a vertex.
 pub fn gltf(data: &[u8]) {
@@ -18,17 +19,28 @@ pub fn gltf(data: &[u8]) {
     }
 }
 
-/// One file.
+/// One file, and a material that reads attributes.
 struct Lone<'a>(&'a [u8]);
+
+const READER: &str = "class GltfPbr : rt_Material;
+public texture color baseColor = color(1.0);
+public texture float metallic = 1.0;
+public texture float roughness = 1.0;
+attribute float height; attribute color Cd; attribute vec2 uv0; attribute vec2 st; attribute vec3 tangent;
+void emission() { rt_EmissionColor = height * uv0.x * st.x * tangent.x * Cd * baseColor; }
+";
 
 impl FileSource for Lone<'_> {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let is_it = path == Path::new("fuzz.glb");
-        if is_it { Ok(self.0.to_vec()) } else { Err(io::ErrorKind::NotFound.into()) }
+        match path.to_str() {
+            Some("fuzz.glb") => Ok(self.0.to_vec()),
+            Some("reader.rtsl") => Ok(READER.as_bytes().to_vec()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        }
     }
 
     fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
-        Ok(Vec::new())
+        Ok(vec!["reader.rtsl".into()])
     }
 }
 
@@ -50,6 +62,21 @@ pub fn gltf_scene(data: &[u8]) {
         {
             let count = words(name).len();
             assert!(count == 0 || count == each * vertices, "{name}");
+        }
+    }
+}
+
+/// The reader of attributes, within 64 MiB. Each attribute has values for all vertices of its shape.
+pub fn gltf_attributes(data: &[u8]) {
+    let options = LoadOptions { input_memory: Some(Amount(64 << 20)), ..LoadOptions::default() };
+    let Ok(loaded) = load_scene(Path::new("fuzz.glb"), &Lone(data), &options) else { return };
+    for object in &loaded.scene.objects {
+        let class = object.primitive.class();
+        let length = |name: &str| object.primitive.buffer(name).map_or(0, |words| words.len());
+        let vertices = length("positions") / 3;
+        for buffer in class.buffers.iter().filter(|it| it.name.starts_with("attributeValues")) {
+            let count = length(&buffer.name);
+            assert_eq!(count, vertices * buffer.len.max(1) as usize, "{}", buffer.name);
         }
     }
 }

@@ -1,12 +1,15 @@
 //! Arguments that several commands have.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use rtsl::{Backend, CallMode, EngineOptions, Math, Outputs, StateVariable, Variant};
 use rtsl_memory::Amount;
 
 use crate::names::find_state;
+use crate::outcome::Failure;
+use crate::project_file::ProjectFile;
+use crate::report::Reporter;
 
 /// The use of colours in output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,13 +25,33 @@ pub enum Color {
 /// The folders of included files.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SearchPath {
-    /// A folder in which `#include` and `import` look after that of the including file; may be repeated. Those of the
-    /// environment variable RTSL_PATH follow.
+    /// A folder in which `#include` and `import` look after that of the including file; may be repeated. Those of
+    /// the file `rtsl.toml` beside the shader or scene follow, and those of the environment variable RTSL_PATH.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
     search_path: Vec<PathBuf>,
 }
 
 impl SearchPath {
+    /// Returns the search path of a file, with the folders that the project file beside it names. Faults of that are
+    /// reported.
+    ///
+    /// # Errors
+    /// If the project file is wrong.
+    pub fn beside(&self, file: &Path, reporter: &Reporter) -> Result<SearchPath, Failure> {
+        let project = ProjectFile::beside(file);
+        reporter.diagnostics(&project.sources, project.diagnostics.iter());
+        if project.diagnostics.has_errors() {
+            return Err(Failure::Reported);
+        }
+        Ok(self.with(project))
+    }
+
+    /// Returns the search path with the folders of a project file.
+    pub fn with(&self, project: ProjectFile) -> SearchPath {
+        let folders = self.search_path.iter().cloned();
+        SearchPath { search_path: folders.chain(project.search_path).collect() }
+    }
+
     /// Returns the folders, with those of the environment.
     pub fn folders(&self) -> Vec<PathBuf> {
         let of_environment = std::env::var_os(SEARCH_PATH_VARIABLE).unwrap_or_default();

@@ -14,6 +14,7 @@ mod layout_json;
 mod names;
 mod outcome;
 mod progress_line;
+mod project_file;
 mod report;
 mod spans;
 mod timings;
@@ -49,7 +50,7 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::InputAtFault) => ExitCode::from(INPUT_AT_FAULT),
+        Ok(Outcome::InputAtFault) | Err(Failure::Reported) => ExitCode::from(INPUT_AT_FAULT),
         Err(Failure::Usage(message)) => {
             reporter.message("error", &message);
             reporter.message("help", "`rtsl help` lists the commands and topics");

@@ -23,6 +23,8 @@ pub enum Failure {
     Usage(String),
     /// The input has errors; diagnostics are not written yet.
     Diagnostics(Vec<Diagnostic>),
+    /// The input has errors; diagnostics are written.
+    Reported,
     /// The result cannot be written.
     Output(std::io::Error),
 }

@@ -47,10 +47,14 @@ impl WantedAttributes {
         self.types.contains_key(name)
     }
 
+    /// The names, each with its numbers of scalars.
+    pub fn types(&self) -> impl Iterator<Item = (&str, impl Iterator<Item = usize> + Clone)> {
+        self.types.iter().map(|(name, sizes)| (name.as_str(), sizes.iter().copied()))
+    }
+
     /// The names and the numbers of scalars.
     pub fn iter(&self) -> impl Iterator<Item = (&str, usize)> {
-        let types = self.types.iter();
-        types.flat_map(|(name, sizes)| sizes.iter().map(move |size| (name.as_str(), *size)))
+        self.types().flat_map(|(name, sizes)| sizes.map(move |size| (name, size)))
     }
 }
 

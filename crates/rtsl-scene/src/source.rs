@@ -13,7 +13,7 @@ use rtsl_memory::{Amount, InputBudget};
 
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId, EntityKind};
-use super::gltf::{is_gltf, read_gltf_scene};
+use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
 use super::load::{Earlier, Loader, Made, Origins};
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::renderer::Renderer;
@@ -117,6 +117,8 @@ pub struct SceneSource<'f> {
     classes: Classes<'f>,
     /// The instances of the last load, by entity.
     made: Vec<Option<Made>>,
+    /// The attributes of the last load that a glTF file gives its shapes.
+    attributes: Arc<FileAttributes>,
     /// The budget that is left for files after the scene's text.
     budget: InputBudget,
     /// Entities with a parameter that was set since the last load.
@@ -179,6 +181,7 @@ impl<'f> SceneSource<'f> {
             read_time: start.elapsed(),
             classes,
             made: Vec::new(),
+            attributes: Arc::default(),
             budget,
             changed: BTreeSet::new(),
             contents,
@@ -254,7 +257,8 @@ impl<'f> SceneSource<'f> {
         let _span = tracing::debug_span!("load_scene").entered();
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
-        let earlier = Earlier { made: &self.made, changed: &self.changed };
+        let earlier =
+            Earlier { made: &self.made, changed: &self.changed, attributes: &self.attributes };
         // The files of the previous load do not count, because this load reads them again.
         let budget = self.budget.branch();
         self.classes.set_budget(&budget);
@@ -272,7 +276,7 @@ impl<'f> SceneSource<'f> {
             &mut diagnostics,
         );
         let scene = loader.scene(self.settings.clone());
-        let made = loader.into_made();
+        let (made, attributes) = loader.into_made();
         let mut messages = self.classes.messages().clone();
         if !diagnostics.is_empty() {
             messages.push(self.map.clone(), diagnostics);
@@ -280,6 +284,7 @@ impl<'f> SceneSource<'f> {
         match scene {
             Some((scene, origins)) if !messages.has_errors() => {
                 self.made = made;
+                self.attributes = attributes;
                 self.changed.clear();
                 self.classes.accept_refresh();
                 self.description.notes.iter().for_each(|note| messages.note(note));

@@ -213,6 +213,7 @@ diagnostics! {
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";
+    E0650 WRONG_PROJECT_FILE "a project file with a wrong setting";
     E0701 NO_LLVM "machine code is requested, but LLVM cannot be loaded";
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a packet width that is not supported";
@@ -245,5 +246,6 @@ diagnostics! {
     W0604 OLD_SCENE "a scene in the format of an earlier version of pbrt";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
+    W0650 MISSING_FOLDER "a folder of the search path that does not exist";
     W0701 INTERPRETER_INSTEAD "LLVM cannot be loaded, so the interpreter runs everything";
 }

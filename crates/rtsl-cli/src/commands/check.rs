@@ -13,6 +13,7 @@ use super::shader::compiler;
 use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Outcome};
+use crate::project_file::ProjectFile;
 use crate::report::{JsonDiagnostic, Reporter};
 
 /// The command line of `rtsl check`.
@@ -49,11 +50,20 @@ impl Counts {
 
 /// Checks all files and reports the number of errors and warnings.
 pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
-    let compiler = compiler(&arguments.search_path);
     let mut counts = Counts::default();
     for file in &arguments.files {
+        let project = ProjectFile::beside(file);
+        counts.count(project.diagnostics.iter());
+        match arguments.json {
+            true => {
+                let lines = project.diagnostics.iter().map(|it| (&project.sources, it));
+                write_result(None, json_lines(lines).as_bytes())?;
+            }
+            false => reporter.diagnostics(&project.sources, project.diagnostics.iter()),
+        }
+        let search_path = &arguments.search_path.with(project);
         if is_scene(file) {
-            let messages = messages_of_scene(file, &arguments.search_path);
+            let messages = messages_of_scene(file, search_path);
             counts.count(messages.iter().map(|(_, diagnostic)| diagnostic));
             match arguments.json {
                 true => write_result(None, json_lines(messages.iter()).as_bytes())?,
@@ -61,7 +71,7 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
             }
             continue;
         }
-        let compilation = compiler.compile_file(file);
+        let compilation = compiler(search_path).compile_file(file);
         counts.count(compilation.diagnostics.iter());
         counts.errors += compilation.diagnostics.dropped();
         match arguments.json {

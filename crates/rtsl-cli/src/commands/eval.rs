@@ -20,7 +20,8 @@ pub struct EvalArguments {
     /// The shader.
     #[arg(required_unless_present = "stdin", value_name = "FILE")]
     file: Option<PathBuf>,
-    /// The method; without one the file is only compiled.
+    /// The method, or any function of the class or of the file: `f`, or `'f(float, vec3)'` if several have the name.
+    /// Without one the file is only compiled.
     method: Option<String>,
     /// The class, if the file has several.
     #[arg(long)]
@@ -29,6 +30,9 @@ pub struct EvalArguments {
     /// such as `1,0,0`, or JSON.
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     params: Vec<(String, JsonValue)>,
+    /// An argument of a function that is no method; may be repeated.
+    #[arg(long = "arg", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    args: Vec<(String, JsonValue)>,
     /// A state variable before the call; may be repeated.
     #[arg(long = "state", value_name = "NAME=VALUE", value_parser = parse_setting)]
     state: Vec<(String, JsonValue)>,
@@ -46,7 +50,7 @@ pub struct EvalArguments {
     #[arg(long)]
     json: bool,
     /// Read one JSON request per line from standard input, write one JSON answer per line.
-    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "state", "scratch", "scene"])]
+    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "args", "state", "scratch", "scene"])]
     stdin: bool,
     #[command(flatten)]
     engine: EngineArguments,
@@ -56,13 +60,18 @@ pub struct EvalArguments {
 
 /// Calls the method, or answers all requests.
 pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
-    let search_path = &arguments.search_path.folders();
     if arguments.stdin {
         let input = BufReader::new(std::io::stdin());
-        answer_lines(input, std::io::stdout().lock(), search_path).map_err(Failure::Output)?;
+        answer_lines(input, std::io::stdout().lock(), &arguments.search_path)
+            .map_err(Failure::Output)?;
         return Ok(Outcome::Done);
     }
-    let mut session = Session::new(search_path.clone());
+    // Faults of the project file are reported here, not by the session.
+    let files = [&arguments.file, &arguments.scene];
+    for file in files.into_iter().flatten() {
+        arguments.search_path.beside(file, reporter)?;
+    }
+    let mut session = Session::new(arguments.search_path.clone());
     let request = request(arguments);
     if arguments.json {
         let answer = session.answer(&request);
@@ -99,6 +108,7 @@ fn request(arguments: &EvalArguments) -> Request {
         class: arguments.class.clone(),
         method: arguments.method.clone(),
         params: values(&arguments.params),
+        args: values(&arguments.args),
         state: values(&arguments.state),
         scratch: values(&arguments.scratch),
         backend: Some(backend.to_owned()),
@@ -115,6 +125,13 @@ fn plain_text(answer: &Answer) -> String {
     let mut text = String::new();
     if let Some(hit) = &answer.hit {
         text += &format!("hit = {}\n", plain_value(first_lane(hit)));
+    }
+    if let Some(result) = &answer.result {
+        text += &format!("result = {}\n", plain_value(first_lane(result)));
+    }
+    let out = answer.out.iter().flatten();
+    for (name, value) in out {
+        text += &format!("{name} = {}\n", plain_value(first_lane(value)));
     }
     let state = answer.state.iter().flatten();
     for (name, value) in state.chain(answer.scratch.iter().flatten()) {

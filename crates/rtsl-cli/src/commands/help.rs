@@ -47,6 +47,7 @@ const TOPICS: &[Topic] = topics! {
         "reference/command-line/render.md"
         "reference/command-line/scene.md"
         "reference/command-line/import.md"
+        "reference/command-line/project-file.md"
         "how-to/long-renders.md"
         "how-to/timings.md"
     ];

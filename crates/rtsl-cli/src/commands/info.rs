@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, Compiler, Engine, EngineOptions, Llvm, Parameter, ParameterType,
-    Scalar, default_value, library, type_name,
+    AnnotationValue, Class, ClassOutline, Compiler, Engine, EngineOptions, FileLoader, Llvm,
+    Parameter, ParameterType, Scalar, default_value, library, type_name,
 };
 use rtsl_image::Denoiser;
 
-use super::shader::{compile_file, compiler, is_file_name};
+use super::shader::{compile_file, compiler_of, is_file_name};
 use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Failure, Outcome};
@@ -25,6 +25,9 @@ pub struct InfoArguments {
     /// program's version, the LLVM in use and the machine.
     #[arg(value_name = "CLASS|FILE")]
     subject: Option<String>,
+    /// Print the source text of the class, or of the classes of the file, with its path.
+    #[arg(long, requires = "subject")]
+    source: bool,
     #[command(flatten)]
     search_path: SearchPath,
 }
@@ -34,8 +37,13 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
     let text = match &arguments.subject {
         None => about_program(&arguments.search_path.folders()),
         Some(subject) => {
-            let compiler = compiler(&arguments.search_path);
             let path = Path::new(subject);
+            let compiler = compiler_of(path, &arguments.search_path, reporter)?;
+            if arguments.source {
+                let text = source_of(&compiler, path)?;
+                write_result(None, text.as_bytes())?;
+                return Ok(Outcome::Done);
+            }
             if is_file_name(path) {
                 match compile_file(&compiler, path, reporter) {
                     Some(unit) => unit.classes().iter().map(|class| about_class(class)).collect(),
@@ -73,6 +81,34 @@ fn about_program(search_path: &[PathBuf]) -> String {
         search_path.iter().map(|folder| folder.display().to_string()).collect();
     let folders = if folders.is_empty() { "none".to_owned() } else { folders.join(" ") };
     text + &format!("search path   {folders}\n")
+}
+
+/// The text of a class of the standard library, or of the classes of a file, after lines with their paths.
+fn source_of(compiler: &Compiler, source: &Path) -> Result<String, Failure> {
+    if !is_file_name(source) {
+        let name = source.to_string_lossy();
+        let files = library::classes().filter(|(class, _)| *class == name).map(|(_, file)| file);
+        for file in files {
+            // Comments have false names of classes, too.
+            let outline = compiler.outline(file.path, file.text, &mut FileLoader::default());
+            if let Some(class) = outline.class(&name) {
+                return Ok(shown_source(class));
+            }
+        }
+        return Err(library::unit_of_class(compiler, &name)
+            .err()
+            .map_or(Failure::Reported, Failure::from));
+    }
+    let outline = compiler.outline_file(source)?;
+    if outline.classes.is_empty() {
+        return Err(Failure::Usage(format!("`{}` has no class", source.display())));
+    }
+    let texts: Vec<String> = outline.classes.iter().map(shown_source).collect();
+    Ok(texts.join("\n"))
+}
+
+fn shown_source(class: &ClassOutline) -> String {
+    format!("// {}:{}\n{}\n", class.file, class.line, class.text)
 }
 
 /// Describes the denoiser that `--denoise` uses.

@@ -197,6 +197,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         Ok(denoiser) => denoiser,
         Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
     };
+    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
     let interrupted = interrupts();
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
@@ -206,7 +207,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         renderer: arguments.renderer.map(Renderer::from),
         integrator: arguments.integrator.clone(),
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.folders(),
+        search_path: search_path.folders(),
         camera: arguments.camera.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,

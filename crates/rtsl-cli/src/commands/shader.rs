@@ -14,7 +14,20 @@ use crate::eval::{ValueError, make_instance};
 use crate::outcome::Failure;
 use crate::report::Reporter;
 
-/// Returns a compiler with the include folders of the command line. Constructors of its classes have a loop budget.
+/// Returns a compiler of a source, a file or a class of the standard library, with the folders of the command line and
+/// of the project file beside it. Constructors of its classes have a loop budget.
+pub fn compiler_of(
+    source: &Path,
+    search_path: &SearchPath,
+    reporter: &Reporter,
+) -> Result<Compiler, Failure> {
+    match is_file_name(source) {
+        true => Ok(compiler(&search_path.beside(source, reporter)?)),
+        false => Ok(compiler(search_path)),
+    }
+}
+
+/// Returns a compiler with these folders. Constructors of its classes have a loop budget.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
     let search_path = search_path.folders();
     Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })

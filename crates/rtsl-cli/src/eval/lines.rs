@@ -4,13 +4,13 @@
 //! before the next request is not delayed.
 
 use std::io::{self, BufRead, Write};
-use std::path::Path;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use super::request::Answer;
 use super::session::Session;
+use crate::arguments::SearchPath;
 
 /// The number of lines that are read ahead for each thread.
 const AHEAD: usize = 2;
@@ -28,7 +28,7 @@ struct Job {
 pub fn answer_lines(
     input: impl BufRead + Send,
     mut output: impl Write,
-    search_path: &[impl AsRef<Path> + Sync],
+    search_path: &SearchPath,
 ) -> io::Result<()> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let (jobs, open_jobs) = mpsc::sync_channel::<Job>(threads);
@@ -66,9 +66,8 @@ fn read_jobs(
     }
 }
 
-fn answer_jobs(jobs: &Mutex<Receiver<Job>>, search_path: &[impl AsRef<Path>]) {
-    let folders = search_path.iter().map(|folder| folder.as_ref().to_owned());
-    let mut session = Session::new(folders.collect());
+fn answer_jobs(jobs: &Mutex<Receiver<Job>>, search_path: &SearchPath) {
+    let mut session = Session::new(search_path.clone());
     loop {
         let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Job { line, answer }) = job else { return };

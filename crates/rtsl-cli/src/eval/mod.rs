@@ -1,5 +1,6 @@
 //! Calls one method on given values: the implementation of `rtsl eval`, from the command line and as a server.
 
+mod function;
 mod host;
 mod lines;
 mod request;

@@ -27,11 +27,17 @@ pub struct Request {
     pub file: Option<PathBuf>,
     /// The class; optional if there is only one.
     pub class: Option<String>,
-    /// The method; without one the text is only compiled.
+    /// The method, or another function; without one the text is only compiled.
     pub method: Option<String>,
     /// The parameters of the instance.
     #[serde(default)]
     pub params: Values,
+    /// The arguments of a function that is no method.
+    #[serde(default)]
+    pub args: Values,
+    /// True if the answer has only what the call changed: of a function it is not known what it may set.
+    #[serde(skip)]
+    pub only_changes: bool,
     /// State variables before the call.
     #[serde(default)]
     pub state: Values,
@@ -116,6 +122,12 @@ pub struct Answer {
     /// The classes of the text, if the request has no method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub classes: Option<Vec<String>>,
+    /// The result of a function that is no method.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub result: Option<Json>,
+    /// Its out parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<BTreeMap<String, Json>>,
     /// The state variables that the method may set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub state: Option<BTreeMap<String, Json>>,

@@ -1,7 +1,7 @@
 //! Executes a request: creates the instance, sets its inputs, calls the method and reads the outputs.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rtsl::{
@@ -14,6 +14,7 @@ use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 use serde_json::Value as JsonValue;
 
+use super::function::FunctionCall;
 use super::host::PlainHost;
 use super::request::{Evaluation, Request, Values};
 use super::values::{self, Lanes, PlaceWords, ValueError};
@@ -52,6 +53,7 @@ pub fn run(
     request: &Request,
     unit: &Unit,
     engine: &Engine,
+    scene_folders: Vec<PathBuf>,
     evaluation: &mut Evaluation,
 ) -> Result<Arc<Program>, Refusal> {
     let class = choose_class(unit, request.class.as_deref())?;
@@ -74,11 +76,16 @@ pub fn run(
     set_state(&mut state, &state_values)?;
     let mut scratch = program.new_scratch(lanes);
     set_scratch(&mut scratch, &program, &scratch_values)?;
+    let show = |state: &LaneBlock, scratch: &LaneBlock| {
+        let written = linked.writes.iter().map(|variable| show_state(variable, state));
+        (written.collect::<BTreeMap<_, _>>(), show_scratch(&program, scratch))
+    };
+    let before = request.only_changes.then(|| show(&state, &scratch));
     let mut accepted = LaneMask::new(lanes);
     let block = program.block(&instance);
     let status = match (&request.scene, method) {
         (Some(scene), Method::Radiance) => {
-            let scene = scene_of(scene, &instance, engine)?;
+            let scene = scene_of(scene, scene_folders, &instance, engine)?;
             scene.radiance(&mut state, &mut scratch, lanes)
         }
         (Some(_), _) => {
@@ -101,9 +108,13 @@ pub fn run(
         let problem = budget_exhausted(&program, method, request.budget());
         evaluation.further.push(problem);
     }
-    let written = linked.writes.iter().map(|variable| show_state(variable, &state));
-    answer.state = Some(written.collect());
-    answer.scratch = Some(show_scratch(&program, &scratch));
+    let (mut written, mut members) = show(&state, &scratch);
+    if let Some((state, scratch)) = before {
+        written.retain(|name, value| state.get(name) != Some(value));
+        members.retain(|name, value| FunctionCall::has(name) || scratch.get(name) != Some(value));
+    }
+    answer.state = Some(written);
+    answer.scratch = Some(members);
     if method == Method::Intersect {
         let hits = (0..lanes).map(|lane| Json::Bool(accepted.get(lane)));
         answer.hit = Some(lanes_of(hits.collect()));
@@ -114,11 +125,13 @@ pub fn run(
 /// Loads the scene that an integrator asks. `rtsl check` shows its warnings.
 fn scene_of(
     path: &Path,
+    search_path: Vec<PathBuf>,
     integrator: &Arc<Instance>,
     engine: &Engine,
 ) -> Result<SceneEvaluation, Refusal> {
     let refusal = |messages: Messages| Refusal::Request(messages.to_text(false));
-    let mut loaded = load_scene(path, &DiskFiles, &LoadOptions::default()).map_err(refusal)?;
+    let options = LoadOptions { search_path, ..LoadOptions::default() };
+    let mut loaded = load_scene(path, &DiskFiles, &options).map_err(refusal)?;
     let warnings = &mut loaded.warnings;
     SceneEvaluation::new(&loaded.scene, integrator, engine, warnings).map_err(refusal)
 }

@@ -1,18 +1,23 @@
 //! A session of requests that share compiled texts and programs.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, Math, OptLevel,
-    Program, SourceMap,
+    Backend, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, FileLoader, Math,
+    Method, OptLevel, Program, SourceMap, Unit, render,
 };
 
+use super::function::FunctionCall;
 use super::request::{Answer, Evaluation, Request};
 use super::run::{self, Refusal};
+use crate::arguments::SearchPath;
+use crate::project_file::ProjectFile;
 use crate::report::JsonDiagnostic;
 
+/// The name of texts that are in no file.
+const TEXT_NAME: &str = "request.rtsl";
 /// The number of compiled texts that are kept.
 const KEPT_TEXTS: usize = 16;
 /// The number of programs of one text that are kept.
@@ -21,7 +26,7 @@ const KEPT_PROGRAMS: usize = 64;
 /// Answers requests. Texts and code are kept for requests with the same source.
 #[derive(Default)]
 pub struct Session {
-    search_path: Vec<PathBuf>,
+    search_path: SearchPath,
     engines: Vec<(EngineOptions, Engine)>,
     /// The most recently used is last.
     texts: Vec<KeptText>,
@@ -38,7 +43,7 @@ struct KeptText {
 
 impl Session {
     /// Creates a session whose texts may include files from these folders.
-    pub fn new(search_path: Vec<PathBuf>) -> Session {
+    pub fn new(search_path: SearchPath) -> Session {
         Session { search_path, ..Session::default() }
     }
 
@@ -96,7 +101,8 @@ impl Session {
         request: &Request,
         evaluation: &mut Evaluation,
     ) -> Result<(), Refusal> {
-        let compilation = self.compile(request)?;
+        let folders = self.folders(request.file.as_deref())?;
+        let compilation = self.compile(request, &folders)?;
         evaluation.compilation = Some(compilation.clone());
         let Some(unit) = &compilation.unit else { return Ok(()) };
         evaluation.answer.ok = true;
@@ -106,18 +112,92 @@ impl Session {
             return Ok(());
         }
         let engine = self.engine(engine_options(request)?, evaluation)?;
-        let program = run::run(request, unit, &engine, evaluation)?;
+        if request.method.as_deref().is_some_and(|name| Method::from_name(name).is_none()) {
+            return self.call_function(request, unit, &engine, &folders, evaluation);
+        }
+        if let Some(name) = request.args.keys().next() {
+            let message = format!("`{name}` is an argument of a function, and methods have none");
+            return Err(Refusal::Request(message));
+        }
+        let scene_folders = self.folders(request.scene.as_deref())?;
+        let program = run::run(request, unit, &engine, scene_folders, evaluation)?;
         if request.source.is_some() {
             self.keep_program(program);
         }
         Ok(())
     }
 
-    fn compile(&mut self, request: &Request) -> Result<Arc<Compilation>, Refusal> {
-        let compiler = Compiler::new(CompilerOptions {
-            loop_budget: Some(request.budget()),
-            search_path: self.search_path.clone(),
-        });
+    /// Calls a function that is no method. Its own text is compiled once more, with a method that calls it.
+    fn call_function(
+        &self,
+        request: &Request,
+        unit: &Unit,
+        engine: &Engine,
+        folders: &[PathBuf],
+        evaluation: &mut Evaluation,
+    ) -> Result<(), Refusal> {
+        let compiler = compiler(request, folders);
+        let (name, text) = match (&request.source, &request.file) {
+            (None, Some(file)) => {
+                let text = std::fs::read_to_string(file);
+                let text = text.map_err(|error| Refusal::Request(error.to_string()))?;
+                (file.display().to_string(), text)
+            }
+            (source, _) => (TEXT_NAME.to_owned(), source.clone().unwrap_or_default()),
+        };
+        let compile = |text: &str| {
+            let mut loader = loader(request, folders);
+            compiler.compile_with(&name, text, &mut loader)
+        };
+        let outline = compiler.outline(&name, &text, &mut loader(request, folders));
+        let call = FunctionCall::find(request, &outline, unit).map_err(Refusal::Request)?;
+        let own = evaluation.compilation.as_ref().map_or(0, |own| own.diagnostics.iter().count());
+        let mut best: Option<(Compilation, Method)> = None;
+        for (text, method) in call.texts(&text) {
+            let compilation = compile(&text);
+            let faults = |it: &Compilation| (it.unit.is_none(), it.diagnostics.iter().count());
+            let is_clean = faults(&compilation) <= (false, own);
+            if best.as_ref().is_none_or(|(known, _)| faults(&compilation) < faults(known)) {
+                best = Some((compilation, method));
+            }
+            if is_clean {
+                break;
+            }
+        }
+        let Some((compilation, method)) = best else {
+            let message = format!("`{}` is of a class without a role", call.signature());
+            return Err(Refusal::Request(message));
+        };
+        let Some(unit) = &compilation.unit else {
+            let mut errors = compilation.diagnostics.iter();
+            let reason = errors.next().map_or("", |error| error.message.as_str());
+            let message = format!("`{}` cannot be called alone: {reason}", call.signature());
+            return Err(Refusal::Request(message));
+        };
+        let scene_folders = self.folders(request.scene.as_deref())?;
+        let call_request = call.request(request, method).map_err(Refusal::Request)?;
+        run::run(&call_request, unit, engine, scene_folders, evaluation)?;
+        call.take_results(&mut evaluation.answer);
+        Ok(())
+    }
+
+    /// The search path of a file, or of texts that are in none.
+    fn folders(&self, file: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
+        let Some(file) = file else { return Ok(self.search_path.folders()) };
+        let project = ProjectFile::beside(file);
+        if project.diagnostics.has_errors() {
+            let faults = project.diagnostics.iter();
+            return Err(Refusal::Request(render::all_to_text(&project.sources, faults, false)));
+        }
+        Ok(self.search_path.with(project).folders())
+    }
+
+    fn compile(
+        &mut self,
+        request: &Request,
+        folders: &[PathBuf],
+    ) -> Result<Arc<Compilation>, Refusal> {
+        let compiler = compiler(request, folders);
         let source = match (&request.source, &request.file) {
             (Some(source), None) => source,
             // The file, or one that it includes, may have changed.
@@ -134,7 +214,7 @@ impl Session {
             self.texts.push(kept);
             return Ok(compilation);
         }
-        let compilation = Arc::new(compiler.compile("request.rtsl", source));
+        let compilation = Arc::new(compiler.compile(TEXT_NAME, source));
         if self.texts.len() == KEPT_TEXTS {
             self.texts.remove(0);
         }
@@ -168,6 +248,20 @@ impl Session {
         evaluation.further.extend(warnings.iter().cloned());
         self.engines.push((options, engine.clone()));
         Ok(engine)
+    }
+}
+
+fn compiler(request: &Request, folders: &[PathBuf]) -> Compiler {
+    Compiler::new(CompilerOptions {
+        loop_budget: Some(request.budget()),
+        search_path: folders.to_owned(),
+    })
+}
+
+fn loader(request: &Request, folders: &[PathBuf]) -> FileLoader {
+    match &request.file {
+        Some(file) => FileLoader::beside(file, folders),
+        None => FileLoader::new(folders),
     }
 }
 

@@ -70,6 +70,7 @@ fn try_render(world: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messa
         ("scene.pbrt", format!("{HEAD}{world}")),
         ("own.rtsl", CLASSES.to_owned()),
         ("square.ply", PLY.to_owned()),
+        ("square.gltf", GLTF.to_owned()),
     ];
     let files = files.map(|(name, text)| (PathBuf::from(name), text));
     let request = RenderRequest { scene: Path::new("scene.pbrt").into(), ..how };
@@ -172,6 +173,21 @@ fn files_have_attributes() {
 /// Both triangles hold the diagonal; the first is found.
 fn pixel_on_diagonal(wind: f32) -> [f32; 3] {
     [11.0, wind, 1.0]
+}
+
+/// The square with a height at each vertex: the bytes of positions, heights and indices.
+const GLTF: &str = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "_HEAT": 1}, "indices": 2}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5120, "count": 4, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5121, "count": 4, "type": "SCALAR"},
+        {"bufferView": 2, "componentType": 5121, "count": 6, "type": "SCALAR"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 12}, {"buffer": 0, "byteOffset": 12, "byteLength": 4},
+        {"buffer": 0, "byteOffset": 16, "byteLength": 6}],
+    "buffers": [{"byteLength": 22, "uri": "data:application/octet-stream;base64,/v4AAv4AAgIA/gIAAAQEAAABAgACAw=="}]}"#;
+
+#[test]
+fn gltf_files_have_attributes() {
+    check("Shape \"gltf\" \"string filename\" \"square.gltf\"", |[x, _]| [x + 2.0 + 0.5, 3.5, 0.5]);
 }
 
 #[test]

@@ -5,6 +5,8 @@
 mod checkpoint;
 #[path = "../../../../fuzz/entries/gltf.rs"]
 mod gltf;
+#[path = "../../../../fuzz/entries/ies.rs"]
+mod ies;
 #[path = "../../../../fuzz/entries/lenses.rs"]
 mod lenses;
 #[path = "../../../../fuzz/entries/measured.rs"]
@@ -96,6 +98,15 @@ fn any_lenses_are_read_or_refused() {
 }
 
 #[test]
+fn any_photometric_file_is_read_or_refused() {
+    let seeds = [
+        &b"IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n9 5 0\n"[..],
+        b"A lamp\nTILT=INCLUDE\n1\n2\n0 90\n1 0.5\n1 1 1 2 2 1 1 0 0 0 1 1 9\n0 180\n0 90\n1 2 3 4\n",
+    ];
+    run_on(seeds.map(<[u8]>::to_vec).into(), 60, ies::ies);
+}
+
+#[test]
 fn any_measured_material_is_read_or_refused() {
     run_on([1, 3].map(paint::paint).into(), 60, measured::measured);
 }
@@ -113,6 +124,8 @@ fn any_gltf_file_is_read_or_refused() {
 
 #[test]
 fn any_gltf_scene_is_read_or_refused() {
+    run("../../scenes", "glb", 40, gltf::gltf_attributes);
+    run("tests/meshes", "gltf", 40, gltf::gltf_attributes);
     run("../../scenes", "glb", 300, gltf::gltf_scene);
     run("tests/meshes", "gltf", 300, gltf::gltf_scene);
     run("tests/meshes", "glb", 300, gltf::gltf_scene);

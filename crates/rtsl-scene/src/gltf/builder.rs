@@ -7,6 +7,7 @@ use rtsl::{Diagnostic, Diagnostics, Numbers, Span, diagnostic_codes as codes};
 use rtsl_math::Transform;
 use rtsl_memory::InputBudget;
 
+use super::attributes::FileAttributes;
 use super::materials::{Finish, FinishKey};
 use super::outline::{Kind, Outline};
 use super::textures::{ImageFile, ImageKey};
@@ -36,6 +37,8 @@ pub struct Builder<'a> {
     pub placed: BTreeSet<EntityId>,
     /// True if a material gives off more light than a white surface in daylight: screens and signs are no lamps.
     pub has_lamps: bool,
+    /// The attributes of shapes that shaders read.
+    pub attributes: FileAttributes,
     /// The names of entities that are in use.
     pub names: BTreeSet<(EntityKind, String)>,
 }

@@ -7,6 +7,7 @@
 //! Files are untrusted: whatever is invalid is left out with a warning, and memory is reserved in the budget before it
 //! is allocated. Messages point to a list of the file's objects, because the file itself may be binary.
 
+mod attributes;
 mod bounds;
 mod builder;
 mod cameras;
@@ -34,6 +35,7 @@ use crate::description::Description;
 use crate::mesh::MeshError;
 use crate::mesh::gltf::{GltfFile, structure_memory};
 use crate::reader::{FileSource, Input, resolve, unreadable};
+pub use attributes::FileAttributes;
 use builder::Builder;
 use extension::Extension;
 use hierarchy::Hierarchy;
@@ -57,6 +59,20 @@ pub fn read_gltf_scene(
     map: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Description {
+    let read = |builder: &mut Builder<'_>| builder.scene(camera);
+    let read = with_builder(path, files, budget, map, diagnostics, read);
+    read.map_or_else(Description::default, |(description, _)| description)
+}
+
+/// Opens a file for a builder and returns what that made; `None` if the file cannot be read, which is reported.
+fn with_builder(
+    path: &Path,
+    files: &dyn FileSource,
+    budget: &InputBudget,
+    map: &mut SourceMap,
+    diagnostics: &mut Diagnostics,
+    build: impl FnOnce(&mut Builder<'_>),
+) -> Option<(Description, FileAttributes)> {
     let read = || {
         let Input { bytes, held } = Input::read(files, path, budget)?;
         let of_structure = budget.hold(structure_memory(&bytes)?)?;
@@ -66,7 +82,7 @@ pub fn read_gltf_scene(
         Ok(read) => read,
         Err(error) => {
             diagnostics.push(unusable(path, error));
-            return Description::default();
+            return None;
         }
     };
     let buffers = RefCell::new(Vec::new());
@@ -79,7 +95,7 @@ pub fn read_gltf_scene(
         Ok(file) => file,
         Err(error) => {
             diagnostics.push(unusable(path, error));
-            return Description::default();
+            return None;
         }
     };
     let lights = names_of_lights(&file.root);
@@ -98,10 +114,11 @@ pub fn read_gltf_scene(
         finishes: BTreeMap::new(),
         placed: BTreeSet::new(),
         has_lamps: false,
+        attributes: FileAttributes::default(),
         names: BTreeSet::new(),
     };
-    builder.scene(camera);
-    builder.description
+    build(&mut builder);
+    Some((builder.description, builder.attributes))
 }
 
 impl Builder<'_> {

@@ -249,6 +249,7 @@ impl Builder<'_> {
         else {
             return Ok(None);
         };
+        let of_attributes = self.add_attributes(primitive, &mut surface);
         if !use_.weights.is_empty() {
             surface.morph(&self.file, primitive, &use_.weights)?;
         }
@@ -268,7 +269,9 @@ impl Builder<'_> {
         }
         let bounds = surface.positions.iter().map(|it| it.map(f64::from)).collect();
         let is_placed = joints.is_some() || baked != Transform::IDENTITY;
+        let attributes = std::mem::take(&mut surface.attributes);
         let entity = self.shape_entity(use_.mesh, surface, &finish);
+        self.keep_attributes(entity, attributes, of_attributes);
         let kept = self.memory_of(entity);
         held.keep(kept);
         Ok(Some(Shape { entity, finish, bounds, is_placed }))
@@ -334,6 +337,7 @@ impl Builder<'_> {
             EntityId(entities.len() - 1)
         };
         entities[id.0].transform = transform;
+        self.share_attributes(shape.entity, id);
         self.description.shapes.push(shape.use_(id));
     }
 

@@ -4,11 +4,13 @@ use gltf::json::Index;
 use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Primitive, Semantic};
 use rtsl_math::Transform;
-use rtsl_memory::{Amount, Held};
+use rtsl_memory::{Amount, Held, InputBudget};
 
 use super::strokes::{Bodies, Strokes};
 use crate::mesh::MeshError;
-use crate::mesh::gltf::{GltfFile, MAX_PLACED, Numbers, attribute, corners, size};
+use crate::mesh::gltf::{
+    GltfFile, MAX_PLACED, Numbers, VertexAttribute, VertexValues, attribute, corners, size,
+};
 use crate::vector::cross;
 
 /// The arrays of a primitive. Those that it does not have are empty.
@@ -24,6 +26,8 @@ pub struct Surface {
     pub uvs: [Vec<[f32; 2]>; 2],
     /// Linear red, green, blue and opacity.
     pub colors: Vec<[f32; 4]>,
+    /// The attributes that shaders read.
+    pub attributes: Vec<VertexValues>,
     /// The vertices of triangles, three for each.
     pub corners: Vec<u32>,
     /// Points or lines, which [`Surface::thicken`] makes triangles of.
@@ -106,6 +110,33 @@ impl Surface {
         }
         surface.used = used;
         Ok(Some(surface))
+    }
+
+    /// Adds an attribute that shaders read, whose values neither morph targets nor skins change.
+    ///
+    /// # Errors
+    /// If it is invalid, or would take too much memory; the surface is then as it was.
+    pub fn add_attribute(
+        &mut self,
+        file: &GltfFile<'_>,
+        attribute: &VertexAttribute,
+        budget: &InputBudget,
+    ) -> Result<Held, MeshError> {
+        // Twice: triangles may get vertices of their own.
+        let vertices = self.used.as_ref().map_or(self.count, Vec::len);
+        let numbers = vertices.saturating_add(self.corners.len()).saturating_add(
+            self.strokes.as_ref().map_or(0, |strokes| strokes.vertices() + strokes.corners()),
+        );
+        let held = budget.hold(Amount::of::<u32>(numbers.saturating_mul(2 * attribute.scalars)))?;
+        let mut values = VertexValues::new(attribute);
+        // Textures count from the bottom, and the file from the top.
+        let is_turned = matches!(attribute.semantic, Semantic::TexCoords(_));
+        let map =
+            |[u, v, z, w]: [f64; 4]| if is_turned { [u, 1.0 - v, z, w] } else { [u, v, z, w] };
+        let used = self.used.as_deref();
+        attribute.read(file, self.count, used, &map, values.values())?;
+        self.attributes.push(values);
+        Ok(held)
     }
 
     /// Moves vertices by the morph targets of the primitive, with these weights.
@@ -232,6 +263,7 @@ impl Surface {
         self.tangents.clear();
         self.uvs.iter_mut().for_each(|uvs| spread(uvs, &vertices));
         spread(&mut self.colors, &vertices);
+        self.attributes.iter_mut().for_each(|it| it.spread(&vertices));
     }
 
     /// Gives each triangle vertices of its own, and their normals if they have none: those of the faces.
@@ -247,6 +279,7 @@ impl Surface {
         spread(&mut self.tangents, &corners);
         self.uvs.iter_mut().for_each(|uvs| spread(uvs, &corners));
         spread(&mut self.colors, &corners);
+        self.attributes.iter_mut().for_each(|it| it.spread(&corners));
         self.corners = (0..corners.len() as u32).collect();
         if self.normals.is_empty() {
             let faces = self.positions.chunks_exact(3);

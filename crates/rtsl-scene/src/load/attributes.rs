@@ -10,9 +10,10 @@ use rtsl::{
 use super::{Arguments, Loader};
 use crate::attributes::{Counts, GivenAttribute, WantedAttributes, derived_text, texture_text};
 use crate::classes::Found;
-use crate::description::{Entity, EntityKind};
+use crate::description::{Entity, EntityId, EntityKind};
+use crate::gltf::{FileAttributes, is_gltf};
 use crate::pbrt::PbrtName;
-use crate::reader::{Parameter, Values};
+use crate::reader::{Parameter, SceneFiles, Values};
 use crate::scene::Scene;
 
 /// The name of textures that show an attribute.
@@ -41,6 +42,27 @@ impl Loader<'_, '_> {
             class.iter().for_each(|class| wanted.add(class));
         }
         self.wanted = Arc::new(wanted);
+    }
+
+    /// Reads the attributes that a glTF file gives the shapes of its scene, unless they are those of an earlier load.
+    pub(super) fn read_file_attributes(&mut self) {
+        let SceneFiles { scene, files, budget, .. } = self.files;
+        if self.file_attributes.wanted != self.wanted {
+            let is_read = is_gltf(scene) && !self.wanted.is_empty();
+            let (wanted, description) = (&self.wanted, self.description);
+            self.file_attributes = Arc::new(match is_read {
+                true => FileAttributes::read(scene, files, budget, wanted, description),
+                false => FileAttributes { wanted: wanted.clone(), ..FileAttributes::default() },
+            });
+        }
+        let amount = self.file_attributes.memory();
+        match budget.hold(amount) {
+            Ok(held) => held.keep(amount),
+            Err(error) => self.diagnostics.push(error.diagnostic(scene.display())),
+        }
+        for problem in &self.file_attributes.problems {
+            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, problem.clone()));
+        }
     }
 
     /// True if a parameter of a shape may be an attribute.
@@ -97,15 +119,17 @@ impl Loader<'_, '_> {
     /// if an error was reported.
     pub(super) fn with_attributes(
         &mut self,
-        entity: &Entity,
+        id: EntityId,
         class: &Arc<Class>,
         arguments: &mut Arguments,
     ) -> Option<Arc<Class>> {
+        let entity = &self.description.entities[id.0];
         if entity.kind != EntityKind::Shape || self.wanted.is_empty() {
             return Some(class.clone());
         }
         let counts = counts_of(class, &arguments.values);
         let mut given = std::mem::take(&mut arguments.attributes);
+        given.extend(self.file_attributes.of.get(&id).into_iter().flatten().cloned());
         for parameter in &entity.parameters {
             let is_own = class.parameters.iter().any(|own| own.name == parameter.name);
             if is_own || !self.wanted.has(&parameter.name) || has(&given, parameter) {

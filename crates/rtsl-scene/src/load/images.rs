@@ -9,7 +9,7 @@ impl Loader<'_, '_> {
     /// Decodes the images that the scene uses, unless instances of an earlier load have them.
     pub(super) fn read_images(&mut self) {
         let description = self.description;
-        let Earlier { made, changed } = self.earlier;
+        let Earlier { made, changed, .. } = self.earlier;
         let is_new = |id: &EntityId| {
             changed.contains(id) || made.get(id.0).is_none_or(|earlier| earlier.is_none())
         };

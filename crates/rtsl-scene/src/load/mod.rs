@@ -3,6 +3,7 @@
 mod attributes;
 mod emitter;
 mod images;
+mod made;
 mod reachable;
 mod relief;
 mod standard;
@@ -21,12 +22,15 @@ use crate::arguments::{Resolve, argument, texture};
 use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use crate::gltf::FileAttributes;
 use crate::parts::SceneParts;
 use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, translated, without_effect};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
 use crate::shutter::{SHUTTER, Shutter};
+use made::Slot;
+pub use made::{Earlier, Made};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -85,52 +89,6 @@ struct Arguments {
     attributes: Vec<GivenAttribute>,
 }
 
-/// The instance of an entity.
-#[derive(Clone)]
-enum Slot {
-    Empty,
-    /// The instance is being made: a reference to it now is a cycle.
-    Open,
-    Made(Made),
-    /// The instance cannot be made; an error was reported.
-    Failed,
-}
-
-/// An instance, and its dependencies besides the parameters of its entity.
-#[derive(Clone, Debug)]
-pub struct Made {
-    /// The instance of the entity's class.
-    pub instance: Arc<Instance>,
-    /// A material with the relief that the entity gives it.
-    relief: Option<Arc<Instance>>,
-    /// The alpha texture of a shape.
-    alpha: Option<Arc<Instance>>,
-    /// The instances of the entities that it refers to.
-    named: Vec<(EntityId, Arc<Instance>)>,
-    /// The classes of the constants among its references.
-    standard: Vec<Arc<Class>>,
-    /// The class of the entity, before attributes.
-    class: Arc<Class>,
-    /// The attributes that shaders of the scene read.
-    wanted: Arc<WantedAttributes>,
-}
-
-impl Made {
-    /// The instance that other entities and objects refer to.
-    fn outermost(&self) -> Arc<Instance> {
-        self.relief.as_ref().unwrap_or(&self.instance).clone()
-    }
-}
-
-/// The instances of an earlier load.
-#[derive(Clone, Copy)]
-pub struct Earlier<'a> {
-    /// The instances, by entity.
-    pub made: &'a [Option<Made>],
-    /// The entities whose parameters changed since.
-    pub changed: &'a BTreeSet<EntityId>,
-}
-
 /// Makes the instances of a scene.
 pub struct Loader<'a, 'f> {
     files: SceneFiles<'a>,
@@ -152,6 +110,8 @@ pub struct Loader<'a, 'f> {
     skipped_files: bool,
     /// The attributes that shaders of the scene read.
     wanted: Arc<WantedAttributes>,
+    /// Those that a glTF file gives its shapes.
+    file_attributes: Arc<FileAttributes>,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -178,16 +138,17 @@ impl<'a, 'f> Loader<'a, 'f> {
             unused: None,
             skipped_files: false,
             wanted: Arc::default(),
+            file_attributes: earlier.attributes.clone(),
         }
     }
 
-    /// Returns the instances by entity, for a later load.
-    pub fn into_made(self) -> Vec<Option<Made>> {
+    /// Returns the instances by entity and the attributes of a glTF file, for a later load.
+    pub fn into_made(self) -> (Vec<Option<Made>>, Arc<FileAttributes>) {
         let made = self.instances.into_iter().map(|slot| match slot {
             Slot::Made(made) => Some(made),
             Slot::Empty | Slot::Open | Slot::Failed => None,
         });
-        made.collect()
+        (made.collect(), self.file_attributes)
     }
 
     /// Makes the scene; returns `None` if an error was reported.
@@ -211,6 +172,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
         self.find_wanted_attributes();
+        self.read_file_attributes();
         self.read_images();
         let camera = self.instance(camera_entity);
         let integrator = match description.integrator {
@@ -465,7 +427,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
         }?;
-        let derived = self.with_attributes(entity, &class, &mut arguments)?;
+        let derived = self.with_attributes(id, &class, &mut arguments)?;
         let alpha = match alpha_parameter(entity, &class) {
             Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
             None => None,
@@ -694,6 +656,10 @@ impl<'a, 'f> Loader<'a, 'f> {
     /// The meaning of a pbrt name. A class of the same name in the scene's folder takes precedence.
     fn pbrt_name(&mut self, entity: &Entity) -> Option<&'static PbrtName> {
         let standard = PbrtName::of(entity)?;
+        if standard.class == entity.class {
+            // A class of the library, to which files are read.
+            return Some(standard);
+        }
         match self.classes.find(&entity.class) {
             Found::Nothing => Some(standard),
             Found::Class(_) | Found::Broken => None,

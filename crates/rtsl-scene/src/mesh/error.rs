@@ -43,6 +43,20 @@ pub enum MeshError {
         /// The number expected.
         vertices: usize,
     },
+    /// An attribute with another number of scalars than shaders read.
+    #[error(
+        "its attribute `{attribute}` has {found} numbers for a vertex, but `{name}` has {wanted}"
+    )]
+    OtherAttribute {
+        /// The name in the file.
+        attribute: String,
+        /// The number found.
+        found: usize,
+        /// The name in shaders.
+        name: String,
+        /// The numbers expected.
+        wanted: String,
+    },
     /// An array too long for the indices of kernels.
     #[error("it has more than {0} {1}")]
     TooLarge(usize, &'static str),
@@ -65,6 +79,9 @@ impl MeshError {
             MeshError::IndexOutOfRange { .. } => "indices count vertices from 0",
             MeshError::NotFinite(_) => "remove infinite and NaN coordinates",
             MeshError::CountMismatch { .. } => "give one for each vertex, or none at all",
+            MeshError::OtherAttribute { .. } => {
+                "declare the attribute in the shader with a type of as many numbers, or with another name"
+            }
             MeshError::TooLarge(..) => "split it into several shapes",
             MeshError::OverBudget(_) => "allow more with `--input-memory`",
         }

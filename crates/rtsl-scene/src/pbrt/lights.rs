@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rtsl_math::sine_and_cosine_of_degrees;
 
+use super::ies;
 use super::image_lights;
 use super::name::{Names, PbrtName};
 use super::portal;
@@ -53,6 +54,7 @@ pub static NAMES: Names = Names {
     choose: |entity| match entity.class.as_str() {
         "infinite" if entity.parameter("portal").is_some() => Some(&PORTAL_SKY),
         "infinite" if entity.parameter("filename").is_some() => Some(&IMAGE_SKY),
+        "IesLight" if entity.parameter("filename").is_some() => Some(&IES),
         _ => None,
     },
 };
@@ -72,6 +74,9 @@ pub static AREA_LIGHTS: Names = Names {
 static IMAGE_SKY: PbrtName = light("infinite", "ImageSky")
     .renaming(&[("scale", "strength")])
     .made_by(image_lights::sky, image_lights::SKY);
+
+/// `IesLight`, a class of the library, with a photometric file.
+static IES: PbrtName = light("IesLight", "IesLight").made_by(ies::values, ies::PARAMETERS);
 
 /// `infinite` with a portal.
 static PORTAL_SKY: PbrtName = light("infinite", "PortalSky")

@@ -78,7 +78,7 @@ impl MeshShape {
             MeshShape::Triangles => triangles(entity, files.budget),
             MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
             MeshShape::Ply => file(entity, files, |files, path| ply(files, path, wanted)),
-            MeshShape::Gltf => file(entity, files, gltf),
+            MeshShape::Gltf => file(entity, files, |files, path| gltf(files, path, wanted)),
             MeshShape::Subdivision => subdivision(entity, files.budget),
         }?;
         let Mesh { positions, normals, uvs, indices, attributes, has_materials } = mesh;
@@ -181,7 +181,7 @@ fn ply(files: SceneFiles<'_>, path: &Path, wanted: &WantedAttributes) -> Result<
 }
 
 /// Files that a glTF file refers to are relative to it. All of them are held in memory until the mesh is complete.
-fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
+fn gltf(files: SceneFiles<'_>, path: &Path, wanted: &WantedAttributes) -> Result<Mesh, MeshError> {
     let file = files.read(path)?;
     let buffers = RefCell::new(Vec::new());
     let read = |name: &str| {
@@ -189,7 +189,7 @@ fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
         buffers.borrow_mut().push(held);
         Ok(bytes)
     };
-    read_gltf_within(&file.bytes, &read, files.budget)
+    read_gltf_within(&file.bytes, &read, files.budget, wanted)
 }
 
 fn file(

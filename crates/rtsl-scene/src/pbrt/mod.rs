@@ -4,6 +4,7 @@
 mod aperture;
 mod cameras;
 mod curve;
+mod ies;
 mod image_lights;
 mod images;
 mod lenses;
@@ -13,6 +14,7 @@ mod measured;
 mod mesh_shape;
 mod name;
 mod parallelogram;
+mod photometry;
 mod portal;
 mod shapes;
 mod subsurface;

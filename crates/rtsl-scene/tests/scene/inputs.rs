@@ -238,11 +238,14 @@ fn meshes_that_are_placed_often_are_held_as_they_come() {
         "buffers":[{{"byteLength":11988,"uri":"data:application/octet-stream;base64,{data}"}}]}}"#
     );
     let no_files = |_: &str| Err(io::ErrorKind::NotFound.into());
-    let read = |budget: &InputBudget| read_gltf_within(text.as_bytes(), &no_files, budget);
+    let read = |budget: &InputBudget| {
+        read_gltf_within(text.as_bytes(), &no_files, budget, &WantedAttributes::default())
+    };
     assert!(matches!(read(&budget(128)), Err(MeshError::OverBudget(_))));
     let few = text.replace(&nodes, "{\"mesh\":0},{\"mesh\":0}").replace(&roots, "0,1");
     let enough = budget(8);
-    let mesh = read_gltf_within(few.as_bytes(), &no_files, &enough).unwrap();
+    let mesh =
+        read_gltf_within(few.as_bytes(), &no_files, &enough, &WantedAttributes::default()).unwrap();
     assert_eq!((mesh.vertices(), enough.taken()), (1998, mesh.memory()));
 }
 

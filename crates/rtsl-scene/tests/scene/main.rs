@@ -6,6 +6,8 @@ mod export;
 mod files;
 mod format_page;
 mod gltf;
+mod gltf_attributes;
+mod ies;
 mod images;
 mod inputs;
 mod leniency;

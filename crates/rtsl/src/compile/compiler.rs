@@ -1,5 +1,6 @@
 //! The pipeline from text to classes: parsing, checking, lowering.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,8 +12,10 @@ use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_cod
 use rtsl_syntax::IncludeLoader;
 use rtsl_syntax::ast::TranslationUnit;
 
+use super::library;
 use super::loader::{FileLoader, read_text};
 use super::modules::{ModuleLoader, Modules};
+use super::outline::{ClassOutline, Outline};
 use super::prelude::{Prelude, prelude};
 use super::unit::{Compilation, Unit};
 
@@ -149,6 +152,32 @@ impl Compiler {
         }
     }
 
+    /// Returns the declarations of a file. Faults are passed over.
+    ///
+    /// # Errors
+    /// If it can't be read.
+    pub fn outline_file(&self, path: &Path) -> Result<Outline, Diagnostic> {
+        let text = read_text(path).map_err(|reason| unreadable_file(path, &reason))?;
+        let mut loader = FileLoader::beside(path, self.options.search_path.clone());
+        Ok(self.outline(&path.display().to_string(), &text, &mut loader))
+    }
+
+    /// Returns the declarations of a text whose includes come from `loader`. Faults are passed over.
+    pub fn outline(&self, name: &str, text: &str, loader: &mut dyn IncludeLoader) -> Outline {
+        let mut outline = outline_of(name, text, loader);
+        // Each round finds the bases of those of the round before.
+        let mut seen = BTreeSet::new();
+        loop {
+            let missing = outline.missing_bases();
+            let new = missing.into_iter().filter(|base| seen.insert(base.clone()));
+            let new: Vec<ClassOutline> = new.filter_map(|base| library_class(&base)).collect();
+            if new.is_empty() {
+                return outline;
+            }
+            outline.inherited.extend(new);
+        }
+    }
+
     /// Returns the syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
     pub fn print_syntax_tree(&self, path: &Path) -> (String, Compilation) {
         let text = match read_text(path) {
@@ -165,11 +194,30 @@ impl Compiler {
     }
 }
 
+fn outline_of(name: &str, text: &str, loader: &mut dyn IncludeLoader) -> Outline {
+    let mut sources = SourceMap::new();
+    let file = sources.add(name, text);
+    let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut Diagnostics::new());
+    // The tree is dropped on the deep stack: dropping recurses.
+    deep_stack::run(|| {
+        let tree = tree;
+        Outline::of(&tree, &sources)
+    })
+}
+
+/// The declaration of a class of the standard library.
+fn library_class(name: &str) -> Option<ClassOutline> {
+    let file = library::file_of_class(name)?;
+    outline_of(file.path, file.text, &mut FileLoader::default()).class(name).cloned()
+}
+
+fn unreadable_file(path: &Path, reason: &str) -> Diagnostic {
+    let message = format!("`{}` can't be read: {reason}", path.display());
+    Diagnostic::new(codes::UNREADABLE_FILE, message)
+}
+
 fn unreadable(path: &Path, reason: &str) -> Compilation {
     let mut diagnostics = Diagnostics::new();
-    diagnostics.push(Diagnostic::new(
-        codes::UNREADABLE_FILE,
-        format!("`{}` can't be read: {reason}", path.display()),
-    ));
+    diagnostics.push(unreadable_file(path, reason));
     Compilation { unit: None, diagnostics, sources: SourceMap::new() }
 }

@@ -7,5 +7,6 @@ pub mod library;
 mod library_file;
 pub(crate) mod loader;
 mod modules;
+pub(crate) mod outline;
 pub(crate) mod prelude;
 pub(crate) mod unit;

@@ -11,9 +11,11 @@ use crate::arguments::{
 };
 use crate::commands::render::{parse_size, parse_threads};
 use crate::eval::parse_setting;
+use crate::outcome::Failure;
+use crate::report::Reporter;
 
 /// The command line of `rtsl bench`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct BenchArguments {
     /// The shader, or a scene whose name ends in .pbrt
     #[arg(value_name = "FILE")]
@@ -61,6 +63,20 @@ pub struct BenchArguments {
     pub json: bool,
     #[command(flatten)]
     pub search_path: SearchPath,
+}
+
+impl BenchArguments {
+    /// Returns the arguments with the folders of the project files beside the shader and the scene.
+    ///
+    /// # Errors
+    /// If one of them is wrong, which is reported.
+    pub fn with_project_files(&self, reporter: &Reporter) -> Result<BenchArguments, Failure> {
+        let mut search_path = self.search_path.beside(&self.file, reporter)?;
+        if let Some(scene) = self.in_scene.as_ref().filter(|it| it.parent() != self.file.parent()) {
+            search_path = search_path.beside(scene, reporter)?;
+        }
+        Ok(BenchArguments { search_path, ..self.clone() })
+    }
 }
 
 /// The arguments for scenes, and for integrators in scenes.

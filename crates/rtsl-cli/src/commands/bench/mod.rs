@@ -53,6 +53,7 @@ const ROUNDS_PER_RAY: u64 = 1 << 14;
 
 /// Measures and prints.
 pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
+    let arguments = &arguments.with_project_files(reporter)?;
     if scene::is_scene(&arguments.file) {
         return scene::run(arguments, reporter);
     }

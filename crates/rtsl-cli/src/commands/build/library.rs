@@ -7,7 +7,7 @@ use rtsl::aot::{AotLibrary, AotOptions, Bindings};
 use rtsl::{CallMode, Class, Compiler, CompilerOptions, Engine, Outputs, library, unknown_class};
 
 use super::arguments::{Binding, BuildArguments, standard_class};
-use crate::commands::shader::unit_of;
+use crate::commands::shader::{is_file_name, unit_of};
 use crate::layout_json::layout_json;
 use crate::outcome::Failure;
 use crate::report::Reporter;
@@ -51,7 +51,11 @@ fn make_library(
         return Err(Failure::Usage(message.to_owned()));
     }
     // The library's hosts run the constructors, not this command.
-    let search_path = arguments.search_path.folders();
+    let mut search_path = arguments.search_path.clone();
+    for source in arguments.sources.iter().filter(|source| is_file_name(source)) {
+        search_path = search_path.beside(source, reporter)?;
+    }
+    let search_path = search_path.folders();
     let compiler = Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() });
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;

@@ -11,7 +11,7 @@ use rtsl::{CallMode, Class, Emit, EmitRequest, Method, Unit};
 pub use self::arguments::BuildArguments;
 use self::arguments::{EmitName, standard_class};
 use self::library::LibraryForm;
-use super::shader::{choose_class, compiler, instance, unit_of};
+use super::shader::{choose_class, compiler_of, instance, unit_of};
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
@@ -81,8 +81,9 @@ fn syntax_tree(
     arguments: &BuildArguments,
     reporter: &Reporter,
 ) -> Result<Option<Vec<u8>>, Failure> {
-    let compiler = compiler(&arguments.search_path);
-    let (tree, compilation) = compiler.print_syntax_tree(source_of(arguments)?);
+    let source = source_of(arguments)?;
+    let compiler = compiler_of(source, &arguments.search_path, reporter)?;
+    let (tree, compilation) = compiler.print_syntax_tree(source);
     reporter.compilation(&compilation);
     Ok((!compilation.diagnostics.has_errors()).then(|| tree.into_bytes()))
 }
@@ -100,7 +101,7 @@ fn emit_methods(
         let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`, `cpp`";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let compiler = compiler(&arguments.search_path);
+    let compiler = compiler_of(source, &arguments.search_path, reporter)?;
     let Some(unit) = unit_of(&compiler, source, reporter)? else { return Ok(None) };
     let name = arguments.class.first().map(String::as_str);
     let class = choose_class(&unit, name.or_else(|| standard_class(source)))?;

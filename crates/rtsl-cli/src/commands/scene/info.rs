@@ -37,9 +37,10 @@ pub struct InfoArguments {
 
 /// Loads the scene and prints its contents.
 pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
+    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
     let options = LoadOptions {
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.folders(),
+        search_path: search_path.folders(),
         camera: None,
         integrator: None,
         input_memory: arguments.input.input_memory,

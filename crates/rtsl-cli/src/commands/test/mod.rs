@@ -13,7 +13,7 @@ use rtsl_contract::{
 };
 use serde_json::Value as JsonValue;
 
-use super::shader::{compile_file, compiler, engine, value_failure};
+use super::shader::{compile_file, compiler_of, engine, value_failure};
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::eval::{parse_setting, parse_value};
 use crate::files::write_result;
@@ -56,7 +56,7 @@ pub struct TestArguments {
 
 /// Checks the classes of the file, one after the other.
 pub fn run(arguments: &TestArguments, reporter: &Reporter) -> CommandResult {
-    let compiler = compiler(&arguments.search_path);
+    let compiler = compiler_of(&arguments.file, &arguments.search_path, reporter)?;
     let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
         return Ok(Outcome::InputAtFault);
     };

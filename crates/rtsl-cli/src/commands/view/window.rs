@@ -17,9 +17,10 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     if let Some(path) = arguments.screenshot.as_ref().filter(|path| !is_png(path)) {
         return Err(Failure::Usage(format!("`{}` does not end in .png", path.display())));
     }
+    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
     let options = SessionOptions {
         defines: arguments.defines.clone(),
-        search_path: arguments.search_path.folders(),
+        search_path: search_path.folders(),
         camera: arguments.camera.clone(),
         integrator: arguments.integrator.clone(),
         input_memory: arguments.input.input_memory,

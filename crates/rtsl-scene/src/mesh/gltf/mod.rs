@@ -7,6 +7,7 @@
 //! The crate `gltf` parses the structure. This module checks all that it refers to: indices, cycles of nodes, and
 //! offsets and counts of numbers in buffers.
 
+mod attributes;
 mod buffers;
 mod corners;
 mod draco;
@@ -21,6 +22,7 @@ use gltf::json::scene::Node;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
+pub use attributes::{VertexAttribute, VertexValues};
 pub use buffers::{MESHOPT, contents};
 pub use corners::{corners, listed};
 pub use draco::DRACO;
@@ -28,6 +30,8 @@ pub use file::{GltfFile, ReadFile, attribute, size, structure_memory};
 pub use numbers::Numbers;
 
 use super::{Mesh, MeshBuilder, MeshError};
+use crate::attributes::WantedAttributes;
+use attributes::JoinedAttributes;
 
 /// The greatest number of vertices, and of triangles, of the result: a mesh may be instantiated many times.
 pub const MAX_PLACED: usize = 1 << 27;
@@ -37,10 +41,11 @@ pub const MAX_PLACED: usize = 1 << 27;
 /// # Errors
 /// If one of the files is invalid or cannot be read.
 pub fn read_gltf(bytes: &[u8], read: ReadFile<'_>) -> Result<Mesh, MeshError> {
-    read_gltf_within(bytes, read, &InputBudget::default())
+    read_gltf_within(bytes, read, &InputBudget::default(), &WantedAttributes::default())
 }
 
-/// The same within a budget, which keeps the memory of the mesh. `read` holds the memory of the files that it returns.
+/// The same within a budget, which keeps the memory of the mesh, and with the wanted attributes that it has. `read`
+/// holds the memory of the files that it returns.
 ///
 /// # Errors
 /// If one of the files is invalid or cannot be read, or they take too much memory.
@@ -48,12 +53,16 @@ pub fn read_gltf_within(
     bytes: &[u8],
     read: ReadFile<'_>,
     budget: &InputBudget,
+    wanted: &WantedAttributes,
 ) -> Result<Mesh, MeshError> {
     let of_structure = budget.hold(structure_memory(bytes)?)?;
     let file = GltfFile::open(bytes, read, budget)?;
     let mut held = budget.hold(Amount::default())?;
     let has_materials = !file.root.materials.is_empty();
-    let mesh = Mesh { has_materials, ..Reader { file }.scene(&mut held)?.finish()? };
+    let mut reader = Reader { file, wanted, attributes: JoinedAttributes::default() };
+    let mesh = reader.scene(&mut held)?.finish()?;
+    let attributes = reader.attributes.finish(mesh.vertices());
+    let mesh = Mesh { has_materials, attributes, ..mesh };
     held.keep(mesh.memory());
     drop(of_structure);
     Ok(mesh)
@@ -61,18 +70,19 @@ pub fn read_gltf_within(
 
 struct Reader<'a> {
     file: GltfFile<'a>,
+    wanted: &'a WantedAttributes,
+    attributes: JoinedAttributes,
 }
 
 impl Reader<'_> {
-    fn scene(&self, held: &mut Held) -> Result<MeshBuilder, MeshError> {
+    fn scene(&mut self, held: &mut Held) -> Result<MeshBuilder, MeshError> {
         let mut builder = MeshBuilder::default();
-        let root = &self.file.root;
-        let mut visited = vec![false; root.nodes.len()];
+        let mut visited = vec![false; self.file.root.nodes.len()];
         let roots = self.file.root_nodes();
         let mut open: Vec<(Index<Node>, Transform)> =
             roots.iter().map(|node| (*node, Transform::IDENTITY)).collect();
         while let Some((index, parent)) = open.pop() {
-            let Some(node) = root.nodes.get(index.value()) else {
+            let Some(node) = self.file.root.nodes.get(index.value()) else {
                 return Err(missing("node", index.value()));
             };
             if std::mem::replace(&mut visited[index.value()], true) {
@@ -80,17 +90,18 @@ impl Reader<'_> {
                 return Err(MeshError::Malformed(message));
             }
             let placement = parent.after(transform(node));
+            open.extend(node.children.iter().flatten().map(|child| (*child, placement)));
             if let Some(mesh) = node.mesh {
-                let Some(mesh) = root.meshes.get(mesh.value()) else {
+                let Some(mesh) = self.file.root.meshes.get(mesh.value()) else {
                     return Err(missing("mesh", mesh.value()));
                 };
-                for primitive in &mesh.primitives {
-                    self.primitive(primitive, placement, &mut builder, held)?;
+                for primitive in mesh.primitives.clone() {
+                    self.primitive(&primitive, placement, &mut builder, held)?;
                 }
             }
-            open.extend(node.children.iter().flatten().map(|child| (*child, placement)));
         }
-        held.grow_to(builder.memory(2 * builder.positions.len()))?;
+        let of_attributes = self.attributes.numbers(builder.positions.len() / 3, &[]);
+        held.grow_to(builder.memory(2 * builder.positions.len() + of_attributes))?;
         // Vertices after the last one with normals have no normals.
         fill(&mut builder.normals, builder.positions.len());
         fill(&mut builder.uvs, builder.positions.len() / 3 * 2);
@@ -99,7 +110,7 @@ impl Reader<'_> {
 
     /// Adds the triangles of a primitive; points and lines are ignored.
     fn primitive(
-        &self,
+        &mut self,
         primitive: &Primitive,
         placement: Transform,
         builder: &mut MeshBuilder,
@@ -117,7 +128,14 @@ impl Reader<'_> {
         // Positions, normals, texture coordinates, and those that earlier vertices lack; for a corner of a strip three
         // indices of its triangles, besides the list itself.
         let of_vertices = count.saturating_mul(8).saturating_add(builder.positions.len() * 2);
-        held.grow_to(builder.memory(of_vertices.saturating_add(listed.saturating_mul(8))))?;
+        let attributes = VertexAttribute::all(&self.file, primitive, self.wanted);
+        let attributes = attributes.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let more = [
+            of_vertices,
+            listed.saturating_mul(8),
+            self.attributes.numbers(first.saturating_add(count), &attributes),
+        ];
+        held.grow_to(builder.memory(more.into_iter().fold(0, usize::saturating_add)))?;
         let Some(corners) = corners(&self.file, primitive, count)? else { return Ok(()) };
         if builder.indices.len() / 3 + corners.len() / 3 > MAX_PLACED {
             return Err(MeshError::TooLarge(MAX_PLACED, "triangles"));
@@ -140,6 +158,11 @@ impl Reader<'_> {
                 builder.uvs.extend(uv.map(|x| (x as f32).to_bits()));
             }
         }
+        for attribute in &attributes {
+            let values = self.attributes.values(attribute, first)?;
+            let map = |value: [f64; 4]| placed(&attribute.semantic, placement, value);
+            attribute.read(&self.file, count, None, &map, values)?;
+        }
         add_triangles(&corners, first as u32, placement.swaps_handedness(), builder);
         Ok(())
     }
@@ -156,6 +179,17 @@ impl Reader<'_> {
         }
         Numbers::new(index, &self.file)
     }
+}
+
+/// The value of an attribute of vertices that a node places: tangents are directions along the surface, of which the
+/// last number tells the side of the other tangent.
+fn placed(semantic: &Semantic, placement: Transform, value: [f64; 4]) -> [f64; 4] {
+    if *semantic != Semantic::Tangents {
+        return value;
+    }
+    let columns = placement.columns();
+    let row = |row: usize| (0..3).map(|column| columns[4 * column + row] * value[column]).sum();
+    [row(0), row(1), row(2), if placement.swaps_handedness() { -value[3] } else { value[3] }]
 }
 
 /// The error of a reference to something that does not exist.
