@@ -56,7 +56,13 @@ fn compile() {
 #[test]
 fn the_seeds_of_the_compiler_compile() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders/primitives");
-    for seed in seeds(&root, "rtsl") {
+    // The target has no files to include.
+    let includes = |seed: &Vec<u8>| seed.windows(8).any(|word| word == b"#include");
+    let seeds = seeds(&root, "rtsl").into_iter().filter(|seed| !includes(seed));
+    let mut compiled = 0;
+    for seed in seeds {
         assert!(text::compile(&seed), "{}", String::from_utf8_lossy(&seed));
+        compiled += 1;
     }
+    assert!(compiled > 10, "only {compiled} texts were found");
 }
