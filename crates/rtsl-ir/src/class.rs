@@ -39,6 +39,9 @@ pub struct Class {
     pub constructor: Option<Function>,
     /// The methods of the class, including those implied by others.
     pub methods: BTreeMap<Method, Function>,
+    /// The methods again, for callers that take derivatives: with the derivatives of functions whose operations do not
+    /// show them. Methods without such functions are not here.
+    pub differentiable: BTreeMap<Method, Function>,
     /// The comments that precede the methods defined in the class itself.
     pub method_documentation: BTreeMap<Method, String>,
 }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::{self, Attribute, Reference, ReferenceCount};
-use rtsl_ir::{Builder, Constant, Function, Variable, VariableKind};
+use rtsl_ir::{Builder, Constant, Function, OpKind, Variable, VariableKind};
 use rtsl_sema::hir::{
     Class, ClassId, Expression, ExpressionKind, FunctionId, LocalId, Member, Module, Storage, Type,
 };
@@ -87,7 +87,13 @@ impl<'m> Maker<'m> {
             .class
             .methods
             .iter()
-            .map(|(method, function)| (*method, keep(self.make_method(*method, *function))))
+            .map(|(method, function)| (*method, keep(self.make_method(*method, *function, 0))))
+            .collect();
+        // Derivatives of textures are taken by the shaders that call them.
+        let differentiable = self.class.methods.iter().filter(|(it, _)| *it == Method::Lookup);
+        let differentiable = differentiable
+            .map(|(method, function)| (*method, keep(self.make_method(*method, *function, 1))))
+            .filter(|(_, function)| has_chain_rule(function))
             .collect();
         // Last, since it sets the tables that the other functions use.
         let initializer = keep(self.make_initializer());
@@ -113,6 +119,7 @@ impl<'m> Maker<'m> {
             initializer,
             constructor,
             methods,
+            differentiable,
             method_documentation: self.method_documentation(),
         };
         if failures.is_empty() { Ok(class) } else { Err(failures) }
@@ -223,8 +230,10 @@ impl<'m> Maker<'m> {
         Ok(lowering.builder.finish())
     }
 
-    fn make_method(&self, method: Method, id: FunctionId) -> Lowered<Function> {
+    /// Lowers a method of which derivatives of an order may be taken.
+    fn make_method(&self, method: Method, id: FunctionId, order: u32) -> Lowered<Function> {
         let mut lowering = self.lowering(Purpose::Method(method), method.name(), Some(id));
+        lowering.order = order;
         lowering.begin_members()?;
         lowering.begin_state(self.class.span)?;
         lowering.frame = lowering.new_frame(id, self.class.span)?;
@@ -279,8 +288,7 @@ impl<'m> Maker<'m> {
             looked_up: Vec::new(),
             visits: 0,
             depth: 0,
-            // Derivatives of textures are taken by the shaders that call them.
-            order: u32::from(purpose == Purpose::Method(Method::Lookup)),
+            order: 0,
         }
     }
 }
@@ -348,6 +356,13 @@ impl<'m> Lowering<'m> {
         let accepted = self.cells.get(self.accepted);
         self.builder.output(variable, 0, accepted);
     }
+}
+
+/// True if a function states derivatives.
+fn has_chain_rule(function: &Function) -> bool {
+    let mut has = false;
+    function.body.for_each_op(&mut |op| has |= matches!(op.kind, OpKind::ChainRule(..)));
+    has
 }
 
 /// The scalars of the default value of an attribute; none for zeros.

@@ -43,8 +43,16 @@ pub struct Classes<'a> {
     /// Files that compiled without errors, with their source texts.
     compiled: BTreeMap<PathBuf, Compilation>,
     messages: Messages,
-    /// The classes of texts that the reader makes, by the text and the class that they derive from.
-    made: BTreeMap<(String, usize), Option<Arc<Class>>>,
+    /// The classes of texts that the reader makes, by the text and the address of the class that they derive from, which
+    /// the entry keeps alive.
+    made: BTreeMap<(String, usize), MadeClass>,
+}
+
+/// A class of a text that the reader makes.
+#[derive(Clone)]
+struct MadeClass {
+    class: Option<Arc<Class>>,
+    _base: Option<Arc<Class>>,
 }
 
 /// A file, its text, and the classes that it seems to declare.
@@ -163,17 +171,16 @@ impl<'a> Classes<'a> {
         name: &str,
         base: Option<&Arc<Class>>,
     ) -> Option<Arc<Class>> {
-        // The base is alive as long as the class that derives from it is asked for.
         let key = (text.to_owned(), base.map_or(0, |base| Arc::as_ptr(base).addr()));
         if let Some(made) = self.made.get(&key) {
-            return made.clone();
+            return made.class.clone();
         }
         let file = base.and_then(|base| self.file_of(base));
         let library = FileLoader::new(self.compiler.options().search_path.clone());
         let mut loader = BaseLoader { file, library };
         let made = self.compiler.compile_with("attributes.rtsl", text, &mut loader).unit;
         let made = made.and_then(|unit| unit.class(name).ok().cloned());
-        self.made.insert(key, made.clone());
+        self.made.insert(key, MadeClass { class: made.clone(), _base: base.cloned() });
         made
     }
 

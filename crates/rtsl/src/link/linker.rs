@@ -85,6 +85,8 @@ pub(super) struct Linker {
     pub contribution: Option<VariableId>,
     /// The use of the attributes of objects.
     pub attributes: AttributeUse,
+    /// True if derivatives may be taken of the called methods.
+    takes_derivatives: bool,
     /// The locals with the scratch that calls of `intersect` of other primitives have left, by its names.
     pub called_scratch: BTreeMap<String, VariableId>,
 }
@@ -139,6 +141,13 @@ impl<'a> Site<'a> {
     }
 }
 
+/// True if a function takes derivatives.
+fn takes_derivatives(function: &Function) -> bool {
+    let mut takes = false;
+    function.body.for_each_op(&mut |op| takes |= matches!(op.kind, OpKind::Seed(_)));
+    takes
+}
+
 /// Maps an index of a site to one of the linked function.
 fn index_of_site(site: &Site<'_>, index: Index) -> Index {
     match index {
@@ -179,6 +188,7 @@ impl Linker {
             element: None,
             contribution: None,
             attributes: AttributeUse::Defaults,
+            takes_derivatives: false,
             called_scratch: BTreeMap::new(),
         }
     }
@@ -195,6 +205,7 @@ impl Linker {
 
     pub fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
+        self.takes_derivatives = takes_derivatives(function);
         self.out.body = self.copy_region(&mut site, &function.body)?;
         let yields = std::mem::take(&mut self.out.body.yields);
         let mut given = Vec::new();
@@ -577,7 +588,10 @@ impl Linker {
         in_loop: bool,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let Some(function) = tree.class.methods.get(&call.method) else {
+        let class = &tree.class;
+        let differentiable = class.differentiable.get(&call.method);
+        let differentiable = differentiable.filter(|_| self.takes_derivatives);
+        let Some(function) = differentiable.or_else(|| class.methods.get(&call.method)) else {
             return self.defaults(call, overrides, to);
         };
         let mut site = Site::new(tree, function, prefix, &mut self.out);
@@ -586,7 +600,11 @@ impl Linker {
         if in_loop {
             self.zero_slots(&mut site, to)?;
         }
-        self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        let takes_derivatives = self.takes_derivatives || takes_derivatives(function);
+        let outer = std::mem::replace(&mut self.takes_derivatives, takes_derivatives);
+        let copied = self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to));
+        self.takes_derivatives = outer;
+        copied?;
         self.keep_called_scratch(&site, to)?;
         let result = |linker: &mut Self, wanted: &StateComponent, to: &mut Vec<Op>| {
             let output = function.outputs.iter().position(|output| {

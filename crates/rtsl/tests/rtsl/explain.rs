@@ -22,12 +22,17 @@ fn is_of_texts(code: Code) -> bool {
     matches!(&code.as_str()[1..3], "00" | "01" | "02" | "03" | "04")
 }
 
+/// True if a single text shows the diagnostic. Modules take several.
+fn is_of_one_text(code: Code) -> bool {
+    is_of_texts(code) && !matches!(code.as_str(), "E0027" | "E0028" | "E0029")
+}
+
 #[test]
 fn failing_texts_give_their_code() {
     let mut silent = Vec::new();
     for info in codes() {
         let Some(text) = block(info.explanation, "rtsl,fails") else {
-            assert!(!is_of_texts(info.code), "{} has no failing text", info.code);
+            assert!(!is_of_one_text(info.code), "{} has no failing text", info.code);
             continue;
         };
         // Parameters are given by hosts, not by texts.
@@ -51,7 +56,7 @@ fn other_texts_compile() {
     let mut broken = Vec::new();
     for info in codes() {
         let Some(text) = block(info.explanation, "rtsl") else {
-            assert!(!is_of_texts(info.code), "{} has no text that compiles", info.code);
+            assert!(!is_of_one_text(info.code), "{} has no text that compiles", info.code);
             continue;
         };
         let compilation = compile(text);

@@ -112,6 +112,7 @@ pub fn class(method: Method, text: &str) -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        differentiable: Default::default(),
         attributes: Vec::new(),
         references: Vec::new(),
         initializer: Function::new("Test.initializer"),
