@@ -1,4 +1,4 @@
-//! Which values have tangents: those that depend on the seed and that a derivative depends on.
+//! The values that have tangents: those that depend on the seed and that a derivative depends on.
 
 use std::collections::BTreeSet;
 

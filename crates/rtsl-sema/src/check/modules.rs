@@ -35,7 +35,7 @@ pub struct Uses {
 #[derive(Debug, Default)]
 pub(super) struct ModuleScopes<'a> {
     modules: &'a [Module],
-    /// What the unit itself uses.
+    /// Modules and classes that the unit itself uses.
     uses: Uses,
     /// The names at file scope of each module; `None` until it is checked.
     names: Vec<Option<Level>>,

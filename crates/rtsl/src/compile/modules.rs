@@ -21,7 +21,7 @@ const MAX_MODULE_BYTES: usize = 16 << 20;
 pub(super) struct Modules {
     /// Each after those that it uses.
     pub modules: Vec<Module>,
-    /// What the unit uses.
+    /// Modules and classes that the unit uses.
     pub uses: Uses,
 }
 

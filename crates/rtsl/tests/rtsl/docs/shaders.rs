@@ -1,7 +1,7 @@
 //! Every shader text in the documentation compiles without a warning.
 //!
-//! A block that starts with ```` ```rtsl ```` is a whole file; with `append` after `file=NAME` it continues that file, which
-//! later blocks of the page can include and import; ```` ```rtsl,fails=CODE ```` gives that diagnostic.
+//! A block that starts with ```` ```rtsl ```` is a whole file; with `append` after `file=NAME` it continues that file,
+//! which later blocks of the page can include and import; ```` ```rtsl,fails=CODE ```` gives that diagnostic.
 
 use std::collections::BTreeMap;
 
