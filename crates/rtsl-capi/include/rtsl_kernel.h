@@ -66,7 +66,13 @@ enum RtslState {
     RTSL_STATE_RelativeIndex = 76, /* float: index of refraction on the side of `rt_LightDirection`, over that on the ray's side, whose square divides `rt_BSDFValue`; 1 for what is not refracted */
     RTSL_STATE_Regularization = 77, /* float: width of highlights up to which narrower ones are to be widened, by `regularized`; 0 for none */
     RTSL_STATE_RayType = 78, /* float: type of the ray: `rt_CAMERA_RAY`, or `rt_TRACED_RAY` for one that `trace` traces */
-    RTSL_STATE_COMPONENTS = 79
+    RTSL_STATE_ObjectNumber = 79, /* float: index of the object in the scene */
+    RTSL_STATE_InstanceNumber = 80, /* float: index of the instance that places the object; -1 for objects that none places */
+    RTSL_STATE_ElementNumber = 81, /* float: index of the object's element, such as the triangle of a mesh; above 2^24 rounded */
+    RTSL_STATE__Attributes = 82, /* float[]: attributes of the object that the ray hit, in the order of the scene's list */
+    RTSL_STATE__ToObject = 114, /* float[]: map of points from the world to the object's space: the images of the axes, then that of the origin */
+    RTSL_STATE__ToWorld = 126, /* float[]: map of points from the object's space to the world, likewise */
+    RTSL_STATE_COMPONENTS = 138
 };
 
 /* What methods find in components that no host sets: initialisers for RTSL_STATE_COMPONENTS floats. */
@@ -110,7 +116,13 @@ enum RtslState {
     0.0f, \
     0.0f, \
     0.0f, \
-    0.0f
+    0.0f, \
+    0.0f, \
+    0.0f, \
+    0.0f, \
+    0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, \
+    1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, \
+    1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f
 
 /* Bits of RtslClass.roles. */
 enum RtslRole {

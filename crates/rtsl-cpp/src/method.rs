@@ -719,7 +719,7 @@ fn describe(value: &Expression, scalar: Scalar) -> String {
         },
         Expression::Choice(..) => "chosen",
         Expression::Call(callee, _) => match callee.as_str() {
-            "std::fma" | "wrapping_add" => "sum",
+            "std::fma" | "fused" | "wrapping_add" => "sum",
             "std::sqrt" => "root",
             "std::fabs" | "wrapping_abs" => "magnitude",
             "std::floor" | "std::ceil" | "std::trunc" | "std::nearbyint" => "whole",

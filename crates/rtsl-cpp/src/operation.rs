@@ -43,7 +43,11 @@ impl Writer<'_> {
             }
             OpKind::Fma(a, b, c) => {
                 let [a, b, c] = self.operands([a, b, c], out);
-                Expression::call("std::fma", [a, b, c])
+                let value = Expression::call("std::fma", [a, b, c]);
+                match self.uses.goes_into_negation(result) {
+                    true => self.help(Helper::Fused, [value]),
+                    false => value,
+                }
             }
             OpKind::Convert(to, a) => {
                 let from = scalar(self, a);

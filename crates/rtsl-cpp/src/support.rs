@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Helper {
     Rounded,
+    Fused,
     Minimum,
     Maximum,
     WrappingAdd,
@@ -28,8 +29,9 @@ pub(crate) enum Helper {
 }
 
 impl Helper {
-    const ALL: [Helper; 19] = [
+    const ALL: [Helper; 20] = [
         Helper::Rounded,
+        Helper::Fused,
         Helper::Minimum,
         Helper::Maximum,
         Helper::WrappingAdd,
@@ -58,6 +60,7 @@ impl Helper {
     pub const fn name(self) -> &'static str {
         match self {
             Helper::Rounded => "rounded",
+            Helper::Fused => "fused",
             Helper::Minimum => "minimum",
             Helper::Maximum => "maximum",
             Helper::WrappingAdd => "wrapping_add",
@@ -82,6 +85,7 @@ impl Helper {
     const fn text(self) -> &'static str {
         match self {
             Helper::Rounded => ROUNDED,
+            Helper::Fused => FUSED,
             Helper::Minimum => MINIMUM,
             Helper::Maximum => MAXIMUM,
             Helper::WrappingAdd => WRAPPING_ADD,
@@ -150,6 +154,23 @@ inline float rounded(float product) {
     __asm__("" : "+w"(product));
 #endif
     return product;
+}
+"#;
+
+const FUSED: &str = r#"
+/// A fused product and sum that is negated. For GCC, which joins both to an instruction whose zero has
+/// the other sign.
+inline float fused(float sum) {
+#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__x86_64__)
+    __asm__("" : "+x"(sum));
+#elif defined(__aarch64__)
+    __asm__("" : "+w"(sum));
+#else
+    __asm__("" : "+m"(sum));
+#endif
+#endif
+    return sum;
 }
 "#;
 

@@ -11,13 +11,29 @@ pub(crate) struct Uses {
     /// The loop depths of the definition and of the last use.
     defined: IndexVec<Value, u32>,
     used: IndexVec<Value, u32>,
-    /// True for products that may become an operand of a sum directly.
-    into_sums: IndexVec<Value, bool>,
+    /// The operations that may have the value as an operand directly, however it is named between.
+    reaches: IndexVec<Value, Reach>,
     /// True for values whose last use initialises or assigns a variable.
     assigned: IndexVec<Value, bool>,
     loads: IndexVec<VariableId, u32>,
     /// The upper bound of integers that have been clamped to a range from 0.
     clamped: IndexVec<Value, Option<i32>>,
+}
+
+/// Operations of f32 that compilers join with the one that makes their operand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Reach {
+    sum: bool,
+    negation: bool,
+}
+
+impl Reach {
+    const SUM: Reach = Reach { sum: true, negation: false };
+    const ALL: Reach = Reach { sum: true, negation: true };
+
+    fn or(self, other: Reach) -> Reach {
+        Reach { sum: self.sum || other.sum, negation: self.negation || other.negation }
+    }
 }
 
 impl Uses {
@@ -27,7 +43,7 @@ impl Uses {
             counts: IndexVec::filled(values, 0),
             defined: IndexVec::filled(values, 0),
             used: IndexVec::filled(values, 0),
-            into_sums: IndexVec::filled(values, false),
+            reaches: IndexVec::filled(values, Reach::default()),
             assigned: IndexVec::filled(values, false),
             loads: IndexVec::filled(function.variables.len(), 0),
             clamped: IndexVec::filled(values, None),
@@ -55,7 +71,12 @@ impl Uses {
     /// True if the value is an operand of a sum directly, so that compilers might contract the operation that makes it
     /// with the sum.
     pub fn goes_into_sum(&self, value: Value) -> bool {
-        self.into_sums[value]
+        self.reaches[value].sum
+    }
+
+    /// True if the value is the operand of a negation directly, so that compilers might join both.
+    pub fn goes_into_negation(&self, value: Value) -> bool {
+        self.reaches[value].negation
     }
 
     /// True if an integer is from 0 to `last` because it has been clamped to that range: `min(max(a, 0), last)`.
@@ -116,45 +137,42 @@ impl Uses {
         self.used[value] = loops;
     }
 
-    /// Propagates once from sums to their operands; returns true if anything changed.
+    /// Propagates once from sums and negations to their operands; returns true if anything changed.
     fn spread(&mut self, function: &Function, region: &Region) -> bool {
         let mut found = false;
         for op in region.ops.iter().rev() {
-            let goes = op.results.iter().map(|result| self.goes_into_sum(result));
-            let goes: Vec<bool> = goes.collect();
-            let mut mark = |value: Value, uses: &mut Uses| {
-                found |= !std::mem::replace(&mut uses.into_sums[value], true);
+            let reaches: Vec<Reach> = op.results.iter().map(|result| self.reaches[result]).collect();
+            let mut mark = |value: Value, reach: Reach, uses: &mut Uses| {
+                let reach = reach.or(uses.reaches[value]);
+                found |= std::mem::replace(&mut uses.reaches[value], reach) != reach;
             };
             match &op.kind {
                 OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, b)
                     if function.scalar(*a) == Scalar::F32 =>
                 {
-                    mark(*a, self);
-                    mark(*b, self);
+                    mark(*a, Reach::SUM, self);
+                    mark(*b, Reach::SUM, self);
                 }
-                OpKind::Unary(UnaryOp::Negate, a) if goes[0] => mark(*a, self),
-                OpKind::Select(_, a, b) | OpKind::Binary(BinaryOp::Min | BinaryOp::Max, a, b)
-                    if goes[0] =>
-                {
-                    mark(*a, self);
-                    mark(*b, self);
+                OpKind::Unary(UnaryOp::Negate, a) if function.scalar(*a) == Scalar::F32 => {
+                    mark(*a, Reach { negation: true, ..reaches[0] }, self);
+                }
+                OpKind::Select(_, a, b) | OpKind::Binary(BinaryOp::Min | BinaryOp::Max, a, b) => {
+                    mark(*a, reaches[0], self);
+                    mark(*b, reaches[0], self);
                 }
                 // Locals are memory, but compilers keep them in registers.
-                OpKind::Store(_, _, value) => mark(*value, self),
+                OpKind::Store(_, _, value) => mark(*value, Reach::ALL, self),
                 OpKind::If { then, otherwise, .. } => {
-                    for (index, goes) in goes.iter().enumerate() {
-                        if *goes {
-                            mark(then.yields[index], self);
-                            mark(otherwise.yields[index], self);
-                        }
+                    for (index, reach) in reaches.iter().enumerate() {
+                        mark(then.yields[index], *reach, self);
+                        mark(otherwise.yields[index], *reach, self);
                     }
                 }
                 OpKind::Loop { initial, body } => {
-                    for (index, goes) in goes.iter().enumerate() {
-                        if *goes || self.goes_into_sum(body.params[index]) {
-                            mark(initial[index], self);
-                            mark(body.yields[index + 1], self);
-                        }
+                    for (index, reach) in reaches.iter().enumerate() {
+                        let reach = reach.or(self.reaches[body.params[index]]);
+                        mark(initial[index], reach, self);
+                        mark(body.yields[index + 1], reach, self);
                     }
                 }
                 _ => {}

@@ -94,12 +94,12 @@ fn arithmetic_on_floats() {
         %r: f32 = approximate_reciprocal %even %i: f32 = approximate_inverse_sqrt %r %s: f32 = approximate_sqrt %i
         return scratch:kept@0 = %s",
         expect![[r#"
-            const float magnitude = std::fabs(-std::fma(maximum(minimum((radius + state.rt_RayOrigin[1]
-                                - radius) * state.rt_RayOrigin[1] / radius, state.rt_RayOrigin[1]),
-                        radius), radius, state.rt_RayOrigin[1]));
+            const float sum = fused(std::fma(maximum(minimum((radius + state.rt_RayOrigin[1] - radius)
+                                * state.rt_RayOrigin[1] / radius, state.rt_RayOrigin[1]), radius),
+                    radius, state.rt_RayOrigin[1]));
             const float ratio = 1.0f
                 / std::sqrt(1.0f
-                        / std::nearbyint(std::trunc(std::ceil(std::floor(std::sqrt(magnitude))))));
+                        / std::nearbyint(std::trunc(std::ceil(std::floor(std::sqrt(std::fabs(-sum)))))));
             scratch.kept[0] = std::sqrt(ratio);
         "#]],
     );
@@ -119,6 +119,23 @@ fn products_that_go_into_sums_are_rounded_before() {
             scratch.kept[0] = rounded(radius * state.rt_RayOrigin[1]) + radius
                 - (flag != 0u ? -rounded(state.rt_RayOrigin[1] * state.rt_RayOrigin[1]) : radius);
             scratch.kept[1] = radius * radius * state.rt_RayOrigin[1];
+        "#]],
+    );
+}
+
+#[test]
+fn fused_sums_that_are_negated_are_computed_before() {
+    check(
+        "
+        %a: f32 = load member:radius@0 %b: f32 = load state:rt_RayOrigin@1 %c: bool = load member:flag@0
+        %sum: f32 = fma %a, %b, %a %chosen: f32 = select %c, %sum, %a %negative: f32 = negate %chosen
+        %other: f32 = fma %a, %a, %b
+        return scratch:kept@0 = %negative, scratch:kept@1 = %other",
+        expect![[r#"
+            scratch.kept[0] = -(flag != 0u
+                ? fused(std::fma(radius, state.rt_RayOrigin[1], radius))
+                : radius);
+            scratch.kept[1] = std::fma(radius, radius, state.rt_RayOrigin[1]);
         "#]],
     );
 }

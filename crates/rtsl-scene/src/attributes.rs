@@ -2,7 +2,8 @@
 //! the shape's class.
 //!
 //! A shape gives one value of an attribute, or one for each of its vertices or faces. Its class is then one that
-//! inherits the class of the shape, and has the attribute as a member, or interpolates it in `computeTextureCoordinates`.
+//! inherits the class of the shape, and has the attribute as a member, or interpolates it in
+//! `computeTextureCoordinates`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;

@@ -324,7 +324,9 @@ fn every_primitive_of_the_library_gives_the_bits_of_the_oracle() {
         let instances: Vec<Arc<Instance>> = instances.collect();
         if !instances.is_empty() {
             let hits = check(&engines, &instances, &mut random);
-            assert!(hits > 20, "{}: {hits} rays hit", class.name);
+            // Without parameters it has no parts.
+            let is_empty = class.name == "SdfUnion";
+            assert!(hits > 20 || is_empty, "{}: {hits} rays hit", class.name);
             hit_classes += 1;
         }
     }
