@@ -72,11 +72,14 @@ struct Maker<'m> {
 
 impl<'m> Maker<'m> {
     fn make(&self) -> Result<class::Class, Vec<Diagnostic>> {
-        let mut failures = Vec::new();
+        let mut failures: Vec<Diagnostic> = Vec::new();
         let mut keep = |function: Lowered<Function>| match function {
             Ok(function) => function,
             Err(diagnostic) => {
-                failures.push(*diagnostic);
+                // A method that has derivatives too is lowered twice.
+                if !failures.contains(&diagnostic) {
+                    failures.push(*diagnostic);
+                }
                 Function::new("")
             }
         };
