@@ -141,7 +141,8 @@ impl Uses {
     fn spread(&mut self, function: &Function, region: &Region) -> bool {
         let mut found = false;
         for op in region.ops.iter().rev() {
-            let reaches: Vec<Reach> = op.results.iter().map(|result| self.reaches[result]).collect();
+            let reaches: Vec<Reach> =
+                op.results.iter().map(|result| self.reaches[result]).collect();
             let mut mark = |value: Value, reach: Reach, uses: &mut Uses| {
                 let reach = reach.or(uses.reaches[value]);
                 found |= std::mem::replace(&mut uses.reaches[value], reach) != reach;

@@ -1,10 +1,10 @@
 //! Derivatives: replaces [`OpKind::Derivative`] by operations that compute it.
 //!
-//! Forward mode (Wengert, "A Simple Automatic Derivative Evaluation Program", CACM 1964): beside each f32 that depends
-//! on a seed, its derivative with respect to that seed is computed, its *tangent*. Tangents follow the operations as
-//! they are executed, through branches, loops and locals. Comparisons, roundings, integers, loads of data and answers of
-//! the host have none. [`OpKind::ChainRule`] states the derivative of functions whose operations do not show it, such as
-//! those that compute with the bits of their arguments.
+//! Forward mode (Wengert, "A Simple Automatic Derivative Evaluation Program", CACM 1964): beside each f32 that
+//! depends on a seed, its derivative with respect to that seed is computed, its *tangent*. Tangents follow the
+//! operations as they are executed, through branches, loops and locals. Comparisons, roundings, integers, loads of
+//! data and answers of the host have none. [`OpKind::ChainRule`] states the derivative of functions whose
+//! operations do not show it, such as those that compute with the bits of their arguments.
 //!
 //! The pass runs when functions are linked, so that the derivative of a texture's value is that of the texture's code.
 
