@@ -532,8 +532,8 @@ fn materials_on_top_of_others() {
         ),
         ("Bump", &[matte.clone(), metal.clone()], "base", &bump),
         ("Layered", &[matte.clone(), metal.clone(), mirror.clone()], "base", &[("coat", varnish)]),
-        ("Layered", &[plastic.clone()], "coat", &dusty),
-        ("TwoSided", &[plastic], "front", &[]),
+        ("Layered", std::slice::from_ref(&plastic), "coat", &dusty),
+        ("TwoSided", std::slice::from_ref(&plastic), "front", &[]),
         ("TwoSided", &[metal], "back", &[("front", matte.clone())]),
         ("Masked", &[matte, mirror], "base", &[("opacity", half)]),
     ];
