@@ -359,7 +359,14 @@ const PATH_TRACER: &str = "
             %x: f32, %y: f32, %z: f32, %gx: f32, %gy: f32, %gz: f32, %nx: f32, %ny: f32, %nz: f32,
                 %u: f32, %v: f32, %u3: f32, %v3: f32, %w3: f32, %ux: f32, %uy: f32, %uz: f32,
                 %vx: f32, %vy: f32, %vz: f32, %du: f32, %dv: f32, %offset: f32,
-                %dsdu: f32, %dsdv: f32, %dtdu: f32, %dtdv: f32 =
+                %dsdu: f32, %dsdv: f32, %dtdu: f32, %dtdv: f32,
+                %own0: f32, %own1: f32, %own2: f32, %own3: f32, %own4: f32, %own5: f32, %own6: f32, %own7: f32,
+                %own8: f32, %own9: f32, %own10: f32, %own11: f32, %own12: f32, %own13: f32, %own14: f32, %own15: f32,
+                %own16: f32, %own17: f32, %own18: f32, %own19: f32, %own20: f32, %own21: f32, %own22: f32, %own23: f32,
+                %own24: f32, %own25: f32, %own26: f32, %own27: f32, %own28: f32, %own29: f32, %own30: f32, %own31: f32,
+                %own32: f32, %own33: f32, %own34: f32, %own35: f32, %own36: f32, %own37: f32, %own38: f32, %own39: f32,
+                %own40: f32, %own41: f32, %own42: f32, %own43: f32, %own44: f32, %own45: f32, %own46: f32, %own47: f32,
+                %own48: f32, %own49: f32, %own50: f32, %own51: f32, %own52: f32, %own53: f32, %own54: f32, %own55: f32 =
                 query surface_properties %o, %i, %e, %t, %zero, %far, %px, %py, %pz, %qx, %qy, %qz, %zero, %zero
             %s1: f32, %s2: f32 = query sample_pair %depth %s3: f32 = query sample %depth
             %lit: bool, %ax: f32, %ay: f32, %az: f32, %distance: f32, %cr: f32, %cg: f32, %cb: f32, %pdf: f32 =
