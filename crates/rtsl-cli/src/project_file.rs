@@ -104,7 +104,8 @@ impl<'a> Reader<'a> {
     }
 
     fn read_search_path(&mut self, value: &Spanned<DeValue<'_>>) {
-        const EXPECTED: &str = "expected a list of folders, for example `[\"lib\", \"../shared\"]`";
+        const EXPECTED: &str =
+            "expected a list of folders, for example `[\"lib\", \"../shaders\"]`";
         let DeValue::Array(folders) = value.get_ref() else {
             let message = format!("`{SEARCH_PATH}` is {}", kind_of(value.get_ref()));
             return self.report(message, value.span(), EXPECTED);

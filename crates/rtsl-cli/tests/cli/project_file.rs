@@ -25,7 +25,7 @@ fn folder(name: &str, project: &str) -> Folder {
 
 #[test]
 fn folders_of_the_project_are_searched() {
-    let project = "# Shaders of all scenes.\nsearch-path = [\"lib\", \"../shared\"]\n";
+    let project = "# Shaders of all scenes.\nsearch-path = [\"lib\", \"../shaders\"]\n";
     let folder = folder("project", project);
     folder.run(&["check", "work/used.rtsl", "work/scene.pbrt"]).exits(DONE);
     let lookup = ["eval", "work/used.rtsl", "lookup"];

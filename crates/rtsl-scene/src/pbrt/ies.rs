@@ -4,9 +4,10 @@ use rtsl::{Diagnostic, Numbers, Value, diagnostic_codes as codes};
 use rtsl_memory::Amount;
 
 use super::images::Images;
+use super::named_file::NamedFile;
 use super::photometry::Photometry;
 use crate::description::Entity;
-use crate::reader::{Input, SceneFiles, unreadable};
+use crate::reader::{Input, SceneFiles};
 
 /// The parameters that are read here: the file, and the degrees by which the luminaire is tilted.
 pub const PARAMETERS: &[&str] = &["filename", "tilt"];
@@ -20,31 +21,19 @@ pub fn values(
     files: SceneFiles<'_>,
     _: &mut Images,
 ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-    let Some((name, parameter)) = entity.text("filename").filter(|(name, _)| !name.is_empty())
-    else {
-        let message = format!("`{}` names no file", entity.class);
-        let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
-        let expected = "expected for example `\"string filename\" \"lamp.ies\"`";
-        return Err(Box::new(diagnostic.at(entity.class_span, expected)));
-    };
+    let file = NamedFile::of(entity, files)?;
     if let Some(given) = OF_FILE.iter().find_map(|name| entity.parameter(name)) {
         let message = format!("`{}` is given by a file, and once more here", given.name);
         let diagnostic = Diagnostic::new(codes::DUPLICATE_NAME, message);
         let help = "remove it, or `filename`";
         return Err(Box::new(diagnostic.at(given.declaration, "").help(help)));
     }
-    let path = files.path(name);
-    let at = |diagnostic: Diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here"));
-    let input = files.read(&path).and_then(|mut input| {
-        // A number takes two bytes of the file at least, and the multipliers of a tilt are longer.
-        input.held.grow_to(Amount(input.bytes.len() as u64).times(6))?;
-        Ok(input)
-    });
-    let Input { bytes, held } = input.map_err(|error| at(unreadable(&path, &error)))?;
+    // A number takes two bytes of the file at least, and the multipliers of a tilt are longer.
+    let Input { bytes, held } = file.read(files, 6)?;
     let tilt = tilt(entity)?;
     let photometry = Photometry::read(&bytes, tilt).map_err(|error| {
-        let message = format!("cannot read `{}`, {error}", path.display());
-        at(Diagnostic::new(codes::UNREADABLE_FILE, message).help(error.remedy))
+        let message = format!("cannot read `{}`, {error}", file.path.display());
+        file.at(Diagnostic::new(codes::UNREADABLE_FILE, message).help(error.remedy))
     })?;
     let Photometry { verticals, horizontals, candela } = photometry;
     held.keep(Amount::of::<f32>(verticals.len() + horizontals.len() + candela.len()));

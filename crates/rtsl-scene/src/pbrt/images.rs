@@ -12,6 +12,7 @@ use rtsl_image::{Depth, Encoding, Mipmap, Picture, PictureError};
 use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, temporary_folder};
 
 use super::image_lights;
+use super::named_file::NamedFile;
 use crate::description::{Entity, EntityKind};
 use crate::reader::{Input, Parameter, SceneFiles, unreadable};
 
@@ -188,16 +189,9 @@ impl Images {
         files: SceneFiles<'_>,
         use_: Use,
     ) -> Result<Arc<Converted>, Box<Diagnostic>> {
-        let Some((name, parameter)) = entity.text("filename") else {
-            let message = format!("`{}` names no file", entity.class);
-            let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
-            return Err(Box::new(
-                diagnostic.at(entity.class_span, "expected `\"string filename\"`"),
-            ));
-        };
+        let file = NamedFile::of(entity, files)?;
         let reading = reading(entity)?;
-        self.read(&files.path(name), reading, files, use_)
-            .map_err(|diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here")))
+        self.read(&file.path, reading, files, use_).map_err(|diagnostic| file.at(diagnostic))
     }
 
     /// The texels of the image file that the scene calls `name`, without an encoding, as the class `Image` takes them.

@@ -5,9 +5,10 @@ use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
 use rtsl_memory::Amount;
 
 use super::images::Images;
+use super::named_file::NamedFile;
 use super::tensor::{TensorError, Tensors};
 use crate::description::Entity;
-use crate::reader::{Input, SceneFiles, unreadable};
+use crate::reader::{Input, SceneFiles};
 use crate::spectrum::daylight_weights;
 
 /// The parameter of the format.
@@ -25,25 +26,14 @@ pub fn values(
     files: SceneFiles<'_>,
     _: &mut Images,
 ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-    let Some((name, parameter)) = entity.text("filename").filter(|(name, _)| !name.is_empty())
-    else {
-        let message = format!("`{}` names no file", entity.class);
-        let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
-        return Err(Box::new(diagnostic.at(entity.class_span, "expected `\"string filename\"`")));
-    };
-    let path = files.path(name);
-    let at = |diagnostic: Diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here"));
-    let input = files.read(&path).and_then(|mut input| {
-        // Densities are stored with their sums, and colours are at most as long as spectra.
-        input.held.grow_to(Amount(input.bytes.len() as u64).times(4))?;
-        Ok(input)
-    });
-    let Input { bytes, held } = input.map_err(|error| at(unreadable(&path, &error)))?;
+    let file = NamedFile::of(entity, files)?;
+    // Densities are stored with their sums, and colours are at most as long as spectra.
+    let Input { bytes, held } = file.read(files, 4)?;
     let measured = Tensors::new(&bytes).and_then(|tensors| Measured::new(&tensors));
     let measured = measured.map_err(|error| {
-        let message = format!("cannot read `{}`: {error}", path.display());
+        let message = format!("cannot read `{}`: {error}", file.path.display());
         let help = "expected a file of the RGL material database, whose name ends in `.bsdf`";
-        at(Diagnostic::new(codes::UNREADABLE_FILE, message).help(help))
+        file.at(Diagnostic::new(codes::UNREADABLE_FILE, message).help(help))
     })?;
     held.keep(Amount::of::<u32>(measured.tables.len()));
     Ok(measured.values())

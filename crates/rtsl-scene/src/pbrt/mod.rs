@@ -13,6 +13,7 @@ mod materials;
 mod measured;
 mod mesh_shape;
 mod name;
+mod named_file;
 mod parallelogram;
 mod photometry;
 mod portal;

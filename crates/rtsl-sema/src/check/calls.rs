@@ -119,11 +119,10 @@ impl Checker<'_> {
         self.check_function_call(name, name_span, arguments, span)
     }
 
-    /// Resolves the name of a call, built-in functions aside. In the prelude, names of built-in
-    /// functions always mean those, so that no name of a user's class is captured by implied
-    /// methods.
+    /// Resolves the name of a call, built-in functions and types aside. In the prelude, names of built-in functions and
+    /// types always mean those, so that implied methods capture no name of a user's class.
     fn callee(&self, name: &str) -> Option<Entity> {
-        if self.in_prelude && builtins::find(name).is_some() {
+        if self.in_prelude && (builtins::find(name).is_some() || builtin_type(name).is_some()) {
             return None;
         }
         self.find(name).map(|named| named.entity.clone())

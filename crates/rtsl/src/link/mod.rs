@@ -28,3 +28,4 @@ pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
 pub(crate) mod unread_slots;
+mod zeroed_locals;

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use rtsl::host::NoHost;
 use rtsl::{
-    ATTRIBUTES, AttributeTable, CallArguments, CallMode, Compiler, Engine, Instance, Instances,
-    LaneBlock, Method, TO_OBJECT, TO_WORLD, Unit, Value, new_state, set_defaults,
+    ATTRIBUTES, AttributeTable, Compiler, Engine, Instance, LaneBlock, Method, TO_OBJECT, TO_WORLD,
+    Unit, new_state, set_defaults,
 };
 
-use crate::common::{component, engines};
+use crate::common::{call_packet, component, engines, new, unit};
 
 const COUNT: usize = 19;
 
@@ -55,24 +54,12 @@ void intersect() { hit(by.lookupFloat()); }
 void computeNormal() { rt_GeometricNormal = rgb(by.lookup(rt_HitPoint = vec3(1.0, 2.0, 4.0))); }
 ";
 
-fn unit() -> Unit {
-    let compilation = Compiler::default().compile("test.rtsl", TEXT);
-    assert_eq!(compilation.report(false), "");
-    compilation.unit.unwrap()
-}
-
-fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
-    Instance::new(unit.class(class).unwrap(), arguments).unwrap()
-}
-
 fn dusty(unit: &Unit) -> Arc<Instance> {
     new(unit, "Dusty", vec![("dust", new(unit, "Dust", vec![]).into())])
 }
 
 /// Calls a method for rays whose hit points and hidden state differ.
 fn call(engine: &Engine, instance: &Instance, method: Method) -> LaneBlock {
-    let program = engine.program(instance);
-    let kernel = program.kernel(method, CallMode::Packet).unwrap();
     let mut state = new_state(COUNT);
     set_defaults(&mut state, instance.class().roles[0]);
     for ray in 0..COUNT {
@@ -90,16 +77,7 @@ fn call(engine: &Engine, instance: &Instance, method: Method) -> LaneBlock {
             set(TO_WORLD, &[1.0, 1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 1.0, number, 5.0, 6.0]);
         }
     }
-    let status = kernel.call(CallArguments {
-        state: &mut state,
-        scratch: &mut program.new_scratch(COUNT),
-        count: COUNT,
-        mask: None,
-        accepted: None,
-        instances: Instances::One(&program.block(instance)),
-        host: &mut NoHost,
-    });
-    assert!(!status.budget_exhausted);
+    call_packet(engine, instance, method, &mut state);
     state
 }
 
@@ -109,7 +87,7 @@ fn numbers(state: &LaneBlock, name: &str, count: usize, ray: usize) -> Vec<f32> 
 
 #[test]
 fn shaders_read_what_shapes_give() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let (dusty, hill, plain) =
         (dusty(&unit), new(&unit, "Hill", vec![]), new(&unit, "Plain", vec![]));
     let table = AttributeTable::new([&*dusty], [&*hill, &*plain]).unwrap();
@@ -136,7 +114,7 @@ fn shaders_read_what_shapes_give() {
 
 #[test]
 fn attributes_that_nothing_gives_are_their_defaults() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let (dusty, hill) = (dusty(&unit), new(&unit, "Hill", vec![]));
     assert!(AttributeTable::new([&*hill], [&*hill]).unwrap().is_empty());
     for engine in engines() {
@@ -152,7 +130,7 @@ fn attributes_that_nothing_gives_are_their_defaults() {
 
 #[test]
 fn programs_are_shared_by_instances_with_equal_lists() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let (dusty, hill) = (dusty(&unit), new(&unit, "Hill", vec![]));
     let table = || AttributeTable::new([&*dusty], [&*hill]).unwrap();
     let engine = &engines()[0];
@@ -180,7 +158,7 @@ fn too_many_attributes_are_an_error() {
 
 #[test]
 fn points_vectors_and_normals_are_mapped() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let maps = new(&unit, "Maps", vec![]);
     for engine in engines() {
         let state = call(&engine, &maps, Method::Lookup);
@@ -207,7 +185,7 @@ fn points_vectors_and_normals_are_mapped() {
 
 #[test]
 fn textures_of_shapes_have_no_hit_object() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let maps = new(&unit, "Bent", vec![("by", new(&unit, "Maps", vec![]).into())]);
     let dust = new(&unit, "Bent", vec![("by", new(&unit, "Dust", vec![]).into())]);
     let hill = new(&unit, "Hill", vec![]);

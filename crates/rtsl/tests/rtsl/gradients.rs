@@ -4,20 +4,11 @@
 
 use std::sync::Arc;
 
-use rtsl::host::NoHost;
-use rtsl::{
-    CallArguments, CallMode, Compiler, Engine, Instance, Instances, Method, Unit, Value, new_state,
-};
+use rtsl::{Engine, Instance, Method, new_state};
 
-use crate::common::{component, engines};
+use crate::common::{call_packet, component, engines, new, unit};
 
 const COUNT: usize = 37;
-
-fn unit(text: &str) -> Unit {
-    let compilation = Compiler::default().compile("test.rtsl", text);
-    assert_eq!(compilation.report(false), "");
-    compilation.unit.unwrap()
-}
 
 /// The place of a ray.
 fn uv(ray: usize) -> [f32; 2] {
@@ -26,23 +17,13 @@ fn uv(ray: usize) -> [f32; 2] {
 
 /// The colours of `lookup` at the places of rays.
 fn colors(engine: &Engine, instance: &Instance) -> Vec<[f32; 3]> {
-    let program = engine.program(instance);
-    let kernel = program.kernel(Method::Lookup, CallMode::Packet).unwrap();
     let mut state = new_state(COUNT);
     for ray in 0..COUNT {
         for (index, value) in uv(ray).into_iter().enumerate() {
             state.floats_mut(component("rt_TextureUV") + index)[ray] = value;
         }
     }
-    let _ = kernel.call(CallArguments {
-        state: &mut state,
-        scratch: &mut program.new_scratch(COUNT),
-        count: COUNT,
-        mask: None,
-        accepted: None,
-        instances: Instances::One(&program.block(instance)),
-        host: &mut NoHost,
-    });
+    call_packet(engine, instance, Method::Lookup, &mut state);
     let color = component("rt_TextureColor");
     (0..COUNT).map(|ray| [0, 1, 2].map(|it| state.floats(color + it)[ray])).collect()
 }
@@ -55,10 +36,6 @@ fn all_colors(instance: &Arc<Instance>) -> Vec<[f32; 3]> {
     };
     assert!(colors.iter().all(|other| bits(other) == bits(&colors[0])));
     colors.into_iter().next().unwrap()
-}
-
-fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
-    Instance::new(unit.class(class).unwrap(), arguments).unwrap()
 }
 
 /// Compares the gradient of a function of `p` with central differences of `expected`.

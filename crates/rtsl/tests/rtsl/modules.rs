@@ -1,12 +1,8 @@
 //! Modules, classes of the library as bases, and calls of inherited functions.
 
-use rtsl::host::NoHost;
-use rtsl::{
-    CallArguments, CallMode, Compilation, Compiler, Instance, Instances, MemoryLoader, Method,
-    new_state,
-};
+use rtsl::{Compilation, Compiler, Instance, MemoryLoader, Method, new_state};
 
-use crate::common::{component, engines};
+use crate::common::{call_packet, component, engines};
 
 /// Compiles a text that may import these files.
 fn compile(text: &str, files: &[(&str, &str)]) -> Compilation {
@@ -23,19 +19,9 @@ fn value(text: &str, class: &str, files: &[(&str, &str)]) -> f32 {
     assert_eq!(compilation.report(false), "");
     let instance = Instance::new(compilation.unit.unwrap().class(class).unwrap(), []).unwrap();
     let values = engines().into_iter().map(|engine| {
-        let program = engine.program(&instance);
         let mut state = new_state(1);
         state.floats_mut(component("rt_TextureUV"))[0] = 0.25;
-        let kernel = program.kernel(Method::Lookup, CallMode::Packet).unwrap();
-        let _ = kernel.call(CallArguments {
-            state: &mut state,
-            scratch: &mut program.new_scratch(1),
-            count: 1,
-            mask: None,
-            accepted: None,
-            instances: Instances::One(&program.block(&instance)),
-            host: &mut NoHost,
-        });
+        call_packet(&engine, &instance, Method::Lookup, &mut state);
         state.floats(component("rt_FloatTextureValue"))[0]
     });
     let values: Vec<f32> = values.collect();

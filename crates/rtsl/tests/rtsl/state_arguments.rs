@@ -1,14 +1,12 @@
 //! Calls of other shaders with arguments for state variables, on all backends.
 
-use std::sync::Arc;
-
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, CallMode, Compiler, Engine, Instance, Instances, LaneMask, Method, Unit, Value,
+    CallArguments, CallMode, Engine, Instance, Instances, LaneMask, Method, Unit, Value,
     lookup_state, new_state,
 };
 
-use crate::common::{component, engines};
+use crate::common::{component, engines, new, unit};
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
@@ -83,16 +81,6 @@ void BSDF() { rt_BSDFValue = kd.lookup(rt_TextureUV, 0.5, rt_TextureUV.x) + kd.l
 void evaluatePDF() { rt_PDF = kd.lookupFloat(vec2(0.0), 2, 3) + kd.lookupFloat(vec2(1.0), rt_du = 1.0); }
 ";
 
-fn unit() -> Unit {
-    let compilation = Compiler::default().compile("test.rtsl", TEXT);
-    assert_eq!(compilation.report(false), "");
-    compilation.unit.unwrap()
-}
-
-fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
-    Instance::new(unit.class(class).unwrap(), arguments).unwrap()
-}
-
 fn seen(unit: &Unit) -> Value {
     let kd = new(unit, "Coordinates", vec![]).into();
     new(unit, "Seen", vec![("kd", kd)]).into()
@@ -161,7 +149,7 @@ fn check(
 
 #[test]
 fn the_callee_sees_the_arguments_and_else_the_state_of_the_caller() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let wrapper = new(&unit, "Wrapper", vec![("base", seen(&unit))]);
     check(&wrapper, Method::Bsdf, "rt_BSDFValue", |[u, v], number| {
         // The normal (1, 2, n) turned is (2, n, 1).
@@ -180,7 +168,7 @@ fn the_callee_sees_the_arguments_and_else_the_state_of_the_caller() {
 
 #[test]
 fn arguments_reach_what_the_callee_calls() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let between = new(&unit, "Between", vec![("base", seen(&unit))]);
     let wrapper = new(&unit, "Wrapper", vec![("base", between.into())]);
     check(&wrapper, Method::Bsdf, "rt_BSDFValue", |[u, v], number| {
@@ -192,7 +180,7 @@ fn arguments_reach_what_the_callee_calls() {
 
 #[test]
 fn textures_are_looked_up_elsewhere() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let height = new(&unit, "Coordinates", vec![]).into();
     let shifted = new(&unit, "Shifted", vec![("height", height)]);
     check(&shifted, Method::Bsdf, "rt_BSDFValue", |_, _| [0.0, 0.0, 2.0]);
@@ -200,7 +188,7 @@ fn textures_are_looked_up_elsewhere() {
 
 #[test]
 fn textures_see_the_surface_and_the_ray() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let kd = new(&unit, "Facing", vec![]).into();
     let looking = new(&unit, "Looking", vec![("kd", kd)]);
     // The normals are (1, 2, n) and (0, n, 0), and the ray's direction (0.5, 0.25, 1).
@@ -209,7 +197,7 @@ fn textures_see_the_surface_and_the_ray() {
 
 #[test]
 fn lookups_may_give_the_widths_of_the_filter() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let filtered = || new(&unit, "Filtered", vec![]).into();
     let wide = new(&unit, "Wide", vec![("kd", filtered()), ("tint", filtered())]);
     // Widths that a call does not give are those of the caller.

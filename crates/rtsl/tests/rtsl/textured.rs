@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, CallMode, Compiler, Engine, Instance, Instances, LaneMask, Method, Unit, Value,
+    CallArguments, CallMode, Engine, Instance, Instances, LaneMask, Method, Unit, Value,
     lookup_state, new_state, type_name,
 };
 
-use crate::common::engines;
+use crate::common::{engines, new, unit};
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
@@ -48,16 +48,6 @@ void shade() { rt_SampleColor = color(roughness * roughness); }
 class NotANumber : rt_Texture;
 void lookup() { rt_FloatTextureValue = sqrt(rt_TextureUV.x - 10.0); }
 ";
-
-fn unit() -> Unit {
-    let compilation = Compiler::default().compile("test.rtsl", TEXT);
-    assert_eq!(compilation.report(false), "");
-    compilation.unit.unwrap()
-}
-
-fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
-    Instance::new(unit.class(class).unwrap(), arguments).unwrap()
-}
 
 fn ramp(unit: &Unit, scale: f32) -> Value {
     new(unit, "Ramp", vec![("scale", scale.into())]).into()
@@ -108,7 +98,7 @@ fn varnish(ray: usize, textured: [bool; 3]) -> [f32; 3] {
 
 #[test]
 fn each_parameter_is_a_value_or_a_texture() {
-    let unit = unit();
+    let unit = unit(TEXT);
     for number in 0..8 {
         let textured = [1, 2, 4].map(|bit| number & bit != 0);
         let given = [("roughness", 2.0), ("tint", 1.0), ("axis", 1.0)];
@@ -134,7 +124,7 @@ fn each_parameter_is_a_value_or_a_texture() {
 /// The code for a value is that of an ordinary member.
 #[test]
 fn a_value_costs_what_a_member_costs() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let code = |class: &str, arguments| {
         let instance = new(&unit, class, arguments);
         let method = engines()[0].program(&instance).method(Method::Shade).unwrap();
@@ -153,7 +143,7 @@ fn a_value_costs_what_a_member_costs() {
 
 #[test]
 fn instances_with_other_textures_have_other_programs() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let engine = &engines()[0];
     let program = |value: Value| engine.program(&new(&unit, "Either", vec![("roughness", value)]));
     let values = [program(0.1.into()), program(0.2.into())];
@@ -166,7 +156,7 @@ fn instances_with_other_textures_have_other_programs() {
 /// The range of a texture is the parameter's. NaN becomes the least value.
 #[test]
 fn textures_stay_in_the_range_of_the_parameter() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let mask = LaneMask::from_fn(COUNT, |_| true);
     for (texture, expected) in [
         (ramp(&unit, 1000.0), [0.1, 0.9]),
@@ -183,7 +173,7 @@ fn textures_stay_in_the_range_of_the_parameter() {
 
 #[test]
 fn hosts_set_numbers_or_textures_and_the_last_counts() {
-    let unit = unit();
+    let unit = unit(TEXT);
     let class = unit.class("Varnish").unwrap();
     let types: Vec<String> = class.parameters.iter().map(|it| type_name(&it.ty)).collect();
     assert_eq!(types, ["texture float", "texture color", "texture vec3"]);

@@ -6,10 +6,11 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
+use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, CallMode, CallStatus, Class, Compiler, CompilerOptions, Engine,
     EngineOptions, Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program,
-    Role, Scalar, Value, lookup_state, new_state,
+    Role, Scalar, Unit, Value, lookup_state, new_state,
 };
 use rtsl_ir::Function;
 use rtsl_testing::functions::{Entropy, HashHost};
@@ -228,6 +229,38 @@ pub fn engines() -> Vec<Engine> {
         Engine::new(options).ok().map(|(engine, _)| engine)
     });
     engines.collect()
+}
+
+/// Compiles a text.
+///
+/// # Panics
+/// If there is anything to tell about it.
+pub fn unit(text: &str) -> Unit {
+    let compilation = Compiler::default().compile("test.rtsl", text);
+    assert_eq!(compilation.report(false), "");
+    compilation.unit.unwrap()
+}
+
+/// An instance of one of the classes of a unit.
+pub fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
+    Instance::new(unit.class(class).unwrap(), arguments).unwrap()
+}
+
+/// Calls a method for all rays of this state, which have one instance and no host.
+pub fn call_packet(engine: &Engine, instance: &Instance, method: Method, state: &mut LaneBlock) {
+    let program = engine.program(instance);
+    let kernel = program.kernel(method, CallMode::Packet).unwrap();
+    let count = state.lanes();
+    let status = kernel.call(CallArguments {
+        state,
+        scratch: &mut program.new_scratch(count),
+        count,
+        mask: None,
+        accepted: None,
+        instances: Instances::One(&program.block(instance)),
+        host: &mut NoHost,
+    });
+    assert!(!status.budget_exhausted);
 }
 
 /// The first component of a state variable.
