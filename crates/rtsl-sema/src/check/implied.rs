@@ -7,7 +7,7 @@
 //! `shade` and `emission`, and cosine sampling if it has neither `sampleBSDF` nor `evaluatePDF`. If
 //! it has only one of the two, the other is not added, since the density of cosine sampling would
 //! not match the class's sampling. One with `emission` and neither `shade` nor `BSDF` receives a
-//! black `BSDF` and with it the other methods.
+//! black `BSDF` and with it the other methods; its `shade` asks for no light.
 
 use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
@@ -25,6 +25,8 @@ const FIELD: &str = "field";
 const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
 /// The same for classes that cannot choose a direction, because they have `evaluatePDF` without `sampleBSDF`.
 const IMPLIED_UNSAMPLED_MATERIAL: &str = "rt_ImpliedUnsampledMaterial";
+/// The class with the `shade` of materials that only glow.
+const IMPLIED_EMITTER: &str = "rt_ImpliedEmitter";
 
 /// Takes the implied classes out of the prelude's items.
 pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
@@ -69,13 +71,19 @@ impl<'a> Checker<'a> {
     }
 
     fn implied_of_material(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
-        let missing = missing_methods(present);
+        let mut missing = missing_methods(present);
         let has = |method: &Method| present.contains(method);
         let of = match has(&Method::EvaluatePdf) && !has(&Method::SampleBsdf) {
             true => IMPLIED_UNSAMPLED_MATERIAL,
             false => IMPLIED_MATERIAL,
         };
-        self.methods_of_implied(of, &missing)
+        let mut implied = Vec::new();
+        if glows_only(present) && !has(&Method::SampleBsdf) {
+            implied.extend(self.methods_of_implied(IMPLIED_EMITTER, &[Method::Shade]));
+            missing.retain(|method| *method != Method::Shade);
+        }
+        implied.extend(self.methods_of_implied(of, &missing));
+        implied
     }
 
     /// The methods of an implied class that are missing.
@@ -99,8 +107,7 @@ impl<'a> Checker<'a> {
 
 fn missing_methods(present: &[Method]) -> Vec<Method> {
     let has = |method| present.contains(&method);
-    let glows_only = has(Method::Emission) && !has(Method::Shade) && !has(Method::Bsdf);
-    if !has(Method::Bsdf) && !glows_only {
+    if !has(Method::Bsdf) && !glows_only(present) {
         return Vec::new();
     }
     let mut wanted = vec![Method::Shade, Method::Bsdf, Method::Emission];
@@ -109,4 +116,9 @@ fn missing_methods(present: &[Method]) -> Vec<Method> {
     }
     wanted.retain(|method| !has(*method));
     wanted
+}
+
+fn glows_only(present: &[Method]) -> bool {
+    let has = |method| present.contains(&method);
+    has(Method::Emission) && !has(Method::Shade) && !has(Method::Bsdf)
 }

@@ -226,6 +226,6 @@ fn materials_receive_implied_methods() {
     // Names that the class declares are not captured by the implied methods.
     let shadows = "public float abs = 1.0; vec3 dot(vec3 a, vec3 b) { return a + b; } float makeFrame(vec3 n) { return n.x * abs; }\n";
     assert_eq!(methods(&with(&(bsdf.to_owned() + shadows))), all);
-    let shadows = "attribute vec3 color = vec3(0.5); void BSDF() { rt_BSDFValue = rgb(color); }\n";
+    let shadows = "attribute float color = 0.5; void BSDF() { rt_BSDFValue *= color; }\n";
     assert_eq!(methods(&with(shadows)), all);
 }
