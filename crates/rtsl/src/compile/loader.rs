@@ -40,7 +40,13 @@ impl FileLoader {
 
     /// Returns the folders to search, that of the including file first.
     fn folders(&self, including: &str) -> Vec<PathBuf> {
-        let beside = self.folder.as_ref().map(|_| folder_of(Path::new(including)).to_owned());
+        let path = Path::new(including);
+        // Text in no file has a name that leads nowhere, unlike the files that it includes.
+        let is_found = |folder: &PathBuf| path.starts_with(without_detours(folder));
+        let is_included =
+            || self.search_path.iter().any(is_found) && library::file(including).is_none();
+        let is_in_file = self.folder.is_some() || is_included();
+        let beside = is_in_file.then(|| folder_of(path).to_owned());
         beside.into_iter().chain(self.search_path.iter().cloned()).collect()
     }
 
@@ -184,5 +190,22 @@ mod tests {
         );
         assert!(matches!(loader.load("d.rtsl", &main), Err(IncludeError::Unreadable(_))));
         assert!(matches!(loader.load("parts", &main), Err(IncludeError::NotFound(_))));
+    }
+
+    #[test]
+    fn files_of_the_path_include_those_beside_them_in_text_of_no_file() {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        std::fs::create_dir_all(root.join("parts")).unwrap();
+        std::fs::write(root.join("a.rtsl"), "a").unwrap();
+        std::fs::write(root.join("parts/b.rtsl"), "b").unwrap();
+        std::fs::write(root.join("parts/c.rtsl"), "c").unwrap();
+        let mut loader = FileLoader::new([root.to_owned()]);
+        let b = loader.load("parts/b.rtsl", "text").unwrap();
+        assert_eq!(loader.load("c.rtsl", &b.name).unwrap().text, "c");
+        assert_eq!(loader.load("../a.rtsl", &b.name).unwrap().text, "a");
+        let outside = loader.load("../../../x.rtsl", &b.name);
+        assert!(matches!(outside, Err(IncludeError::NotFound(_))));
+        assert!(matches!(loader.load("c.rtsl", "text"), Err(IncludeError::NotFound(_))));
     }
 }
