@@ -9,11 +9,11 @@ use rtsl_source::{Diagnostic, Span, deep_stack, diagnostic_codes};
 pub(crate) type Lowered<T> = Result<T, Box<Diagnostic>>;
 
 /// The maximum number of values in a function.
-pub(crate) const VALUES_OF_A_FUNCTION: usize = 400_000;
+pub(crate) const VALUES_OF_A_FUNCTION: usize = 1_000_000;
 
 /// The maximum number of statements and expressions visited for a function while calls are inlined;
 /// bounds the time for code that generates no values.
-pub(crate) const VISITS_OF_A_FUNCTION: u32 = 1_000_000;
+pub(crate) const VISITS_OF_A_FUNCTION: u32 = 2_500_000;
 
 /// The maximum nesting of regions.
 pub(crate) const NESTED_REGIONS: usize = 200;

@@ -12,7 +12,7 @@ use crate::Kernel;
 use crate::kernel::{OpKind, Region};
 
 /// The greatest work of a kernel, in operations.
-pub const MAX_WORK: u64 = 1 << 16;
+pub const MAX_WORK: u64 = 1 << 17;
 
 /// The work of operations without a vector instruction, such as accesses by a varying index, which become a sequence of
 /// code per lane.

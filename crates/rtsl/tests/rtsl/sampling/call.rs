@@ -1,12 +1,14 @@
 //! Calls methods of an instance for many rays.
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use rtsl::{
-    CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, InstanceBlock, Instances,
-    LaneBlock, LaneMask, Method, Program, Value, library, lookup_state, new_state,
+    CallArguments, CallMode, Compilation, Compiler, CompilerOptions, Engine, EngineOptions,
+    Instance, InstanceBlock, Instances, LaneBlock, LaneMask, Method, Program, Value, library,
+    lookup_state, new_state,
 };
 
 use crate::sampling::host::RandomHost;
@@ -24,18 +26,25 @@ impl Shader {
         let header = format!("class {class} :");
         let file = library::files().iter().find(|file| file.text.contains(&header));
         let file = file.unwrap_or_else(|| panic!("no class {class}"));
-        Shader::compiled(file.path, file.text, class, arguments)
+        Shader::of(&Compiler::default().compile(file.path, file.text), class, arguments)
+    }
+
+    /// An instance of a class of this file, whose includes are searched in this folder, too.
+    pub fn file(path: &Path, folder: &Path, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
+        let options =
+            CompilerOptions { search_path: vec![folder.to_owned()], ..CompilerOptions::default() };
+        let compilation = Compiler::new(options).compile_file(path);
+        Shader::of(&compilation, class, arguments)
     }
 
     /// An instance of a class of this text.
     pub fn text(text: &str, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
-        Shader::compiled("test.rtsl", text, class, arguments)
+        Shader::of(&Compiler::default().compile("test.rtsl", text), class, arguments)
     }
 
-    fn compiled(path: &str, text: &str, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
-        let compilation = Compiler::default().compile(path, text);
-        let report = compilation.report(false);
-        let unit = compilation.unit.unwrap_or_else(|| panic!("{report}"));
+    fn of(compilation: &Compilation, class: &str, arguments: Vec<(&str, Value)>) -> Shader {
+        let unit = compilation.unit.as_ref();
+        let unit = unit.unwrap_or_else(|| panic!("{}", compilation.report(false)));
         let class = unit.class(class).expect("the class is there");
         let instance = Instance::new(class, arguments)
             .unwrap_or_else(|problems| panic!("{:?}", problems.into_vec()));

@@ -4,7 +4,7 @@
 use std::f32::consts::FRAC_PI_2;
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rtsl::{Method, Value};
 
 use crate::sampling::call::{Rays, Shader, batches, constant, thinning};
@@ -13,7 +13,7 @@ use crate::sampling::host::random;
 const SAMPLES: usize = 60_000;
 
 /// The directions of a ray and of the surface that it meets.
-struct Meeting {
+pub struct Meeting {
     normal: Vec3,
     tangent: Vec3,
     ray: Vec3,
@@ -21,7 +21,7 @@ struct Meeting {
 
 impl Meeting {
     /// `part` of the right angle from the normal, on its side or behind the surface.
-    fn new(part: f32, behind: bool) -> Meeting {
+    pub fn new(part: f32, behind: bool) -> Meeting {
         let normal = Vec3::new(0.3, 0.8, -0.5).normalize();
         let across = normal.any_orthonormal_vector();
         let turned = Vec3::normalize(across + 0.7 * normal.cross(across));
@@ -44,10 +44,15 @@ impl Meeting {
     }
 }
 
-/// The mean weight of a path: the part of light that is sent on.
+/// The mean weight of a path: the part of red light that is sent on.
 fn albedo(material: &Shader, meeting: &Meeting) -> f32 {
+    albedos(material, meeting).x
+}
+
+/// The same for red, green and blue light.
+pub fn albedos(material: &Shader, meeting: &Meeting) -> Vec3 {
     let count = SAMPLES / thinning();
-    let mut sum = 0.0;
+    let mut sum = DVec3::ZERO;
     for numbers in batches(count) {
         let mut rays = meeting.rays(material, numbers.clone());
         let seed = |ray: usize| Vec3::from_array([0, 1, 2].map(|it| random(ray as u64, it)));
@@ -60,10 +65,10 @@ fn albedo(material: &Shader, meeting: &Meeting) -> f32 {
                 0.0 => 1.0,
                 density => directions[ray].dot(meeting.normal).abs() / density,
             };
-            sum += f64::from(values[ray].x * weight);
+            sum += (values[ray] * weight).as_dvec3();
         }
     }
-    (sum / count as f64) as f32
+    (sum / count as f64).as_vec3()
 }
 
 /// From straight above, aslant, grazing and behind: parts of the right angle from the normal, and

@@ -8,4 +8,5 @@ mod grid;
 mod host;
 mod lights;
 mod materials;
+mod open_pbr;
 mod prelude;
