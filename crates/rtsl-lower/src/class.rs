@@ -46,6 +46,10 @@ pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<
     })
 }
 
+/// The methods of which callers may take derivatives: of textures any shader, of primitives those that have hits of others.
+const DIFFERENTIABLE: [Method; 3] =
+    [Method::Lookup, Method::Intersect, Method::ComputeTextureCoordinates];
+
 /// The constructor, the methods, and the prelude's functions that they may call implicitly.
 fn functions_of(module: &Module, class: &Class) -> impl Iterator<Item = FunctionId> {
     let constructor = class.constructor.iter().map(|constructor| constructor.function);
@@ -92,9 +96,9 @@ impl<'m> Maker<'m> {
             .iter()
             .map(|(method, function)| (*method, keep(self.make_method(*method, *function, 0))))
             .collect();
-        // Derivatives of textures are taken by the shaders that call them.
-        let differentiable = self.class.methods.iter().filter(|(it, _)| *it == Method::Lookup);
+        let differentiable = self.class.methods.iter();
         let differentiable = differentiable
+            .filter(|(method, _)| DIFFERENTIABLE.contains(method))
             .map(|(method, function)| (*method, keep(self.make_method(*method, *function, 1))))
             .filter(|(_, function)| has_chain_rule(function))
             .collect();

@@ -10,7 +10,9 @@ use rtsl_source::Span;
 
 use crate::Lowering;
 use crate::calls::{Argument, Returned, find_function};
+use crate::cells::Cell;
 use crate::limits::Lowered;
+use crate::variables::{RANK_OF_DATA, SourceVariable, SourceVariableId, Storage};
 
 /// The beginning of the names of the prelude's functions that give derivatives.
 pub(crate) const DERIVATIVES: &str = "rt_derivativeOf";
@@ -45,16 +47,51 @@ impl<'m> Lowering<'m> {
         span: Span,
     ) -> Lowered<Vec<Value>> {
         let [value, variable] = arguments else { return Ok(Vec::new()) };
-        let ExpressionKind::Local(id) = variable.kind else { return Ok(Vec::new()) };
-        let variable = self.local_variable(id, span)?;
+        let (seeds, values) = match variable.kind {
+            ExpressionKind::Local(id) => {
+                let variable = self.local_variable(id, span)?;
+                self.lower_with_seeds(variable, value)?
+            }
+            ExpressionKind::State(id) => {
+                // Variables that are only read have no cells that could hold the seeds.
+                let variable = self.state_variable(id, span)?;
+                let seeded = self.in_cells(variable)?;
+                self.states.insert(id, seeded);
+                let lowered = self.lower_with_seeds(seeded, value);
+                self.states.insert(id, variable);
+                lowered?
+            }
+            _ => return Ok(Vec::new()),
+        };
+        let pairs = values.iter().flat_map(|of| seeds.iter().map(|by| (*of, *by)));
+        Ok(pairs.map(|(of, by)| self.builder.emit(OpKind::Derivative(of, by))).collect())
+    }
+
+    /// Lowers a value while the scalars of a variable are seeds. Returns the seeds and the value's scalars.
+    fn lower_with_seeds(
+        &mut self,
+        variable: SourceVariableId,
+        value: &'m Expression,
+    ) -> Lowered<(Vec<Value>, Vec<Value>)> {
         let before = self.get_variable(variable)?;
         let seeds = before.iter().map(|it| self.builder.emit(OpKind::Seed(*it)));
         let seeds: Vec<Value> = seeds.collect();
         self.set_variable(variable, &seeds);
         let values = self.at_order(self.order + 1, |it| it.lower_expression(value))?;
         self.set_variable(variable, &before);
-        let pairs = values.iter().flat_map(|of| seeds.iter().map(|by| (*of, *by)));
-        Ok(pairs.map(|(of, by)| self.builder.emit(OpKind::Derivative(of, by))).collect())
+        Ok((seeds, values))
+    }
+
+    /// Returns a variable in cells with the values of this one, or this one if it is in cells.
+    fn in_cells(&mut self, id: SourceVariableId) -> Lowered<SourceVariableId> {
+        if matches!(self.variable(id).storage, Storage::Cells(_)) {
+            return Ok(id);
+        }
+        let values = self.get_variable(id)?;
+        let SourceVariable { name, layout, .. } = self.variable(id).clone();
+        let names = self.scalar_names(&name, &layout, RANK_OF_DATA);
+        let storage = Storage::Cells(Cell(self.cells.allocate_named(values, names).start));
+        Ok(self.add_variable(SourceVariable { name, layout, storage, default: None, input: None }))
     }
 
     /// Returns the function that gives the derivatives of another, where derivatives may be taken.

@@ -445,13 +445,13 @@ impl Checker<'_> {
     ) -> Expression {
         let builtin = overload.builtin;
         if builtin.lowering == Lowering::Special(Special::Gradient)
-            && !matches!(arguments[1].kind, ExpressionKind::Local(_))
+            && !matches!(arguments[1].kind, ExpressionKind::Local(_) | ExpressionKind::State(_))
         {
             let diagnostic = Diagnostic::new(
                 codes::GRADIENT_VARIABLE,
                 "`gradient` takes the derivative with respect to a variable",
             )
-            .at(arguments[1].span, "expected the name of a local variable or parameter")
+            .at(arguments[1].span, "expected a local variable, a parameter or a state variable")
             .help("give the value a name, and compute the first argument from it");
             self.report(diagnostic);
             return error_expression(span);

@@ -1,6 +1,8 @@
 //! Implied methods: the methods that a class receives if it lacks them.
 //!
-//! A primitive with a function `float field(vec3 p)` and without `computeNormal` receives one: the field's gradient.
+//! A primitive without `computeNormal` receives one: the gradient of its function `float field(vec3 p)`, or that of the
+//! distance that its `intersect` finds. One with `computeTextureCoordinates` and without `computeDerivatives` receives
+//! the derivatives of the surface by its coordinates.
 //!
 //! The rest is about materials.
 //! A class with only `shade`, or with no method at all, receives none. One with `BSDF` receives
@@ -17,9 +19,13 @@ use super::Checker;
 use super::scope::Entity;
 use crate::hir::Type;
 
-/// The class with the method of primitives that have a field.
+/// The class with the normals of primitives that have a field.
 const IMPLIED_FIELD: &str = "rt_ImpliedField";
-/// The function of such primitives: 0 on the surface, and greater outside.
+/// The class with the normals of primitives without a field.
+const IMPLIED_SURFACE: &str = "rt_ImpliedSurface";
+/// The class with the derivatives of primitives.
+const IMPLIED_DERIVATIVES: &str = "rt_ImpliedDerivatives";
+/// The function of primitives that are fields: 0 on the surface, and greater outside.
 const FIELD: &str = "field";
 /// The class of the prelude that holds the implied methods of materials.
 const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
@@ -51,9 +57,26 @@ impl<'a> Checker<'a> {
         if has_role(Role::Material) {
             implied.extend(self.implied_of_material(present));
         }
-        let lacks_normal = has_role(Role::Primitive) && !present.contains(&Method::ComputeNormal);
-        if lacks_normal && self.has_field() {
-            implied.extend(self.methods_of_implied(IMPLIED_FIELD, &[Method::ComputeNormal]));
+        if has_role(Role::Primitive) {
+            implied.extend(self.implied_of_primitive(present));
+        }
+        implied
+    }
+
+    fn implied_of_primitive(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
+        let has = |method: Method| present.contains(&method);
+        let mut implied = Vec::new();
+        let surface = match (self.has_field(), has(Method::Intersect)) {
+            (true, _) => Some(IMPLIED_FIELD),
+            (false, true) => Some(IMPLIED_SURFACE),
+            (false, false) => None,
+        };
+        if let Some(surface) = surface.filter(|_| !has(Method::ComputeNormal)) {
+            implied.extend(self.methods_of_implied(surface, &[Method::ComputeNormal]));
+        }
+        if has(Method::ComputeTextureCoordinates) && !has(Method::ComputeDerivatives) {
+            let derivatives = [Method::ComputeDerivatives];
+            implied.extend(self.methods_of_implied(IMPLIED_DERIVATIVES, &derivatives));
         }
         implied
     }

@@ -229,3 +229,22 @@ fn materials_receive_implied_methods() {
     let shadows = "attribute float color = 0.5; void BSDF() { rt_BSDFValue *= color; }\n";
     assert_eq!(methods(&with(shadows)), all);
 }
+
+#[test]
+fn primitives_receive_normals_and_derivatives() {
+    let with = |methods: &str| format!("class A : rt_Primitive;\n{methods}");
+    let intersect = "void intersect() { hit(1.0); }\n";
+    let normal = "void computeNormal() { rt_GeometricNormal = vec3(1.0); }\n";
+    let coordinates = "void computeTextureCoordinates() { rt_TextureUV = rt_HitPoint.xy; }\n";
+    let derivatives = "void computeDerivatives() { rt_dPdu = vec3(1.0); }\n";
+    let of = |texts: &[&str]| methods(&with(&texts.concat()));
+    assert_eq!(of(&[normal]), ["computeNormal"]);
+    assert_eq!(of(&[intersect]), ["intersect", "computeNormal"]);
+    assert_eq!(of(&[intersect, normal]), ["intersect", "computeNormal"]);
+    let all = ["intersect", "computeNormal", "computeTextureCoordinates", "computeDerivatives"];
+    assert_eq!(of(&[intersect, coordinates]), all);
+    assert_eq!(of(&[intersect, normal, coordinates, derivatives]), all);
+    // Names of the class are not captured.
+    let names = "float makeFrame(vec3 v) { return v.x; } public float dot = 1.0;\n";
+    assert_eq!(of(&[intersect, coordinates, names]), all);
+}

@@ -17,6 +17,7 @@ mod explain;
 mod fuzz;
 mod gradients;
 mod host_lanes;
+mod implied_surfaces;
 mod library;
 mod lvalues;
 mod manual;
