@@ -131,8 +131,13 @@ fn text(method: Method, count: usize) -> String {
     let kept: String = (0..count).map(|i| format!("float a{i} = p * s; p = a{i};\n")).collect();
     let used: String = (0..count).map(|i| format!("r += a{i};\n")).collect();
     let name = method.name();
+    // Without it, shapes would receive one that contains `intersect`.
+    let normal = match method {
+        Method::Intersect => "void computeNormal() { rt_GeometricNormal = rt_HitPoint; }",
+        _ => "",
+    };
     format!(
-        "class T : {role}; void {name}() {{ float s = {first}, p = s, r = 0.0;\n{kept}{middle}\n{used}{result}; }}"
+        "class T : {role}; {normal} void {name}() {{ float s = {first}, p = s, r = 0.0;\n{kept}{middle}\n{used}{result}; }}"
     )
 }
 
@@ -327,7 +332,8 @@ fn keep_values(
                 match result {
                     Ok(sum) => assert_eq!(sum, count as f32),
                     Err(error) => {
-                        assert!(["E0510", "E0511"].contains(&error.code.as_str()), "{error:?}");
+                        let codes = ["E0509", "E0510", "E0511"];
+                        assert!(codes.contains(&error.code.as_str()), "{error:?}");
                         // A value is computed and used.
                         assert!(2 * count > 65_000, "{error:?}");
                         refused += 1;
@@ -361,7 +367,7 @@ fn methods_and_shapes_keep_values() {
             keep_values(wide, one(shade), &[2_000, 9_000], &[CallMode::Packet]),
             // 640 KiB for 16 rays, more than the whole stack.
             keep_values(wide, one(lookup), &[10_000], &[CallMode::Packet]),
-            keep_values(wide, one(lookup), &[35_000], &[CallMode::Single]),
+            keep_values(wide, one(lookup), &[70_000], &[CallMode::Single]),
         ];
         assert_eq!(refused, [0, 0, 0, 0, 0, 0, 1]);
     });
@@ -398,7 +404,7 @@ fn callbacks_keep_any_number_of_values_or_refuse() {
         for count in [10, 100, 1_000, 3_000, 5_000, 6_000, 10_000, 30_000, 35_000, 60_000] {
             let instance = instance(&text(Method::Intersect, count));
             // As many values as 256 KiB hold; for one ray the limit of operations comes first. No count is near these.
-            for (width, most) in [(1, 32_768), (4, 16_384), (8, 8_192), (16, 4_096)] {
+            for (width, most) in [(1, 65_536), (4, 16_384), (8, 8_192), (16, 4_096)] {
                 let start = Instant::now();
                 let made = engine(width).program(&instance).callback(&callback(width));
                 println!("callback {count} {width}: {:.1?}", start.elapsed());
@@ -503,7 +509,7 @@ fn macros_that_expand_to_too_much_work_are_an_error() {
     assert_eq!(error.code.as_str(), "E0511");
     assert_eq!(
         error.message,
-        "`T.lookup` has 81979 operations with all the functions that it calls, where 131072 are allowed"
+        "`T.lookup` has 143419 operations with all the functions that it calls, where 131072 are allowed"
     );
     let modes = vec![(CallMode::Packet, 8)];
     let options = AotOptions { modes, ..AotOptions::default() };
