@@ -81,14 +81,4 @@ impl Type {
     pub fn is_vector(self) -> bool {
         (2..=4).contains(&self.count())
     }
-
-    /// The vector with this number of components.
-    pub fn vector(count: usize) -> Type {
-        match count {
-            2 => Type::Vector2,
-            3 => Type::Vector3,
-            4 => Type::Vector4,
-            _ => Type::Float,
-        }
-    }
 }
