@@ -11,7 +11,7 @@ use super::Checker;
 use super::constructors::is_open;
 use super::functions::{Kind, qualifier_name};
 use super::references::quoted_list;
-use super::scope::Entity;
+use super::scope::{Entity, Named};
 use super::types::{TypePlace, holds_reference};
 use crate::hir::{Expression, FunctionId, Member, MemberId, Storage, Type};
 
@@ -154,6 +154,11 @@ impl Checker<'_> {
             variable.name.name
         );
         self.report_duplicate_with(&variable.name, &named, |diagnostic| diagnostic.help(help));
+        // Reads of the parameter give no errors either.
+        let poisoned = Named { entity: Entity::Error, span: named.span };
+        if let Some(class) = &mut self.class {
+            class.names.insert(variable.name.name.clone(), poisoned);
+        }
         true
     }
 

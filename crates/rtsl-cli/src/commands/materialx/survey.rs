@@ -198,7 +198,7 @@ fn evaluate(class: &Arc<Class>, engine: &Engine) -> Result<bool, String> {
         let kernel = program.kernel(*method, CallMode::Packet).map_err(|it| it.message)?;
         let mut state = random_state(&mut Random::new(SEED), role, None, POINTS);
         let block = program.block(&instance);
-        kernel.call(CallArguments {
+        let status = kernel.call(CallArguments {
             state: &mut state,
             scratch: &mut program.new_scratch(POINTS),
             count: POINTS,
@@ -207,6 +207,9 @@ fn evaluate(class: &Arc<Class>, engine: &Engine) -> Result<bool, String> {
             instances: Instances::One(&block),
             host: &mut BenchHost,
         });
+        if status.budget_exhausted {
+            return Err(format!("`{}` runs past its budget of loops", method.name()));
+        }
         if !is_finite(&state, *method) {
             return Ok(false);
         }
