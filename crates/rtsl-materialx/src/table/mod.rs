@@ -138,7 +138,10 @@ impl Evaluation<'_, '_> {
                 Some(value) => value,
                 None => self.default(input.default, wanted)?,
             };
+            // Numbers are added to all elements of a matrix.
+            let is_matrix = matches!(wanted, Some(Type::Matrix33 | Type::Matrix44));
             let value = match wanted {
+                Some(_) if is_matrix && value.ty == Type::Float => value,
                 Some(wanted) => special::converted(self.graph, &value, wanted, self.node)?,
                 None => value,
             };
