@@ -7,6 +7,7 @@
 //!
 //! The crate does no input or output: its callers hand it the texts, and bind the images that a class refers to.
 
+mod closure;
 mod color_space;
 mod document;
 mod graph;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use rtsl_source::{Diagnostic, Span, deep_stack, diagnostic_codes as codes, most_similar};
 
+use crate::closure;
 use crate::document::{Document, ElementId, Fault};
 use crate::graph::{Graph, ROOT, ScopeId, Source};
 use crate::limits;
@@ -55,7 +56,8 @@ pub struct Translation {
 }
 
 /// The modules of the library that classes use, with the names that they have there.
-const MODULES: [(&str, &str); 4] = [
+const MODULES: [(&str, &str); 5] = [
+    ("mxClosures", "closures"),
     ("mxColor", "color"),
     ("mxNoise", "noise"),
     ("mxPlacement", "placement"),
@@ -254,6 +256,14 @@ impl<'d> Translator<'d> {
     fn material(&self, graph: &mut Graph<'_>, id: ElementId, class: &str) -> Result<String, Fault> {
         let (scope, node) = self.shader_of(graph, id)?;
         let tag = &self.document.get(node).tag;
+        if closure::is_surface(tag) {
+            self.warn_of_displacement(graph, id);
+            let closures = closure::closures(graph, scope, node)?;
+            let mut text = self.header(self.document.get(id).name(), class, "rt_Material");
+            write_members(graph, &mut text);
+            text.push_str(&closure::write(graph, &closures));
+            return Ok(text);
+        }
         let Some(surface) = surface::named(tag) else {
             let message = format!("the surface `{tag}` is not supported");
             return Err(graph.unsupported(message, node));
@@ -283,7 +293,7 @@ impl<'d> Translator<'d> {
         let mut output: Option<String> = None;
         for _ in 0..limits::DEPTH {
             let tag = document.get(node).tag.clone();
-            let is_surface = surface::named(&tag).is_some();
+            let is_surface = surface::named(&tag).is_some() || closure::is_surface(&tag);
             if is_surface {
                 return Ok((scope, node));
             }
@@ -314,6 +324,14 @@ impl<'d> Translator<'d> {
         Err(graph.unsupported("a surface through too many graphs".to_owned(), material))
     }
 
+    fn header(&self, name: &str, class: &str, base: &str) -> String {
+        format!(
+            "/// `{}` of `{}`, translated from MaterialX.\nclass {class} : {base};\n\n",
+            name.replace('`', "'"),
+            self.title.replace('`', "'")
+        )
+    }
+
     fn write(
         &self,
         graph: &Graph<'_>,
@@ -322,12 +340,7 @@ impl<'d> Translator<'d> {
         name: &str,
         class: &str,
     ) -> String {
-        let mut text = format!(
-            "/// `{}` of `{}`, translated from MaterialX.\nclass {class} : {};\n\n",
-            name.replace('`', "'"),
-            self.title.replace('`', "'"),
-            surface.class
-        );
+        let mut text = self.header(name, class, surface.class);
         write_members(graph, &mut text);
         for setting in settings {
             if let Setting::Initial(declaration) = setting {
