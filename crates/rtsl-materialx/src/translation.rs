@@ -160,7 +160,20 @@ impl<'d> Translator<'d> {
                 && element.attribute("type") == Some("surfaceshader")
         };
         let children = document.get(root).children.iter().copied();
-        children.filter(is_surface).take(limits::MATERIALS).collect()
+        let surfaces: Vec<ElementId> =
+            children.filter(is_surface).take(limits::MATERIALS).collect();
+        if surfaces.is_empty() { self.surfaces_of_graphs() } else { surfaces }
+    }
+
+    /// The outputs of graphs that are surfaces, but not those that implement nodes.
+    fn surfaces_of_graphs(&self) -> Vec<ElementId> {
+        let document = self.document;
+        let graphs = document.children(document.root(), "nodegraph");
+        let graphs = graphs.filter(|id| document.get(*id).attribute("nodedef").is_none());
+        let outputs = graphs.flat_map(|graph| document.children(graph, "output"));
+        let is_surface =
+            |id: &ElementId| document.get(*id).attribute("type") == Some("surfaceshader");
+        outputs.filter(is_surface).take(limits::MATERIALS).collect()
     }
 
     fn no_material(&self, all: &[ElementId], only: Option<&str>) -> Diagnostic {
@@ -201,10 +214,20 @@ impl<'d> Translator<'d> {
 
     fn add_material(&mut self, id: ElementId) {
         let mut graph = Graph::new(self.document);
-        let class = self.class_name(self.document.get(id).name());
+        let class = self.class_name(&self.name_of(id));
         match self.material(&mut graph, id, &class) {
             Ok(text) => self.add(graph, id, class, text),
             Err(fault) => self.fail(graph, *fault),
+        }
+    }
+
+    /// The name of a material or an output, that of a graph's output after that of the graph.
+    fn name_of(&self, id: ElementId) -> String {
+        let element = self.document.get(id);
+        let parent = element.parent.map(|it| self.document.get(it));
+        match parent.and_then(|it| it.attribute("name")) {
+            Some(parent) => format!("{parent}_{}", element.name()),
+            None => element.name().to_owned(),
         }
     }
 
@@ -289,7 +312,8 @@ impl<'d> Translator<'d> {
         material: ElementId,
     ) -> Result<(ScopeId, ElementId), Fault> {
         let document = self.document;
-        let (mut scope, mut node) = (ROOT, material);
+        let mut scope = graph.scope_of_output(material);
+        let mut node = material;
         let mut output: Option<String> = None;
         for _ in 0..limits::DEPTH {
             let tag = document.get(node).tag.clone();
@@ -300,6 +324,7 @@ impl<'d> Translator<'d> {
             let port = match tag.as_str() {
                 "surfacematerial" => graph.port(node, "surfaceshader"),
                 "dot" => graph.port(node, "in"),
+                "output" => Some(node),
                 _ => match graph.implementation(scope, node, output.as_deref())? {
                     Some((inner, port)) => {
                         scope = inner;
@@ -366,14 +391,7 @@ impl<'d> Translator<'d> {
 
     fn add_output(&mut self, id: ElementId) {
         let mut graph = Graph::new(self.document);
-        let element = self.document.get(id);
-        let parent = element.parent.map(|it| self.document.get(it));
-        let parent = parent.and_then(|it| it.attribute("name"));
-        let name = match parent {
-            Some(parent) => format!("{parent}_{}", element.name()),
-            None => element.name().to_owned(),
-        };
-        let class = self.class_name(&name);
+        let class = self.class_name(&self.name_of(id));
         match self.texture(&mut graph, id, &class) {
             Ok(text) => self.add(graph, id, class, text),
             Err(fault) => self.fail(graph, *fault),

@@ -6,6 +6,9 @@ use crate::special::At;
 use crate::statements::Value;
 use crate::types::Type;
 
+/// Stands for whether the surface has an inside, which is known when all of its lobes are.
+pub const IS_CLEAR: &str = "$isClear";
+
 /// Returns the lobes of a node, each over the next; `None` if the node is no closure that is supported.
 ///
 /// # Errors
@@ -36,7 +39,8 @@ pub fn lobes(at: &mut At<'_, '_>, tag: &str, is_sheet: bool) -> Result<Option<Ve
             let tint = at.input("tint", Type::Color3, 1.0)?;
             let ior = at.input("ior", Type::Float, 1.5)?;
             let alpha = at.input("roughness", Type::Vector2, 0.05)?;
-            let reflecting = at.lobe("dielectric", &[&tint, &ior, &alpha])?;
+            let clear = Value::new(Type::Boolean, IS_CLEAR);
+            let reflecting = at.lobe("dielectric", &[&tint, &ior, &alpha, &clear])?;
             at.with_mode(reflecting, &tint, &ior, &alpha, is_sheet)?
         }
         "conductor_bsdf" => {

@@ -86,6 +86,11 @@ pub fn closures(
     let mut reader = Reader { graph, closures, depth: 0 };
     let surface = reader.surface(scope, node)?;
     let Reader { mut closures, .. } = reader;
+    let bends = closures.lobes.iter().any(|lobe| lobe.expression.contains("mxClosures.bending("));
+    let is_clear = (bends && !closures.is_sheet).to_string();
+    for lobe in &mut closures.lobes {
+        lobe.expression = lobe.expression.replace(lobes::IS_CLEAR, &is_clear);
+    }
     closures.root = surface.scattered;
     closures.emission = surface.emission;
     closures.opacity = surface.opacity;
