@@ -11,6 +11,7 @@ use crate::commands::explain::ExplainArguments;
 use crate::commands::help::HelpArguments;
 use crate::commands::import::ImportArguments;
 use crate::commands::info::InfoArguments;
+use crate::commands::materialx::MaterialXArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::scene::SceneArguments;
 use crate::commands::test::TestArguments;
@@ -51,6 +52,9 @@ pub enum Command {
     Scene(SceneArguments),
     /// Translate a program of Shadertoy to a class.
     Import(ImportArguments),
+    /// Translate the materials of a MaterialX document to classes.
+    #[command(name = "materialx")]
+    MaterialX(MaterialXArguments),
     /// Show a scene in a window: fly through it, set parameters, edit its shaders.
     View(ViewArguments),
     /// Show information on this program and the machine, or on a class.

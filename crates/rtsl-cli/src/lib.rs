@@ -43,6 +43,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => commands::render::run(&arguments, &reporter),
         Command::Scene(arguments) => commands::scene::run(&arguments, &reporter),
         Command::Import(arguments) => commands::import::run(&arguments, &reporter),
+        Command::MaterialX(arguments) => commands::materialx::run(&arguments, &reporter),
         Command::View(arguments) => commands::view::run(&arguments, &reporter),
         Command::Info(arguments) => commands::info::run(&arguments, &reporter),
         Command::Explain(arguments) => commands::explain::run(&arguments),

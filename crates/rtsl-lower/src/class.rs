@@ -182,7 +182,7 @@ impl<'m> Maker<'m> {
 
     fn references(&self) -> Vec<Reference> {
         let references = self.class.members.iter().filter_map(|member| {
-            if member.textured {
+            if member.textured && member.computed.is_none() {
                 return Some(textured::reference(member));
             }
             let role = reference_role(&member.ty)?;
@@ -216,6 +216,7 @@ impl<'m> Maker<'m> {
                     annotations: Vec::new(),
                     textured: false,
                     tested: false,
+                    computed: None,
                     span: self.class.span,
                 };
                 let value = parameter.default.as_ref();

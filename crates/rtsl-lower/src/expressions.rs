@@ -28,6 +28,9 @@ impl<'m> Lowering<'m> {
                 self.lower_variable(expression)
             }
             ExpressionKind::Textured(id) => self.lower_textured(*id, expression.span),
+            ExpressionKind::Computed(id, function) => {
+                self.lower_computed(*id, *function, expression.span)
+            }
             ExpressionKind::Swizzle(whole, _)
             | ExpressionKind::Field(whole, _)
             | ExpressionKind::Index(whole, _) => self.lower_part(whole, expression),
@@ -374,6 +377,7 @@ pub(crate) fn is_cheap(expression: &Expression) -> bool {
             | ExpressionKind::Sequence(..)
             | ExpressionKind::Call(..)
             | ExpressionKind::Textured(_)
+            | ExpressionKind::Computed(..)
             | ExpressionKind::ReferenceCall(_)
             | ExpressionKind::Error => false,
         };

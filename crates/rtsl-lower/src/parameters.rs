@@ -12,7 +12,7 @@ pub(crate) fn parameters_of(module: &Module, layouts: &Layouts, class: &Class) -
     for member in &class.members {
         let shadowed =
             parameters[..of_constructor].iter().any(|parameter| parameter.name == member.name);
-        if member.storage != Storage::Public || shadowed {
+        if member.storage != Storage::Public || member.computed.is_some() || shadowed {
             continue;
         }
         let reference = reference_role(&member.ty).is_some();

@@ -70,6 +70,9 @@ impl<'m> Lowering<'m> {
     }
 
     pub fn lower_is_set(&mut self, reference: &'m Expression) -> Lowered<Vec<Value>> {
+        if matches!(reference.kind, ExpressionKind::Computed(..)) {
+            return Ok(vec![self.builder.bool(true)]);
+        }
         let ReferencePlace { member, path } = self.lower_reference(reference)?;
         self.tested.borrow_mut().insert(member.clone());
         Ok(vec![self.builder.push(OpKind::IsSet(member, path)).get(0)])

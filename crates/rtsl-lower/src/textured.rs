@@ -3,10 +3,13 @@
 //! Such a member is data and a reference of the same name. A read is a lookup if the reference is set, and a load
 //! otherwise. Linking decides which, so that the code of an instance has only one of them. A value that was looked up
 //! serves the reads that follow it, since the inputs of a lookup do not change within a method.
+//!
+//! A class below may compute the parameter by a function of its name. A read is then a call, whose value serves further
+//! reads likewise, and neither the data nor the reference is a parameter.
 
 use rtsl_ir::class::{Reference, ReferenceCount};
 use rtsl_ir::{BinaryOp, Constant, OpKind, ReferenceCall, ReferencePath, Value};
-use rtsl_sema::hir::{Member, MemberId, Type};
+use rtsl_sema::hir::{FunctionId, Member, MemberId, Type};
 use rtsl_source::Span;
 use rtsl_spec::{Direction, Method, Role, state_variables};
 
@@ -41,6 +44,29 @@ impl Lowering<'_> {
             |lowering| lowering.lower_lookup_of_textured(id, span),
             |lowering| lowering.lower_value_of_textured(id, span),
         )?;
+        if !self.writes_input_of_lookup() {
+            self.looked_up.push((id, values.clone()));
+        }
+        Ok(values)
+    }
+
+    /// Lowers a read of a parameter that a function computes.
+    pub fn lower_computed(
+        &mut self,
+        id: MemberId,
+        function: FunctionId,
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        if self.purpose == Purpose::Constructor {
+            return self.lower_value_of_textured(id, span);
+        }
+        if let Some((_, values)) = self.looked_up.iter().find(|(member, _)| *member == id) {
+            return Ok(values.clone());
+        }
+        let result = self.call(function, Vec::new(), span)?.result;
+        let member = &self.class.members[id.0 as usize];
+        let values: Vec<Value> =
+            result.into_iter().map(|value| self.clamp_to_range(member, value)).collect();
         if !self.writes_input_of_lookup() {
             self.looked_up.push((id, values.clone()));
         }

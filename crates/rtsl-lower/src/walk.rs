@@ -70,6 +70,7 @@ pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
         | ExpressionKind::Local(_)
         | ExpressionKind::Member(_)
         | ExpressionKind::Textured(_)
+        | ExpressionKind::Computed(..)
         | ExpressionKind::State(_)
         | ExpressionKind::Error => Vec::new(),
         ExpressionKind::Swizzle(a, _)
@@ -99,6 +100,7 @@ pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
 pub(crate) fn called(expression: &Expression) -> Option<(FunctionId, &[Expression])> {
     match &expression.kind {
         ExpressionKind::Call(function, arguments) => Some((*function, arguments)),
+        ExpressionKind::Computed(_, function) => Some((*function, &[])),
         ExpressionKind::Builtin(call) => call.prelude.map(|function| (function, &*call.arguments)),
         _ => None,
     }

@@ -18,6 +18,7 @@ use rtsl::{
 };
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
+use crate::description::DescribedClass;
 use crate::reader::{FileSource, Input};
 
 /// The classes of the standard library and their files. Looking through the texts for each name took most of the time
@@ -36,6 +37,8 @@ pub struct Classes<'a> {
     beside: Option<Vec<ShaderFile>>,
     /// The compiled units; `None` for a file with errors, which are reported once.
     units: BTreeMap<PathBuf, Option<Unit>>,
+    /// Classes whose texts the description has, by the names that entities have for them.
+    described: BTreeMap<String, DescribedClass>,
     /// Results of earlier lookups: scenes refer to few classes many times.
     found: BTreeMap<String, Found>,
     /// The results before the last refresh, until that is accepted.
@@ -94,6 +97,7 @@ impl<'a> Classes<'a> {
             folder: folder.to_owned(),
             beside: None,
             units: BTreeMap::new(),
+            described: BTreeMap::new(),
             found: BTreeMap::new(),
             found_before: None,
             compiled: BTreeMap::new(),
@@ -127,6 +131,17 @@ impl<'a> Classes<'a> {
     /// Sets the budget for files read from now on.
     pub fn set_budget(&mut self, budget: &InputBudget) {
         self.budget = budget.clone();
+    }
+
+    /// Sets the classes whose texts the description has.
+    pub fn set_described(&mut self, described: &BTreeMap<String, DescribedClass>) {
+        if self.described != *described {
+            let earlier = std::mem::replace(&mut self.described, described.clone());
+            for name in earlier.keys() {
+                self.found.remove(name);
+                self.units.remove(Path::new(name));
+            }
+        }
     }
 
     /// Sets the compiler. Earlier compilations are discarded if its options differ.
@@ -195,6 +210,11 @@ impl<'a> Classes<'a> {
     }
 
     fn search(&mut self, name: &str) -> Found {
+        if let Some(DescribedClass { class, text }) = self.described.get(name).cloned() {
+            let unit = if text.is_empty() { None } else { self.unit(Path::new(name), &text) };
+            let class = unit.and_then(|unit| unit.class(&class).ok().cloned());
+            return class.map_or(Found::Broken, Found::Class);
+        }
         let is_identifier = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
         if name.is_empty() || !is_identifier {
             return Found::Nothing;

@@ -1,6 +1,6 @@
 //! The description of a scene: the content of its text, before any class is looked up.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl::{Role, Span};
 use rtsl_math::Transform;
@@ -36,6 +36,8 @@ pub struct Description {
     pub transform_times: [f64; 2],
     /// Options of the whole scene.
     pub options: SceneOptions,
+    /// Classes whose texts the reader makes, by the names that entities have for them.
+    pub classes: BTreeMap<String, DescribedClass>,
     /// Files in memory, by the paths to which the names in entities resolve: the images in a glTF file.
     pub embedded: EmbeddedFiles,
     /// Notes for the user about what the reader added.
@@ -43,6 +45,15 @@ pub struct Description {
     /// Entities that the text defines with errors, which were reported: uses of them are not reported again. A camera's
     /// name is empty.
     pub failed: BTreeSet<(ReferenceKind, String)>,
+}
+
+/// A class whose text the reader makes, such as that of a material of MaterialX.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DescribedClass {
+    /// The name of the class.
+    pub class: String,
+    /// The text of its file; empty if it could not be made, which was reported.
+    pub text: String,
 }
 
 /// Settings by `Option` directives.
@@ -71,6 +82,7 @@ impl Default for Description {
             instances: Vec::new(),
             transform_times: [0.0, 1.0],
             options: SceneOptions::default(),
+            classes: BTreeMap::new(),
             embedded: EmbeddedFiles::new(),
             notes: Vec::new(),
             failed: BTreeSet::new(),

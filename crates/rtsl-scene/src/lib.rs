@@ -11,6 +11,7 @@ mod description;
 pub mod export;
 pub mod gltf;
 mod load;
+pub mod materialx;
 pub mod mesh;
 mod parts;
 mod pbrt;
@@ -25,7 +26,7 @@ mod vector;
 
 pub use attributes::WantedAttributes;
 pub use description::{
-    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
+    DescribedClass, Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
     ShapeUse,
 };
 pub use load::Origins;

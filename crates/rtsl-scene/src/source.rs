@@ -14,6 +14,7 @@ use rtsl_memory::{Amount, InputBudget};
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId, EntityKind};
 use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
+use super::materialx::add_materials;
 use super::load::{Earlier, Loader, Made, Origins};
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::renderer::Renderer;
@@ -262,6 +263,7 @@ impl<'f> SceneSource<'f> {
         // The files of the previous load do not count, because this load reads them again.
         let budget = self.budget.branch();
         self.classes.set_budget(&budget);
+        self.classes.set_described(&self.description.classes);
         let mut loader = Loader::new(
             SceneFiles {
                 scene: &self.path,
@@ -381,7 +383,9 @@ fn read(
         let message = format!("unknown camera `{camera}`: only glTF files have several");
         diagnostics.push(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message));
     }
-    read_scene_within(path, files, budget, map, diagnostics)
+    let mut description = read_scene_within(path, files, budget, map, diagnostics);
+    add_materials(&mut description, path, files, budget, map, diagnostics);
+    description
 }
 
 /// The digest of a file, if it can be read.

@@ -125,6 +125,8 @@ pub struct Member {
     /// For references: true if the class tests it with `isSet`. For textured members: true if it tests it with
     /// `isTextured`.
     pub tested: bool,
+    /// For textured members: the function of a class below that takes the place of value and texture.
+    pub computed: Option<FunctionId>,
     /// The span of the declarator.
     pub span: Span,
 }
@@ -402,6 +404,8 @@ pub enum ExpressionKind {
     /// The value of a textured member, or that of its texture at the hit. In the constructor, the value, even if there
     /// is a texture.
     Textured(MemberId),
+    /// The value of a textured member that a function computes. In the constructor, the initial value.
+    Computed(MemberId, FunctionId),
     /// A state variable.
     State(StateId),
     /// Components of a vector, scalar swizzles not included: `v.zyx`, `v.x`.

@@ -247,6 +247,10 @@ impl<'m> Printer<'m> {
                 let name = self.class.map(|class| class.members[id.0 as usize].name.as_str());
                 format!("self.{}?", name.unwrap_or("?"))
             }
+            ExpressionKind::Computed(id, _) => {
+                let name = self.class.map(|class| class.members[id.0 as usize].name.as_str());
+                format!("self.{}()", name.unwrap_or("?"))
+            }
             ExpressionKind::State(id) => {
                 rtsl_spec::state_variables()[id.0 as usize].name.to_owned()
             }

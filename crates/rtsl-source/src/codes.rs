@@ -210,6 +210,10 @@ diagnostics! {
     E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
     E0626 NOT_IMPORTABLE "a program that cannot be imported";
+    E0630 MATERIALX_SYNTAX "a MaterialX document that does not follow the format";
+    E0631 MATERIALX_UNKNOWN "a name in a MaterialX document that nothing has";
+    E0632 MATERIALX_UNSUPPORTED "a part of a MaterialX document that is not supported";
+    E0633 MATERIALX_LIMIT "a MaterialX document beyond a limit";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";
@@ -244,6 +248,7 @@ diagnostics! {
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
     W0604 OLD_SCENE "a scene in the format of an earlier version of pbrt";
+    W0605 MATERIALX_IGNORED "a part of a MaterialX document without effect";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0650 MISSING_FOLDER "a folder of the search path that does not exist";

@@ -9,6 +9,8 @@ mod gltf;
 mod ies;
 #[path = "../../../../fuzz/entries/lenses.rs"]
 mod lenses;
+#[path = "../../../../fuzz/entries/materialx.rs"]
+mod materialx;
 #[path = "../../../../fuzz/entries/measured.rs"]
 mod measured;
 #[path = "../../../../fuzz/entries/mutation.rs"]
@@ -104,6 +106,11 @@ fn any_photometric_file_is_read_or_refused() {
         b"A lamp\nTILT=INCLUDE\n1\n2\n0 90\n1 0.5\n1 1 1 2 2 1 1 0 0 0 1 1 9\n0 180\n0 90\n1 2 3 4\n",
     ];
     run_on(seeds.map(<[u8]>::to_vec).into(), 60, ies::ies);
+}
+
+#[test]
+fn any_materialx_document_is_read_or_refused() {
+    run("../../scenes/materialx", "mtlx", 60, materialx::materialx);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::outline::Kind;
 use crate::description::EntityKind;
 use crate::mesh::gltf::contents;
 use crate::pbrt::CONVENTION;
-use crate::reader::{ReferenceKind, resolve};
+use crate::reader::{ReferenceKind, file_start, resolve};
 
 /// A use of a texture by a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -280,7 +280,7 @@ impl Builder<'_> {
                 return Err(format!("it is at `{uri}`, expected a file"));
             }
             let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned();
-            let start = self.start_of_file(&name)?;
+            let start = file_start(self.files, &resolve(self.path, &name))?;
             return Ok(ImageFile { name, has_opacity: has_opacity(&start)? });
         }
         let no_files = |_: &str| Err(std::io::ErrorKind::NotFound.into());
@@ -299,21 +299,6 @@ impl Builder<'_> {
         let name = format!("{file}#images[{index}]");
         self.description.embedded.insert(resolve(path, &name), bytes);
         Ok(ImageFile { name, has_opacity })
-    }
-
-    /// The start of an image file, up to its texels.
-    fn start_of_file(&self, name: &str) -> Result<Vec<u8>, String> {
-        const LENGTH: u64 = 1 << 16;
-        let path = resolve(self.path, name);
-        let mut start = Vec::new();
-        let file = self.files.open(&path);
-        let read = file.and_then(|file| {
-            std::io::Read::read_to_end(&mut std::io::Read::take(file, LENGTH), &mut start)
-        });
-        match read {
-            Ok(_) => Ok(start),
-            Err(error) => Err(format!("cannot read `{}`: {error}", path.display())),
-        }
     }
 }
 

@@ -150,6 +150,20 @@ impl SceneFiles<'_> {
     }
 }
 
+/// Returns the start of a file, up to the texels of an image.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn file_start(files: &dyn FileSource, path: &Path) -> Result<Vec<u8>, String> {
+    const LENGTH: u64 = 1 << 16;
+    let mut start = Vec::new();
+    let read = files.open(path).and_then(|file| file.take(LENGTH).read_to_end(&mut start));
+    match read {
+        Ok(_) => Ok(start),
+        Err(error) => Err(format!("cannot read `{}`: {error}", path.display())),
+    }
+}
+
 /// The metadata of a regular file: reading a device or a pipe might never end.
 fn regular_file(path: &Path) -> io::Result<Metadata> {
     let metadata = std::fs::metadata(path)?;

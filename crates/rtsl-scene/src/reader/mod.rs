@@ -40,7 +40,8 @@ mod writer;
 
 pub use conversion::{Conversion, ConversionOptions, convert_scene};
 pub use files::{
-    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable,
+    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, file_start, resolve,
+    unreadable,
 };
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};

@@ -11,6 +11,7 @@ mod ies;
 mod images;
 mod inputs;
 mod leniency;
+mod materialx;
 mod measured;
 mod motion;
 mod pages;

@@ -590,7 +590,10 @@ impl Checker<'_> {
                     "`isSet` takes one argument, a reference to a shader",
                 )
                 .at(span, "expected a member such as `public rt_Texture kd;`");
-                if let Some(Expression { kind: ExpressionKind::Textured(_), .. }) = argument {
+                if let Some(Expression {
+                    kind: ExpressionKind::Textured(_) | ExpressionKind::Computed(..),
+                    ..
+                }) = argument {
                     diagnostic = diagnostic
                         .help("`isTextured` tells a parameter that is a texture from a value");
                 }
@@ -604,7 +607,13 @@ impl Checker<'_> {
     fn check_is_textured(&mut self, mut arguments: Vec<Expression>, span: Span) -> Expression {
         let single = arguments.len() == 1;
         match arguments.pop() {
-            Some(parameter) if single && matches!(parameter.kind, ExpressionKind::Textured(_)) => {
+            Some(parameter)
+                if single
+                    && matches!(
+                        parameter.kind,
+                        ExpressionKind::Textured(_) | ExpressionKind::Computed(..)
+                    ) =>
+            {
                 self.set_test(parameter, span)
             }
             argument => {

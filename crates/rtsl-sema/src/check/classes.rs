@@ -44,6 +44,8 @@ pub(super) struct ClassContext {
     pub(super) roles_unknown: bool,
     pub(super) names: Level,
     pub(super) members: Vec<Member>,
+    /// For each member, the generation of the class that declares it.
+    pub(super) member_generations: Vec<usize>,
     pub(super) constructor: Option<Constructor>,
     methods: Vec<(Method, FunctionId)>,
     /// All functions, also those that others have replaced, those of the farthest ancestor first.
@@ -92,6 +94,7 @@ impl<'a> Checker<'a> {
             roles_unknown: bases.unknown,
             names: Level::new(),
             members: Vec::new(),
+            member_generations: Vec::new(),
             constructor: None,
             methods: Vec::new(),
             functions: Vec::new(),
@@ -160,7 +163,8 @@ impl<'a> Checker<'a> {
             if let ast::Item::Variable(variable) = item.item
                 && !is_constant(variable)
             {
-                self.for_item(*item, |checker| checker.declare_member(variable));
+                let generation = item.generation;
+                self.for_item(*item, |checker| checker.declare_member(variable, generation));
             }
         }
         let members = self.class.as_ref().map_or(&[][..], |class| &class.members);

@@ -46,6 +46,7 @@ impl Checker<'_> {
                 ExpressionKind::Local(_)
                     | ExpressionKind::Member(_)
                     | ExpressionKind::Textured(_)
+                    | ExpressionKind::Computed(..)
                     | ExpressionKind::State(_)
             )
         {
@@ -218,6 +219,7 @@ fn has_effect(expression: &Expression, own: &[LocalId]) -> bool {
             | ExpressionKind::Local(_)
             | ExpressionKind::Member(_)
             | ExpressionKind::Textured(_)
+            | ExpressionKind::Computed(..)
             | ExpressionKind::State(_) => {}
         }
     }

@@ -182,6 +182,7 @@ impl<'m> Evaluator<'m> {
             ExpressionKind::Error => Err(Stop::Error),
             ExpressionKind::Member(_)
             | ExpressionKind::Textured(_)
+            | ExpressionKind::Computed(..)
             | ExpressionKind::State(_)
             | ExpressionKind::ReferenceCall(_)
             | ExpressionKind::IsSet(_)

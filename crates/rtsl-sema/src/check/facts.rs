@@ -23,6 +23,8 @@ pub(super) struct Call {
     pub(super) span: Span,
     /// True if the call is in the body of an `illuminance`.
     pub(super) lit: bool,
+    /// True if it computes a parameter, which the constructor does not.
+    pub(super) of_parameter: bool,
 }
 
 /// A use of a feature that only some methods may use.
@@ -66,8 +68,17 @@ impl Checker<'_> {
 
     /// Notes that the function being checked calls `callee` at `span`.
     pub(super) fn note_call(&mut self, callee: FunctionId, span: Span) {
+        self.note_call_of(callee, span, false);
+    }
+
+    /// Notes that the function being checked reads a parameter that `function` computes.
+    pub(super) fn note_computation(&mut self, function: FunctionId, span: Span) {
+        self.note_call_of(function, span, true);
+    }
+
+    fn note_call_of(&mut self, callee: FunctionId, span: Span, of_parameter: bool) {
         let lit = self.function.illuminance_depth > 0;
-        self.function.facts.calls.push(Call { callee, span, lit });
+        self.function.facts.calls.push(Call { callee, span, lit, of_parameter });
         self.function_info[callee.0 as usize].called.get_or_insert(span);
         self.want_instance(callee);
     }

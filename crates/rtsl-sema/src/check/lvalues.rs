@@ -49,6 +49,10 @@ impl Checker<'_> {
             ExpressionKind::Textured(id) => {
                 self.note_use(UseKind::ReadTextured(id), root.span);
             }
+            ExpressionKind::Computed(id, function) => {
+                self.note_use(UseKind::ReadTextured(id), root.span);
+                self.note_computation(function, root.span);
+            }
             _ => {}
         }
     }
@@ -95,7 +99,7 @@ impl Checker<'_> {
                     }
                     base
                 }
-                ExpressionKind::Textured(_) => {
+                ExpressionKind::Textured(_) | ExpressionKind::Computed(..) => {
                     return refuse(textured_obstacle(place.span));
                 }
                 ExpressionKind::Error => return Some(Box::new(None)),

@@ -11,9 +11,9 @@ use super::Checker;
 use super::constructors::is_open;
 use super::functions::{Kind, qualifier_name};
 use super::references::quoted_list;
-use super::scope::Entity;
+use super::scope::{Entity, Named};
 use super::types::{TypePlace, holds_reference};
-use crate::hir::{Expression, Member, MemberId, Storage, Type};
+use crate::hir::{Expression, FunctionId, Member, MemberId, Storage, Type};
 
 /// The keys of annotations that hosts know, and the kind of value of each.
 const ANNOTATIONS: [(&str, AnnotationKind); 13] = [
@@ -51,7 +51,7 @@ impl AnnotationKind {
 
 impl Checker<'_> {
     /// Declares a member of the class.
-    pub(super) fn declare_member(&mut self, variable: &ast::Variable) {
+    pub(super) fn declare_member(&mut self, variable: &ast::Variable, generation: usize) {
         let storage = self.check_storage(&variable.qualifiers);
         let written = self.resolve_type(&variable.ty, TypePlace::Member);
         let initializer = self.check_member_initializer(&written, storage, variable);
@@ -70,9 +70,7 @@ impl Checker<'_> {
             self.declare(&variable.name, Entity::Error);
             return;
         }
-        let Some(class) = &mut self.class else { return };
-        let id = MemberId(class.members.len() as u32);
-        class.members.push(Member {
+        let member = Member {
             name: variable.name.name.clone(),
             ty,
             storage,
@@ -80,9 +78,88 @@ impl Checker<'_> {
             annotations,
             textured: textured.is_some(),
             tested: false,
+            computed: None,
             span: variable.span,
-        });
+        };
+        if self.replaces_initial_value(&member, generation) {
+            return;
+        }
+        self.add_member(member, variable, generation);
+    }
+
+    fn add_member(&mut self, mut member: Member, variable: &ast::Variable, generation: usize) {
+        member.computed = match member.textured {
+            true => self.computing_function(&member.name, &member.ty, generation),
+            false => None,
+        };
+        let is_computed = member.computed.is_some();
+        if member.textured && !is_computed && self.report_unfit_function(variable, &member.ty) {
+            return;
+        }
+        let Some(class) = &mut self.class else { return };
+        let id = MemberId(class.members.len() as u32);
+        class.members.push(member);
+        class.member_generations.push(generation);
+        if is_computed {
+            class.names.remove(&variable.name.name);
+        }
         self.declare(&variable.name, Entity::Member(id));
+    }
+
+    /// Gives an inherited parameter the initial value and the annotations of another declaration of it in a class below.
+    /// Returns false if the member is no such declaration.
+    fn replaces_initial_value(&mut self, member: &Member, generation: usize) -> bool {
+        let Some(class) = &mut self.class else { return false };
+        let Some(Entity::Member(id)) = class.names.get(&member.name).map(|it| &it.entity) else {
+            return false;
+        };
+        let index = id.0 as usize;
+        let inherited = &mut class.members[index];
+        let is_same = inherited.ty == member.ty
+            && inherited.textured == member.textured
+            && (inherited.storage, member.storage) == (Storage::Public, Storage::Public);
+        let is_below = class.member_generations[index] > generation;
+        if !is_same || !is_below || inherited.computed.is_some() || member.initializer.is_none() {
+            return false;
+        }
+        inherited.initializer = member.initializer.clone();
+        let is_kept = |old: &Annotation| member.annotations.iter().all(|new| new.key != old.key);
+        inherited.annotations.retain(is_kept);
+        inherited.annotations.extend(member.annotations.iter().cloned());
+        class.member_generations[index] = generation;
+        true
+    }
+
+    /// Returns the function that computes an inherited parameter: that of its name, without parameters and with its type,
+    /// in a class below the one that declares it.
+    fn computing_function(&self, name: &str, ty: &Type, generation: usize) -> Option<FunctionId> {
+        let named = self.class.as_ref()?.names.get(name)?;
+        let Entity::Functions(functions) = &named.entity else { return None };
+        let [id] = functions[..] else { return None };
+        let function = self.function(id);
+        let is_below = self.function_info[id.0 as usize].generation < generation;
+        (is_below && function.parameters.is_empty() && function.result == *ty).then_some(id)
+    }
+
+    /// Reports a function with the name of a parameter that it cannot compute. Returns false if there is none.
+    fn report_unfit_function(&mut self, variable: &ast::Variable, ty: &Type) -> bool {
+        let named = self.class.as_ref().and_then(|class| class.names.get(&variable.name.name));
+        let Some(named) = named.filter(|named| matches!(named.entity, Entity::Functions(_))) else {
+            return false;
+        };
+        let named = named.clone();
+        let help = format!(
+            "in a class below, the function `{} {}()` computes the parameter",
+            self.show(ty),
+            variable.name.name
+        );
+        self.report_duplicate_with(&variable.name, &named, |diagnostic| diagnostic.help(help));
+        // Reads of the parameter give no errors either.
+        let poisoned = Named { entity: Entity::Error, span: named.span };
+        if let Some(class) = &mut self.class {
+            class.names.insert(variable.name.name.clone(), poisoned);
+        }
+        true
     }
 
     fn check_storage(&mut self, qualifiers: &ast::Qualifiers) -> Storage {

@@ -120,9 +120,10 @@ impl Checker<'_> {
         }
         let Some(class) = &self.class else { return error_expression(span) };
         let member = &class.members[id.0 as usize];
-        let kind = match member.textured {
-            true => ExpressionKind::Textured(id),
-            false => ExpressionKind::Member(id),
+        let kind = match (member.textured, member.computed) {
+            (_, Some(function)) => ExpressionKind::Computed(id, function),
+            (true, None) => ExpressionKind::Textured(id),
+            (false, None) => ExpressionKind::Member(id),
         };
         Expression { kind, ty: member.ty.clone(), span }
     }

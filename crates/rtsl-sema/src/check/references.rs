@@ -64,7 +64,10 @@ impl Checker<'_> {
             Type::Vector(_, size) => Some(u32::from(*size)),
             Type::Matrix(columns, _) => Some(u32::from(*columns)),
             Type::Buffer(_) => None,
-            _ if matches!(receiver.kind, ExpressionKind::Textured(_)) => {
+            _ if matches!(
+                receiver.kind,
+                ExpressionKind::Textured(_) | ExpressionKind::Computed(..)
+            ) => {
                 return self.report_method_of_textured(method, span);
             }
             _ => return self.report_unknown_method(&receiver.ty, method, &[], span),
@@ -305,7 +308,12 @@ impl Checker<'_> {
 
     /// Notes that the class tests a reference, so that leaving it unset is intentional.
     pub(super) fn mark_tested(&mut self, reference: &Expression) {
-        if let (ExpressionKind::Member(id) | ExpressionKind::Textured(id), Some(class)) =
+        if let (
+            ExpressionKind::Member(id)
+            | ExpressionKind::Textured(id)
+            | ExpressionKind::Computed(id, _),
+            Some(class),
+        ) =
             (&root(reference).kind, &mut self.class)
         {
             class.members[id.0 as usize].tested = true;

@@ -122,7 +122,7 @@ impl Checker<'_> {
     }
 
     fn check_root(&mut self, mut root: Root, lost: &mut LostWrites) {
-        let reached = self.reach(root.function);
+        let reached = self.reach(root.function, root.method.is_none());
         root.written = reached
             .iter()
             .filter_map(|each| match each.done.kind {
@@ -138,8 +138,9 @@ impl Checker<'_> {
         self.note_lost_writes(&root, &reached, lost);
     }
 
-    /// All uses in `start` and the functions that it calls, directly or indirectly.
-    fn reach(&self, start: FunctionId) -> Vec<Reached> {
+    /// All uses in `start` and the functions that it calls, directly or indirectly. The constructor computes no
+    /// parameters.
+    fn reach(&self, start: FunctionId, is_constructor: bool) -> Vec<Reached> {
         let mut seen: BTreeSet<(FunctionId, bool)> = BTreeSet::from([(start, false)]);
         let mut pending = vec![(start, false)];
         let mut reached = Vec::new();
@@ -148,7 +149,8 @@ impl Checker<'_> {
             for &done in &facts.uses {
                 reached.push(Reached { function, done, lit: lit || done.lit });
             }
-            for call in &facts.calls {
+            let runs = |call: &&super::facts::Call| !(is_constructor && call.of_parameter);
+            for call in facts.calls.iter().filter(runs) {
                 let next = (call.callee, lit || call.lit);
                 if seen.insert(next) {
                     pending.push(next);

@@ -143,14 +143,24 @@ impl Checker<'_> {
 
     /// Reports that `name` was declared before.
     pub(super) fn report_duplicate(&mut self, name: &ast::Identifier, previous: &Named) {
-        self.report(
+        self.report_duplicate_with(name, previous, |diagnostic| diagnostic);
+    }
+
+    /// Reports that `name` was declared before, with a remedy.
+    pub(super) fn report_duplicate_with(
+        &mut self,
+        name: &ast::Identifier,
+        previous: &Named,
+        advise: impl FnOnce(Diagnostic) -> Diagnostic,
+    ) {
+        self.report(advise(
             Diagnostic::new(codes::DECLARED_TWICE, format!("`{}` is declared twice", name.name))
                 .at(name.span, "declared again here")
                 .label(
                     previous.span,
                     format!("{} of that name is declared here", previous.entity.kind()),
                 ),
-        );
+        ));
     }
 
     /// Reports names of the language, which shaders cannot declare.

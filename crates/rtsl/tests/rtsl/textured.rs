@@ -45,6 +45,12 @@ class Either : rt_Material;
 public texture float roughness = 0.3;
 void shade() { rt_SampleColor = color(roughness * roughness); }
 
+class Computed : Varnish {
+    public texture vec3 axis = vec3(7.0, 8.0, 9.0);
+    float roughness() { return 2.0 * rt_TextureUV.x; }
+    color tint() { return color(vec3(rt_TextureUV, 0.5)); }
+};
+
 class NotANumber : rt_Texture;
 void lookup() { rt_FloatTextureValue = sqrt(rt_TextureUV.x - 10.0); }
 ";
@@ -118,6 +124,30 @@ fn each_parameter_is_a_value_or_a_texture() {
             assert!(same, "{textured:?} at width {}: {found:?}, not {expected:?}", engine.width());
             assert_eq!(found, shade(&engines()[0], &instance, &mask));
         }
+    }
+}
+
+#[test]
+fn functions_of_classes_below_compute_parameters() {
+    let unit = unit(TEXT);
+    let types = |class: &str| -> Vec<String> {
+        unit.class(class).unwrap().parameters.iter().map(|it| it.name.clone()).collect()
+    };
+    assert_eq!(types("Computed"), ["axis"]);
+    let given = vec![
+        ("roughness", ramp(&unit, 2.0)),
+        ("tint", ramp(&unit, 1.0)),
+        ("axis", [7.0, 8.0, 9.0].into()),
+    ];
+    let textured = new(&unit, "Varnish", given);
+    let computed = new(&unit, "Computed", vec![]);
+    let other = new(&unit, "Computed", vec![("axis", [0.0, 1.0, 0.0].into())]);
+    let mask = LaneMask::from_fn(COUNT, |ray| ray % 5 != 0);
+    for engine in engines() {
+        let expected = shade(&engine, &textured, &mask);
+        assert_eq!(shade(&engine, &computed, &mask), expected, "width {}", engine.width());
+        assert_ne!(shade(&engine, &other, &mask), expected);
+        assert_eq!(expected, shade(&engines()[0], &computed, &mask));
     }
 }
 

@@ -125,16 +125,7 @@ impl<'a> RaySource<'a> {
     }
 
     fn random_rays(&mut self, lanes: usize) -> Inputs {
-        let mut state = new_state(lanes);
-        set_defaults(&mut state, self.role);
-        for lane in 0..lanes {
-            let ray = Ray::random(&mut self.random, self.role, self.origin);
-            for variable in state_variables() {
-                if self.role.row(variable.name).is_some() {
-                    ray.set(variable, &mut state, lane);
-                }
-            }
-        }
+        let state = random_state(&mut self.random, self.role, self.origin, lanes);
         Inputs { state, scratch: self.program.new_scratch(lanes) }
     }
 
@@ -166,6 +157,26 @@ impl<'a> RaySource<'a> {
             set_hit_point(&mut inputs.state, lane);
         }
     }
+}
+
+/// Returns the state of rays as a host would set it for a role.
+pub fn random_state(
+    random: &mut Random,
+    role: Role,
+    origin: Option<Vector>,
+    lanes: usize,
+) -> LaneBlock {
+    let mut state = new_state(lanes);
+    set_defaults(&mut state, role);
+    for lane in 0..lanes {
+        let ray = Ray::random(random, role, origin);
+        for variable in state_variables() {
+            if role.row(variable.name).is_some() {
+                ray.set(variable, &mut state, lane);
+            }
+        }
+    }
+    state
 }
 
 /// The hit point from ray and distance.

@@ -31,6 +31,9 @@ use rtsl::{
 };
 
 pub use self::arguments::BenchArguments;
+pub use self::host::BenchHost;
+pub use self::inputs::random_state;
+pub use self::random::Random;
 use self::call::count;
 use self::coverage::{Coverage, coverage, covering_inputs};
 use self::inputs::{Inputs, ORIGIN, RaySource};

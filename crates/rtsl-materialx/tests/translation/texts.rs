@@ -1,0 +1,219 @@
+//! The texts of classes.
+
+use expect_test::expect;
+
+use crate::{outputs_of, text_of, with_material};
+
+#[test]
+fn numbers_are_initial_values_and_graphs_are_functions() {
+    let text = with_material(
+        r#"<nodegraph name="g">
+             <input name="low" type="float" value="0.1"/>
+             <texcoord name="uv" type="vector2"/>
+             <separate2 name="parts" type="multioutput"><input name="in" type="vector2" nodename="uv"/></separate2>
+             <add name="sum" type="float">
+               <input name="in1" type="float" nodename="parts" output="outx"/>
+               <input name="in2" type="float" interfacename="low"/>
+             </add>
+             <output name="out" type="float" nodename="sum"/>
+           </nodegraph>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="base_color" type="color3" value="0.5, 0.2, 0.1"/>
+             <input name="specular_roughness" type="float" nodegraph="g" output="out"/>
+             <input name="specular_IOR" type="float" value="1.4"/>
+           </standard_surface>"#,
+    );
+    expect![[r#"
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : StandardSurface;
+
+        public texture color baseColor = color(vec3(0.5, 0.2, 0.1));
+        public texture float specularIor = 1.4;
+
+        float specularRoughness() {
+            vec2 n0 = rt_TextureUV;
+            float n1 = n0.x;
+            float n2 = n1 + 0.1;
+            return n2;
+        }
+    "#]].assert_eq(&text_of(&text));
+}
+
+#[test]
+fn images_are_references() {
+    let text = with_material(
+        r#"<tiledimage name="wood" type="color3">
+             <input name="file" type="filename" value="wood.png" colorspace="srgb_texture"/>
+             <input name="uvtiling" type="vector2" value="4, 2"/>
+           </tiledimage>
+           <image name="alpha" type="color4">
+             <input name="file" type="filename" value="leaf.png"/>
+             <input name="uaddressmode" type="string" value="mirror"/>
+           </image>
+           <open_pbr_surface name="surface" type="surfaceshader">
+             <input name="base_color" type="color3" nodename="wood"/>
+             <input name="geometry_opacity" type="float" nodename="alpha" channels="a"/>
+           </open_pbr_surface>"#,
+    );
+    expect![[r#"
+        import shaders.materialx.placement as mxPlacement;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        [[doc "The image `wood.png`, sRGB."]]
+        public rt_Texture image1;
+        [[doc "The image `leaf.png`, linear."]]
+        public rt_Texture image2;
+        [[doc "Whether it has opacity."]]
+        public bool image2HasOpacity = true;
+
+        color baseColor() {
+            vec2 n0 = rt_TextureUV;
+            vec2 n1 = (n0 * vec2(4.0, 2.0) - vec2(0.0));
+            vec2 n2 = vec2(rt_du, rt_dv) * abs(vec2(4.0, 2.0));
+            vec3 n3 = isSet(image1) ? rgb(image1.lookup(n1, n2.x, n2.y)) : vec3(0.0);
+            return color(n3);
+        }
+
+        float geometryOpacity() {
+            vec2 n0 = rt_TextureUV;
+            vec2 n4 = mxPlacement.wrapped(n0, ivec2(2, 0));
+            vec2 n5 = vec2(rt_du, rt_dv);
+            vec3 n6 = isSet(image2) ? rgb(image2.lookup(n4, n5.x, n5.y)) : vec4(0.0).xyz;
+            float n7 = isSet(image2) ? (image2HasOpacity ? image2.lookupFloat(n4, n5.x, n5.y) : 1.0) : vec4(0.0).w;
+            vec4 n8 = vec4(n6, n7);
+            float n9 = n8.w;
+            return n9;
+        }
+    "#]].assert_eq(&text_of(&text));
+}
+
+#[test]
+fn normals_turn_the_surface() {
+    let text = with_material(
+        r#"<noise2d name="height" type="float"/>
+           <bump name="relief" type="vector3">
+             <input name="height" type="float" nodename="height"/>
+           </bump>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="normal" type="vector3" nodename="relief"/>
+           </standard_surface>"#,
+    );
+    expect![[r#"
+        import shaders.materialx.noise as mxNoise;
+        import shaders.materialx.placement as mxPlacement;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : StandardSurface;
+
+
+        vec3 surfaceNormal() {
+            vec3 n0 = rt_ShadingNormal;
+            vec2 n1 = rt_TextureUV;
+            float n2 = mxNoise.perlin(n1) * 1.0 + 0.0;
+            vec2 n3 = gradient(n2, n1);
+            vec3 n4 = mxPlacement.normalOfSlope(n3, 1.0);
+            vec3 n5 = mxPlacement.tangentOf(rt_ShadingNormal, rt_dPdu);
+            vec3 n6 = mxPlacement.bitangentOf(rt_ShadingNormal, rt_dPdu, rt_dPdv);
+            vec3 n7 = mxPlacement.mappedNormal(n4, vec2(1.0), n0, n5, n6);
+            return mxPlacement.usableNormal(n7, rt_ShadingNormal, rt_GeometricNormal);
+        }
+
+        float cosineRatio() { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, surfaceNormal()); }
+
+        void BSDF() {
+            super.BSDF();
+            rt_BSDFValue *= cosineRatio();
+        }
+
+        void sampleBSDF() {
+            super.sampleBSDF();
+            if (rt_PDF > 0.0) rt_BSDFValue *= cosineRatio();
+        }
+    "#]].assert_eq(&text_of(&text));
+}
+
+#[test]
+fn documents_define_nodes_of_their_own() {
+    let text = with_material(
+        r#"<xi:include href="nodes.mtlx"/>
+           <twice name="once" type="float"><input name="in" type="float" value="0.2"/></twice>
+           <twice name="again" type="float"><input name="in" type="float" nodename="once"/></twice>
+           <gltf_pbr name="surface" type="surfaceshader">
+             <input name="roughness" type="float" nodename="again"/>
+           </gltf_pbr>"#,
+    );
+    expect![[r#"
+        import shaders.materialx.color as mxColor;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        public texture color baseColor = color(vec3(1.0));
+        public texture float baseMetalness = 1.0;
+
+        float specularRoughness() {
+            float n0 = 0.2 * 2.0;
+            float n1 = n0 * 2.0;
+            return mxColor.gltfRoughness(n1, 0.0);
+        }
+    "#]].assert_eq(&text_of(&text));
+}
+
+#[test]
+fn old_documents_are_read_as_new_ones() {
+    let text = r#"<materialx version="1.36">
+        <compare name="c" type="float">
+          <input name="intest" type="float" value="0.5"/>
+          <parameter name="cutoff" type="float" value="0.6"/>
+          <input name="in1" type="float" value="1"/>
+          <input name="in2" type="float" value="2"/>
+        </compare>
+        <material name="old">
+          <shaderref name="s" node="standard_surface">
+            <bindinput name="base_color" type="color3" value="0.2, 0.2, 0.6"/>
+            <bindinput name="base" type="float" nodename="c"/>
+          </shaderref>
+        </material>
+      </materialx>"#;
+    expect![[r#"
+        /// `old` of `test.mtlx`, translated from MaterialX.
+        class Old : StandardSurface;
+
+        public texture color baseColor = color(vec3(0.2, 0.2, 0.6));
+
+        float base() {
+            float n0 = 0.5 >= 0.6 ? 2.0 : 1.0;
+            return n0;
+        }
+    "#]].assert_eq(&text_of(text));
+}
+
+#[test]
+fn outputs_are_textures() {
+    let text = r#"<materialx version="1.39">
+        <nodegraph name="g">
+          <geompropvalue name="height" type="float">
+            <input name="geomprop" type="string" value="my height"/>
+            <input name="default" type="float" value="0.5"/>
+          </geompropvalue>
+          <constant name="c" type="color3"><input name="value" type="color3" value="1, 0.5, 0"/></constant>
+          <multiply name="product" type="color3">
+            <input name="in1" type="color3" nodename="c"/>
+            <input name="in2" type="float" nodename="height"/>
+          </multiply>
+          <output name="out" type="color3" nodename="product"/>
+        </nodegraph>
+      </materialx>"#;
+    expect![[r#"
+        class G_out : rt_Texture;
+
+        attribute float my_height = 0.5;
+        void lookup() {
+            vec3 n0 = vec3(float(my_height));
+            vec3 n1 = vec3(1.0, 0.5, 0.0) * n0;
+            rt_TextureColor = color(n1);
+        }
+    "#]].assert_eq(&outputs_of(text));
+}

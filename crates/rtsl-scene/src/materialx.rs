@@ -1,0 +1,275 @@
+//! Materials of MaterialX documents: `Material "materialx" "string file" "marble.mtlx"`.
+//!
+//! The document's material becomes a class of the description, and its images become textures, which the class refers
+//! to. `"string material"` chooses one of several materials.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
+use rtsl_image::has_opacity;
+use rtsl_materialx::{Document, ImageUse, Loaded, Material, translate};
+use rtsl_math::Transform;
+use rtsl_memory::InputBudget;
+
+use crate::description::{DescribedClass, Description, Entity, EntityKind};
+use crate::pbrt::CONVENTION;
+use crate::reader::{
+    FileSource, Input, Parameter, ParameterType, ReferenceKind, Values, file_start, resolve,
+    unreadable,
+};
+
+/// The type of such materials.
+const TYPE: &str = "materialx";
+
+/// The parameters that they have besides those of the class.
+const FILE: &str = "file";
+const MATERIAL: &str = "material";
+
+/// Reads a MaterialX document, with those that it includes: beside the including document, or beside the first.
+///
+/// # Errors
+/// If it cannot be read, or is no document.
+pub fn read_document(
+    path: &Path,
+    files: &dyn FileSource,
+    budget: &InputBudget,
+    map: &mut SourceMap,
+) -> Result<Document, Box<Diagnostic>> {
+    let text = read_text(path, files, budget)
+        .map_err(|reason| Box::new(Diagnostic::new(codes::UNREADABLE_FILE, reason)))?;
+    let mut load = |href: &str, including: &str| {
+        let beside = resolve(Path::new(including), href);
+        let of_first = resolve(path, href);
+        let found = [beside, of_first].into_iter().find(|it| files.size(it).is_ok());
+        let found = found.ok_or_else(|| "there is no such file".to_owned())?;
+        let text = read_text(&found, files, budget)?;
+        Ok(Loaded { name: found.display().to_string(), text })
+    };
+    Document::read(&path.display().to_string(), &text, &mut load, map)
+}
+
+fn read_text(path: &Path, files: &dyn FileSource, budget: &InputBudget) -> Result<String, String> {
+    let input =
+        Input::read(files, path, budget).map_err(|error| unreadable(path, &error).message)?;
+    String::from_utf8(input.bytes).map_err(|_| format!("`{}` is not UTF-8", path.display()))
+}
+
+/// Replaces the materials of MaterialX documents in a description by classes.
+pub fn add_materials(
+    description: &mut Description,
+    scene: &Path,
+    files: &dyn FileSource,
+    budget: &InputBudget,
+    map: &mut SourceMap,
+    diagnostics: &mut Diagnostics,
+) {
+    let is_material = |entity: &Entity| entity.kind == EntityKind::Material && entity.class == TYPE;
+    let indices: Vec<usize> =
+        (0..description.entities.len()).filter(|it| is_material(&description.entities[*it])).collect();
+    if indices.is_empty() {
+        return;
+    }
+    let mut adder = Adder {
+        description,
+        scene,
+        files,
+        budget,
+        map,
+        diagnostics,
+        documents: BTreeMap::new(),
+        images: BTreeMap::new(),
+        warned: BTreeSet::new(),
+    };
+    for index in indices {
+        if let Err(diagnostic) = adder.add(index) {
+            adder.diagnostics.push(*diagnostic);
+            adder.mark_broken(index);
+        }
+    }
+}
+
+struct Adder<'a> {
+    description: &'a mut Description,
+    scene: &'a Path,
+    files: &'a dyn FileSource,
+    budget: &'a InputBudget,
+    map: &'a mut SourceMap,
+    diagnostics: &'a mut Diagnostics,
+    /// Documents by path; `None` for those with errors, which were reported.
+    documents: BTreeMap<PathBuf, Option<Document>>,
+    /// The names of the textures of images.
+    images: BTreeMap<(String, bool, bool, bool), Option<String>>,
+    warned: BTreeSet<String>,
+}
+
+impl Adder<'_> {
+    fn add(&mut self, index: usize) -> Result<(), Box<Diagnostic>> {
+        let entity = &self.description.entities[index];
+        let span = entity.class_span;
+        let Some((file, parameter)) = entity.text(FILE) else {
+            let message = format!("`{TYPE}` names no document");
+            let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
+            return Err(Box::new(diagnostic.at(span, "expected `\"string file\"`")));
+        };
+        let (file, named) = (file.to_owned(), parameter.values_span);
+        let only = entity.text(MATERIAL).map(|(name, _)| name.to_owned());
+        let path = resolve(self.scene, &file);
+        let Some(document) = self.document(&path, named)? else {
+            self.mark_broken(index);
+            return Ok(());
+        };
+        let mut translation = translate(&document, &file, only.as_deref());
+        if translation.materials.len() > 1 {
+            return Err(several(&translation.materials, &file, named));
+        }
+        self.add_warnings(translation.warnings);
+        match translation.materials.pop() {
+            Some(material) if translation.errors.is_empty() => {
+                self.replace(index, material, &file);
+            }
+            _ => {
+                translation.errors.into_iter().for_each(|error| self.diagnostics.push(error));
+                self.mark_broken(index);
+            }
+        }
+        Ok(())
+    }
+
+    /// The document in a file; `None` if it has errors, which were reported.
+    fn document(&mut self, path: &Path, named: Span) -> Result<Option<Document>, Box<Diagnostic>> {
+        if let Some(known) = self.documents.get(path) {
+            return Ok(known.clone());
+        }
+        let read = read_document(path, self.files, self.budget, self.map);
+        self.documents.insert(path.to_owned(), read.as_ref().ok().cloned());
+        match read {
+            Ok(document) => Ok(Some(document)),
+            Err(diagnostic) if diagnostic.primary.is_none() => {
+                Err(Box::new(diagnostic.at(named, "named here")))
+            }
+            Err(diagnostic) => Err(diagnostic),
+        }
+    }
+
+    fn add_warnings(&mut self, warnings: Vec<Diagnostic>) {
+        for warning in warnings {
+            if self.warned.insert(warning.message.clone()) {
+                self.diagnostics.push(warning);
+            }
+        }
+    }
+
+    /// Entities without a class are not reported again.
+    fn mark_broken(&mut self, index: usize) {
+        let entity = &mut self.description.entities[index];
+        entity.parameters.clear();
+        let described = DescribedClass { class: String::new(), text: String::new() };
+        self.description.classes.insert(entity.class.clone(), described);
+    }
+
+    fn replace(&mut self, index: usize, material: Material, file: &str) {
+        let key = format!("{file}#{}", material.class);
+        let span = self.description.entities[index].class_span;
+        let mut parameters = Vec::new();
+        for image in &material.images {
+            self.add_image(image, file, span, &mut parameters);
+        }
+        let entity = &mut self.description.entities[index];
+        entity.class.clone_from(&key);
+        entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
+        entity.parameters.extend(parameters);
+        let text = material.file_text();
+        let described = DescribedClass { class: material.class, text };
+        self.description.classes.insert(key, described);
+    }
+
+    fn add_image(
+        &mut self,
+        image: &ImageUse,
+        file: &str,
+        span: Span,
+        parameters: &mut Vec<Parameter>,
+    ) {
+        let name = Path::new(file).parent().unwrap_or(Path::new("")).join(&image.file);
+        let name = name.display().to_string();
+        let path = resolve(self.scene, &name);
+        let Some(texture) = self.texture(image, name, &path, span) else { return };
+        let reference = ParameterType::Reference(ReferenceKind::Texture);
+        let values = Values::Texts(vec![texture]);
+        parameters.push(given(reference, &image.member, values, span));
+        if image.has_opacity {
+            let opacity = file_start(self.files, &path)
+                .is_ok_and(|start| has_opacity(&start).unwrap_or(false));
+            let values = Values::Booleans(vec![opacity]);
+            let member = format!("{}HasOpacity", image.member);
+            parameters.push(given(ParameterType::Given, &member, values, span));
+        }
+    }
+
+    /// The name of the texture of an image, which is made at its first use; `None` if there is no such file.
+    fn texture(
+        &mut self,
+        image: &ImageUse,
+        name: String,
+        path: &Path,
+        span: Span,
+    ) -> Option<String> {
+        let key = (name.clone(), image.is_srgb, image.is_repeated, image.is_nearest);
+        if let Some(known) = self.images.get(&key) {
+            return known.clone();
+        }
+        let texture = match self.files.size(path) {
+            Ok(_) => Some(self.add_texture(image, name, span)),
+            Err(error) => {
+                let message = format!("`{}` is left out: {error}", path.display());
+                let warning = Diagnostic::new(codes::MATERIALX_IGNORED, message);
+                self.add_warnings(vec![warning.at(image.span, "named here")]);
+                None
+            }
+        };
+        self.images.insert(key, texture.clone());
+        texture
+    }
+
+    fn add_texture(&mut self, image: &ImageUse, name: String, span: Span) -> String {
+        let texture = format!("{name} {}", self.images.len());
+        let text = |parameter: &str, value: &str| {
+            let values = Values::Texts(vec![value.to_owned()]);
+            given(ParameterType::Text, parameter, values, span)
+        };
+        let parameters = vec![
+            text("filename", &name),
+            text("encoding", if image.is_srgb { "sRGB" } else { "linear" }),
+            text("wrap", if image.is_repeated { "repeat" } else { "clamp" }),
+            text("filter", if image.is_nearest { "point" } else { "bilinear" }),
+            text(CONVENTION, "gltf"),
+        ];
+        self.description.entities.push(Entity {
+            kind: EntityKind::Texture,
+            class: "imagemap".to_owned(),
+            class_span: span,
+            name: Some(texture.clone()),
+            parameters,
+            transform: Transform::IDENTITY,
+            end_transform: None,
+        });
+        texture
+    }
+}
+
+fn given(kind: ParameterType, name: &str, values: Values, span: Span) -> Parameter {
+    Parameter { kind, name: name.to_owned(), declaration: span, values, values_span: span }
+}
+
+fn several(materials: &[Material], file: &str, span: Span) -> Box<Diagnostic> {
+    const SHOWN: usize = 8;
+    let names: Vec<&str> = materials.iter().take(SHOWN).map(|it| it.name.as_str()).collect();
+    let more = if materials.len() > SHOWN { " and others" } else { "" };
+    let message = format!("`{file}` has several materials");
+    let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
+    Box::new(diagnostic.at(span, "named here").help(format!(
+        "choose one by `\"string {MATERIAL}\"`: `{}`{more}",
+        names.join("`, `")
+    )))
+}
