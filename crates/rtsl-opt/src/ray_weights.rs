@@ -186,6 +186,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReferenceCount(_)
+        | OpKind::Report(..)
         | OpKind::ReportBudget => false,
     }
 }

@@ -370,6 +370,7 @@ impl LoadedScene {
             integrator: request.integrator.clone(),
             input_memory: request.input_memory,
             texture_memory: request.texture_memory,
+            traced: request.engine.trace.is_some(),
         };
         let mut loaded = load_scene(&request.scene, files, &options)?;
         apply(request, &mut loaded.scene.settings);
@@ -401,6 +402,22 @@ impl LoadedScene {
     /// Chooses the interactive renderer unless the scene names an integrator by its class, as the viewer does.
     pub(crate) fn prefer_interactive(&mut self) {
         self.scene.settings.renderer = Some(Renderer::Interactive);
+    }
+
+    /// Makes the picture one of its pixels.
+    ///
+    /// # Errors
+    /// If the picture does not have it.
+    pub(crate) fn choose_pixel(&mut self, [x, y]: [usize; 2]) -> Result<(), Messages> {
+        let settings = &mut self.scene.settings;
+        let (width, height) = (settings.width, settings.height);
+        if x < width && y < height {
+            settings.set_pixel([x, y]);
+            return Ok(());
+        }
+        let message = format!("there is no pixel {x},{y} in a picture of {width} by {height} pixels");
+        let help = "columns and rows count from 0, from the top left";
+        Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message).help(help)))
     }
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.

@@ -39,6 +39,8 @@ pub struct LoadOptions {
     pub input_memory: Option<Amount>,
     /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
     pub texture_memory: Option<Amount>,
+    /// True if classes are compiled for engines with a trace.
+    pub traced: bool,
 }
 
 /// A loaded scene.
@@ -168,6 +170,7 @@ impl<'f> SceneSource<'f> {
         classes.set_compiler(Compiler::new(CompilerOptions {
             loop_budget: Some(settings.loop_budget),
             search_path: search_path.chain(options.search_path.clone()).collect(),
+            traced: options.traced,
         }));
         SceneSource {
             path: path.to_owned(),

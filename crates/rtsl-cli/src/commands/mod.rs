@@ -8,6 +8,7 @@ pub mod explain;
 pub mod help;
 pub mod import;
 pub mod info;
+pub mod pixel;
 pub mod render;
 pub mod scene;
 mod shader;

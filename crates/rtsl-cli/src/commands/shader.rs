@@ -30,7 +30,11 @@ pub fn compiler_of(
 /// Returns a compiler with these folders. Constructors of its classes have a loop budget.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
     let search_path = search_path.folders();
-    Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })
+    Compiler::new(CompilerOptions {
+        search_path,
+        loop_budget: Some(DEFAULT_LOOP_BUDGET),
+        ..CompilerOptions::default()
+    })
 }
 
 /// Compiles a file and reports its diagnostics; `None` if there are errors.

@@ -1,7 +1,9 @@
 //! The interpreter's flat programs.
 
+use std::sync::Arc;
+
 use crate::evaluate::{BinaryFunction, UnaryFunction};
-use crate::{Output, Query, VariableId};
+use crate::{Event, Output, Place, Query, VariableId};
 
 /// An index into the registers.
 pub(super) type Register = u32;
@@ -21,6 +23,25 @@ pub(super) struct Program {
     pub outputs: Vec<(Output, Register)>,
     /// The register of the accepted output.
     pub accepted: Option<Register>,
+    /// What an observed program reports.
+    pub observed: Option<Observed>,
+}
+
+/// The additions of an observed program.
+#[derive(Debug, Default)]
+pub(super) struct Observed {
+    pub events: Vec<Arc<Event>>,
+    /// For each instruction, the operation if its result is an f32 that it computes.
+    pub computed: Vec<Option<Computed>>,
+}
+
+/// An operation that computes an f32.
+#[derive(Clone, Debug)]
+pub(super) struct Computed {
+    pub to: Register,
+    /// The operands that are f32.
+    pub floats: [Option<Register>; 3],
+    pub place: Option<Place>,
 }
 
 /// An instruction. Results go to `to`, or to consecutive registers from it.
@@ -52,4 +73,6 @@ pub(super) enum Instruction {
     Rand { to: Register },
     Query { query: Query, to: Register, operands: u32 },
     ReportBudget,
+    /// The event and the operands, in an observed program.
+    Report { event: u32, operands: u32 },
 }

@@ -317,6 +317,7 @@ impl<'a> Lowering<'a> {
                 self.lower_request(op);
                 return Ok(());
             }
+            Ray::Report(..) => return Ok(()),
             Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
             Ray::Seed(_) | Ray::Derivative(..) | Ray::ChainRule(..) => {
                 return Err(LowerError::Unlinked("gradient".to_owned()));

@@ -7,6 +7,7 @@ use std::time::Duration;
 use rtsl::{Diagnostics, Engine, Query};
 
 use super::aov_plan::AovPlan;
+use super::features::Features;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
 use super::integrator::{Integrator, StagedMethod};
@@ -52,6 +53,11 @@ pub struct BatchScene {
 }
 
 impl BatchScene {
+    /// The features that films of the scene keep.
+    pub(crate) fn features(&self) -> &Features {
+        &self.aovs.features
+    }
+
     /// The name of the integrator's class.
     pub fn integrator(&self) -> &str {
         self.integrator.name()

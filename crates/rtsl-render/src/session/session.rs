@@ -116,6 +116,7 @@ impl Session {
             integrator: options.integrator.clone(),
             input_memory: options.input_memory,
             texture_memory: options.texture_memory,
+            traced: false,
         };
         let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;

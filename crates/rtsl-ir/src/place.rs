@@ -1,0 +1,70 @@
+//! Places in source texts from which values come.
+
+use std::sync::Arc;
+
+use crate::Value;
+
+/// A source text with its name, as diagnostics show it.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The name.
+    pub name: String,
+    /// The text.
+    pub text: String,
+}
+
+/// A range of bytes of a source text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The text.
+    pub source: Arc<Source>,
+    /// The offset of the first byte.
+    pub start: u32,
+    /// The offset just past the last byte.
+    pub end: u32,
+}
+
+impl Place {
+    /// Returns the line, from 1.
+    pub fn line(&self) -> u32 {
+        let before = self.source.text.bytes().take(self.start as usize);
+        before.filter(|byte| *byte == b'\n').count() as u32 + 1
+    }
+}
+
+/// The places of values, as far as they are known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Places {
+    sources: Vec<Arc<Source>>,
+    /// For each value, the index of its source, start and end.
+    of: Vec<Option<(u32, u32, u32)>>,
+}
+
+impl Places {
+    /// Sets the place of a value, unless it has one.
+    pub fn set(&mut self, value: Value, place: &Place) {
+        let index = value.0 as usize;
+        if self.of.len() <= index {
+            self.of.resize(index + 1, None);
+        }
+        if self.of[index].is_none() {
+            self.of[index] = Some((self.source(&place.source), place.start, place.end));
+        }
+    }
+
+    /// Returns the place of a value.
+    pub fn get(&self, value: Value) -> Option<Place> {
+        let (source, start, end) = self.of.get(value.0 as usize).copied().flatten()?;
+        Some(Place { source: self.sources[source as usize].clone(), start, end })
+    }
+
+    /// The index of a source, which is added if it is new. A function has few.
+    fn source(&mut self, source: &Arc<Source>) -> u32 {
+        let known = self.sources.iter().rposition(|known| Arc::ptr_eq(known, source));
+        let index = known.unwrap_or_else(|| {
+            self.sources.push(source.clone());
+            self.sources.len() - 1
+        });
+        index as u32
+    }
+}
