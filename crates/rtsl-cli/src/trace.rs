@@ -115,6 +115,7 @@ impl JsonEntry {
             TraceKind::Assignment(name, value) => ("assignment", None, None, vec![(name, value)]),
             TraceKind::Call(reference, values) => ("call", None, reference, values),
             TraceKind::Return(values) => ("return", None, None, values),
+            TraceKind::Note(text) => ("note", Some(text), None, Vec::new()),
             TraceKind::NotFinite(value) => {
                 ("notFinite", Some(format!("{value:?}")), None, Vec::new())
             }

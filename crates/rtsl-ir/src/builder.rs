@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use crate::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Name, NameText, Op, OpKind,
-    Output, Place, Region, Scalar, UnaryOp, Value, Values, Variable, VariableId, VariableKind, evaluate,
+    Output, Place, Region, Scalar, UnaryOp, Value, Values, Variable, VariableId, VariableKind,
+    evaluate,
 };
 
 /// A function under construction: operations are added to the innermost open region.

@@ -61,7 +61,8 @@ impl Event {
             EventKind::Call(String::new()),
             EventKind::Return,
         ];
-        let of_kind = |kind| Event { kind, method: method.clone(), place: None, values: values.clone() };
+        let of_kind =
+            |kind| Event { kind, method: method.clone(), place: None, values: values.clone() };
         kinds.into_iter().map(of_kind).find(|event| event.label() == label)
     }
 

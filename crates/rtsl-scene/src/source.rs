@@ -311,6 +311,16 @@ impl<'f> SceneSource<'f> {
         self.made.get(index)?.as_ref().map(|made| &made.instance)
     }
 
+    /// Returns the name of an entity, or its kind and line.
+    pub fn title(&self, id: EntityId) -> String {
+        let entity = &self.description.entities[id.0];
+        match (&entity.name, entity.kind) {
+            (Some(name), _) => name.clone(),
+            (None, EntityKind::Camera | EntityKind::Integrator) => entity.kind.word().to_owned(),
+            (None, kind) => format!("{} on line {}", kind.word(), self.line_of(id)),
+        }
+    }
+
     /// Returns the line of an entity in the scene's text.
     pub fn line_of(&self, EntityId(index): EntityId) -> u32 {
         let span = self.description.entities[index].class_span;

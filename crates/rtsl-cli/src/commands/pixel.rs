@@ -107,9 +107,9 @@ fn color_text([red, green, blue]: [f32; 3]) -> String {
 
 /// Parses a column and a row.
 fn parse_pixel(text: &str) -> Result<[usize; 2], String> {
-    let pixel = text.split_once(',').and_then(|(x, y)| {
-        Some([x.trim().parse().ok()?, y.trim().parse().ok()?])
-    });
+    let pixel = text
+        .split_once(',')
+        .and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
     pixel.ok_or_else(|| "expected a column and a row, such as 320,240".to_owned())
 }
 

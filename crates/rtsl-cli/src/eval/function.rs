@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use rtsl::{
-    ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Recording, Role, Unit,
+    ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Recording, Role,
+    Unit,
 };
 use serde_json::Value as JsonValue;
 

@@ -151,8 +151,7 @@ impl Session {
             None if compilation.has_prints() => TraceDetail::Prints,
             None => return Ok(()),
         };
-        let options =
-            EngineOptions { trace: Some(Trace::new(detail)), ..engine_options(request)? };
+        let options = EngineOptions { trace: Some(Trace::new(detail)), ..engine_options(request)? };
         let (engine, _) = Engine::new(options)?;
         let traced = match (&request.source, &request.file) {
             (None, Some(file)) => compiler(request, folders, true).compile_file(file),

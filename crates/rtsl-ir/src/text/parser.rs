@@ -9,9 +9,9 @@ use rtsl_spec::{Method, Role};
 use super::lexer::{Lexer, Token};
 use crate::class::ParameterType;
 use crate::{
-    BinaryOp, CompareOp, Constant, Event, EventValue, Function, Index, MAX_NESTING, Op, OpKind, Output, Query,
-    ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value, Values, Variable,
-    VariableId, VariableKind,
+    BinaryOp, CompareOp, Constant, Event, EventValue, Function, Index, MAX_NESTING, Op, OpKind,
+    Output, Query, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value,
+    Values, Variable, VariableId, VariableKind,
 };
 
 /// Parses a function without verifying it: types may be inconsistent.

@@ -10,9 +10,7 @@ use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{
-    EntityId, EntityKind, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings,
-};
+use rtsl_scene::{EntityId, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings};
 
 use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
@@ -299,7 +297,7 @@ impl Session {
         let things = entities.filter_map(|(index, entity)| {
             let id = EntityId(index);
             let class = self.source.instance(id)?.class().name.clone();
-            Some(Thing { entity: id, kind: entity.kind, title: self.title(id), class })
+            Some(Thing { entity: id, kind: entity.kind, title: self.source.title(id), class })
         });
         things.collect()
     }
@@ -396,23 +394,13 @@ impl Session {
         };
         Some(Picked {
             shape,
-            title: self.title(shape),
+            title: self.source.title(shape),
             class: object.primitive.class().name.clone(),
             material: material.and_then(|material| self.origins.materials[material as usize]),
             material_class: shading.class().name.clone(),
             distance: t * length,
             position: std::array::from_fn(|axis| origin[axis] + t * direction[axis]),
         })
-    }
-
-    /// The name of an entity, or its kind and line.
-    fn title(&self, id: EntityId) -> String {
-        let entity = &self.source.description().entities[id.0];
-        match (&entity.name, entity.kind) {
-            (Some(name), _) => name.clone(),
-            (None, EntityKind::Camera | EntityKind::Integrator) => entity.kind.word().to_owned(),
-            (None, kind) => format!("{} on line {}", kind.word(), self.source.line_of(id)),
-        }
     }
 
     /// Continues with a scene that was loaded again, keeping everything that did not change.

@@ -54,7 +54,7 @@ impl Checker<'_> {
         }
         let diagnostic = Diagnostic::new(
             codes::BAD_PRINT,
-            format!("the text has {}, but {} follow", counted(places, "`{}`"), counted(values, "value")),
+            format!("the text has {} for {}", counted(places, "`{}`"), counted(values, "value")),
         )
         .at(print.text_span, "each `{}` stands for one value")
         .help("write a `{}` for each value; `{{` and `}}` are the characters themselves");

@@ -210,7 +210,8 @@ impl Parser<'_> {
                 "RTSL has no type for text; text is allowed in annotations, directives and `print` only",
             );
             if self.begins_arguments_of(&["printf", "fprintf"]) {
-                diagnostic = diagnostic.help("write `print(\"x = {}\", x);`, with `{}` for each value");
+                diagnostic =
+                    diagnostic.help("write `print(\"x = {}\", x);`, with `{}` for each value");
             }
             if self.begins_arguments_of(&["print"]) {
                 diagnostic = diagnostic.help("`print` is a statement, and has no value");

@@ -100,6 +100,8 @@ pub enum TraceKind {
     Return(Vec<(String, String)>),
     /// A value that leaves a method and is not finite, made at the place of the entry.
     NotFinite(f32),
+    /// A remark of the host.
+    Note(String),
 }
 
 impl Trace {
@@ -118,6 +120,13 @@ impl Trace {
     pub fn take(&self) -> Recording {
         self.0.is_on.store(false, Ordering::Relaxed);
         std::mem::take(&mut self.recording())
+    }
+
+    /// Records a remark of the host, if calls are recorded.
+    pub fn note(&self, text: impl FnOnce() -> String) {
+        if self.is_on() && self.has_calls() {
+            self.recording().push(("", 0), None, TraceKind::Note(text()));
+        }
     }
 
     /// True between [`Trace::start`] and [`Trace::take`].
@@ -253,6 +262,7 @@ impl fmt::Display for TraceEntry {
             }
             TraceKind::Return(values) if values.is_empty() => write!(out, "{method} returns"),
             TraceKind::Return(values) => write!(out, "{method} returns {}", listed(values)),
+            TraceKind::Note(text) => out.write_str(text),
             TraceKind::NotFinite(value) => write!(out, "{method}: this gives {value:?}"),
         }
     }

@@ -50,8 +50,7 @@ impl TracedMethod {
             });
             named.collect()
         };
-        let is_accepted =
-            |id: &VariableId| function.variable(*id).kind == VariableKind::Accepted;
+        let is_accepted = |id: &VariableId| function.variable(*id).kind == VariableKind::Accepted;
         TracedMethod {
             has_accepted: BTreeSet::iter(&written).any(is_accepted),
             name: function.name.clone(),
@@ -72,9 +71,10 @@ impl TracedMethod {
         if !self.trace.is_on() {
             return interpreter.run(lane, storage, host);
         }
-        let inputs = self.trace.has_calls().then(|| values(&self.inputs, |it, component| {
-            storage.load(it.variable, component)
-        }));
+        let inputs = self
+            .trace
+            .has_calls()
+            .then(|| values(&self.inputs, |it, component| storage.load(it.variable, component)));
         self.trace.begin_call(&self.name, lane, inputs.unwrap_or_default());
         let mut kept = KeptOutputs { storage, outputs: Vec::new() };
         let observer = &mut self.trace.observer(&self.name, lane);

@@ -164,7 +164,6 @@ fn describe(number: usize, function: &Function) -> ClassDescription {
         scratch_arrays: arrays,
         constructor: None,
         method_documentation: Default::default(),
-        is_traced: false,
         kernels: Vec::new(),
     }
 }
