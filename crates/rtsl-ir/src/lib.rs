@@ -62,7 +62,7 @@ pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
-pub use place::{Place, Source};
+pub use place::{Place, Places, Source};
 pub use query::{PROPERTIES_OF_MATERIALS, Query, SURFACE, SURFACE_SCALARS, Scalars};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::place::Places;
-use crate::{Place, Value};
+use crate::{Place, Source, Value};
 
 /// The index of a text in a [`Names`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -81,6 +81,11 @@ impl Names {
     /// Sets the place of a value, unless it has one.
     pub fn set_place(&mut self, value: Value, place: &Place) {
         self.places.set(value, place);
+    }
+
+    /// Returns the texts in which values have places.
+    pub fn sources(&self) -> &[Arc<Source>] {
+        self.places.sources()
     }
 
     /// Returns the place of a value, if it is known.

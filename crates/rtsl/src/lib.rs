@@ -100,6 +100,7 @@ pub use rtsl_ir::class::{
 pub use rtsl_ir::{Constant, Place, Query, SURFACE_SCALARS, Scalar, Source, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
+pub use rtsl_packet::line_work::LineWork;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Label, Messages, Position, Severity,

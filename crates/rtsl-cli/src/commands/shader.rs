@@ -37,6 +37,11 @@ pub fn compiler(search_path: &SearchPath) -> Compiler {
     })
 }
 
+/// Like [`compiler`], for classes whose values have places in the text.
+pub fn traced_compiler(search_path: &SearchPath) -> Compiler {
+    Compiler::new(CompilerOptions { traced: true, ..compiler(search_path).options().clone() })
+}
+
 /// Compiles a file and reports its diagnostics; `None` if there are errors.
 pub fn compile_file(compiler: &Compiler, path: &Path, reporter: &Reporter) -> Option<Unit> {
     let compilation: Compilation = compiler.compile_file(path);
