@@ -52,15 +52,13 @@ pub fn not_finite(recording: &Recording) -> Option<(SourceMap, Diagnostic)> {
         _ => None,
     });
     let (entry, value) = found?;
-    let what = if value.is_nan() { "NaN" } else { "an infinity" };
-    let message = format!("`{}` makes {what} of finite numbers", entry.method);
+    let message = format!("a value that leaves `{}` is not finite: {value:?}", entry.method);
     let mut sources = SourceMap::new();
     let diagnostic = Diagnostic::new(codes::NOT_FINITE, message);
     let diagnostic = match &entry.place {
         Some(Place { source, start, end }) => {
             let file = sources.add(source.name.clone(), source.text.clone());
-            let label = format!("the first value that is not finite comes from here: {value:?}");
-            diagnostic.at(Span::new(file, *start, *end), label)
+            diagnostic.at(Span::new(file, *start, *end), "made of finite numbers here")
         }
         None => diagnostic,
     };

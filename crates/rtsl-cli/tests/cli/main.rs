@@ -5,6 +5,7 @@ mod command;
 mod commands;
 mod files;
 mod functions;
+mod guide;
 mod import;
 mod info;
 mod integrators;

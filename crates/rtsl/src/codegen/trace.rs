@@ -263,7 +263,7 @@ impl fmt::Display for TraceEntry {
             TraceKind::Return(values) if values.is_empty() => write!(out, "{method} returns"),
             TraceKind::Return(values) => write!(out, "{method} returns {}", listed(values)),
             TraceKind::Note(text) => out.write_str(text),
-            TraceKind::NotFinite(value) => write!(out, "{method}: this gives {value:?}"),
+            TraceKind::NotFinite(value) => write!(out, "{method}: {value:?} is made here"),
         }
     }
 }
