@@ -25,7 +25,7 @@ pub struct PixelArguments {
     )]
     pixel: Option<[usize; 2]>,
     /// The sample of the pixel, from 0; all of them if not given.
-    #[arg(long, value_name = "N", requires = "pixel")]
+    #[arg(long, value_name = "N", requires = "pixel", conflicts_with = "output")]
     sample: Option<u32>,
     /// Print the calls of methods with their state, or with `lines` the values of variables too; and the first operation
     /// whose result is NaN or an infinity.
@@ -36,11 +36,12 @@ pub struct PixelArguments {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "calls",
-        requires = "pixel"
+        requires = "pixel",
+        conflicts_with = "output"
     )]
     trace: Option<TraceName>,
     /// Print JSON.
-    #[arg(long, requires = "pixel")]
+    #[arg(long, requires = "pixel", conflicts_with = "output")]
     json: bool,
 }
 

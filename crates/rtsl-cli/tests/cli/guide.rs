@@ -20,10 +20,11 @@ fn printed(folder: &Folder, command: &str) -> String {
     let arguments: Vec<&str> = command.split(' ').skip(1).collect();
     let ran = folder.run(&arguments);
     let all = match word {
-        Some(word) => ran.output().lines().filter(|line| line.contains(word)).fold(
-            String::new(),
-            |text, line| text + line + "\n",
-        ),
+        Some(word) => ran
+            .output()
+            .lines()
+            .filter(|line| line.contains(word))
+            .fold(String::new(), |text, line| text + line + "\n"),
         None => format!("{}{}", ran.errors(), ran.output()),
     };
     all.trim_end().lines().map(|line| format!("{}\n", line.trim_end())).collect()

@@ -10,6 +10,7 @@ mod import;
 mod info;
 mod integrators;
 mod memory_limits;
+mod printing;
 mod project_file;
 mod resume;
 mod scene;
