@@ -5,8 +5,11 @@
 
 use std::time::Duration;
 
-use rtsl::{Diagnostic, Recording, Trace, diagnostic_codes as codes};
+use rtsl::{
+    Diagnostic, Engine, EngineOptions, Recording, Trace, TraceDetail, diagnostic_codes as codes,
+};
 use rtsl_scene::reader::{DiskFiles, FileSource};
+use rtsl_scene::{Scene, SceneSource};
 
 use crate::Messages;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
@@ -69,7 +72,7 @@ pub fn render_pixel_from(
     trace: &Trace,
     files: &dyn FileSource,
 ) -> Result<TracedPixel, Messages> {
-    let engine = rtsl::EngineOptions { trace: Some(trace.clone()), ..request.engine.clone() };
+    let engine = EngineOptions { trace: Some(trace.clone()), ..request.engine.clone() };
     let request = RenderRequest { engine, ..request.clone() };
     let mut loaded = LoadedScene::new(&request, files)?;
     loaded.choose_renderer();
@@ -83,6 +86,29 @@ pub fn render_pixel_from(
     let end = pixel.count.map_or(all, |count| all.min(pixel.first.saturating_add(count)));
     let (color, samples) = trace_pixel(&scene, pixel.first..end, trace)?;
     Ok(TracedPixel { color, samples, warnings })
+}
+
+/// Returns the lines that shaders print for the first sample of a pixel of a scene. `prepare` makes the
+/// scene what a picture of it shows.
+///
+/// # Errors
+/// As for [`render_pixel`].
+pub(crate) fn prints_of(
+    mut source: SceneSource<'_>,
+    engine: EngineOptions,
+    pixel: [usize; 2],
+    prepare: impl FnOnce(&mut Scene),
+) -> Result<Vec<String>, Messages> {
+    let mut scene = source.load()?.scene;
+    prepare(&mut scene);
+    scene.settings.set_pixel(pixel);
+    let trace = Trace::new(TraceDetail::Prints);
+    let options = EngineOptions { trace: Some(trace.clone()), ..engine };
+    let (engine, _) = Engine::new(options).map_err(Messages::one)?;
+    let scene = BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})?;
+    let (_, samples) = trace_pixel(&scene, 0..1, &trace)?;
+    let entries = samples.iter().flat_map(|sample| &sample.recording.entries);
+    Ok(entries.map(ToString::to_string).collect())
 }
 
 /// Evaluates samples of the only pixel of a scene.

@@ -191,6 +191,37 @@ impl<'f> SceneSource<'f> {
         }
     }
 
+    /// Returns the scene as it is, with the parameters that were set, for engines with a trace: the next load compiles
+    /// its classes with prints and places.
+    #[must_use]
+    pub fn traced(&self) -> Self {
+        let mut classes = self.classes.clone();
+        classes.refresh();
+        classes.set_traced();
+        SceneSource {
+            path: self.path.clone(),
+            files: self.files,
+            options: LoadOptions { traced: true, ..self.options.clone() },
+            map: self.map.clone(),
+            description: self.description.clone(),
+            own_integrator: self.own_integrator,
+            settings: self.settings.clone(),
+            diagnostics: self.diagnostics.clone(),
+            read_time: self.read_time,
+            classes,
+            made: Vec::new(),
+            attributes: Arc::default(),
+            budget: self.budget.clone(),
+            changed: BTreeSet::new(),
+            contents: self.contents,
+        }
+    }
+
+    /// True if a shader file of the scene may print. Comments may have the word, too.
+    pub fn has_prints(&self) -> bool {
+        self.classes.has_prints()
+    }
+
     /// True if a file of the scene's text differs from the text that was read.
     pub fn text_changed(&self) -> bool {
         let files = self.map.files().map(|(_, file)| file);

@@ -24,6 +24,7 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
+use crate::pixel::prints_of;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
@@ -400,6 +401,27 @@ impl Session {
             material_class: shading.class().name.clone(),
             distance: t * length,
             position: std::array::from_fn(|axis| origin[axis] + t * direction[axis]),
+        })
+    }
+
+    /// Returns the lines that shaders print for the first sample of a pixel, counted from the top left. The scene is
+    /// compiled once more for that if a shader may print.
+    ///
+    /// # Errors
+    /// Any error of the scene, its shaders, or the machine.
+    pub fn prints(&self, x: usize, y: usize) -> Result<Vec<String>, Messages> {
+        let (width, height) = self.film.size();
+        if x >= width || y >= height || !self.source.has_prints() {
+            return Ok(Vec::new());
+        }
+        let source = self.source.traced();
+        let engine = self.options.engine_for(&self.scene.settings);
+        prints_of(source, engine, [x, y], |scene| {
+            self.options.apply(&mut scene.settings);
+            choose_renderer(&self.source, scene);
+            if self.camera_to_world != self.scene.camera_to_world {
+                (scene.camera_to_world, scene.camera_motion) = (self.camera_to_world, None);
+            }
         })
     }
 
