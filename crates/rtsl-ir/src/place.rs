@@ -11,6 +11,18 @@ pub struct Source {
     pub name: String,
     /// The text.
     pub text: String,
+    /// The offsets of line breaks.
+    breaks: Vec<u32>,
+}
+
+impl Source {
+    /// Creates a source.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Source {
+        let (name, text) = (name.into(), text.into());
+        let breaks = text.bytes().zip(0..).filter(|(byte, _)| *byte == b'\n');
+        let breaks = breaks.map(|(_, offset)| offset).collect();
+        Source { name, text, breaks }
+    }
 }
 
 /// A range of bytes of a source text.
@@ -27,8 +39,7 @@ pub struct Place {
 impl Place {
     /// Returns the line, from 1.
     pub fn line(&self) -> u32 {
-        let before = self.source.text.bytes().take(self.start as usize);
-        before.filter(|byte| *byte == b'\n').count() as u32 + 1
+        self.source.breaks.partition_point(|offset| *offset < self.start) as u32 + 1
     }
 }
 
@@ -82,5 +93,32 @@ impl Places {
 impl PartialEq for Places {
     fn eq(&self, _: &Self) -> bool {
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_have_lines() {
+        let source = Arc::new(Source::new("a.rtsl", "one\ntwo\n\nfour"));
+        let line = |start| Place { source: source.clone(), start, end: start + 1 }.line();
+        assert_eq!([0, 2, 3, 4, 7, 8, 9, 12].map(line), [1, 1, 1, 2, 2, 3, 4, 4]);
+    }
+
+    #[test]
+    fn the_first_place_of_a_value_counts() {
+        let [one, two] = ["one", "two"].map(|name| Arc::new(Source::new(name, "text")));
+        let mut places = Places::default();
+        let place = |source: &Arc<Source>, start| Place { source: source.clone(), start, end: 4 };
+        assert!(places.is_empty());
+        places.set(Value(3), &place(&one, 0));
+        places.set(Value(1), &place(&two, 1));
+        places.set(Value(3), &place(&two, 2));
+        assert_eq!(places.get(Value(3)), Some(place(&one, 0)));
+        assert_eq!(places.get(Value(1)), Some(place(&two, 1)));
+        assert_eq!([0, 2, 4].map(|value| places.get(Value(value))), [None, None, None]);
+        assert_eq!(places.sources().len(), 2);
     }
 }

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rtsl_ir::{Event, EventKind, Observer, Place, Spoilt};
 
-/// The greatest number of entries that a trace keeps; further ones are counted.
-const MAX_ENTRIES: usize = 1 << 20;
+/// The greatest number of entries that a trace keeps in all its recordings together; further ones are counted.
+const MAX_ENTRIES: usize = 1 << 18;
 
 /// The record of what methods do that run on the engine of these [options](crate::EngineOptions::trace). It records
 /// between [`Trace::start`] and [`Trace::take`]; clones share it.
@@ -69,6 +69,8 @@ pub struct Recording {
     /// The number of further entries, which are not kept.
     pub dropped: u64,
     depth: u32,
+    /// The number of entries of earlier recordings.
+    before: usize,
 }
 
 /// An entry of a trace.
@@ -119,7 +121,9 @@ impl Trace {
     /// Stops recording and returns what is recorded.
     pub fn take(&self) -> Recording {
         self.0.is_on.store(false, Ordering::Relaxed);
-        std::mem::take(&mut self.recording())
+        let mut recording = self.recording();
+        let before = recording.before + recording.entries.len();
+        std::mem::replace(&mut recording, Recording { before, ..Recording::default() })
     }
 
     /// Records a remark of the host, if calls are recorded.
@@ -180,7 +184,7 @@ impl Recording {
     }
 
     fn push(&mut self, (method, lane): (&str, u32), place: Option<Place>, kind: TraceKind) {
-        if self.entries.len() < MAX_ENTRIES {
+        if self.before + self.entries.len() < MAX_ENTRIES {
             let (depth, method) = (self.depth, method.to_owned());
             self.entries.push(TraceEntry { depth, lane, method, place, kind });
         } else {
