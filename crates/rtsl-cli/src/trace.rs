@@ -1,4 +1,4 @@
-//! What traced methods did, as text and as JSON.
+//! Recordings of traced methods, as text and as JSON.
 
 use std::collections::BTreeMap;
 

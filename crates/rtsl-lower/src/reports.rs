@@ -1,4 +1,4 @@
-//! What traced functions report: prints, assignments, and the places of values.
+//! Reports of traced functions, of prints and assignments, and the places of values.
 
 use std::sync::Arc;
 

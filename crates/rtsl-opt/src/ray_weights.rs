@@ -432,7 +432,7 @@ mod tests {
         ));
     }
 
-    /// What only reports need has no influence: a value, the result of a branch, what a loop carries.
+    /// Values that only reports need have no influence, nor have such results of branches and values of loops.
     #[test]
     fn reports_do_not_count() {
         expect![[r#"

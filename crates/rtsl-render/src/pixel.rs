@@ -46,7 +46,7 @@ pub struct TracedSample {
     pub index: u32,
     /// The radiance.
     pub radiance: [f32; 3],
-    /// What the methods did.
+    /// The prints and the calls of methods.
     pub recording: Recording,
 }
 

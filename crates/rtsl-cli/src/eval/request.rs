@@ -145,7 +145,7 @@ pub struct Answer {
     /// For each ray, true if the call accepted a hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit: Option<Json>,
-    /// What the call has printed, and its trace if the request asks for one.
+    /// The prints of the call, and its trace if the request asks for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trace: Option<JsonRecording>,
 }
@@ -158,7 +158,7 @@ pub struct Evaluation {
     pub compilation: Option<Arc<Compilation>>,
     /// Further diagnostics, of parameters, linking and running, without a position.
     pub further: Vec<Diagnostic>,
-    /// What the call did, if it is traced.
+    /// The prints and the calls of methods, if the call is traced.
     pub recording: Option<Recording>,
 }
 

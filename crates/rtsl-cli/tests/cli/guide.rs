@@ -11,7 +11,7 @@ fn page() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/how-to/debug-a-shader.md")
 }
 
-/// What a command of the page prints.
+/// The output of a command of the page.
 fn printed(folder: &Folder, command: &str) -> String {
     let (command, word) = match command.split_once(" | grep ") {
         Some((command, word)) => (command, Some(word)),

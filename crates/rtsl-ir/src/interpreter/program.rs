@@ -23,7 +23,7 @@ pub(super) struct Program {
     pub outputs: Vec<(Output, Register)>,
     /// The register of the accepted output.
     pub accepted: Option<Register>,
-    /// What an observed program reports.
+    /// The reports of an observed program.
     pub observed: Option<Observed>,
 }
 

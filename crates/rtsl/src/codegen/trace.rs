@@ -49,7 +49,7 @@ struct Shared {
     recording: Mutex<Recording>,
 }
 
-/// What a trace records.
+/// The detail of a trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TraceDetail {
     /// Prints.

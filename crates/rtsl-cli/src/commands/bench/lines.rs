@@ -1,7 +1,7 @@
 //! `rtsl bench --lines`: the cost of a method by lines of the text.
 //!
-//! The interpreter of packet code runs the method for the rays of `rtsl bench`. Each operation has the line from which it
-//! was made, an estimate of the time for which it keeps a machine busy, and the lanes that are on while it runs.
+//! The interpreter of packet code runs the method for the rays of `rtsl bench`. Each operation has the line from which
+//! it was made, an estimate of the time for which it keeps a machine busy, and the lanes that are on while it runs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
