@@ -2,7 +2,7 @@
 
 use rtsl::{
     Backend, CallMode, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions,
-    MemoryLoader, Target,
+    MemoryLoader, Target, Trace, TraceDetail,
 };
 use rtsl_source::{Diagnostics, SourceMap, render};
 use rtsl_syntax::{parse, print};
@@ -31,12 +31,39 @@ fn read<const N: usize>(text: &str, files: [(String, String); N]) {
     render::all_to_text(&map, diagnostics.iter(), false);
 }
 
-/// Every stage up to LLVM text. Gives whether the text compiled.
+/// Every stage up to LLVM text, and traced code for the interpreter. Gives whether the text compiled.
 pub fn compile(data: &[u8]) -> bool {
     let text = String::from_utf8_lossy(data);
+    trace(&text);
+    emit(&text)
+}
+
+/// Links the traced methods of a text and makes kernels of them for the interpreter.
+fn trace(text: &str) {
+    let options =
+        CompilerOptions { loop_budget: Some(1000), traced: true, ..CompilerOptions::default() };
+    let compiler = Compiler::new(options);
+    let compilation = compiler.compile_with("fuzz.rtsl", text, &mut MemoryLoader::default());
+    let Some(unit) = &compilation.unit else { return };
+    let options = EngineOptions {
+        loop_budget: Some(1000),
+        trace: Some(Trace::new(TraceDetail::Lines)),
+        ..EngineOptions::default()
+    };
+    let (engine, _) = Engine::new(options).expect("the interpreter is always there");
+    for class in unit.classes() {
+        let program = engine.program_of_class(class);
+        for method in class.methods.keys().copied() {
+            // A limit may be passed; that is an error, not a failure.
+            let _ = program.kernel(method, CallMode::Packet);
+        }
+    }
+}
+
+fn emit(text: &str) -> bool {
     let options = CompilerOptions { loop_budget: Some(1000), ..CompilerOptions::default() };
     let compiler = Compiler::new(options);
-    let compilation = compiler.compile_with("fuzz.rtsl", &text, &mut MemoryLoader::default());
+    let compilation = compiler.compile_with("fuzz.rtsl", text, &mut MemoryLoader::default());
     compilation.report(false);
     let Some(unit) = &compilation.unit else { return false };
     let options = EngineOptions {

@@ -301,7 +301,7 @@ unsafe fn compiler(options: *const RtslCompilerOptions) -> Result<Compiler, Erro
     // Safety: the caller's promise.
     let search_path = unsafe { folders(options.search_path, options.search_path_count)? };
     let loop_budget = Some(options.loop_budget).filter(|budget| *budget != 0);
-    Ok(Compiler::new(CompilerOptions { loop_budget, search_path }))
+    Ok(Compiler::new(CompilerOptions { loop_budget, search_path, traced: false }))
 }
 
 /// # Safety

@@ -18,6 +18,7 @@ mod project_file;
 mod report;
 mod spans;
 mod timings;
+mod trace;
 
 use std::process::ExitCode;
 

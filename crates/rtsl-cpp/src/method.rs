@@ -205,6 +205,7 @@ impl<'a> Writer<'a> {
             | OpKind::Ambient
             | OpKind::Rand
             | OpKind::ReportBudget => self.request(op, out),
+            OpKind::Report(..) => {}
             OpKind::Unary(..)
             | OpKind::Binary(..)
             | OpKind::Compare(..)

@@ -73,6 +73,7 @@ impl Writer<'_> {
             | OpKind::LightSample { .. }
             | OpKind::Ambient
             | OpKind::Rand
+            | OpKind::Report(..)
             | OpKind::ReportBudget
             | OpKind::Query(..)
             | OpKind::ReferenceCall(_)

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use crate::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Name, NameText, Op, OpKind,
-    Output, Region, Scalar, UnaryOp, Value, Values, Variable, VariableId, VariableKind, evaluate,
+    Output, Place, Region, Scalar, UnaryOp, Value, Values, Variable, VariableId, VariableKind,
+    evaluate,
 };
 
 /// A function under construction: operations are added to the innermost open region.
@@ -23,6 +24,8 @@ pub struct Builder {
     /// The open regions, the body first.
     open: Vec<OpenRegion>,
     precise: bool,
+    /// The place of the operations that follow.
+    place: Option<Place>,
     /// Used for lookup only, so the iteration order cannot affect results; likewise the next two maps.
     texts: HashMap<String, NameText>,
     /// A map, because a class may have tens of thousands of members and a method name them all.
@@ -47,6 +50,7 @@ impl Builder {
             known: Vec::new(),
             open: vec![OpenRegion::default()],
             precise: false,
+            place: None,
             texts: HashMap::new(),
             variables: HashMap::new(),
             local_numbers: HashMap::new(),
@@ -81,6 +85,16 @@ impl Builder {
     /// Marks the operations that follow as precise or not; returns the previous setting.
     pub fn set_precise(&mut self, precise: bool) -> bool {
         std::mem::replace(&mut self.precise, precise)
+    }
+
+    /// Sets the place of the operations that follow; returns the previous one.
+    pub fn set_place(&mut self, place: Option<Place>) -> Option<Place> {
+        std::mem::replace(&mut self.place, place)
+    }
+
+    /// Returns the place of the operations that follow.
+    pub fn place(&self) -> Option<&Place> {
+        self.place.as_ref()
     }
 
     /// Adds a text for names.
@@ -142,6 +156,9 @@ impl Builder {
         let mut scalars = Vec::new();
         kind.result_scalars(&self.function, &mut scalars);
         let results = self.function.new_values(&scalars);
+        if let Some(place) = &self.place {
+            results.iter().for_each(|result| self.function.names.set_place(result, place));
+        }
         let precise = self.precise;
         self.region().ops.push(Op { results, precise, kind });
         results

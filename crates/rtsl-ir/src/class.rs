@@ -44,6 +44,8 @@ pub struct Class {
     pub differentiable: BTreeMap<Method, Function>,
     /// The comments that precede the methods defined in the class itself.
     pub method_documentation: BTreeMap<Method, String>,
+    /// True if the functions report events and have the places of values.
+    pub is_traced: bool,
 }
 
 /// The annotation that marks the element parameter and names its buffer.

@@ -212,6 +212,7 @@ pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<
         | OpKind::Derivative(..)
         | OpKind::ChainRule(..)
         | OpKind::ReferenceCount(_)
+        | OpKind::Report(..)
         | OpKind::ReportBudget => return None,
     };
     Some(Constant::from_bits(scalar, bits))

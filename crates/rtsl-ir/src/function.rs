@@ -125,6 +125,15 @@ impl Function {
         deepest
     }
 
+    /// Removes the reports of a traced function.
+    pub fn remove_reports(&mut self) {
+        let mut pending = vec![&mut self.body];
+        while let Some(region) = pending.pop() {
+            region.ops.retain(|op| !matches!(op.kind, OpKind::Report(..)));
+            pending.extend(region.ops.iter_mut().flat_map(|op| op.kind.regions_mut()));
+        }
+    }
+
     /// Renumbers the values in the order of the text form, without gaps.
     pub fn renumber(&mut self) {
         let names = self.names.without_values();
@@ -189,9 +198,7 @@ impl Renumbering<'_> {
     fn define(&mut self, old: Value) -> Value {
         let new = Value(self.values.len() as u32);
         self.values.push(self.old.scalar(old));
-        if let Some(name) = self.old.names.get(old) {
-            self.names.set(new, name);
-        }
+        self.names.copy(&self.old.names, 0, old, new);
         self.new[old.0 as usize] = Some(new);
         new
     }

@@ -30,6 +30,7 @@ mod builder;
 pub mod class;
 mod constants;
 pub mod evaluate;
+mod event;
 mod float_interval;
 mod function;
 pub mod host;
@@ -37,7 +38,9 @@ mod index_vec;
 mod interpreter;
 mod interval;
 mod names;
+mod observer;
 mod op;
+mod place;
 mod query;
 mod signature;
 pub mod text;
@@ -47,16 +50,19 @@ mod visit;
 
 pub use builder::Builder;
 pub use constants::ConstantPool;
+pub use event::{Event, EventKind, EventValue, scalar_count, shown};
 pub use float_interval::FloatInterval;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use index_vec::{Id, IndexVec};
 pub use interpreter::{Interpreter, Outcome, PrepareError, Storage};
 pub use interval::Interval;
 pub use names::{Name, NameText, Names};
+pub use observer::{Observer, Spoilt};
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
+pub use place::{Place, Places, Source};
 pub use query::{PROPERTIES_OF_MATERIALS, Query, SURFACE, SURFACE_SCALARS, Scalars};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

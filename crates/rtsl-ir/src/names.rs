@@ -1,8 +1,9 @@
-//! Names of values in the source text from which a function was made.
+//! Names and places of values in the source text from which a function was made.
 
 use std::sync::Arc;
 
-use crate::Value;
+use crate::place::Places;
+use crate::{Place, Source, Value};
 
 /// The index of a text in a [`Names`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,12 +28,13 @@ impl Name {
     pub const DECLARED: u8 = 64;
 }
 
-/// Names of values, for readers of generated code. They do not affect semantics: any two `Names` compare equal, and
-/// passes need not preserve them.
+/// Names of values, for readers of generated code, and in traced functions their places. They do not affect semantics:
+/// any two `Names` compare equal, and passes need not preserve them.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     texts: Vec<Arc<str>>,
     of: Vec<Option<Name>>,
+    places: Places,
 }
 
 impl Names {
@@ -71,18 +73,39 @@ impl Names {
         if let Some(name) = self.get(old) {
             self.set(new, name);
         }
+        if let Some(place) = self.place(old) {
+            self.set_place(new, &place);
+        }
     }
 
-    /// Copies a name of a value of other names, whose texts start at `first` here.
+    /// Sets the place of a value, unless it has one.
+    pub fn set_place(&mut self, value: Value, place: &Place) {
+        self.places.set(value, place);
+    }
+
+    /// Returns the texts in which values have places.
+    pub fn sources(&self) -> &[Arc<Source>] {
+        self.places.sources()
+    }
+
+    /// Returns the place of a value, if it is known.
+    pub fn place(&self, value: Value) -> Option<Place> {
+        self.places.get(value)
+    }
+
+    /// Copies the name and the place of a value of other names, whose texts start at `first` here.
     pub fn copy(&mut self, others: &Names, first: u32, old: Value, new: Value) {
         if let Some(name) = others.get(old) {
             self.set(new, Name { text: NameText(first + name.text.0), ..name });
+        }
+        if let Some(place) = others.place(old) {
+            self.set_place(new, &place);
         }
     }
 
     /// Returns the same texts with no value named.
     pub(crate) fn without_values(&self) -> Names {
-        Names { texts: self.texts.clone(), of: Vec::new() }
+        Names { texts: self.texts.clone(), ..Names::default() }
     }
 
     /// Formats a name: `toOrigin`, `toOrigin.x`, `weights.7`.

@@ -1,8 +1,10 @@
 //! Scalar types, constants and operations.
 
+use std::sync::Arc;
+
 use rtsl_spec::{Method, Role};
 
-use crate::{Query, Region, Value, Values, VariableId};
+use crate::{Event, Query, Region, Value, Values, VariableId};
 
 /// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -448,4 +450,7 @@ pub enum OpKind {
     ReferenceCount(String),
     /// Reports that this ray used up its budget of loop iterations. No result.
     ReportBudget,
+    /// Reports the scalars of the event's values to the observer of the run. Only traced functions have it, which the
+    /// interpreter runs; code generators leave it out. No result.
+    Report(Arc<Event>, Vec<Value>),
 }

@@ -18,7 +18,7 @@ impl OpKind {
             }
             OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
             OpKind::Load(variable, _) => scalars.push(function.variable(*variable).scalar),
-            OpKind::Store(..) | OpKind::ReportBudget => {}
+            OpKind::Store(..) | OpKind::ReportBudget | OpKind::Report(..) => {}
             OpKind::Length(_) | OpKind::LightCount | OpKind::ReferenceCount(_) => {
                 scalars.push(Scalar::I32);
             }

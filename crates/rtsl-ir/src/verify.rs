@@ -37,7 +37,7 @@ use std::fmt::{self, Display, Formatter};
 
 use crate::{
     Function, Index, IndexVec, MAX_NESTING, Op, OpKind, ReferencePath, Region, Scalar,
-    StateComponent, Value, Variable, VariableId, VariableKind, evaluate, text,
+    StateComponent, Value, Variable, VariableId, VariableKind, evaluate, scalar_count, text,
 };
 
 /// The greatest number of scalars of a variable other than a member or buffer.
@@ -266,6 +266,14 @@ impl<'a> Verifier<'a> {
             | OpKind::Ambient
             | OpKind::Rand
             | OpKind::ReportBudget => Ok(()),
+            OpKind::Report(event, operands) => {
+                let expected = event.values.iter().map(|value| scalar_count(&value.ty)).sum();
+                if operands.len() == expected {
+                    return Ok(());
+                }
+                let found = operands.len();
+                Err(format!("a report of {expected} scalars has {found} operands"))
+            }
             OpKind::Unary(op, a) => {
                 check_defined(evaluate::unary(*op, scalar(*a)).is_some(), scalar(*a))
             }

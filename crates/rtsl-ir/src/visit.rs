@@ -83,7 +83,7 @@ macro_rules! visit_operands {
                 }
                 visit(cosine);
             }
-            OpKind::Query(_, operands) => {
+            OpKind::Query(_, operands) | OpKind::Report(_, operands) => {
                 for value in operands {
                     visit(value);
                 }
@@ -162,7 +162,8 @@ impl OpKind {
             | OpKind::LightSample { .. }
             | OpKind::Rand
             | OpKind::ReferenceCall(_)
-            | OpKind::ReportBudget => Effect::Host,
+            | OpKind::ReportBudget
+            | OpKind::Report(..) => Effect::Host,
             OpKind::Query(query, _) => query.effect(),
             OpKind::Constant(_)
             | OpKind::Unary(..)

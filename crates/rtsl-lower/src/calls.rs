@@ -294,6 +294,7 @@ impl<'m> Lowering<'m> {
             return Err(limits::nested_too_deeply(span));
         }
         let size = self.builder.value_count().max(self.cells.len() / 4);
+        self.enter_place(span);
         if self.visits > limits::VISITS_OF_A_FUNCTION || size > limits::VALUES_OF_A_FUNCTION {
             return Err(limits::too_much_code(span, &self.builder.function().name));
         }
@@ -303,6 +304,7 @@ impl<'m> Lowering<'m> {
     /// Ends a visit.
     pub fn leave(&mut self) {
         self.depth -= 1;
+        self.leave_place();
     }
 }
 

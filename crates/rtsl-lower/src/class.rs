@@ -21,14 +21,18 @@ use crate::members::ConstantTables;
 use crate::parameters::{parameter_type, parameters_of, ray_member_types, reference_role};
 use crate::textured;
 use crate::variables::{LocalPool, SourceVariableId};
-use crate::{Lowering, Purpose};
+use crate::{Lowering, Purpose, Tracing};
 
-/// Lowers a class of a checked module without errors.
+/// Lowers a class of a checked module without errors; a traced one with reports and the places of values.
 ///
 /// # Errors
 /// If a limit on the size of types or functions is exceeded; one diagnostic for each function that
 /// exceeds one.
-pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<Diagnostic>> {
+pub fn lower_class(
+    module: &Module,
+    class: ClassId,
+    tracing: Option<&Tracing>,
+) -> Result<class::Class, Vec<Diagnostic>> {
     let class_name = &module.classes[class.0 as usize].name;
     let _span = tracing::debug_span!("lower", class = %class_name).entered();
     deep_stack::run(|| {
@@ -41,6 +45,7 @@ pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<
             facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
             tables: &RefCell::default(),
             tested: &RefCell::default(),
+            tracing,
         };
         maker.make()
     })
@@ -72,6 +77,7 @@ struct Maker<'m> {
     facts: &'m FactTable,
     tables: &'m RefCell<ConstantTables>,
     tested: &'m RefCell<BTreeSet<String>>,
+    tracing: Option<&'m Tracing>,
 }
 
 impl<'m> Maker<'m> {
@@ -128,6 +134,7 @@ impl<'m> Maker<'m> {
             methods,
             differentiable,
             method_documentation: self.method_documentation(),
+            is_traced: self.tracing.is_some(),
         };
         if failures.is_empty() { Ok(class) } else { Err(failures) }
     }
@@ -297,6 +304,8 @@ impl<'m> Maker<'m> {
             visits: 0,
             depth: 0,
             order: 0,
+            tracing: self.tracing,
+            outer_places: Vec::new(),
         }
     }
 }

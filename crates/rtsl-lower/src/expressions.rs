@@ -289,6 +289,7 @@ impl<'m> Lowering<'m> {
                 }
             };
             lowering.write(&access, &new)?;
+            lowering.report_assignment(target, &new);
             Ok(new)
         })
     }
@@ -304,6 +305,7 @@ impl<'m> Lowering<'m> {
             let old = lowering.read(&access)?;
             let new: Vec<Value> = old.iter().map(|old| lowering.step(by, *old)).collect();
             lowering.write(&access, &new)?;
+            lowering.report_assignment(target, &new);
             Ok(if prefix { new } else { old })
         })
     }

@@ -40,6 +40,7 @@ mod operators;
 mod parameters;
 mod queries;
 mod references;
+mod reports;
 mod state;
 mod state_table;
 mod statements;
@@ -51,7 +52,7 @@ mod walk;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::{Builder, Value};
+use rtsl_ir::{Builder, Place, Value};
 use rtsl_sema::hir::{self, MemberId, Module, StateId};
 use rtsl_spec::Method;
 
@@ -63,6 +64,7 @@ use self::members::ConstantTables;
 use self::variables::{LocalPool, SourceVariable, SourceVariableId};
 
 pub use self::class::lower_class;
+pub use self::reports::Tracing;
 
 /// The kind of IR function that is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,4 +107,8 @@ struct Lowering<'m> {
     depth: u32,
     /// The order of the derivatives that may be taken of the code being lowered: 0 for none.
     order: u32,
+    /// The texts, if the class is traced.
+    tracing: Option<&'m Tracing>,
+    /// The places of the statements, expressions and calls around the one that is being visited.
+    outer_places: Vec<Option<Place>>,
 }

@@ -146,6 +146,9 @@ impl<'m> Lowering<'m> {
             StatementKind::Illuminance(illuminance) => {
                 self.lower_illuminance(illuminance, statement.span)?;
             }
+            StatementKind::Print { pieces, arguments } => {
+                self.lower_print(pieces, arguments, statement.span)?;
+            }
             StatementKind::Return(value) => self.lower_return(value.as_ref())?,
             StatementKind::Break => {
                 if let Some(jumps) = self.frame.jumps {
@@ -185,6 +188,9 @@ impl<'m> Lowering<'m> {
             }
         };
         self.set_variable(variable, &values);
+        if value.is_some() {
+            self.report_local(local, statement.span, &values);
+        }
         Ok(())
     }
 
@@ -244,6 +250,7 @@ fn always_jumps(list: &[Statement]) -> bool {
         | StatementKind::Declare(..)
         | StatementKind::Switch { .. }
         | StatementKind::Loop(_)
-        | StatementKind::Illuminance(_) => false,
+        | StatementKind::Illuminance(_)
+        | StatementKind::Print { .. } => false,
     })
 }

@@ -59,6 +59,9 @@ fn push_parts_of_statement<'h>(statement: &'h Statement, open: &mut Vec<Node<'h>
             }
             open.extend(illuminance.body.iter().map(Node::Statement));
         }
+        StatementKind::Print { arguments, .. } => {
+            open.extend(arguments.iter().map(Node::Expression));
+        }
         StatementKind::Break | StatementKind::Continue => {}
     }
 }

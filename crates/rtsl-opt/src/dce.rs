@@ -14,13 +14,20 @@ use crate::substitution::Substitution;
 
 /// Removes the dead code of `function`.
 pub fn run(function: &mut Function) {
-    let needed = Liveness::new(function).find(function);
+    let needed = Liveness::new(function).find(function, true);
     let mut body = std::mem::take(&mut function.body);
     let mut sweep = Sweep { function, needed, substitution: Substitution::default() };
     sweep.region(&mut body, 0);
     sweep.substitution.keep_names(&mut sweep.function.names);
     function.body = body;
     remove_unused_locals(function);
+}
+
+/// Finds the values that are needed even if reports are left out; `None` if there are no reports.
+pub(crate) fn needed_beside_reports(function: &Function) -> Option<IndexVec<Value, bool>> {
+    let mut reports = false;
+    function.body.for_each_op(&mut |op| reports |= matches!(op.kind, OpKind::Report(..)));
+    reports.then(|| Liveness::new(function).find(function, false).values)
 }
 
 /// The source of a value.
@@ -106,12 +113,14 @@ impl<'a> Liveness<'a> {
         self.sources[value] = source;
     }
 
-    fn find(mut self, function: &Function) -> Needed {
+    fn find(mut self, function: &Function, with_reports: bool) -> Needed {
         for value in &function.body.yields {
             self.need(*value);
         }
         for number in 0..self.ops.len() as u32 {
-            if self.ops[number as usize].kind.effect(self.variables) == Effect::Host {
+            let kind = &self.ops[number as usize].kind;
+            let is_left_out = !with_reports && matches!(kind, OpKind::Report(..));
+            if kind.effect(self.variables) == Effect::Host && !is_left_out {
                 self.need_op(number);
             }
         }

@@ -170,6 +170,7 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReferenceCount(_)
+        | OpKind::Report(..)
         | OpKind::ReportBudget => None,
     }
 }

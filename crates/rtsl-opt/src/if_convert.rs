@@ -111,6 +111,7 @@ fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
         | OpKind::Derivative(..)
         | OpKind::ChainRule(..)
         | OpKind::ReferenceCall(_)
+        | OpKind::Report(..)
         | OpKind::ReportBudget => None,
     }
 }

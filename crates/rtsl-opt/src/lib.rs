@@ -208,6 +208,10 @@ fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use rtsl_ir::class::ParameterType;
+    use rtsl_ir::{Event, EventKind, EventValue, Op, OpKind, Region};
     use rtsl_testing::functions::HashHost;
 
     use super::*;
@@ -233,6 +237,48 @@ mod tests {
             let after = testing::transformed(text, |function| optimize(function, &options));
             assert_eq!((after.contains("select"), after.contains("if")), (select, !select));
         }
+    }
+
+    /// Traced functions, which are not optimised, have the results of others, and the weights of rays.
+    #[test]
+    fn reports_change_no_results() {
+        for seed in 2000..2300 {
+            let function = rtsl_testing::functions::seeded_function(seed, 500);
+            let mut traced = function.clone();
+            add_reports(&mut traced.body);
+            let mut outcomes = Vec::new();
+            for (mut function, is_traced) in [(function, false), (traced, true)] {
+                let options = Options { optimize: !is_traced, ..Options::default() };
+                optimize(&mut function, &options);
+                let mut reports = false;
+                function
+                    .body
+                    .for_each_op(&mut |op| reports |= matches!(op.kind, OpKind::Report(..)));
+                assert_eq!(reports, is_traced);
+                let inputs = rtsl_testing::functions::Entropy::bytes(seed, 600);
+                outcomes.push(testing::outcome_with(HashHost::default(), &function, &inputs));
+            }
+            assert_eq!(outcomes[0], outcomes[1], "{seed}");
+        }
+    }
+
+    /// Reports the first result of each operation.
+    fn add_reports(region: &mut Region) {
+        let mut ops = Vec::new();
+        for mut op in std::mem::take(&mut region.ops) {
+            op.kind.regions_mut().for_each(add_reports);
+            let value = op.results.iter().next();
+            ops.push(op);
+            if let Some(value) = value {
+                let scalar = ParameterType::Scalar(rtsl_ir::Scalar::F32);
+                let values = vec![EventValue { name: String::new(), ty: scalar }];
+                let (kind, method) = (EventKind::Assignment, String::new());
+                let event = Arc::new(Event { kind, method, place: None, values });
+                let kind = OpKind::Report(event, vec![value]);
+                ops.push(Op { results: Default::default(), precise: false, kind });
+            }
+        }
+        region.ops = ops;
     }
 
     /// Other passes change neither the set of contracted operations nor their results, nor the weights of rays.

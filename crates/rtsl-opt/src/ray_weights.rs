@@ -22,23 +22,27 @@
 //!
 //! This pass runs before those that only make a function faster, and at every level, so that weights depend on the
 //! source alone: they have the same bits at every level of optimisation and for every caller. Before it
-//! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave only the uses that count.
+//! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave only the uses that count, and those of reports, which do
+//! not.
 
 use rtsl_ir::{
     BinaryOp, Constant, Function, IndexVec, Op, OpKind, Region, Scalar, UnaryOp, Value, Values,
     Variable, VariableKind,
 };
 
+use crate::dce;
+
 /// The greatest number of uses visited and operations copied per request; beyond it there is no bound.
 const MAX_STEPS: u32 = 128;
 
 /// Computes the weights of all requests of `function`.
 pub fn run(function: &mut Function) {
+    let needed = dce::needed_beside_reports(function);
     let mut body = std::mem::take(&mut function.body);
     let mut traces = false;
     body.for_each_op(&mut |op| traces |= matches!(op.kind, OpKind::Trace { .. }));
     if traces {
-        let flow = Flow::of(function, &body);
+        let flow = Flow::of(function, &body, needed);
         let visible = IndexVec::filled(function.values.len(), false);
         Weighing { visible, function, flow }.region(&mut body);
     }
@@ -75,16 +79,19 @@ struct Flow {
     /// For each value, the index of the innermost loop around its definition; 0 for none.
     loops: IndexVec<Value, u32>,
     loop_count: u32,
+    /// For each value, true if more than reports need it; `None` if all are needed.
+    needed: Option<IndexVec<Value, bool>>,
 }
 
 impl Flow {
-    fn of(function: &Function, body: &Region) -> Self {
+    fn of(function: &Function, body: &Region, needed: Option<IndexVec<Value, bool>>) -> Self {
         let count = function.values.len();
         let mut flow = Flow {
             definitions: IndexVec::filled(count, None),
             uses: IndexVec::filled(count, Vec::new()),
             loops: IndexVec::filled(count, 0),
             loop_count: 0,
+            needed,
         };
         flow.region(&function.variables, body, 0, None);
         flow
@@ -102,7 +109,15 @@ impl Flow {
             self.op(variables, op, within);
         }
         for (position, value) in region.yields.iter().enumerate() {
-            let passed = results.map(|results| Use::Passed(results.get(position as u32)));
+            // The first yield of a loop is its condition.
+            let target = match results {
+                Some(results) => Some(results.get(position as u32)),
+                None => position.checked_sub(1).and_then(|it| region.params.get(it)).copied(),
+            };
+            if target.is_some_and(|target| !self.is_needed(target)) {
+                continue;
+            }
+            let passed = results.and(target).map(Use::Passed);
             self.add(*value, passed.unwrap_or(Use::Other), within);
         }
     }
@@ -128,7 +143,17 @@ impl Flow {
         }
     }
 
+    fn is_needed(&self, value: Value) -> bool {
+        self.needed.as_ref().is_none_or(|needed| needed[value])
+    }
+
     fn operands(&mut self, op: &Op, within: u32) {
+        let is_reported = matches!(op.kind, OpKind::Report(..));
+        let is_pure = op.results.count > 0 && op.kind.regions().next().is_none();
+        let is_unneeded = is_pure && op.results.iter().all(|result| !self.is_needed(result));
+        if is_reported || is_unneeded && !matches!(op.kind, OpKind::Trace { .. }) {
+            return;
+        }
         let result = op.results.iter().next();
         let mut product = |a, b, product| {
             self.add(a, Use::Factor { by: b, product }, within);
@@ -147,6 +172,13 @@ impl Flow {
                 self.add(condition, Use::Other, within);
                 self.add(a, result.map_or(Use::Other, Use::Passed), within);
                 self.add(b, result.map_or(Use::Other, Use::Passed), within);
+            }
+            OpKind::Loop { ref initial, ref body } => {
+                for (initial, param) in initial.iter().zip(&body.params) {
+                    if self.is_needed(*param) {
+                        self.add(*initial, Use::Other, within);
+                    }
+                }
             }
             _ => op.kind.for_each_operand(|value| self.add(value, Use::Other, within)),
         }
@@ -186,6 +218,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
         | OpKind::ReferenceCall(_)
         | OpKind::IsSet(..)
         | OpKind::ReferenceCount(_)
+        | OpKind::Report(..)
         | OpKind::ReportBudget => false,
     }
 }
@@ -395,6 +428,50 @@ mod tests {
         .assert_eq(&weighed(
             "%x: f32 = multiply %red, %b %y: f32 = multiply %c, %green
             %z: f32 = fma %d, %blue, %a
+            return scratch:f@0 = %x, scratch:f@1 = %y, scratch:f@2 = %z",
+        ));
+    }
+
+    /// Values that only reports need have no influence, nor have such results of branches and values of loops.
+    #[test]
+    fn reports_do_not_count() {
+        expect![[r#"
+            %4: f32 = constant 1.0
+            %5: f32 = abs %1
+            %6: f32 = abs %1
+            %7: f32 = max %5, %6
+            %8: f32 = abs %1
+            %9: f32 = max %7, %8
+            %10: f32, %11: f32, %12: f32 = trace %0, %0, %0, %0, %0, %0, %0, %9
+            %13: f32 = multiply %10, %1
+            %14: f32 = multiply %1, %11
+            %15: f32 = multiply %1, %12
+            report print %10
+            %16: f32 = multiply %11, %2
+            report assignment %16
+            %17: f32 = if %3 {
+              yield %12
+            } else {
+              yield %2
+            }
+            report print %17
+            %18: f32 = loop (%19: f32 = %10) {
+              %20: bool = constant false
+              report print %19
+              %21: f32 = add %19, %10
+              repeat %20, %21
+            }
+            report return %18
+            return scratch:f@0 = %13, scratch:f@1 = %14, scratch:f@2 = %15
+        "#]]
+        .assert_eq(&weighed(
+            "%x: f32 = multiply %red, %b %y: f32 = multiply %b, %green %z: f32 = multiply %b, %blue
+            report print %red %e: f32 = multiply %green, %c report assignment %e
+            %f: f32 = if %t { yield %blue } else { yield %c } report print %f
+            %g: f32 = loop (%h: f32 = %red) {
+                %no: bool = constant false report print %h %k: f32 = add %h, %red repeat %no, %k
+            }
+            report return %g
             return scratch:f@0 = %x, scratch:f@1 = %y, scratch:f@2 = %z",
         ));
     }

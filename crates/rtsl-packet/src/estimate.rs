@@ -189,79 +189,84 @@ impl Walk<'_> {
     }
 
     fn cost(&self, kind: &OpKind) -> Cost {
-        let lanes = self.kernel.width as f32;
-        let divided = lanes.min(MAX_DIVIDED);
-        let divider = |latency, cycles_a_lane: f32| Cost {
-            latency,
-            work: Work { operations: 1.0, divider: divided * cycles_a_lane },
-        };
-        let is_float = |value: &Value| self.kernel.ty(*value).scalar == Scalar::F32;
-        match kind {
-            OpKind::Constant(_)
-            | OpKind::Unspecified
-            | OpKind::Reinterpret(..)
-            | OpKind::If { .. }
-            | OpKind::Loop { .. } => cost(0.0, 0.0),
-            OpKind::Unary(UnaryOp::Sqrt, _) => divider(15.0, 1.1),
-            OpKind::Unary(
-                UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven,
-                _,
-            ) => cost(6.0, 1.0),
-            // The machine's estimate and one Newton step.
-            OpKind::Unary(
-                UnaryOp::ApproximateReciprocal
-                | UnaryOp::ApproximateInverseSqrt
-                | UnaryOp::ApproximateSqrt,
-                _,
-            ) => cost(18.0, 5.0),
-            OpKind::Unary(UnaryOp::Negate | UnaryOp::Not | UnaryOp::Abs | UnaryOp::Seldom, _)
-            | OpKind::Select(..) => cost(1.0, 1.0),
-            OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, _) if is_float(a) => {
-                divider(12.0, 0.75)
-            }
-            OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, ..) => cost(40.0, 12.0),
-            OpKind::Binary(BinaryOp::Multiply | BinaryOp::MultiplyHigh, ..) | OpKind::Fma(..) => {
-                cost(4.0, 1.0)
-            }
-            OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, _) if is_float(a) => {
-                cost(4.0, 1.0)
-            }
-            OpKind::Binary(..) => cost(1.0, 1.0),
-            OpKind::Compare(..) | OpKind::Bitcast(..) => cost(3.0, 1.0),
-            OpKind::Convert(to, a) if is_float(a) && *to != Scalar::Bool => cost(10.0, 6.0),
-            OpKind::Convert(..) => cost(4.0, 1.0),
-            OpKind::Load(variable, index) => self.load(*variable, *index, lanes),
-            OpKind::Any(_)
-            | OpKind::First(..)
-            | OpKind::Store { .. }
-            | OpKind::Length(_)
-            | OpKind::Trace { .. }
-            | OpKind::Occluded { .. }
-            | OpKind::LightCount
-            | OpKind::LightSample { .. }
-            | OpKind::Ambient
-            | OpKind::Rand(_)
-            | OpKind::Query { .. }
-            | OpKind::ReportBudget => cost(5.0, 1.0),
-        }
+        cost_of(self.kernel, kind)
     }
+}
 
-    fn load(&self, variable: rtsl_ir::VariableId, index: Index, lanes: f32) -> Cost {
-        let in_lanes = match self.kernel.variable(variable).variable.kind {
-            VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
-            VariableKind::Member
-            | VariableKind::Parameter
-            | VariableKind::Buffer
-            | VariableKind::Accepted => false,
-        };
-        match index {
-            Index::Constant(_) if in_lanes => cost(5.0, 1.0),
-            Index::Dynamic(value)
-                if in_lanes && self.kernel.ty(value) == Type::uniform(Scalar::I32) =>
-            {
-                cost(10.0, 2.0)
-            }
-            Index::Constant(_) | Index::Dynamic(_) => cost(20.0, 4.0 * lanes),
+/// Returns the cycles for which an operation keeps the execution units busy.
+pub(crate) fn busy_cycles(kernel: &Kernel, kind: &OpKind) -> f32 {
+    let Work { operations, divider } = cost_of(kernel, kind).work;
+    (operations / RATE).max(divider)
+}
+
+fn cost_of(kernel: &Kernel, kind: &OpKind) -> Cost {
+    let lanes = kernel.width as f32;
+    let divided = lanes.min(MAX_DIVIDED);
+    let divider = |latency, cycles_a_lane: f32| Cost {
+        latency,
+        work: Work { operations: 1.0, divider: divided * cycles_a_lane },
+    };
+    let is_float = |value: &Value| kernel.ty(*value).scalar == Scalar::F32;
+    match kind {
+        OpKind::Constant(_)
+        | OpKind::Unspecified
+        | OpKind::Reinterpret(..)
+        | OpKind::If { .. }
+        | OpKind::Loop { .. } => cost(0.0, 0.0),
+        OpKind::Unary(UnaryOp::Sqrt, _) => divider(15.0, 1.1),
+        OpKind::Unary(UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven, _) => {
+            cost(6.0, 1.0)
         }
+        // The machine's estimate and one Newton step.
+        OpKind::Unary(
+            UnaryOp::ApproximateReciprocal
+            | UnaryOp::ApproximateInverseSqrt
+            | UnaryOp::ApproximateSqrt,
+            _,
+        ) => cost(18.0, 5.0),
+        OpKind::Unary(UnaryOp::Negate | UnaryOp::Not | UnaryOp::Abs | UnaryOp::Seldom, _)
+        | OpKind::Select(..) => cost(1.0, 1.0),
+        OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, _) if is_float(a) => {
+            divider(12.0, 0.75)
+        }
+        OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, ..) => cost(40.0, 12.0),
+        OpKind::Binary(BinaryOp::Multiply | BinaryOp::MultiplyHigh, ..) | OpKind::Fma(..) => {
+            cost(4.0, 1.0)
+        }
+        OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, _) if is_float(a) => cost(4.0, 1.0),
+        OpKind::Binary(..) => cost(1.0, 1.0),
+        OpKind::Compare(..) | OpKind::Bitcast(..) => cost(3.0, 1.0),
+        OpKind::Convert(to, a) if is_float(a) && *to != Scalar::Bool => cost(10.0, 6.0),
+        OpKind::Convert(..) => cost(4.0, 1.0),
+        OpKind::Load(variable, index) => load_cost(kernel, *variable, *index, lanes),
+        OpKind::Any(_)
+        | OpKind::First(..)
+        | OpKind::Store { .. }
+        | OpKind::Length(_)
+        | OpKind::Trace { .. }
+        | OpKind::Occluded { .. }
+        | OpKind::LightCount
+        | OpKind::LightSample { .. }
+        | OpKind::Ambient
+        | OpKind::Rand(_)
+        | OpKind::Query { .. }
+        | OpKind::ReportBudget => cost(5.0, 1.0),
+    }
+}
+
+fn load_cost(kernel: &Kernel, variable: rtsl_ir::VariableId, index: Index, lanes: f32) -> Cost {
+    let in_lanes = match kernel.variable(variable).variable.kind {
+        VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
+        VariableKind::Member
+        | VariableKind::Parameter
+        | VariableKind::Buffer
+        | VariableKind::Accepted => false,
+    };
+    match index {
+        Index::Constant(_) if in_lanes => cost(5.0, 1.0),
+        Index::Dynamic(value) if in_lanes && kernel.ty(value) == Type::uniform(Scalar::I32) => {
+            cost(10.0, 2.0)
+        }
+        Index::Constant(_) | Index::Dynamic(_) => cost(20.0, 4.0 * lanes),
     }
 }

@@ -50,7 +50,7 @@
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Query, Scalar, UnaryOp, Value, Values, Variable,
+    BinaryOp, CompareOp, Constant, Index, Places, Query, Scalar, UnaryOp, Value, Values, Variable,
     VariableId, VariableKind,
 };
 
@@ -133,6 +133,8 @@ pub struct Kernel {
     pub body: Region,
     /// The destinations of the body's yields.
     pub outputs: Vec<KernelOutput>,
+    /// The places of values in the source, if the function had them.
+    pub places: Places,
 }
 
 impl Kernel {

@@ -8,6 +8,7 @@ mod estimate;
 pub mod interleave;
 pub mod interpreter;
 pub mod kernel;
+pub mod line_work;
 mod locals;
 mod lower;
 mod pressure;

@@ -17,6 +17,7 @@ use rtsl_ir::{BinaryOp, Scalar, UnaryOp, Value, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
+use crate::line_work::LineWork;
 
 /// The counts of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -57,6 +58,8 @@ pub struct Profile {
     pub rounds: u64,
     /// The varying conditions, in the order of their definition.
     pub decisions: Vec<Decision>,
+    /// The work by lines of the source, in their order, if the kernel has places.
+    pub lines: Vec<LineWork>,
 }
 
 /// The number of executions of an operation.
@@ -69,7 +72,7 @@ pub struct Count {
 }
 
 impl Count {
-    fn add(&mut self, lanes: Count, times: u64) {
+    pub(crate) fn add(&mut self, lanes: Count, times: u64) {
         self.executed += times * lanes.executed;
         self.active += times * lanes.active;
     }
@@ -137,6 +140,10 @@ impl Profile {
         self.branches.not_taken += other.branches.not_taken;
         for (count, other) in self.counts_mut().into_iter().zip(other.clone().counts_mut()) {
             count.add(*other, 1);
+        }
+        self.lines.resize_with(other.lines.len(), LineWork::default);
+        for (line, other) in self.lines.iter_mut().zip(&other.lines) {
+            line.add(other);
         }
         self.decisions.resize(other.decisions.len(), Decision::default());
         for (decision, other) in self.decisions.iter_mut().zip(&other.decisions) {
@@ -397,6 +404,7 @@ impl Profile {
             branches: _,
             rounds: _,
             decisions: _,
+            lines: _,
         } = self;
         let mut counts = vec![lanes, float_operations, divisions, square_roots, comparisons];
         counts.extend([selects, conversions, integer_operations, logic]);

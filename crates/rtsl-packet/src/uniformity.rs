@@ -113,9 +113,11 @@ impl Analysis {
 
     fn varies_by_operands(&self, kind: &OpKind) -> bool {
         match kind {
-            OpKind::Constant(_) | OpKind::LightCount | OpKind::Ambient | OpKind::ReportBudget => {
-                false
-            }
+            OpKind::Constant(_)
+            | OpKind::LightCount
+            | OpKind::Ambient
+            | OpKind::ReportBudget
+            | OpKind::Report(..) => false,
             OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => self.any(&[*a]),
             OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => self.any(&[*a, *b]),
             OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => self.any(&[*a, *b, *c]),

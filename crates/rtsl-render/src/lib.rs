@@ -12,6 +12,7 @@ pub mod extent;
 pub(crate) mod lanes;
 pub mod measure;
 pub mod path;
+pub mod pixel;
 pub mod progress;
 pub mod request;
 pub mod session;
@@ -22,6 +23,7 @@ pub(crate) mod tiles;
 // Users know the renderers by the names that select them.
 pub use execution::{Execution, Optimise, Rendered};
 pub use path as batch;
+pub use pixel::{PixelRequest, TracedPixel, TracedSample, render_pixel};
 pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};
 pub use rtsl::Messages;

@@ -10,7 +10,7 @@ use rtsl::{
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
-use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
+use rtsl_scene::{LoadOptions, Renderer, Scene, SceneSource, Settings};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::runtime_errors::MAX_CAUSES;
@@ -352,6 +352,8 @@ pub(crate) struct LoadedScene {
     load_time: Duration,
     check_time: Duration,
     engine_time: Duration,
+    /// The titles of objects in the scene's text, for traces.
+    titles: Vec<String>,
 }
 
 impl LoadedScene {
@@ -370,8 +372,12 @@ impl LoadedScene {
             integrator: request.integrator.clone(),
             input_memory: request.input_memory,
             texture_memory: request.texture_memory,
+            traced: request.engine.trace.is_some(),
         };
-        let mut loaded = load_scene(&request.scene, files, &options)?;
+        let mut source = SceneSource::read(&request.scene, files, &options);
+        let mut loaded = source.load()?;
+        let objects = loaded.origins.objects.iter().filter(|_| options.traced);
+        let titles = objects.map(|object| source.title(*object)).collect();
         apply(request, &mut loaded.scene.settings);
         if request.renderer.is_some() {
             loaded.scene.integrator = None;
@@ -388,7 +394,7 @@ impl LoadedScene {
         let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
         warnings.push(rtsl::SourceMap::new(), engine_warnings);
         let (scene, check_time, engine_time) = (loaded.scene, loaded.compile_time, start.elapsed());
-        Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
+        Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time, titles })
     }
 
     /// Puts an integrator in the place of the scene's own.
@@ -401,6 +407,23 @@ impl LoadedScene {
     /// Chooses the interactive renderer unless the scene names an integrator by its class, as the viewer does.
     pub(crate) fn prefer_interactive(&mut self) {
         self.scene.settings.renderer = Some(Renderer::Interactive);
+    }
+
+    /// Makes the picture one of its pixels.
+    ///
+    /// # Errors
+    /// If the picture does not have it.
+    pub(crate) fn choose_pixel(&mut self, [x, y]: [usize; 2]) -> Result<(), Messages> {
+        let settings = &mut self.scene.settings;
+        let (width, height) = (settings.width, settings.height);
+        if x < width && y < height {
+            settings.set_pixel([x, y]);
+            return Ok(());
+        }
+        let message =
+            format!("there is no pixel {x},{y} in a picture of {width} by {height} pixels");
+        let help = "columns and rows count from 0, from the top left";
+        Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message).help(help)))
     }
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
@@ -428,7 +451,7 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// Prepares the scene.
     pub(crate) fn new(request: &RenderRequest<'_>, loaded: LoadedScene) -> Result<Self, Messages> {
-        let LoadedScene { scene, engine, mut warnings, load_time, check_time, engine_time } =
+        let LoadedScene { scene, engine, mut warnings, load_time, check_time, engine_time, titles } =
             loaded;
         let elements = scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
         let primitives = elements.sum();
@@ -437,7 +460,8 @@ impl Prepared {
             BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
         };
         let aovs = request.aov_plan(&scene)?.names();
-        let scene = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
+        let mut scene = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
+        scene.titles = titles;
         let optimise_time = optimise_first(&scene, request.execution.optimise);
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),

@@ -13,8 +13,8 @@ use std::sync::{Arc, LazyLock};
 
 use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{
-    Class, Compilation, Compiler, Diagnostics, FileLoader, IncludeError, IncludeLoader,
-    IncludedFile, Messages, SourceMap, Unit,
+    Class, Compilation, Compiler, CompilerOptions, Diagnostics, FileLoader, IncludeError,
+    IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
 };
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
@@ -151,6 +151,17 @@ impl<'a> Classes<'a> {
             self.compiled.clear();
             self.compiler = compiler;
         }
+    }
+
+    /// Compiles classes with prints and places from now on.
+    pub fn set_traced(&mut self) {
+        let options = CompilerOptions { traced: true, ..self.compiler.options().clone() };
+        self.set_compiler(Compiler::new(options));
+    }
+
+    /// True if a text of the compiled classes may print.
+    pub fn has_prints(&self) -> bool {
+        self.compiled.values().any(Compilation::has_prints)
     }
 
     /// The files, other than the library's, that classes were compiled from, including files that they include and

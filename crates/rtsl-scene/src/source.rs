@@ -40,6 +40,8 @@ pub struct LoadOptions {
     pub input_memory: Option<Amount>,
     /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
     pub texture_memory: Option<Amount>,
+    /// True if classes are compiled for engines with a trace.
+    pub traced: bool,
 }
 
 /// A loaded scene.
@@ -169,6 +171,7 @@ impl<'f> SceneSource<'f> {
         classes.set_compiler(Compiler::new(CompilerOptions {
             loop_budget: Some(settings.loop_budget),
             search_path: search_path.chain(options.search_path.clone()).collect(),
+            traced: options.traced,
         }));
         SceneSource {
             path: path.to_owned(),
@@ -187,6 +190,37 @@ impl<'f> SceneSource<'f> {
             changed: BTreeSet::new(),
             contents,
         }
+    }
+
+    /// Returns the scene as it is, with the parameters that were set, for engines with a trace: the next load compiles
+    /// its classes with prints and places.
+    #[must_use]
+    pub fn traced(&self) -> Self {
+        let mut classes = self.classes.clone();
+        classes.refresh();
+        classes.set_traced();
+        SceneSource {
+            path: self.path.clone(),
+            files: self.files,
+            options: LoadOptions { traced: true, ..self.options.clone() },
+            map: self.map.clone(),
+            description: self.description.clone(),
+            own_integrator: self.own_integrator,
+            settings: self.settings.clone(),
+            diagnostics: self.diagnostics.clone(),
+            read_time: self.read_time,
+            classes,
+            made: Vec::new(),
+            attributes: Arc::default(),
+            budget: self.budget.clone(),
+            changed: BTreeSet::new(),
+            contents: self.contents,
+        }
+    }
+
+    /// True if a shader file of the scene may print. Comments may have the word, too.
+    pub fn has_prints(&self) -> bool {
+        self.classes.has_prints()
     }
 
     /// True if a file of the scene's text differs from the text that was read.
@@ -308,6 +342,16 @@ impl<'f> SceneSource<'f> {
     /// Returns the instance of an entity from the last load.
     pub fn instance(&self, EntityId(index): EntityId) -> Option<&Arc<Instance>> {
         self.made.get(index)?.as_ref().map(|made| &made.instance)
+    }
+
+    /// Returns the name of an entity, or its kind and line.
+    pub fn title(&self, id: EntityId) -> String {
+        let entity = &self.description.entities[id.0];
+        match (&entity.name, entity.kind) {
+            (Some(name), _) => name.clone(),
+            (None, EntityKind::Camera | EntityKind::Integrator) => entity.kind.word().to_owned(),
+            (None, kind) => format!("{} on line {}", kind.word(), self.line_of(id)),
+        }
     }
 
     /// Returns the line of an entity in the scene's text.

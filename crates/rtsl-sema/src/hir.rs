@@ -265,6 +265,13 @@ pub enum StatementKind {
     Break,
     /// `continue`
     Continue,
+    /// `print`, where prints are kept.
+    Print {
+        /// The parts of the text before, between and after the values: one more than these.
+        pieces: Vec<String>,
+        /// The values: scalars, vectors, matrices and colors.
+        arguments: Vec<Expression>,
+    },
 }
 
 /// `for (initializer; condition; step) body`.

@@ -175,6 +175,11 @@ impl<'m> Printer<'m> {
             }
             StatementKind::Break => self.line("break;"),
             StatementKind::Continue => self.line("continue;"),
+            StatementKind::Print { pieces, arguments } => {
+                let arguments: String =
+                    arguments.iter().map(|it| format!(", {}", self.expression(it))).collect();
+                self.line(&format!("print({:?}{arguments});", pieces.join("{}")));
+            }
         }
     }
 

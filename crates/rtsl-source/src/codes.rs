@@ -139,6 +139,8 @@ diagnostics! {
     E0235 BAD_ENUMERATION "an enumeration without choices, or with some that hosts could not tell apart";
     E0236 STATIC_ASSERTION "a static assertion that does not hold";
     E0237 BAD_GENERIC "a generic type that no argument determines";
+    E0238 BAD_PRINT "a text to print that does not fit its values";
+    E0239 NOT_PRINTABLE "a value that cannot be printed";
     E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";
@@ -210,6 +212,7 @@ diagnostics! {
     E0624 NO_SUCH_IMAGE "an image that neither the integrator nor the renderer makes";
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
     E0626 NOT_IMPORTABLE "a program that cannot be imported";
+    E0627 NO_SUCH_PIXEL "a pixel or sample that the picture does not have";
     E0630 MATERIALX_SYNTAX "a MaterialX document that does not follow the format";
     E0631 MATERIALX_UNKNOWN "a name in a MaterialX document that nothing has";
     E0632 MATERIALX_UNSUPPORTED "a part of a MaterialX document that is not supported";
@@ -250,6 +253,7 @@ diagnostics! {
     W0604 OLD_SCENE "a scene in the format of an earlier version of pbrt";
     W0605 MATERIALX_IGNORED "a part of a MaterialX document without effect";
     W0630 DROPPED_SAMPLES "samples that are not finite";
+    W0631 NOT_FINITE "a value that is not finite, of a traced method";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0650 MISSING_FOLDER "a folder of the search path that does not exist";
     W0701 INTERPRETER_INSTEAD "LLVM cannot be loaded, so the interpreter runs everything";

@@ -164,6 +164,7 @@ impl<'a> Liveness<'a> {
             | OpKind::Seed(_)
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
+            | OpKind::Report(..)
             | OpKind::ReportBudget => None,
         }
     }

@@ -280,6 +280,17 @@ pub struct Block {
     pub span: Span,
 }
 
+/// `print("t = {}", t)`
+#[derive(Clone, Debug)]
+pub struct Print {
+    /// The text, with a `{}` for each argument.
+    pub text: String,
+    /// The span of the text.
+    pub text_span: Span,
+    /// The values to print.
+    pub arguments: Vec<Expression>,
+}
+
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Statement {
@@ -303,6 +314,8 @@ pub enum StatementKind {
     Struct(Struct, Vec<Variable>),
     /// `static_assert(condition, "text");`
     Assertion(Assertion),
+    /// `print("t = {}", t);`
+    Print(Print),
     /// A function prototype in a block (as in GLSL ES) or a nested function; the checker reports
     /// both.
     Function(Function),

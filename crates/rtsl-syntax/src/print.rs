@@ -159,6 +159,9 @@ impl Printer {
                 variables.iter().for_each(|variable| self.variable(variable));
             }
             StatementKind::Assertion(assertion) => self.assertion(assertion),
+            StatementKind::Print(print) => {
+                self.line(format_args!("print {:?} {}", print.text, List(&print.arguments)));
+            }
             StatementKind::Function(function) => self.function(function),
             StatementKind::Block(block) => {
                 self.line("block");

@@ -348,12 +348,30 @@ impl App {
     }
 
     fn pick(&mut self) {
+        self.print_pixel();
         self.picked = self.picked_at_pointer();
         if let Some(picked) = &self.picked {
             let entity = picked.material.unwrap_or(picked.shape);
             self.select(Some(entity));
             let (_, height) = self.session.film().size();
             self.panel.show_selected(height as i32);
+        }
+    }
+
+    /// Prints what shaders print for the pixel under the pointer.
+    fn print_pixel(&mut self) {
+        let (x, y) = self.pointer;
+        if x < 0.0 || y < 0.0 {
+            return;
+        }
+        let (x, y) = (x as usize, y as usize);
+        match self.session.prints(x, y) {
+            Ok(lines) if lines.is_empty() => {}
+            Ok(lines) => {
+                self.wishes.push(Wish::Print(format!("pixel {x},{y}:")));
+                self.wishes.extend(lines.into_iter().map(Wish::Print));
+            }
+            Err(problem) => self.message = Some(problem.to_text(false)),
         }
     }
 

@@ -174,6 +174,47 @@ fn a_click_names_the_object_and_selects_its_material() {
     assert_eq!(viewer.app.picked(), None, "the sky");
 }
 
+/// The value of a parameter that was set, and the picture from a camera that has moved.
+#[test]
+fn a_click_prints_what_shaders_print_for_the_pixel() {
+    let mut viewer = Viewer::new("prints");
+    viewer.drag(Button::Left, BALL, BALL);
+    assert_eq!(viewer.app.take_wishes(), [], "no shader prints");
+    let dots = "class Dots : rt_Material;
+[[label \"Size\", min 0, max 1]] public float size = 0.25;
+void shade() {
+    print(\"size {}, near {}\", size, length(rt_HitPoint - rt_RayOrigin) < 4.0);
+    rt_SampleColor = color(size, 0.25, 0.25);
+}";
+    std::fs::write(viewer.folder.path().join("dots.rtsl"), dots).unwrap();
+    viewer.events([Event::KeyPressed(Key::Character('r'))]);
+    viewer.drag(Button::Left, BALL, BALL);
+    let printed = |viewer: &mut Viewer| -> Vec<String> {
+        let wishes = viewer.app.take_wishes().into_iter();
+        let lines = wishes.map(|wish| match wish {
+            Wish::Print(line) => line,
+            Wish::Screenshot => panic!("no screenshot is asked for"),
+        });
+        lines.collect()
+    };
+    let (x, y) = BALL;
+    let lines = printed(&mut viewer);
+    assert_eq!(lines[0], format!("pixel {x},{y}:"));
+    assert!(lines[1].ends_with("dots.rtsl:4: Dots.shade: size 0.5, near false"), "{lines:?}");
+    let material = viewer.app.picked().unwrap().material.unwrap();
+    viewer.app.session.set_control(material, "size", &[0.75]).unwrap();
+    for _ in 0..20 {
+        viewer.events([Event::KeyPressed(Key::Character('+'))]);
+    }
+    viewer.drag(Button::Left, BALL, BALL);
+    let lines = printed(&mut viewer);
+    assert!(lines[1].ends_with("dots.rtsl:4: Dots.shade: size 0.75, near true"), "{lines:?}");
+    // The sky.
+    viewer.events([Event::KeyPressed(Key::Home)]);
+    viewer.drag(Button::Left, (10.0, 10.0), (10.0, 10.0));
+    assert_eq!(printed(&mut viewer), [""; 0]);
+}
+
 #[test]
 fn a_slider_changes_the_picture() {
     let mut viewer = Viewer::new("slider");

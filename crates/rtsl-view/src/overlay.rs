@@ -23,7 +23,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("wheel, + and -", "dolly"),
     ("w a s d q e", "fly, with shift faster"),
     ("arrows", "orbit in steps"),
-    ("click", "pick: names the object, selects its material"),
+    ("click", "pick: names the object, selects its material, prints"),
     ("f", "orbit about what is under the pointer"),
     ("home", "the scene's camera"),
     ("c", "print the camera for the scene file"),

@@ -13,6 +13,7 @@ use crate::files::write_result;
 use crate::json::Json;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
+use crate::trace::{self, TraceName};
 
 /// The command line of `rtsl eval`.
 #[derive(Debug, Args)]
@@ -46,11 +47,15 @@ pub struct EvalArguments {
     /// 1073741824. Requests of `--stdin` set their own.
     #[arg(long, value_name = "ITERATIONS", default_value_t = DEFAULT_LOOP_BUDGET)]
     budget: u32,
+    /// Print what happens in the call: the calls of methods with their state, or with `lines` the values of variables
+    /// too; and the first operation whose result is NaN or an infinity.
+    #[arg(long, value_name = "DETAIL", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "calls")]
+    trace: Option<TraceName>,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
     /// Read one JSON request per line from standard input, write one JSON answer per line.
-    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "args", "state", "scratch", "scene"])]
+    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "args", "state", "scratch", "scene", "trace"])]
     stdin: bool,
     #[command(flatten)]
     engine: EngineArguments,
@@ -78,12 +83,16 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
         write_result(None, answer.to_line().as_bytes())?;
         return Ok(if answer.ok { Outcome::Done } else { Outcome::InputAtFault });
     }
-    let Evaluation { answer, compilation, further } = session.evaluate(&request);
+    let Evaluation { answer, compilation, further, recording } = session.evaluate(&request);
     if let Some(compilation) = compilation {
         reporter.compilation(&compilation);
     }
     further.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
-    write_result(None, plain_text(&answer).as_bytes())?;
+    let recording = recording.unwrap_or_default();
+    if let Some((sources, warning)) = trace::not_finite(&recording) {
+        reporter.diagnostics(&sources, [&warning]);
+    }
+    write_result(None, (trace::lines(&recording) + &plain_text(&answer)).as_bytes())?;
     match answer.error {
         Some(error) => Err(Failure::Usage(error)),
         None if answer.ok => Ok(Outcome::Done),
@@ -116,6 +125,7 @@ fn request(arguments: &EvalArguments) -> Request {
         math: Some(math.to_owned()),
         budget: Some(arguments.budget),
         scene: arguments.scene.clone(),
+        trace: arguments.trace,
         ..Request::default()
     }
 }

@@ -9,6 +9,7 @@ pub mod help;
 pub mod import;
 pub mod info;
 pub mod materialx;
+pub mod pixel;
 pub mod render;
 pub mod scene;
 mod shader;

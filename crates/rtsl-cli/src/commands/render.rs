@@ -16,6 +16,7 @@ use rtsl_render::{
     Renderer, render_scene,
 };
 
+use super::pixel::{PixelArguments, render_one};
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Failure, INPUT_AT_FAULT, Outcome};
@@ -32,8 +33,10 @@ pub struct RenderArguments {
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: OUT.png or OUT.exr.
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "pixel")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    pixel: PixelArguments,
     /// The camera of a glTF file, by its name or index; its first one if not given.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -191,7 +194,11 @@ impl From<OptimiseWhen> for Optimise {
 
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
-    check_output(&arguments.output)?;
+    let Some(output) = &arguments.output else {
+        let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
+        return render_one(&request(arguments, &search_path), &arguments.pixel, reporter);
+    };
+    check_output(output)?;
     // Checked before the render, not after it.
     let denoiser = match arguments.denoise.then(Denoiser::load).transpose() {
         Ok(denoiser) => denoiser,
@@ -203,30 +210,19 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     let progress = |progress: Progress| bar.show(progress);
     let early_warnings = |messages: &Messages| bar.suspend(|| report(messages, reporter));
     let request = RenderRequest {
-        scene: arguments.scene.clone(),
-        renderer: arguments.renderer.map(Renderer::from),
-        integrator: arguments.integrator.clone(),
-        defines: arguments.defines.clone(),
-        search_path: search_path.folders(),
-        camera: arguments.camera.clone(),
-        input_memory: arguments.input.input_memory,
-        texture_memory: arguments.input.texture_memory,
-        size: arguments.size,
-        samples: arguments.spp,
-        seed: arguments.seed,
         execution: Execution {
             threads: arguments.threads,
             cancel: Some(interrupted),
             time_limit: arguments.time,
             optimise: arguments.optimise.into(),
         },
-        engine: arguments.engine.options(),
         aovs: arguments.aov.clone(),
         for_denoiser: arguments.denoise,
         noise_target: arguments.noise,
-        checkpoint: Some(checkpoint(arguments)),
+        checkpoint: Some(checkpoint(arguments, output)),
         progress: Some(&progress),
         early_warnings: Some(&early_warnings),
+        ..request(arguments, &search_path)
     };
     let rendered = render_scene(&request);
     bar.clear();
@@ -249,7 +245,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         rendered.aovs.retain(|image| is_asked(&image.aov));
     }
     let options = image_options(arguments, &rendered);
-    let written = write_image_with(&rendered.image, &rendered.aovs, &arguments.output, &options);
+    let written = write_image_with(&rendered.image, &rendered.aovs, output, &options);
     if let Err(error) = written {
         return Ok(refused(error.diagnostic(), reporter));
     }
@@ -257,11 +253,30 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
     }
     if rendered.statistics.cancelled {
-        say_how_to_go_on(arguments, &rendered, reporter);
+        say_how_to_go_on(arguments, output, &rendered, reporter);
     }
     // For example a checkpoint that could not be written.
     let is_done = !rendered.warnings.has_errors() && !interrupted.load(Ordering::Relaxed);
     Ok(if is_done { outcome } else { Outcome::InputAtFault })
+}
+
+/// The request for the scene and its settings.
+fn request(arguments: &RenderArguments, search_path: &SearchPath) -> RenderRequest<'static> {
+    RenderRequest {
+        scene: arguments.scene.clone(),
+        renderer: arguments.renderer.map(Renderer::from),
+        integrator: arguments.integrator.clone(),
+        defines: arguments.defines.clone(),
+        search_path: search_path.folders(),
+        camera: arguments.camera.clone(),
+        input_memory: arguments.input.input_memory,
+        texture_memory: arguments.input.texture_memory,
+        size: arguments.size,
+        samples: arguments.spp,
+        seed: arguments.seed,
+        engine: arguments.engine.options(),
+        ..RenderRequest::default()
+    }
 }
 
 /// Reports an error.
@@ -283,33 +298,38 @@ fn interrupts() -> &'static AtomicBool {
 }
 
 /// The checkpoint options of the render.
-fn checkpoint(arguments: &RenderArguments) -> CheckpointRequest {
+fn checkpoint(arguments: &RenderArguments, output: &Path) -> CheckpointRequest {
     let every = arguments.checkpoint_every.unwrap_or(CHECKPOINT_EVERY);
     CheckpointRequest {
-        path: checkpoint_path(arguments),
+        path: checkpoint_path(arguments, output),
         every: arguments.checkpoint.is_some().then_some(every),
         resume: arguments.resume,
     }
 }
 
 /// The path of the checkpoint: next to the picture unless another is given.
-fn checkpoint_path(arguments: &RenderArguments) -> PathBuf {
+fn checkpoint_path(arguments: &RenderArguments, output: &Path) -> PathBuf {
     arguments.checkpoint.clone().unwrap_or_else(|| {
-        let mut name = arguments.output.clone().into_os_string();
+        let mut name = output.to_owned().into_os_string();
         name.push(".checkpoint");
         PathBuf::from(name)
     })
 }
 
 /// Reports the state of an unfinished picture, and the way to finish it.
-fn say_how_to_go_on(arguments: &RenderArguments, rendered: &RenderResult, reporter: &Reporter) {
+fn say_how_to_go_on(
+    arguments: &RenderArguments,
+    output: &Path,
+    rendered: &RenderResult,
+    reporter: &Reporter,
+) {
     let Some(samples) = rendered.statistics.mean_samples else { return };
     let message = format!(
         "`{}` has {samples:.1} samples a pixel of {}",
-        arguments.output.display(),
+        output.display(),
         rendered.statistics.samples_per_pixel,
     );
-    let path = checkpoint_path(arguments);
+    let path = checkpoint_path(arguments, output);
     let note = Diagnostic::new(codes::UNFINISHED_PICTURE, message)
         .help(format!("the same command with `--resume` continues from `{}`", path.display()));
     report(&Messages::one(note), reporter);

@@ -30,7 +30,16 @@ pub fn compiler_of(
 /// Returns a compiler with these folders. Constructors of its classes have a loop budget.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
     let search_path = search_path.folders();
-    Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })
+    Compiler::new(CompilerOptions {
+        search_path,
+        loop_budget: Some(DEFAULT_LOOP_BUDGET),
+        ..CompilerOptions::default()
+    })
+}
+
+/// Like [`compiler`], for classes whose values have places in the text.
+pub fn traced_compiler(search_path: &SearchPath) -> Compiler {
+    Compiler::new(CompilerOptions { traced: true, ..compiler(search_path).options().clone() })
 }
 
 /// Compiles a file and reports its diagnostics; `None` if there are errors.

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use rtsl::{ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Role, Unit};
+use rtsl::{
+    ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Recording, Role,
+    Unit,
+};
 use serde_json::Value as JsonValue;
 
 use super::request::{Answer, Request, Values};
@@ -150,6 +153,16 @@ impl FunctionCall {
             }
         }
         answer.out = Some(out);
+    }
+
+    /// Names the function in entries of the method that calls it.
+    pub fn name_entries(&self, recording: &mut Recording) {
+        for entry in &mut recording.entries {
+            let is_call = entry.method.split_once('.').is_some_and(|(class, _)| class == CLASS);
+            if is_call {
+                entry.method.clone_from(&self.function.name);
+            }
+        }
     }
 
     /// True for the scratch members of calls.

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic};
+use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic, Method, Recording};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
 
 use crate::json::Json;
 use crate::report::JsonDiagnostic;
+use crate::trace::{JsonRecording, TraceName};
 
 /// Names with their values, in the order of the text.
 pub type Values = serde_json::Map<String, JsonValue>;
@@ -62,9 +63,16 @@ pub struct Request {
     /// The answers of the host.
     #[serde(default)]
     pub host: HostRequest,
+    /// The detail of the trace, if there is to be one.
+    pub trace: Option<TraceName>,
 }
 
 impl Request {
+    /// True if the request calls a function that is no method.
+    pub fn calls_function(&self) -> bool {
+        self.method.as_deref().is_some_and(|name| Method::from_name(name).is_none())
+    }
+
     /// Returns the greatest number of loop iterations of one ray.
     pub fn budget(&self) -> u32 {
         self.budget.unwrap_or(DEFAULT_LOOP_BUDGET)
@@ -137,6 +145,9 @@ pub struct Answer {
     /// For each ray, true if the call accepted a hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit: Option<Json>,
+    /// The prints of the call, and its trace if the request asks for one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trace: Option<JsonRecording>,
 }
 
 /// The result of a request.
@@ -147,6 +158,15 @@ pub struct Evaluation {
     pub compilation: Option<Arc<Compilation>>,
     /// Further diagnostics, of parameters, linking and running, without a position.
     pub further: Vec<Diagnostic>,
+    /// The prints and the calls of methods, if the call is traced.
+    pub recording: Option<Recording>,
+}
+
+impl Evaluation {
+    /// Creates an evaluation that has nothing but an answer.
+    pub fn of_answer(answer: Answer) -> Evaluation {
+        Evaluation { answer, compilation: None, further: Vec::new(), recording: None }
+    }
 }
 
 impl Answer {

@@ -83,25 +83,37 @@ pub fn run(
     let before = request.only_changes.then(|| show(&state, &scratch));
     let mut accepted = LaneMask::new(lanes);
     let block = program.block(&instance);
+    let trace = engine.options().trace.clone();
+    // A scene is prepared before.
+    let start = || {
+        if let Some(trace) = &trace {
+            trace.start();
+        }
+    };
     let status = match (&request.scene, method) {
         (Some(scene), Method::Radiance) => {
             let scene = scene_of(scene, scene_folders, &instance, engine)?;
+            start();
             scene.radiance(&mut state, &mut scratch, lanes)
         }
         (Some(_), _) => {
             let message = format!("`{}` asks no scene, only `radiance` does", method.name());
             return Err(Refusal::Request(message));
         }
-        (None, _) => kernel.call(CallArguments {
-            state: &mut state,
-            scratch: &mut scratch,
-            count: lanes,
-            mask: None,
-            accepted: Some(&mut accepted),
-            instances: Instances::One(&block),
-            host: &mut PlainHost(&request.host),
-        }),
+        (None, _) => {
+            start();
+            kernel.call(CallArguments {
+                state: &mut state,
+                scratch: &mut scratch,
+                count: lanes,
+                mask: None,
+                accepted: Some(&mut accepted),
+                instances: Instances::One(&block),
+                host: &mut PlainHost(&request.host),
+            })
+        }
     };
+    evaluation.recording = trace.map(|trace| trace.take());
     let answer = &mut evaluation.answer;
     if status.budget_exhausted {
         answer.ok = false;
@@ -130,7 +142,8 @@ fn scene_of(
     engine: &Engine,
 ) -> Result<SceneEvaluation, Refusal> {
     let refusal = |messages: Messages| Refusal::Request(messages.to_text(false));
-    let options = LoadOptions { search_path, ..LoadOptions::default() };
+    let traced = engine.options().trace.is_some();
+    let options = LoadOptions { search_path, traced, ..LoadOptions::default() };
     let mut loaded = load_scene(path, &DiskFiles, &options).map_err(refusal)?;
     let warnings = &mut loaded.warnings;
     SceneEvaluation::new(&loaded.scene, integrator, engine, warnings).map_err(refusal)

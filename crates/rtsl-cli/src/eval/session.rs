@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, FileLoader, Math,
-    Method, OptLevel, Program, SourceMap, Unit, render,
+    Method, OptLevel, Program, SourceMap, Trace, TraceDetail, Unit, render,
 };
 
 use super::function::FunctionCall;
@@ -15,6 +15,7 @@ use super::run::{self, Refusal};
 use crate::arguments::SearchPath;
 use crate::project_file::ProjectFile;
 use crate::report::JsonDiagnostic;
+use crate::trace::JsonRecording;
 
 /// The name of texts that are in no file.
 const TEXT_NAME: &str = "request.rtsl";
@@ -41,6 +42,13 @@ struct KeptText {
     programs: Vec<Arc<Program>>,
 }
 
+/// A call of a function, on an engine.
+struct Call<'a> {
+    request: &'a Request,
+    folders: &'a [PathBuf],
+    engine: &'a Engine,
+}
+
 impl Session {
     /// Creates a session whose texts may include files from these folders.
     pub fn new(search_path: SearchPath) -> Session {
@@ -62,7 +70,8 @@ impl Session {
 
     /// Answers a request.
     pub fn answer(&mut self, request: &Request) -> Answer {
-        let Evaluation { mut answer, compilation, further } = self.evaluate(request);
+        let Evaluation { mut answer, compilation, further, recording } = self.evaluate(request);
+        answer.trace = recording.as_ref().map(JsonRecording::new);
         let compiled = compilation.iter().flat_map(|compilation| {
             let diagnostics = compilation.diagnostics.iter();
             diagnostics.map(|diagnostic| JsonDiagnostic::new(&compilation.sources, diagnostic))
@@ -77,7 +86,7 @@ impl Session {
     pub fn evaluate(&mut self, request: &Request) -> Evaluation {
         let id = request.id.clone();
         let answer = Answer { id: id.clone(), ..Answer::default() };
-        let mut evaluation = Evaluation { answer, compilation: None, further: Vec::new() };
+        let mut evaluation = Evaluation::of_answer(answer);
         // A panic of the compiler affects only this answer, not the process.
         let completed =
             catch_unwind(AssertUnwindSafe(|| self.try_evaluate(request, &mut evaluation)));
@@ -112,8 +121,10 @@ impl Session {
             return Ok(());
         }
         let engine = self.engine(engine_options(request)?, evaluation)?;
-        if request.method.as_deref().is_some_and(|name| Method::from_name(name).is_none()) {
-            return self.call_function(request, unit, &engine, &folders, evaluation);
+        if request.calls_function() {
+            let call = Call { request, folders: &folders, engine: &engine };
+            self.call_function(&call, unit, evaluation)?;
+            return self.trace(request, &folders, &compilation, evaluation);
         }
         if let Some(name) = request.args.keys().next() {
             let message = format!("`{name}` is an argument of a function, and methods have none");
@@ -124,19 +135,54 @@ impl Session {
         if request.source.is_some() {
             self.keep_program(program);
         }
+        self.trace(request, &folders, &compilation, evaluation)
+    }
+
+    /// Makes the call once more with a trace, if the request asks for one or the text may print.
+    fn trace(
+        &self,
+        request: &Request,
+        folders: &[PathBuf],
+        compilation: &Compilation,
+        evaluation: &mut Evaluation,
+    ) -> Result<(), Refusal> {
+        let detail = match request.trace {
+            Some(name) => name.into(),
+            None if compilation.has_prints() => TraceDetail::Prints,
+            None => return Ok(()),
+        };
+        let options = EngineOptions { trace: Some(Trace::new(detail)), ..engine_options(request)? };
+        let (engine, _) = Engine::new(options)?;
+        let traced = match (&request.source, &request.file) {
+            (None, Some(file)) => compiler(request, folders, true).compile_file(file),
+            (source, _) => {
+                let source = source.as_deref().unwrap_or_default();
+                compiler(request, folders, true).compile(TEXT_NAME, source)
+            }
+        };
+        let Some(unit) = &traced.unit else {
+            return Err(Refusal::Diagnostics(traced.diagnostics.iter().cloned().collect()));
+        };
+        let mut again = Evaluation::of_answer(Answer::default());
+        if request.calls_function() {
+            let call = Call { request, folders, engine: &engine };
+            self.call_function(&call, unit, &mut again)?;
+        } else {
+            let scene_folders = self.folders(request.scene.as_deref())?;
+            run::run(request, unit, &engine, scene_folders, &mut again)?;
+        }
+        evaluation.recording = again.recording;
         Ok(())
     }
 
     /// Calls a function that is no method. Its own text is compiled once more, with a method that calls it.
     fn call_function(
         &self,
-        request: &Request,
+        &Call { request, folders, engine }: &Call<'_>,
         unit: &Unit,
-        engine: &Engine,
-        folders: &[PathBuf],
         evaluation: &mut Evaluation,
     ) -> Result<(), Refusal> {
-        let compiler = compiler(request, folders);
+        let compiler = compiler(request, folders, engine.options().trace.is_some());
         let (name, text) = match (&request.source, &request.file) {
             (None, Some(file)) => {
                 let text = std::fs::read_to_string(file);
@@ -178,6 +224,7 @@ impl Session {
         let call_request = call.request(request, method).map_err(Refusal::Request)?;
         run::run(&call_request, unit, engine, scene_folders, evaluation)?;
         call.take_results(&mut evaluation.answer);
+        evaluation.recording.iter_mut().for_each(|recording| call.name_entries(recording));
         Ok(())
     }
 
@@ -197,7 +244,7 @@ impl Session {
         request: &Request,
         folders: &[PathBuf],
     ) -> Result<Arc<Compilation>, Refusal> {
-        let compiler = compiler(request, folders);
+        let compiler = compiler(request, folders, false);
         let source = match (&request.source, &request.file) {
             (Some(source), None) => source,
             // The file, or one that it includes, may have changed.
@@ -251,10 +298,11 @@ impl Session {
     }
 }
 
-fn compiler(request: &Request, folders: &[PathBuf]) -> Compiler {
+fn compiler(request: &Request, folders: &[PathBuf], traced: bool) -> Compiler {
     Compiler::new(CompilerOptions {
         loop_budget: Some(request.budget()),
         search_path: folders.to_owned(),
+        traced,
     })
 }
 
@@ -289,5 +337,6 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         loop_budget: Some(request.budget()),
         // Most code here runs once; the results are the same.
         optimization: OptLevel::O1,
+        trace: None,
     })
 }

@@ -220,8 +220,8 @@ fn requests_are_answered_in_order() {
         {"id":1,"ok":true,"diagnostics":[],"classes":["A"]}
         {"id":2,"ok":false,"diagnostics":[{"code":"E0101","severity":"error","message":"expected an expression, found `;`","file":"request.rtsl","line":1,"column":33,"endLine":1,"endColumn":34,"notes":[],"help":[]}]}
         {"id":null,"ok":false,"error":"not JSON: expected ident at line 1 column 2","diagnostics":[]}
-        {"id":null,"ok":false,"error":"not a request: invalid length 1, expected struct Request with 17 elements","diagnostics":[]}
-        {"id":"x","ok":false,"error":"not a request: unknown field `unknown`, expected one of `id`, `source`, `file`, `class`, `method`, `params`, `args`, `state`, `scratch`, `buffers`, `lanes`, `backend`, `width`, `math`, `budget`, `scene`, `host`","diagnostics":[]}
+        {"id":null,"ok":false,"error":"not a request: invalid length 1, expected struct Request with 18 elements","diagnostics":[]}
+        {"id":"x","ok":false,"error":"not a request: unknown field `unknown`, expected one of `id`, `source`, `file`, `class`, `method`, `params`, `args`, `state`, `scratch`, `buffers`, `lanes`, `backend`, `width`, `math`, `budget`, `scene`, `host`, `trace`","diagnostics":[]}
         {"id":5,"ok":true,"diagnostics":[],"state":{"rt_HitDistance":{"lanes":[4.0,"Infinity"]}},"scratch":{"where":{"lanes":[[0.0,0.0,-1.0],[0.0,0.0,0.0]]}},"hit":{"lanes":[true,false]}}
         {"id":6,"ok":true,"diagnostics":[],"state":{"rt_SampleColor":{"lanes":[[1.0,1.0,1.25]]}},"scratch":{}}
         {"id":7,"ok":true,"diagnostics":[],"state":{"rt_FloatTextureValue":{"lanes":["NaN","NaN"]},"rt_TextureColor":{"lanes":[["NaN","NaN","NaN"],["NaN","NaN","NaN"]]}},"scratch":{"m":{"lanes":[[[0.0,0.0],[2.0,0.0]],[[0.0,0.0],[2.0,0.0]]]},"n":{"lanes":[2,3]},"s":{"lanes":[{"b":false,"u":[1,4294967295]},{"b":false,"u":[1,4294967295]}]}}}

@@ -1,14 +1,15 @@
 //! Compiles functions to flat programs.
 
 use super::PrepareError;
-use super::program::{Instruction, Program, Register};
+use super::program::{Computed, Instruction, Observed, Program, Register};
 use crate::{
-    Function, Index, Op, OpKind, Region, Value, Values, VariableId, VariableKind, evaluate,
+    Function, Index, Op, OpKind, Region, Scalar, Value, Values, VariableId, VariableKind, evaluate,
 };
 
-/// Compiles a verified function.
-pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
+/// Compiles a verified function; an observed one with its reports.
+pub(super) fn compile(function: &Function, is_observed: bool) -> Result<Program, PrepareError> {
     let mut compiler = Compiler::new(function);
+    compiler.observed = is_observed.then(Observed::default);
     compiler.region(&function.body)?;
     let registers = function.body.yields.iter().map(|value| compiler.register(*value));
     let all: Vec<_> = function.outputs.iter().copied().zip(registers).collect();
@@ -22,6 +23,7 @@ pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
         local_scalars: compiler.local_scalars,
         outputs,
         accepted: accepted.first().map(|(_, register)| *register),
+        observed: compiler.observed,
     })
 }
 
@@ -36,6 +38,7 @@ struct Compiler<'a> {
     /// The first scalar of each variable that is a local.
     local_bases: Vec<u32>,
     local_scalars: u32,
+    observed: Option<Observed>,
 }
 
 impl<'a> Compiler<'a> {
@@ -56,6 +59,7 @@ impl<'a> Compiler<'a> {
             registers: vec![Register::MAX; function.values.len()],
             local_bases: local_bases.collect(),
             local_scalars,
+            observed: None,
         }
     }
 
@@ -170,6 +174,11 @@ impl<'a> Compiler<'a> {
             OpKind::Rand => Instruction::Rand { to },
             OpKind::Query(query, _) => Instruction::Query { query, to, operands },
             OpKind::ReportBudget => Instruction::ReportBudget,
+            OpKind::Report(ref event, _) => {
+                let Some(observed) = &mut self.observed else { return Ok(()) };
+                observed.events.push(event.clone());
+                Instruction::Report { event: observed.events.len() as u32 - 1, operands }
+            }
             OpKind::ReferenceCall(ref call) => {
                 return Err(PrepareError::Unlinked(call.member.clone()));
             }
@@ -187,12 +196,40 @@ impl<'a> Compiler<'a> {
         if let Instruction::Trace { .. }
         | Instruction::Occluded { .. }
         | Instruction::LightSample { .. }
-        | Instruction::Query { .. } = instruction
+        | Instruction::Query { .. }
+        | Instruction::Report { .. } = instruction
         {
             kind.for_each_operand(|value| self.operands.push(self.registers[value.0 as usize]));
         }
         self.push(instruction);
+        self.observe_computed(results, kind);
         Ok(())
+    }
+
+    /// Notes that the last instruction computes an f32, if the program is observed.
+    fn observe_computed(&mut self, results: Values, kind: &OpKind) {
+        let (OpKind::Unary(..)
+        | OpKind::Binary(..)
+        | OpKind::Fma(..)
+        | OpKind::Convert(..)
+        | OpKind::Bitcast(..)) = kind
+        else {
+            return;
+        };
+        let result = results.get(0);
+        let is_float = |value: Value| self.function.scalar(value) == Scalar::F32;
+        let Some(observed) = self.observed.as_mut().filter(|_| is_float(result)) else { return };
+        let mut operands = Vec::new();
+        kind.for_each_operand(|value| operands.push(value));
+        let floats = operands.iter().filter(|it| is_float(**it));
+        let mut floats = floats.map(|value| self.registers[value.0 as usize]);
+        let computed = Computed {
+            to: self.registers[result.0 as usize],
+            floats: std::array::from_fn(|_| floats.next()),
+            place: self.function.names.place(result),
+        };
+        observed.computed.resize(self.instructions.len(), None);
+        observed.computed[self.instructions.len() - 1] = Some(computed);
     }
 
     fn load(&self, to: Register, variable: VariableId, index: Index) -> Instruction {

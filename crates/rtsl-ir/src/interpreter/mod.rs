@@ -8,14 +8,16 @@
 
 mod compile;
 mod program;
+mod watch;
 
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
 use program::{Instruction, Program, Register};
+use watch::{Observed, Unobserved, Watch};
 
 use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use crate::{Function, Query, VariableId, evaluate};
+use crate::{Function, Observer, Query, VariableId, evaluate, scalar_count};
 
 /// The storage of a function's variables except locals, which the interpreter holds. Scalars are
 /// [bits](crate::Constant::bits); a bool is 0 or 1.
@@ -67,7 +69,16 @@ struct Lanes {
 impl Interpreter {
     /// Prepares a verified function.
     pub fn prepare(function: &Function) -> Result<Interpreter, PrepareError> {
-        let program = compile::compile(function)?;
+        Self::new(function, false)
+    }
+
+    /// Prepares a verified function whose runs are [observed](Interpreter::run_observed).
+    pub fn prepare_observed(function: &Function) -> Result<Interpreter, PrepareError> {
+        Self::new(function, true)
+    }
+
+    fn new(function: &Function, is_observed: bool) -> Result<Interpreter, PrepareError> {
+        let program = compile::compile(function, is_observed)?;
         Ok(Interpreter {
             registers: program.registers.clone(),
             operands: Vec::new(),
@@ -84,6 +95,29 @@ impl Interpreter {
         storage: &mut S,
         host: &mut dyn Host,
     ) -> Outcome {
+        self.run_watched(ray, storage, host, &mut Unobserved)
+    }
+
+    /// Runs like [`Interpreter::run`], with the same results, and tells an observer what happens. Of a function that is
+    /// not prepared for it, nothing is told.
+    pub fn run_observed<S: Storage + ?Sized>(
+        &mut self,
+        ray: u32,
+        storage: &mut S,
+        host: &mut dyn Host,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let mut watch = Observed::new(observer, self.registers.len(), self.locals.len());
+        self.run_watched(ray, storage, host, &mut watch)
+    }
+
+    fn run_watched<S: Storage + ?Sized>(
+        &mut self,
+        ray: u32,
+        storage: &mut S,
+        host: &mut dyn Host,
+        watch: &mut impl Watch,
+    ) -> Outcome {
         self.locals.fill(0);
         let lanes = LaneSet { base: ray, active: 1 };
         let mut run = Run {
@@ -94,8 +128,9 @@ impl Interpreter {
             lane_set: lanes,
             budget_exceeded: false,
         };
-        run.execute(&self.program, storage, host);
+        run.execute(&self.program, storage, host, watch);
         let budget_exceeded = run.budget_exceeded;
+        watch.ended(&self.program, &self.registers);
         let accepted = self.store_outputs(storage);
         Outcome { accepted, budget_exceeded }
     }
@@ -145,14 +180,16 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn execute<S: Storage + ?Sized>(
+    fn execute<S: Storage + ?Sized, W: Watch>(
         &mut self,
         program: &Program,
         storage: &S,
         host: &mut dyn Host,
+        watch: &mut W,
     ) {
         let mut position = 0;
         while let Some(instruction) = program.instructions.get(position) {
+            let executed = position;
             position += 1;
             match *instruction {
                 Instruction::Unary { function, to, a } => self.set(to, function(self.get(a))),
@@ -245,8 +282,24 @@ impl Run<'_> {
                     self.query(query, to, &program.operands[operands as usize..], host);
                 }
                 Instruction::ReportBudget => self.budget_exceeded = true,
+                Instruction::Report { event, operands } => {
+                    self.report(program, event, operands, watch);
+                }
+            }
+            if W::IS_ON {
+                watch.executed((program, executed), self.registers);
             }
         }
+    }
+
+    #[cold]
+    fn report(&self, program: &Program, event: u32, operands: u32, watch: &mut impl Watch) {
+        let Some(observed) = &program.observed else { return };
+        let event = &observed.events[event as usize];
+        let count = event.values.iter().map(|value| scalar_count(&value.ty)).sum();
+        let operands = program.operands[operands as usize..].iter().take(count);
+        let words: Vec<u32> = operands.map(|register| self.get(*register)).collect();
+        watch.event(event, &words);
     }
 
     fn get(&self, register: Register) -> u32 {

@@ -2,14 +2,16 @@
 
 use std::collections::HashMap;
 use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
 
 use rtsl_spec::{Method, Role};
 
 use super::lexer::{Lexer, Token};
+use crate::class::ParameterType;
 use crate::{
-    BinaryOp, CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Query,
-    ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value, Values, Variable,
-    VariableId, VariableKind,
+    BinaryOp, CompareOp, Constant, Event, EventValue, Function, Index, MAX_NESTING, Op, OpKind,
+    Output, Query, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value,
+    Values, Variable, VariableId, VariableKind,
 };
 
 /// Parses a function without verifying it: types may be inconsistent.
@@ -243,6 +245,7 @@ impl<'a> Parser<'a> {
                 OpKind::ReferenceCount(self.expect_word("a reference")?.to_owned())
             }
             "report_budget" => OpKind::ReportBudget,
+            "report" => self.parse_report()?,
             _ => return Err(self.error_at(offset, format!("`{keyword}` is not an operation"))),
         })
     }
@@ -260,6 +263,25 @@ impl<'a> Parser<'a> {
             operands.push(self.parse_value()?);
         }
         Ok(OpKind::Query(query, operands))
+    }
+
+    /// Parses a report, whose text and places the text form does not have.
+    fn parse_report(&mut self) -> Result<OpKind> {
+        let (offset, label) = (self.offset, self.expect_word("an occasion")?);
+        let mut operands = Vec::new();
+        while self.at_value() {
+            operands.push(self.parse_value()?);
+            if !self.maybe(',') {
+                break;
+            }
+        }
+        let ty = |value: &Value| ParameterType::Scalar(self.function.scalar(*value));
+        let values = operands.iter().map(|it| EventValue { name: String::new(), ty: ty(it) });
+        let values: Vec<EventValue> = values.collect();
+        let method = self.function.name.clone();
+        let event = Event::without_text(label, method, values)
+            .ok_or_else(|| self.error_at(offset, format!("`{label}` is not an occasion")))?;
+        Ok(OpKind::Report(Arc::new(event), operands))
     }
 
     fn parse_chain_rule(&mut self) -> Result<OpKind> {

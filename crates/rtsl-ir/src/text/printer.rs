@@ -171,6 +171,7 @@ impl Printer<'_, '_> {
             OpKind::ChainRule(..) => self.plain("chain_rule", kind),
             OpKind::ReferenceCount(member) => write!(self.out, "reference_count {member}"),
             OpKind::ReportBudget => self.plain("report_budget", kind),
+            OpKind::Report(event, _) => self.plain(&format!("report {}", event.label()), kind),
         }
     }
 

@@ -10,7 +10,9 @@ fn lowered_on_small_stack(text: String) -> Vec<&'static str> {
         let (module, _, mut said) = check(&text);
         if said.is_empty() {
             for index in PRELUDE.module().classes.len()..module.classes.len() {
-                said.extend(lower_class(&module, ClassId(index as u32)).err().unwrap_or_default());
+                said.extend(
+                    lower_class(&module, ClassId(index as u32), None).err().unwrap_or_default(),
+                );
             }
         }
         said.iter().map(|diagnostic| diagnostic.code.as_str()).collect()

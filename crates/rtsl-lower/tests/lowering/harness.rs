@@ -31,7 +31,7 @@ fn parsed(text: &str) -> Result<Module, String> {
 
 fn lower_module(text: &str, module: &Module) -> Result<Class, Vec<Diagnostic>> {
     let last = module.classes.len() as u32 - 1;
-    let class = lower_class(module, ClassId(last))?;
+    let class = lower_class(module, ClassId(last), None)?;
     let functions = class.methods.values().chain(&class.constructor).chain([&class.initializer]);
     for function in functions {
         if let Err(error) = verify(function) {

@@ -16,6 +16,7 @@ use rtsl_ir::{IndexVec, Scalar, Value, VariableId, evaluate};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
+use crate::line_work::Lines;
 use crate::profile::{Conditions, Profile};
 
 /// The storage of a kernel's variables except locals, which the interpreter holds. Scalars are
@@ -70,6 +71,7 @@ pub fn run(
         storage,
         host,
         conditions: Conditions::of(kernel),
+        lines: Lines::of(kernel),
         values: IndexVec::filled(kernel.values.len(), [0; MAX_LANES]),
         locals: memory::locals(kernel),
         base: 0,
@@ -79,6 +81,7 @@ pub fn run(
         outcome: Outcome::default(),
     };
     execution.outcome.profile = Profile::new(&execution.conditions, rays.count);
+    execution.outcome.profile.lines = execution.lines.none();
     execution.run();
     execution.outcome
 }
@@ -93,6 +96,7 @@ struct Execution<'a> {
     storage: &'a mut dyn Storage,
     host: &'a mut dyn Host,
     conditions: Conditions,
+    lines: Lines,
     values: IndexVec<Value, Lanes>,
     /// The memory of each variable; empty for those that are not locals.
     locals: IndexVec<VariableId, Vec<Lanes>>,
@@ -160,7 +164,9 @@ impl<'a> Execution<'a> {
     }
 
     fn op(&mut self, op: &'a Op) {
-        self.outcome.profile.count(self.kernel, op, self.active);
+        let profile = &mut self.outcome.profile;
+        profile.count(self.kernel, op, self.active);
+        self.lines.count(&mut profile.lines, self.kernel, op, self.active);
         match &op.kind {
             OpKind::If { condition, then, otherwise } => {
                 self.branch(op, *condition, then, otherwise);
@@ -241,6 +247,7 @@ impl<'a> Execution<'a> {
     fn branch(&mut self, op: &Op, condition: Value, then: &'a Region, otherwise: &'a Region) {
         if let Some(mask) = self.conditions.mask_of(condition) {
             self.observe(mask);
+            self.count_condition(mask);
         }
         let outer = self.active;
         let holds = self.get(condition, 0) != 0;
@@ -269,6 +276,7 @@ impl<'a> Execution<'a> {
             self.outcome.profile.rounds += 1;
             if let Some(mask) = self.conditions.mask_of(*again) {
                 self.observe(mask);
+                self.count_condition(mask);
             }
             self.outcome.cut_short |= self.outcome.profile.rounds >= self.rays.round_limit;
             if self.get(*again, 0) == 0 || self.outcome.cut_short {
@@ -300,6 +308,13 @@ impl<'a> Execution<'a> {
             self.outcome.profile.observe(index, self.base, self.active & holds, true);
             self.outcome.profile.observe(index, self.base, self.active & !holds, false);
         }
+    }
+
+    /// Counts a condition of a branch or a loop for the line of its mask.
+    fn count_condition(&mut self, mask: Value) {
+        let holds = self.lanes_of(mask);
+        let (held, failed) = (self.active & holds, self.active & !holds);
+        self.lines.count_condition(&mut self.outcome.profile.lines, mask, held, failed);
     }
 
     // Values.

@@ -57,6 +57,7 @@ impl Lowering<'_> {
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
             | OpKind::ReferenceCount(_)
+            | OpKind::Report(..)
             | OpKind::ReportBudget => return None,
             // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),

@@ -20,8 +20,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use rtsl_abi::{CallMode, DataLocation, Layout, ObjectForm};
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, IndexVec, Scalar, UnaryOp, Value, Values,
-    VariableId, VariableKind,
+    BinaryOp, CompareOp, Constant, Function, Index, IndexVec, Place, Places, Scalar, UnaryOp,
+    Value, Values, VariableId, VariableKind,
 };
 
 use crate::kernel::{Kernel, KernelOutput, KernelVariable, Op, OpKind, Region, Type};
@@ -119,6 +119,7 @@ fn lower_for(
         prologue: Region::default(),
         body: Region::default(),
         outputs: locate_outputs(function)?,
+        places: Places::default(),
     };
     check_locals(&kernel)?;
     let mut lowering = Lowering::new(function, uniformity, kernel, calls);
@@ -218,6 +219,8 @@ struct Lowering<'a> {
     diverged: bool,
     /// The number of branches and loops around the open region.
     depth: u32,
+    /// The place of the operation that is being lowered, or of one around it.
+    place: Option<Place>,
 }
 
 impl<'a> Lowering<'a> {
@@ -241,6 +244,7 @@ impl<'a> Lowering<'a> {
             mask: Value(0),
             diverged: false,
             depth: 0,
+            place: None,
         }
     }
 
@@ -259,6 +263,15 @@ impl<'a> Lowering<'a> {
     }
 
     fn lower_op(&mut self, op: &rtsl_ir::Op) -> Result<(), LowerError> {
+        let place = op.results.iter().find_map(|result| self.function.names.place(result));
+        let outer = self.place.clone();
+        self.place = place.or_else(|| outer.clone());
+        let lowered = self.lower_op_there(op);
+        self.place = outer;
+        lowered
+    }
+
+    fn lower_op_there(&mut self, op: &rtsl_ir::Op) -> Result<(), LowerError> {
         use rtsl_ir::OpKind as Ray;
         let value = |operand: &Value| self.value(*operand);
         let kind = match &op.kind {
@@ -317,6 +330,7 @@ impl<'a> Lowering<'a> {
                 self.lower_request(op);
                 return Ok(());
             }
+            Ray::Report(..) => return Ok(()),
             Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
             Ray::Seed(_) | Ray::Derivative(..) | Ray::ChainRule(..) => {
                 return Err(LowerError::Unlinked("gradient".to_owned()));
@@ -371,7 +385,11 @@ impl<'a> Lowering<'a> {
         let first = self.kernel.values.len() as u32;
         self.kernel.values.extend_from_slice(types);
         self.hoisted.resize(self.kernel.values.len(), false);
-        Values { first, count: types.len() as u32 }
+        let values = Values { first, count: types.len() as u32 };
+        if let Some(place) = &self.place {
+            values.iter().for_each(|value| self.kernel.places.set(value, place));
+        }
+        values
     }
 
     fn constant(&mut self, constant: Constant) -> Value {

@@ -263,6 +263,7 @@ impl<'a> Shadow<'a> {
             | OpKind::Derivative(..)
             | OpKind::ChainRule(..)
             | OpKind::ReferenceCount(_)
+            | OpKind::Report(..)
             | OpKind::ReportBudget => return None,
         })
     }

@@ -54,6 +54,7 @@ fn valid() -> Kernel {
             yields: vec![Value(4)],
         },
         outputs: vec![KernelOutput { variable: VariableId(0), component: 0 }],
+        places: rtsl_ir::Places::default(),
     }
 }
 

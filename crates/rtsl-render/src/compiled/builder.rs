@@ -165,6 +165,7 @@ impl Assembly<'_> {
             instance_transforms: instances.iter().map(|it| it.transform.affine()).collect(),
             scratch_arrays: scratch.max().unwrap_or(0),
             width: self.table.engine().width(),
+            is_traced: self.table.engine().options().trace.is_some(),
             compile_time: Duration::ZERO,
             build_time: Duration::ZERO,
         })

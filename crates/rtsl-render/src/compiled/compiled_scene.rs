@@ -55,6 +55,9 @@ pub struct CompiledScene {
     pub scratch_arrays: usize,
     /// The SIMD width of the kernels in lanes.
     pub width: u32,
+    /// True if the engine has a trace. The picture then has one pixel, and samples are taken one by one: of a packet of
+    /// camera rays only the first lane counts.
+    pub is_traced: bool,
     /// The time for compiling kernels.
     pub compile_time: Duration,
     /// The time for bounds and the acceleration structure.

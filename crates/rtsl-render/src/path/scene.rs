@@ -7,6 +7,7 @@ use std::time::Duration;
 use rtsl::{Diagnostics, Engine, Query};
 
 use super::aov_plan::AovPlan;
+use super::features::Features;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
 use super::integrator::{Integrator, StagedMethod};
@@ -49,12 +50,33 @@ pub struct BatchScene {
     pub(super) shading_methods: ShadingMethods,
     /// The AOVs to render.
     pub(super) aovs: AovPlan,
+    /// The titles of the objects in the scene's text, for traces.
+    pub(crate) titles: Vec<String>,
 }
 
 impl BatchScene {
+    /// The features that films of the scene keep.
+    pub(crate) fn features(&self) -> &Features {
+        &self.aovs.features
+    }
+
     /// The name of the integrator's class.
     pub fn integrator(&self) -> &str {
         self.integrator.name()
+    }
+
+    /// Notes in the trace, if there is one, what a search has found.
+    pub(super) fn note_hit(&self, hit: Option<(u32, f32)>) {
+        let Some(trace) = &self.engine.options().trace else { return };
+        trace.note(|| match hit {
+            Some((object, distance)) => {
+                let title = self.titles.get(object as usize).map_or("", String::as_str);
+                let shape = &self.compiled.objects[object as usize].primitive;
+                let class = &self.compiled.shader(shape).program.class().name;
+                format!("nearest hit: {class}, {title}, at distance {distance:?}")
+            }
+            None => "nearest hit: none".to_owned(),
+        });
     }
 
     /// The camera.

@@ -109,6 +109,7 @@ impl<'a> BatchSceneBuilder<'a> {
             placed_camera: None,
             shading_methods: ShadingMethods::default(),
             aovs,
+            titles: Vec::new(),
         };
         made.warn_of_shade(messages);
         made.select_lights()?;

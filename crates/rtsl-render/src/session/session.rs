@@ -10,9 +10,7 @@ use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{
-    EntityId, EntityKind, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings,
-};
+use rtsl_scene::{EntityId, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings};
 
 use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
@@ -26,6 +24,7 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
+use crate::pixel::prints_of;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
@@ -116,6 +115,7 @@ impl Session {
             integrator: options.integrator.clone(),
             input_memory: options.input_memory,
             texture_memory: options.texture_memory,
+            traced: false,
         };
         let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
@@ -298,7 +298,7 @@ impl Session {
         let things = entities.filter_map(|(index, entity)| {
             let id = EntityId(index);
             let class = self.source.instance(id)?.class().name.clone();
-            Some(Thing { entity: id, kind: entity.kind, title: self.title(id), class })
+            Some(Thing { entity: id, kind: entity.kind, title: self.source.title(id), class })
         });
         things.collect()
     }
@@ -395,7 +395,7 @@ impl Session {
         };
         Some(Picked {
             shape,
-            title: self.title(shape),
+            title: self.source.title(shape),
             class: object.primitive.class().name.clone(),
             material: material.and_then(|material| self.origins.materials[material as usize]),
             material_class: shading.class().name.clone(),
@@ -404,14 +404,25 @@ impl Session {
         })
     }
 
-    /// The name of an entity, or its kind and line.
-    fn title(&self, id: EntityId) -> String {
-        let entity = &self.source.description().entities[id.0];
-        match (&entity.name, entity.kind) {
-            (Some(name), _) => name.clone(),
-            (None, EntityKind::Camera | EntityKind::Integrator) => entity.kind.word().to_owned(),
-            (None, kind) => format!("{} on line {}", kind.word(), self.source.line_of(id)),
+    /// Returns the lines that shaders print for the first sample of a pixel, counted from the top left. The scene is
+    /// compiled once more for that if a shader may print.
+    ///
+    /// # Errors
+    /// Any error of the scene, its shaders, or the machine.
+    pub fn prints(&self, x: usize, y: usize) -> Result<Vec<String>, Messages> {
+        let (width, height) = self.film.size();
+        if x >= width || y >= height || !self.source.has_prints() {
+            return Ok(Vec::new());
         }
+        let source = self.source.traced();
+        let engine = self.options.engine_for(&self.scene.settings);
+        prints_of(source, engine, [x, y], |scene| {
+            self.options.apply(&mut scene.settings);
+            choose_renderer(&self.source, scene);
+            if self.camera_to_world != self.scene.camera_to_world {
+                (scene.camera_to_world, scene.camera_motion) = (self.camera_to_world, None);
+            }
+        })
     }
 
     /// Continues with a scene that was loaded again, keeping everything that did not change.

@@ -61,7 +61,8 @@ impl Camera {
         }
         let callee = Callee { class: self.name(), method: Method::GenerateRay, errors };
         let (kernel, instances) = (self.kernel.get(), Instances::One(&self.block));
-        callee.call_for_first(kernel, count, instances, (&mut *state, scratch), None, &mut NoHost);
+        let called = if scene.is_traced { count.min(1) } else { count };
+        callee.call_for_first(kernel, called, instances, (&mut *state, scratch), None, &mut NoHost);
         if let Some(motion) = &scene.camera_motion {
             for start in (0..count).step_by(LANES) {
                 let rays = rays_of(state, start);

@@ -37,6 +37,7 @@ fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -
         outputs: Vec::new(),
         attributes: Vec::new(),
         method_documentation: Default::default(),
+        is_traced: false,
         differentiable: Default::default(),
         references: Vec::new(),
         initializer: function("function initializer { return }"),

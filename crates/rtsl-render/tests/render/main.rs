@@ -23,6 +23,7 @@ mod moving;
 mod not_finite;
 mod outputs;
 mod pbrt_scenes;
+mod pixel;
 mod progress;
 mod radiance;
 mod refit;

@@ -40,6 +40,17 @@ impl Settings {
         (self.width, self.height) = (width, height);
     }
 
+    /// Makes the picture one pixel of it: column and row, from the top.
+    ///
+    /// # Panics
+    /// If the picture does not have this pixel.
+    pub fn set_pixel(&mut self, pixel: [usize; 2]) {
+        assert!(pixel[0] < self.width && pixel[1] < self.height, "pixel {pixel:?}");
+        let (whole, origin) = (self.whole_size(), self.origin());
+        self.crop = Some(Crop { whole, origin: [origin[0] + pixel[0], origin[1] + pixel[1]] });
+        (self.width, self.height) = (1, 1);
+    }
+
     /// Makes the picture the part of the image from `start`, up to and without `end`: column and row.
     pub(super) fn set_part(&mut self, start: [usize; 2], end: [usize; 2]) {
         let whole = [self.width, self.height];

@@ -174,7 +174,7 @@ fn initializes(statements: &[Statement]) -> bool {
 
 /// True if evaluating the expression has a side effect. Assignments to `own` variables do not
 /// count.
-fn has_effect(expression: &Expression, own: &[LocalId]) -> bool {
+pub(super) fn has_effect(expression: &Expression, own: &[LocalId]) -> bool {
     let mut pending = vec![expression];
     while let Some(expression) = pending.pop() {
         match &expression.kind {

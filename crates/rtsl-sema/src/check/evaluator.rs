@@ -489,6 +489,12 @@ impl<'m> Evaluator<'m> {
                 }
                 return Ok(Outcome::Return);
             }
+            // A constant is computed once, by no ray.
+            StatementKind::Print { arguments, .. } => {
+                for argument in arguments {
+                    self.expression(argument, frame)?;
+                }
+            }
             StatementKind::Break => return Ok(Outcome::Break),
             StatementKind::Continue => return Ok(Outcome::Continue),
         }

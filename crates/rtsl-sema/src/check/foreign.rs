@@ -63,7 +63,7 @@ const REPLACED_FUNCTIONS: [(&str, &str); 15] = [
 ];
 
 const PRINTING: &str =
-    "shaders print nothing; `rtsl eval` shows what a method computes for chosen rays";
+    "write `print(\"x = {}\", x);`, which `rtsl eval` and `rtsl render --pixel` show";
 
 const TEXTURES: &str =
     "textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member";

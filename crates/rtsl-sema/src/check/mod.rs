@@ -55,6 +55,7 @@ mod nan;
 mod operators;
 mod order;
 mod places;
+mod prints;
 mod reached;
 mod references;
 mod roles;
@@ -81,6 +82,7 @@ use scope::{Level, Scopes};
 use types::StructInfo;
 
 pub use modules::{Module, Uses};
+pub use prints::Prints;
 pub(crate) use type_names::plain_type_name;
 
 /// The functions that every unit may call, checked once for many units.
@@ -127,20 +129,21 @@ pub fn check_unit(
     prelude: Option<&Prelude>,
     diagnostics: &mut Diagnostics,
 ) -> hir::Module {
-    check_unit_with(unit, (&[], &Uses::default()), prelude, diagnostics)
+    check_unit_with(unit, (&[], &Uses::default()), (prelude, Prints::Dropped), diagnostics)
 }
 
-/// Checks one translation unit that uses some of these modules.
+/// Checks one translation unit that uses some of these modules, and keeps or drops its prints.
 pub fn check_unit_with(
     unit: &ast::TranslationUnit,
     (modules, uses): (&[Module], &Uses),
-    prelude: Option<&Prelude>,
+    (prelude, prints): (Option<&Prelude>, Prints),
     diagnostics: &mut Diagnostics,
 ) -> hir::Module {
     let _span = tracing::debug_span!("check").entered();
     deep_stack::run(|| {
         let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
         checker.modules = ModuleScopes::new(modules, uses);
+        checker.prints = prints;
         checker.bring_imports(&unit.imports);
         for item in &unit.items {
             checker.check_file_item(item);
@@ -201,6 +204,7 @@ struct Checker<'a> {
     inheritable: usize,
     /// The modules that the unit uses.
     modules: ModuleScopes<'a>,
+    prints: Prints,
 }
 
 impl<'a> Checker<'a> {
@@ -230,6 +234,7 @@ impl<'a> Checker<'a> {
             nan_fuel: nan::UNIT_FUEL,
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
             modules: ModuleScopes::default(),
+            prints: Prints::Dropped,
         };
         if prelude.is_none() {
             checker.add_spec_structs();

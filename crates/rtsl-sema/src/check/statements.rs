@@ -104,6 +104,7 @@ impl Checker<'_> {
                 self.check_assertion(assertion);
                 Checked::nothing()
             }
+            Ast::Print(print) => Checked { kind: self.check_print(print), falls_through: true },
             Ast::Expression(expression) => self.check_expression_statement(expression),
             Ast::Function(function) => self.check_nested_function(function),
             Ast::Block(block) => self.check_block(block),
@@ -528,6 +529,7 @@ fn breaks(statements: &[Statement]) -> bool {
         | StatementKind::Loop(_)
         | StatementKind::Illuminance(_)
         | StatementKind::Return(_)
+        | StatementKind::Print { .. }
         | StatementKind::Continue => false,
     })
 }

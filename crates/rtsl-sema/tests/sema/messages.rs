@@ -265,7 +265,7 @@ fn functions_of_other_languages() {
         ddx(x): = help: rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter
         fabs(x): = help: write instead: `abs`
         sqrtf(x): = help: write instead: `sqrt`
-        printf(x): = help: shaders print nothing; `rtsl eval` shows what a method computes for chosen rays
+        printf(x): = help: write `print("x = {}", x);`, which `rtsl eval` and `rtsl render --pixel` show
         tex2D(x, x): = help: textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member
         half4(x): = help: write instead: `vec4`
         float3x3(x): = help: write instead: `mat3`
@@ -315,8 +315,8 @@ fn texts_and_printing() {
             2 │ void lookup() { printf("%f", rt_TextureUV.x); }
               │                        ^^^^ expected an expression
               │
-              = note: RTSL has no type for text; text is allowed in annotations and directives only
-              = help: shaders print nothing; `rtsl eval` shows what a method computes for chosen rays
+              = note: RTSL has no type for text; text is allowed in annotations, directives and `print` only
+              = help: write `print("x = {}", x);`, with `{}` for each value
 
         "#]],
     );

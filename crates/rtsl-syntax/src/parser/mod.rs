@@ -14,6 +14,7 @@ mod enumerations;
 mod expressions;
 mod items;
 mod operators;
+mod prints;
 mod statements;
 mod types;
 
@@ -206,12 +207,14 @@ impl Parser<'_> {
             .at(token.span, format!("expected {expected}"));
         if token.kind == TokenKind::Text {
             diagnostic = diagnostic.note(
-                "RTSL has no type for text; text is allowed in annotations and directives only",
+                "RTSL has no type for text; text is allowed in annotations, directives and `print` only",
             );
-            if self.begins_arguments_of(&["printf", "print", "fprintf"]) {
-                diagnostic = diagnostic.help(
-                    "shaders print nothing; `rtsl eval` shows what a method computes for chosen rays",
-                );
+            if self.begins_arguments_of(&["printf", "fprintf"]) {
+                diagnostic =
+                    diagnostic.help("write `print(\"x = {}\", x);`, with `{}` for each value");
+            }
+            if self.begins_arguments_of(&["print"]) {
+                diagnostic = diagnostic.help("`print` is a statement, and has no value");
             }
         }
         self.report(diagnostic)

@@ -89,6 +89,9 @@ impl Parser<'_> {
                 Word::Type | Word::Plain if self.at_assertion() => {
                     Ok(StatementKind::Assertion(self.parse_assertion()?))
                 }
+                Word::Type | Word::Plain if self.at_print() => {
+                    Ok(StatementKind::Print(self.parse_print()?))
+                }
                 Word::Type | Word::Plain => self.parse_simple_statement(),
             },
             TokenKind::Number

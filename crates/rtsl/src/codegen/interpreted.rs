@@ -4,11 +4,14 @@ use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
     Layout, LeafArguments, Objects, Signature, check_stack,
 };
-use rtsl_ir::{Function, Interpreter, PrepareError, Storage, VariableId, VariableKind};
+use rtsl_ir::host::Host;
+use rtsl_ir::{Function, Interpreter, Outcome, PrepareError, Storage, VariableId, VariableKind};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::state_component_count;
 
 use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
+use super::trace::Trace;
+use super::traced_method::TracedMethod;
 
 /// The stack of a call, in builds without optimisation. The interpreter does not recurse.
 const FRAME_BYTES: usize = 32 << 10;
@@ -22,6 +25,7 @@ pub(crate) struct InterpretedKernel {
     /// The variable of `rt_HitDistance`.
     distance: Option<VariableId>,
     signature: Signature,
+    traced: Option<TracedMethod>,
 }
 
 impl InterpretedKernel {
@@ -29,6 +33,7 @@ impl InterpretedKernel {
         function: &Function,
         layout: &Layout,
         signature: Signature,
+        trace: Option<Trace>,
     ) -> Result<InterpretedKernel, PrepareError> {
         let variables = LaneVariables::new(&function.variables, layout, &signature);
         let distance = function
@@ -38,8 +43,12 @@ impl InterpretedKernel {
                 variable.kind == VariableKind::State && variable.name == HIT_DISTANCE
             })
             .map(|index| VariableId(index as u32));
-        let interpreter = Interpreter::prepare(function)?;
-        Ok(InterpretedKernel { interpreter, variables, distance, signature })
+        let interpreter = match trace {
+            Some(_) => Interpreter::prepare_observed(function)?,
+            None => Interpreter::prepare(function)?,
+        };
+        let traced = trace.map(|trace| TracedMethod::new(function, trace));
+        Ok(InterpretedKernel { interpreter, variables, distance, signature, traced })
     }
 
     pub fn signature(&self) -> &Signature {
@@ -103,7 +112,7 @@ impl InterpretedKernel {
             let is_on = mask.is_none_or(|mask| mask.get(lane));
             let mut hit = false;
             if is_on {
-                let outcome = interpreter.run(lane as u32, &mut storage.lane(lane), &mut *host);
+                let outcome = self.run_lane(&mut interpreter, lane, &mut storage.lane(lane), host);
                 status.budget_exhausted |= outcome.budget_exceeded;
                 hit = outcome.accepted;
             }
@@ -144,7 +153,7 @@ impl InterpretedKernel {
         let mut nearest: Option<Hit> = None;
         for lane in (0..count).filter(|lane| mask.is_none_or(|mask| mask.get(*lane))) {
             let mut held = HeldOutputs { inputs: storage.lane(lane), outputs: Vec::new() };
-            let outcome = interpreter.run(lane as u32, &mut held, &mut *host);
+            let outcome = self.run_lane(&mut interpreter, lane, &mut held, host);
             status.budget_exhausted |= outcome.budget_exceeded;
             let hit =
                 Hit { lane, distance: self.distance_of(&held.outputs), outputs: held.outputs };
@@ -160,6 +169,20 @@ impl InterpretedKernel {
             status.nearest = instances.number(lane);
         }
         status
+    }
+
+    /// Runs the method for one lane, and traces it if there is a trace.
+    fn run_lane(
+        &self,
+        interpreter: &mut Interpreter,
+        lane: usize,
+        storage: &mut impl Storage,
+        host: &mut dyn Host,
+    ) -> Outcome {
+        match &self.traced {
+            Some(traced) => traced.run(interpreter, lane as u32, storage, host),
+            None => interpreter.run(lane as u32, storage, host),
+        }
     }
 
     /// Returns the distance by which hits are compared; infinity for NaN.

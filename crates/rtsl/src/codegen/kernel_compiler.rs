@@ -56,6 +56,7 @@ impl KernelCompiler {
     pub fn new(options: EngineOptions) -> Result<(KernelCompiler, Diagnostics), Diagnostic> {
         let mut warnings = Diagnostics::new();
         let llvm = match options.backend {
+            _ if options.trace.is_some() => None,
             Backend::Interpreter => None,
             Backend::Jit => Some(Llvm::load().map_err(|error| errors::no_llvm(&error))?),
             Backend::Auto => match Llvm::load() {
@@ -117,7 +118,7 @@ impl KernelCompiler {
         let linked = linker::link_method(tree, method);
         let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
         let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
-        rtsl_opt::optimize(&mut linked.function, &self.passes());
+        self.optimise(&mut linked.function);
         let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
         linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
         Ok(LinkedMethod::new(linked))
@@ -159,6 +160,20 @@ impl KernelCompiler {
         Ok(function)
     }
 
+    /// Runs the passes on a linked method. A traced one keeps its operations as they are written, except for those that
+    /// determine its results.
+    fn optimise(&self, function: &mut Function) {
+        if self.options.trace.is_none() {
+            function.remove_reports();
+            return rtsl_opt::optimize(function, &self.passes());
+        }
+        let passes = rtsl_opt::Options { budget: None, optimize: false, ..self.passes() };
+        rtsl_opt::optimize(function, &passes);
+        if let Some(budget) = self.options.loop_budget {
+            rtsl_opt::budget::run(function, budget);
+        }
+    }
+
     fn passes(&self) -> rtsl_opt::Options {
         rtsl_opt::Options {
             contract: self.options.math != Math::Strict,
@@ -189,7 +204,8 @@ impl KernelCompiler {
             placed: placed.then_some(rtsl_opt::Contract(self.options.math != Math::Strict)),
         };
         let mut function = Function::clone(function);
-        rtsl_opt::specialise(&mut function, &caller, self.options.optimization != OptLevel::O0);
+        let optimises = self.options.optimization != OptLevel::O0 && self.options.trace.is_none();
+        rtsl_opt::specialise(&mut function, &caller, optimises);
         Arc::new(function)
     }
 
@@ -276,7 +292,8 @@ impl KernelCompiler {
         source.check_width()?;
         let KernelSource { function, layout, .. } = source;
         let kernel = nesting::with_stack_for(function.nesting(), || {
-            InterpretedKernel::new(function, layout, source.signature())
+            let trace = self.options.trace.clone();
+            InterpretedKernel::new(function, layout, source.signature(), trace)
         });
         let failed = |error| errors::code_generation(&function.name, &error);
         kernel.map(Kernel::interpreted).map_err(failed)

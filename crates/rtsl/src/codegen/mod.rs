@@ -10,4 +10,6 @@ pub(crate) mod lane_storage;
 pub(crate) mod options;
 pub(crate) mod packet_kernel;
 pub(crate) mod touched;
+pub(crate) mod trace;
+pub(crate) mod traced_method;
 pub(crate) mod variant;

@@ -2,6 +2,8 @@
 
 use rtsl_jit::OptLevel;
 
+use super::trace::Trace;
+
 /// The exactness of arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Math {
@@ -76,4 +78,7 @@ pub struct EngineOptions {
     pub loop_budget: Option<u32>,
     /// The level of optimisation of machine code. Never changes results.
     pub optimization: OptLevel,
+    /// The record of what methods do. With one, the engine runs everything on the interpreter, without optimisation and
+    /// with the same results. Classes must be [compiled for it](crate::CompilerOptions::traced).
+    pub trace: Option<Trace>,
 }

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rtsl_ir::Source;
 use rtsl_ir::class::Class;
-use rtsl_lower::lower_class;
-use rtsl_sema::check::check_unit_with;
+use rtsl_lower::{Tracing, lower_class};
+use rtsl_sema::check::{Prints, check_unit_with};
 use rtsl_sema::hir::ClassId;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_codes as codes};
 use rtsl_syntax::IncludeLoader;
@@ -16,7 +17,7 @@ use super::library;
 use super::loader::{FileLoader, read_text};
 use super::modules::{ModuleLoader, Modules};
 use super::outline::{ClassOutline, Outline};
-use super::prelude::{Prelude, prelude};
+use super::prelude::{Prelude, prelude, prelude_files};
 use super::unit::{Compilation, Unit};
 
 /// The number of loop iterations of a ray in a call, or of a constructor, after which a loop is taken for endless: the
@@ -44,6 +45,9 @@ pub struct CompilerOptions {
     pub loop_budget: Option<u32>,
     /// The folders that `#include` searches after that of the including file.
     pub search_path: Vec<PathBuf>,
+    /// True if classes keep their prints and the places of values, for engines with a
+    /// [trace](crate::EngineOptions::trace). Results are the same.
+    pub traced: bool,
 }
 
 /// Compiles text to classes.
@@ -98,7 +102,9 @@ impl Compiler {
             return Compilation { unit: None, diagnostics, sources };
         }
         // The trees are dropped on the deep stack, too: dropping recurses.
-        let classes = deep_stack::run(|| self.classes((tree, modules), prelude, &mut diagnostics));
+        let tracing = self.options.traced.then(|| tracing(&sources));
+        let given = (tree, modules, tracing.as_ref());
+        let classes = deep_stack::run(|| self.classes(given, prelude, &mut diagnostics));
         let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
         Compilation { unit, diagnostics, sources }
     }
@@ -106,12 +112,13 @@ impl Compiler {
     /// Checks a syntax tree and lowers its classes. Of classes with errors there is only a diagnostic.
     fn classes(
         &self,
-        (tree, modules): (TranslationUnit, Modules),
+        (tree, modules, tracing): (TranslationUnit, Modules, Option<&Tracing>),
         prelude: &Prelude,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Arc<Class>> {
         let used = (modules.modules.as_slice(), &modules.uses);
-        let module = check_unit_with(&tree, used, Some(&prelude.checked), diagnostics);
+        let prints = if tracing.is_some() { Prints::Kept } else { Prints::Dropped };
+        let module = check_unit_with(&tree, used, (Some(&prelude.checked), prints), diagnostics);
         let mut classes = Vec::new();
         if diagnostics.has_errors() {
             return classes;
@@ -120,7 +127,7 @@ impl Compiler {
             if module.classes[index].is_imported {
                 continue;
             }
-            match lower_class(&module, ClassId(index as u32)) {
+            match lower_class(&module, ClassId(index as u32), tracing) {
                 Ok(class) => classes.push(Arc::new(self.with_budget(class))),
                 Err(problems) => diagnostics.extend(problems),
             }
@@ -192,6 +199,15 @@ impl Compiler {
         let tree = rtsl_syntax::parse(sources, file, &mut loader, diagnostics);
         (rtsl_syntax::print::print(&tree), compilation)
     }
+}
+
+/// The texts whose places values have: all but those of the prelude.
+fn tracing(sources: &SourceMap) -> Tracing {
+    let sources = sources.files().enumerate().map(|(index, (_, file))| {
+        let source = || Source::new(file.name.clone(), file.text.clone());
+        (index >= prelude_files()).then(|| Arc::new(source()))
+    });
+    Tracing { sources: sources.collect() }
 }
 
 fn outline_of(name: &str, text: &str, loader: &mut dyn IncludeLoader) -> Outline {

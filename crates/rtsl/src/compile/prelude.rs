@@ -16,6 +16,11 @@ pub(crate) struct Prelude {
     pub diagnostics: Diagnostics,
 }
 
+/// Returns the number of the prelude's files, which are the first of every compilation.
+pub(crate) fn prelude_files() -> usize {
+    PRELUDE.len()
+}
+
 /// Returns the prelude; the first call checks it.
 pub(crate) fn prelude() -> &'static Prelude {
     static CHECKED: LazyLock<Prelude> = LazyLock::new(|| {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rtsl_ir::class::Class;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
 
+use super::prelude::prelude_files;
 use crate::errors;
 
 /// The classes of a file.
@@ -71,6 +72,11 @@ pub struct Compilation {
 }
 
 impl Compilation {
+    /// True if a text may print. Comments may have the word, too.
+    pub fn has_prints(&self) -> bool {
+        self.sources.files().skip(prelude_files()).any(|(_, file)| file.text.contains("print"))
+    }
+
     /// Returns all diagnostics as text for a terminal.
     pub fn report(&self, color: bool) -> String {
         rtsl_source::render::all_to_text(&self.sources, self.diagnostics.iter(), color)

@@ -69,6 +69,7 @@ fn class() -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        is_traced: false,
         differentiable: Default::default(),
         attributes: Vec::new(),
         references: vec![

@@ -8,7 +8,7 @@ use rtsl_ir::{
     Value, Variable, VariableKind,
 };
 use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler, SamplerKind, hash};
-use rtsl_spec::lookup_state;
+use rtsl_spec::{Method, lookup_state};
 
 use super::arithmetic::{Arithmetic, Vector};
 use super::class_tree::ClassTree;
@@ -55,7 +55,8 @@ pub(crate) fn link_camera(
     links: &CameraLinks,
     has_footprints: bool,
 ) -> Linking<Linked> {
-    let mut linker = Linker::new(Function::new("camera"));
+    let name = format!("{}.{}", tree.class.name, Method::GenerateRay.name());
+    let mut linker = Linker::new(Function::new(name));
     let sampler = Some(links.sampler);
     linker.surface = Some(Arc::new(SurfaceLinks { sampler, ..SurfaceLinks::default() }));
     let mut ops = Vec::new();

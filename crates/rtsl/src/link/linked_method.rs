@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{Function, OpKind, Output, Query, Region, Value, VariableId, VariableKind};
+use rtsl_ir::{Function, OpKind, Output, Query, Region, Source, Value, VariableId, VariableKind};
 use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{StateVariable, lookup_state};
@@ -33,6 +33,11 @@ pub struct LinkedMethod {
 }
 
 impl LinkedMethod {
+    /// Returns the texts in which operations have places, of [traced](crate::CompilerOptions::traced) classes.
+    pub fn sources(&self) -> &[Arc<Source>] {
+        self.function.names.sources()
+    }
+
     /// True if constants show that every call leaves a state variable zero.
     pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
         let Function { variables, body, outputs, .. } = &*self.function;

@@ -94,7 +94,7 @@ pub(super) struct Site<'a> {
     pub tree: &'a ClassTree,
     pub function: &'a Function,
     /// `""`, or `kd.`.
-    prefix: String,
+    pub prefix: String,
     pub is_root: bool,
     /// State that differs from that of the call.
     pub overrides: Vec<(StateComponent, Value)>,
@@ -412,7 +412,7 @@ impl Linker {
     }
 
     /// Loads a state component as a callee sees it.
-    fn load_state(
+    pub(super) fn load_state(
         &mut self,
         site: &mut Site<'_>,
         variable: VariableId,
@@ -598,6 +598,7 @@ impl Linker {
         if in_loop {
             self.zero_slots(&mut site, to)?;
         }
+        self.report_call(&mut site, call, to)?;
         let takes_derivatives = self.takes_derivatives || takes_derivatives(function);
         let outer = std::mem::replace(&mut self.takes_derivatives, takes_derivatives);
         let copied = self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to));
@@ -617,7 +618,10 @@ impl Linker {
                 None => linker.default(call, overrides, *wanted, to),
             }
         };
-        call.results.iter().map(|wanted| result(self, wanted, to)).collect()
+        let results = call.results.iter().map(|wanted| result(self, wanted, to));
+        let results = results.collect::<Linking<Vec<Value>>>()?;
+        self.report_return(&site, call, &results, to)?;
+        Ok(results)
     }
 
     /// Returns the results of a call of an unset reference, or of a method that the class lacks.

@@ -44,6 +44,7 @@ pub(super) fn class(
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        is_traced: false,
         differentiable: Default::default(),
         attributes: Vec::new(),
         references: references.iter().map(reference).collect(),

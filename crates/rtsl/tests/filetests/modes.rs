@@ -5,9 +5,9 @@ use std::sync::Arc;
 use libtest_mimic::Failed;
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Compilation, Compiler, Emit, EmitRequest, Engine,
-    EngineOptions, Instance, Instances, LaneIndices, LaneMask, Method, Outputs, Target, Variant,
-    lookup_state, new_state, set_defaults,
+    Backend, CallArguments, CallMode, Class, Compilation, Compiler, CompilerOptions, Emit,
+    EmitRequest, Engine, EngineOptions, Instance, Instances, LaneIndices, LaneMask, Method,
+    Outputs, Target, Variant, lookup_state, new_state, set_defaults,
 };
 use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
@@ -59,14 +59,18 @@ fn syntax_errors(test: &TestFile<'_>) -> Result<String, Failed> {
 }
 
 /// The functions of a text's classes as the lowering makes them: the methods that the first line names,
-/// or the constructor and all methods.
+/// or the constructor and all methods. With `traced`, they keep their prints.
 fn lower(test: &TestFile<'_>) -> Result<String, Failed> {
     let (_, text) = test.files().into_iter().next().unwrap_or_default();
-    let compilation = Compiler::default().compile("test.rtsl", &text);
+    let traced = test.arguments.contains(&"traced");
+    let compiler = Compiler::new(CompilerOptions { traced, ..CompilerOptions::default() });
+    let compilation = compiler.compile("test.rtsl", &text);
     let Some(unit) = &compilation.unit else { return Err(compilation.report(false).into()) };
     let mut printed = String::new();
     for class in unit.classes() {
-        let wanted = |name: &str| test.arguments.is_empty() || test.arguments.contains(&name);
+        let methods = test.arguments.iter().filter(|it| **it != "traced");
+        let methods: Vec<&str> = methods.copied().collect();
+        let wanted = |name: &str| methods.is_empty() || methods.contains(&name);
         let constructor = class.constructor.iter().filter(|_| wanted("constructor"));
         let methods = class.methods.iter().filter(|(method, _)| wanted(method.name()));
         for function in constructor.chain(methods.map(|(_, function)| function)) {

@@ -53,6 +53,7 @@ fn class_with(method: Method, function: Function) -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        is_traced: false,
         differentiable: Default::default(),
         attributes: Vec::new(),
         members,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
-    KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar, Value, Variant,
-    library, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Engine, EngineOptions,
+    Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType,
+    Scalar, Trace, TraceDetail, Value, Variant, library, new_state,
 };
 
 use crate::common::is_long_run;
@@ -261,7 +261,10 @@ fn kernels(class: &Class) -> impl Iterator<Item = Method> {
 
 /// All classes of the library.
 fn classes() -> Vec<Arc<Class>> {
-    let compiler = Compiler::default();
+    classes_of(&Compiler::default())
+}
+
+fn classes_of(compiler: &Compiler) -> Vec<Arc<Class>> {
     let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
     units.flat_map(|unit| unit.classes().to_vec()).collect()
 }
@@ -337,4 +340,26 @@ fn every_method_gives_the_oracles_bits_for_leaves() {
 #[test]
 fn every_method_gives_the_oracles_bits_for_single_rays() {
     check_at(1, CallMode::Single);
+}
+
+/// Traced classes, which report assignments and calls, give the bits of others: with a trace, also while it records, and
+/// without.
+#[test]
+fn traces_change_no_bits() {
+    let traced = Compiler::new(CompilerOptions { traced: true, ..CompilerOptions::default() });
+    let traced = classes_of(&traced);
+    let shape = CallMode::Packet;
+    let oracle = engine(Backend::Interpreter, 1).unwrap();
+    let expected = call_all(&oracle, &classes(), shape, Code::Kernel);
+    let trace = Trace::new(TraceDetail::Lines);
+    let options = EngineOptions { trace: Some(trace.clone()), ..EngineOptions::default() };
+    let recording = Engine::new(options).unwrap().0;
+    for (name, engine) in [("recording", &recording), ("without a trace", &oracle)] {
+        trace.start();
+        let found = call_all(engine, &traced, shape, Code::Kernel);
+        assert_eq!(trace.take().entries.is_empty(), name != "recording");
+        for ((method, expected), (_, found)) in expected.iter().zip(&found) {
+            assert!(expected == found, "{method}, {name}");
+        }
+    }
 }

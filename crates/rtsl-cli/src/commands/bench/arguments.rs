@@ -58,6 +58,10 @@ pub struct BenchArguments {
     pub code: CodeArguments,
     #[command(flatten)]
     pub scene: SceneArguments,
+    /// Print the estimated cost of each line of the text, its share of active lanes, and where rays diverge: of the first
+    /// call mode and width that are asked for, or of packets of 8 rays. No LLVM is needed.
+    #[arg(long, conflicts_with_all = ["in_scene", "time"])]
+    pub lines: bool,
     /// Print one JSON object per line for each kernel.
     #[arg(long)]
     pub json: bool,

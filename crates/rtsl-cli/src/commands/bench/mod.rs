@@ -10,6 +10,7 @@ mod coverage;
 mod host;
 mod inputs;
 mod integrator;
+mod lines;
 mod objects;
 mod peak;
 mod random;
@@ -37,6 +38,7 @@ pub use self::random::Random;
 use self::call::count;
 use self::coverage::{Coverage, coverage, covering_inputs};
 use self::inputs::{Inputs, ORIGIN, RaySource};
+use self::lines::Lines;
 use self::objects::Objects;
 use self::peak::Peak;
 use self::settings::Setting;
@@ -44,7 +46,7 @@ use self::subject::KernelSubject;
 use self::table::{Measurement, Row};
 use self::timing::{Times, time_in_turn};
 use self::vectors::widest_arithmetic;
-use super::shader::{choose_class, compile_file, compiler, engine, instance};
+use super::shader::{choose_class, compile_file, compiler, engine, instance, traced_compiler};
 use crate::eval::role_of;
 use crate::files::write_result;
 use crate::names::find_method;
@@ -60,7 +62,10 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     if scene::is_scene(&arguments.file) {
         return scene::run(arguments, reporter);
     }
-    let compiler = compiler(&arguments.search_path);
+    let compiler = match arguments.lines {
+        true => traced_compiler(&arguments.search_path),
+        false => compiler(&arguments.search_path),
+    };
     let settings = arguments.state.iter().map(|(name, value)| Setting::parse(name, value));
     let settings = settings.collect::<Result<Vec<_>, _>>().map_err(Failure::Usage)?;
     let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
@@ -74,6 +79,10 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     let instance = instance(&arguments.params, class, &unit)?;
     if let Some(scene) = integrator::scene_of(arguments, &methods)? {
         return integrator::run(arguments, scene, &instance, reporter);
+    }
+    if arguments.lines {
+        let lines = Lines { arguments, settings: &settings, instance: &instance, reporter };
+        return methods.into_iter().try_for_each(|it| lines.print(it)).map(|()| Outcome::Done);
     }
     let bench = Bench::new(arguments, settings, instance, reporter)?;
     for method in methods {
@@ -136,7 +145,12 @@ impl<'a> Bench<'a> {
     fn measure_method(&self, method: Method) -> Result<(), Failure> {
         let objects =
             Objects::new(self.scalar_program(), &self.instance, self.arguments.lanes as usize);
-        let inputs = self.inputs(method, &objects)?;
+        let inputs = MethodInputs::new(
+            self.scalar_program(),
+            method,
+            &objects,
+            (&self.settings, self.arguments),
+        )?;
         let (mut subjects, mut vectors) = (Vec::new(), Vec::new());
         for (mode, width) in self.kernels(method)? {
             let program = &self.machines[&width].program;
@@ -187,25 +201,6 @@ impl<'a> Bench<'a> {
         asked.is_empty() || asked.iter().any(|asked| mode.width(*asked) == width)
     }
 
-    fn inputs(&self, method: Method, objects: &Objects) -> Result<MethodInputs, Failure> {
-        let (program, lanes) = (self.scalar_program(), self.arguments.lanes as usize);
-        let packets = program.packet_kernel(method, CallMode::Packet)?;
-        let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
-        let seed = self.arguments.seed;
-        let mut rays = RaySource::new(program, objects, (method, role), &self.settings, seed)?;
-        let most_rounds = ROUNDS_PER_RAY * lanes as u64;
-        let inputs = |rays: &mut RaySource<'_>| {
-            let inputs = covering_inputs(&packets, objects, rays, lanes, most_rounds);
-            inputs.ok_or_else(|| endless(program, method))
-        };
-        let general = inputs(&mut rays)?;
-        rays.start_at_one_point();
-        let common_origin = inputs(&mut rays)?;
-        let profile =
-            count(&packets, objects.of_mode(CallMode::Packet), &general, u64::MAX).profile;
-        Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
-    }
-
     fn print(
         &self,
         method: Method,
@@ -247,6 +242,30 @@ impl<'a> Bench<'a> {
 }
 
 impl MethodInputs {
+    /// Makes inputs for the calls of a method, which reach as many sides of branches as possible.
+    fn new(
+        program: &Program,
+        method: Method,
+        objects: &Objects,
+        (settings, arguments): (&[Setting], &BenchArguments),
+    ) -> Result<MethodInputs, Failure> {
+        let lanes = arguments.lanes as usize;
+        let packets = program.packet_kernel(method, CallMode::Packet)?;
+        let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
+        let mut rays = RaySource::new(program, objects, (method, role), settings, arguments.seed)?;
+        let most_rounds = ROUNDS_PER_RAY * lanes as u64;
+        let inputs = |rays: &mut RaySource<'_>| {
+            let inputs = covering_inputs(&packets, objects, rays, lanes, most_rounds);
+            inputs.ok_or_else(|| endless(program, method))
+        };
+        let general = inputs(&mut rays)?;
+        rays.start_at_one_point();
+        let common_origin = inputs(&mut rays)?;
+        let profile =
+            count(&packets, objects.of_mode(CallMode::Packet), &general, u64::MAX).profile;
+        Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
+    }
+
     fn of_mode(&self, mode: CallMode) -> &Inputs {
         match mode {
             CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => {

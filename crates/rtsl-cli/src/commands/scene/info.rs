@@ -45,6 +45,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         integrator: None,
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
+        traced: false,
     };
     let files = RecordedFiles::new(&DiskFiles);
     let mut source = SceneSource::read(&arguments.scene, &files, &options);

@@ -303,6 +303,7 @@ impl SceneHost<'_> {
             self.tracer.find_hits(wavefront, searcher, batch);
             let distance = wavefront.paths[0].distance;
             let hit = wavefront.hits.first();
+            self.tracer.scene.note_hit(hit.map(|hit| (hit.object, distance)));
             if state.searches == 0 {
                 state.note_first_hit(path.direction, hit.map(|hit| (distance, hit.object)));
             }

@@ -113,6 +113,7 @@ pub fn class(method: Method, text: &str) -> Arc<Class> {
         scratch_types: Vec::new(),
         outputs: Vec::new(),
         method_documentation: Default::default(),
+        is_traced: false,
         differentiable: Default::default(),
         attributes: Vec::new(),
         references: Vec::new(),

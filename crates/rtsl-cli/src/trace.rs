@@ -1,0 +1,158 @@
+//! Recordings of traced methods, as text and as JSON.
+
+use std::collections::BTreeMap;
+
+use clap::ValueEnum;
+use rtsl::{
+    Diagnostic, Place, Recording, SourceMap, Span, TraceDetail, TraceEntry, TraceKind,
+    diagnostic_codes as codes,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::report::JsonDiagnostic;
+
+/// The detail of a trace, on command lines and in requests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TraceName {
+    /// The calls of methods with their state.
+    #[default]
+    Calls,
+    /// The values of variables too, line by line.
+    Lines,
+}
+
+impl From<TraceName> for TraceDetail {
+    fn from(name: TraceName) -> TraceDetail {
+        match name {
+            TraceName::Calls => TraceDetail::Calls,
+            TraceName::Lines => TraceDetail::Lines,
+        }
+    }
+}
+
+/// Returns the lines of a recording, indented by their calls.
+pub fn lines(recording: &Recording) -> String {
+    let mut text = String::new();
+    for entry in &recording.entries {
+        text += &"  ".repeat(entry.depth as usize);
+        text += &entry.to_string();
+        text.push('\n');
+    }
+    if recording.dropped > 0 {
+        text += &format!("{} further lines are not kept\n", recording.dropped);
+    }
+    text
+}
+
+/// Returns a warning about the first value that is not finite, with the text at its place.
+pub fn not_finite(recording: &Recording) -> Option<(SourceMap, Diagnostic)> {
+    let found = recording.entries.iter().find_map(|entry| match entry.kind {
+        TraceKind::NotFinite(value) => Some((entry, value)),
+        _ => None,
+    });
+    let (entry, value) = found?;
+    let message = format!("a value that leaves `{}` is not finite: {value:?}", entry.method);
+    let mut sources = SourceMap::new();
+    let diagnostic = Diagnostic::new(codes::NOT_FINITE, message);
+    let diagnostic = match &entry.place {
+        Some(Place { source, start, end }) => {
+            let file = sources.add(source.name.clone(), source.text.clone());
+            diagnostic.at(Span::new(file, *start, *end), "made of finite numbers here")
+        }
+        None => diagnostic,
+    };
+    let calls = open_calls(&recording.entries, entry);
+    let diagnostic = calls.into_iter().fold(diagnostic, |diagnostic, call| diagnostic.note(call));
+    Some((sources, diagnostic))
+}
+
+/// The calls around an entry, the innermost first.
+fn open_calls(entries: &[TraceEntry], of: &TraceEntry) -> Vec<String> {
+    let mut open = Vec::new();
+    for entry in entries.iter().take_while(|entry| !std::ptr::eq(*entry, of)) {
+        match &entry.kind {
+            TraceKind::Call(..) => open.push(entry.method.as_str()),
+            TraceKind::Return(_) => {
+                open.pop();
+            }
+            _ => {}
+        }
+    }
+    if open.last() == Some(&of.method.as_str()) {
+        open.pop();
+    }
+    open.iter().rev().map(|method| format!("called by `{method}`")).collect()
+}
+
+/// An entry as JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct JsonEntry {
+    kind: &'static str,
+    depth: u32,
+    lane: u32,
+    method: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    text: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference: Option<String>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    values: BTreeMap<String, String>,
+}
+
+impl JsonEntry {
+    /// Converts an entry.
+    pub fn new(entry: &TraceEntry) -> JsonEntry {
+        let TraceEntry { depth, lane, method, place, kind } = entry.clone();
+        let (name, text, reference, values) = match kind {
+            TraceKind::Print(text) => ("print", Some(text), None, Vec::new()),
+            TraceKind::Assignment(name, value) => ("assignment", None, None, vec![(name, value)]),
+            TraceKind::Call(reference, values) => ("call", None, reference, values),
+            TraceKind::Return(values) => ("return", None, None, values),
+            TraceKind::Note(text) => ("note", Some(text), None, Vec::new()),
+            TraceKind::NotFinite(value) => {
+                ("notFinite", Some(format!("{value:?}")), None, Vec::new())
+            }
+        };
+        JsonEntry {
+            kind: name,
+            depth,
+            lane,
+            method,
+            file: place.as_ref().map(|place| place.source.name.clone()),
+            line: place.as_ref().map(Place::line),
+            text,
+            reference,
+            values: values.into_iter().collect(),
+        }
+    }
+}
+
+/// A recording as JSON.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct JsonRecording {
+    /// The entries.
+    pub entries: Vec<JsonEntry>,
+    /// The number of entries that are not kept.
+    pub dropped: u64,
+    /// The first value that is not finite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_finite: Option<JsonDiagnostic>,
+}
+
+impl JsonRecording {
+    /// Converts a recording.
+    pub fn new(recording: &Recording) -> JsonRecording {
+        let not_finite = not_finite(recording);
+        JsonRecording {
+            entries: recording.entries.iter().map(JsonEntry::new).collect(),
+            dropped: recording.dropped,
+            not_finite: not_finite.map(|(sources, it)| JsonDiagnostic::new(&sources, &it)),
+        }
+    }
+}
