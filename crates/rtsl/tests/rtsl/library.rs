@@ -342,8 +342,8 @@ fn every_method_gives_the_oracles_bits_for_single_rays() {
     check_at(1, CallMode::Single);
 }
 
-/// Traced classes, which report assignments and calls, give the bits of others: with a trace, also while it records, and
-/// without.
+/// Traced classes, which report assignments and calls, give the bits of others, on an engine that
+/// records a trace and on one without.
 #[test]
 fn traces_change_no_bits() {
     let traced = Compiler::new(CompilerOptions { traced: true, ..CompilerOptions::default() });
