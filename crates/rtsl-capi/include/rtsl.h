@@ -440,6 +440,12 @@ RtslResult rtsl_instance_set_uints(RtslInstanceId instance, const char *path, co
 // `path` is null or a text; `values` is null or leads to so many numbers.
 RtslResult rtsl_instance_set_bools(RtslInstanceId instance, const char *path, const uint8_t *values, size_t count);
 
+// Sets a parameter whose type is an enumeration, or an array of them, to choices by their names.
+//
+// # Safety
+// `path` is null or a text; `names` is null or leads to so many texts or nulls.
+RtslResult rtsl_instance_set_choices(RtslInstanceId instance, const char *path, const char *const *names, size_t count);
+
 // Sets a reference, an array of references, or a `texture` parameter to what instances are now. Later commits of theirs
 // do not change it.
 //
@@ -459,6 +465,18 @@ RtslResult rtsl_instance_unset(RtslInstanceId instance, const char *path);
 // Makes what the parameters say now: checks them and runs the constructor. Nothing is compiled. Where it fails the instance stays
 // what it was.
 RtslResult rtsl_instance_commit(RtslInstanceId instance);
+
+// Lets shapes pass attributes to materials and textures: those that `readers` or what they refer to read and that one of
+// `shapes` gives. All are committed. `computeTextureCoordinates` of the shapes then sets `RTSL_STATE__Attributes`, and
+// methods of the readers read it. Kernels for instances with other attributes than before are to be made anew. A commit
+// takes an instance out again, with the defaults of the attributes that it reads.
+//
+// # Safety
+// `readers` and `shapes` are null or lead to so many ids.
+RtslResult rtsl_instances_share_attributes(const RtslInstanceId *readers,
+                                           size_t reader_count,
+                                           const RtslInstanceId *shapes,
+                                           size_t shape_count);
 
 // The data of an instance as a kernel reads it, for calls of its function. Good until the instance is committed
 // again or released.

@@ -5,8 +5,8 @@ use std::ffi::{c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rtsl::{
-    Class, Instance, InstanceBlock, Numbers, Parameter, ParameterType, Program, Scalar, SourceMap,
-    Value,
+    AttributeTable, Class, Instance, InstanceBlock, Numbers, Parameter, ParameterType, Program,
+    Scalar, SourceMap, Value,
 };
 
 use crate::error::{Error, RtslResult, guard, place, slice, text};
@@ -33,6 +33,7 @@ struct InstanceState {
 #[derive(Clone)]
 enum Given {
     Numbers(Numbers),
+    Choices(Vec<String>),
     Instances(Vec<Arc<Instance>>),
 }
 
@@ -95,6 +96,15 @@ impl InstanceEntry {
         })?;
         let mut state = self.state();
         state.committed = Some(instance);
+        state.blocks.clear();
+        Ok(())
+    }
+
+    /// Replaces the instance made last by one with these attributes.
+    fn attach(&self, attributes: &AttributeTable) -> Result<(), Error> {
+        let attached = self.committed()?.with_attributes(attributes);
+        let mut state = self.state();
+        state.committed = Some(attached);
         state.blocks.clear();
         Ok(())
     }
@@ -192,6 +202,10 @@ fn value_at(ty: &ParameterType, path: &str, values: &BTreeMap<String, Given>, pa
         }
         _ => match values.get(path) {
             Some(Given::Numbers(numbers)) => Value::Numbers(part.of(numbers)),
+            Some(Given::Choices(names)) => match &names[..] {
+                [only] => Value::Text(only.clone()),
+                names => Value::List(names.iter().cloned().map(Value::Text).collect()),
+            },
             Some(Given::Instances(instances)) => match (ty, &instances[..]) {
                 (ParameterType::Reference(_) | ParameterType::Textured(_), [only]) => {
                     Value::Instance(only.clone())
@@ -244,7 +258,7 @@ fn element_count(ty: &ParameterType, path: &str, values: &BTreeMap<String, Given
 fn number_count(path: &str, values: &BTreeMap<String, Given>) -> usize {
     match values.get(path) {
         Some(Given::Numbers(numbers)) => numbers.words().len(),
-        Some(Given::Instances(_)) | None => 0,
+        Some(Given::Choices(_) | Given::Instances(_)) | None => 0,
     }
 }
 
@@ -352,6 +366,27 @@ unsafe fn set_numbers<T>(
     instance.get()?.set(path, Given::Numbers(Numbers::from_words(scalar, words)))
 }
 
+/// Sets a parameter whose type is an enumeration, or an array of them, to choices by their names.
+///
+/// # Safety
+/// `path` is null or a text; `names` is null or leads to so many texts or nulls.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtsl_instance_set_choices(
+    instance: RtslInstanceId,
+    path: *const c_char,
+    names: *const *const c_char,
+    count: usize,
+) -> RtslResult {
+    guard(|| {
+        // Safety: the caller's promise.
+        let (path, names) = unsafe { (text(path, "path")?, slice(names, count, "names")?) };
+        // Safety: the same.
+        let names = names.iter().map(|name| unsafe { text(*name, "names") }.map(str::to_owned));
+        let names = names.collect::<Result<_, _>>()?;
+        instance.get()?.set(path, Given::Choices(names))
+    })
+}
+
 /// Sets a reference, an array of references, or a `texture` parameter to what instances are now. Later commits of theirs
 /// do not change it.
 ///
@@ -398,6 +433,40 @@ pub unsafe extern "C" fn rtsl_instance_unset(
 #[unsafe(no_mangle)]
 pub extern "C" fn rtsl_instance_commit(instance: RtslInstanceId) -> RtslResult {
     guard(|| instance.get()?.commit())
+}
+
+/// Lets shapes pass attributes to materials and textures: those that `readers` or what they refer to read and that one of
+/// `shapes` gives. All are committed. `computeTextureCoordinates` of the shapes then sets `RTSL_STATE__Attributes`, and
+/// methods of the readers read it. Kernels for instances with other attributes than before are to be made anew. A commit
+/// takes an instance out again, with the defaults of the attributes that it reads.
+///
+/// # Safety
+/// `readers` and `shapes` are null or lead to so many ids.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtsl_instances_share_attributes(
+    readers: *const RtslInstanceId,
+    reader_count: usize,
+    shapes: *const RtslInstanceId,
+    shape_count: usize,
+) -> RtslResult {
+    guard(|| {
+        let entries = |ids: &[RtslInstanceId]| {
+            let entries = ids.iter().map(|id| id.get());
+            entries.collect::<Result<Vec<_>, _>>()
+        };
+        // Safety: the caller's promise.
+        let readers = entries(unsafe { slice(readers, reader_count, "readers")? })?;
+        // Safety: the same.
+        let shapes = entries(unsafe { slice(shapes, shape_count, "shapes")? })?;
+        let committed = |entries: &[Arc<InstanceEntry>]| {
+            let committed = entries.iter().map(|entry| entry.committed());
+            committed.collect::<Result<Vec<_>, _>>()
+        };
+        let (reading, giving) = (committed(&readers)?, committed(&shapes)?);
+        let (reading, giving) = (reading.iter().map(|it| &**it), giving.iter().map(|it| &**it));
+        let attributes = AttributeTable::new(reading, giving)?;
+        readers.iter().chain(&shapes).try_for_each(|entry| entry.attach(&attributes))
+    })
 }
 
 /// The data of an instance as a kernel reads it, for calls of its function. Good until the instance is committed

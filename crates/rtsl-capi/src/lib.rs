@@ -43,8 +43,9 @@ pub use error::{RtslResult, rtsl_last_error};
 pub use host::RtslHostFunctions;
 pub use instance::{
     rtsl_instance_block, rtsl_instance_commit, rtsl_instance_new, rtsl_instance_release,
-    rtsl_instance_set_bools, rtsl_instance_set_floats, rtsl_instance_set_instances,
-    rtsl_instance_set_ints, rtsl_instance_set_uints, rtsl_instance_unset,
+    rtsl_instance_set_bools, rtsl_instance_set_choices, rtsl_instance_set_floats,
+    rtsl_instance_set_instances, rtsl_instance_set_ints, rtsl_instance_set_uints,
+    rtsl_instance_unset,
 };
 pub use kept_diagnostic::RtslDiagnostic;
 pub use kernel::{

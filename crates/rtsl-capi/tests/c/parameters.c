@@ -42,7 +42,7 @@ static void check_class(RtslUnitId unit)
     OK(rtsl_unit_class(unit, 0, &info));
     CHECK(strcmp(info->name, "Ball") == 0 && info->roles == RTSL_PRIMITIVE);
     OK(rtsl_unit_find_class(unit, "Ball", &info));
-    CHECK(info->method_count == 1 && strcmp(info->methods[0], "intersect") == 0);
+    CHECK(info->method_count == 2 && strcmp(info->methods[0], "intersect") == 0);
     CHECK(info->parameter_count == 3);
     const RtslParameterInfo *radius = &info->parameters[2];
     CHECK(strcmp(radius->name, "radius") == 0 && strcmp(radius->type_name, "float") == 0);

@@ -17,6 +17,11 @@ fn a_host_changes_a_parameter_without_a_compilation() {
 }
 
 #[test]
+fn shapes_pass_attributes_and_choices_have_names() {
+    run("attributes");
+}
+
+#[test]
 fn what_is_wrong_is_an_error_with_a_message() {
     run("misuse");
 }

@@ -8,11 +8,11 @@ const USER: &str = "#include \"grey.rtsl\"\nimport tones.dark as dark;\nclass Us
 /// A folder with files that includes and imports name, in two folders, and users of them.
 fn folder(name: &str, project: &str) -> Folder {
     let folder = Folder::new(name);
-    for path in ["work/lib", "shared/tones"] {
+    for path in ["work/lib", "shaders/tones"] {
         std::fs::create_dir_all(folder.0.path().join(path)).unwrap();
     }
     folder.write("work/lib/grey.rtsl", "float grey() { return 0.5; }\n");
-    folder.write("shared/tones/dark.rtsl", "const float DARK = 0.5;\n");
+    folder.write("shaders/tones/dark.rtsl", "const float DARK = 0.5;\n");
     folder.write("work/used.rtsl", USER);
     let scene = "Camera \"perspective\"\nWorldBegin\nTexture \"t\" \"float\" \"Used\"\n\
         Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n";
