@@ -8,6 +8,7 @@ mod functions;
 mod import;
 mod info;
 mod integrators;
+mod materialx;
 mod memory_limits;
 mod project_file;
 mod resume;
