@@ -68,7 +68,9 @@ impl<'d> Graph<'d> {
         let mut definitions: BTreeMap<String, Vec<ElementId>> = BTreeMap::new();
         for id in document.children(document.root(), "nodedef") {
             if let Some(node) = document.get(id).attribute("node") {
-                definitions.entry(node.to_owned()).or_default().push(id);
+                if document.get(id).attribute("namespace").is_none() {
+                    definitions.entry(node.to_owned()).or_default().push(id);
+                }
                 // With the prefix of its namespace, whose colon the reader replaces.
                 if let Some(namespace) = document.inherited(id, "namespace") {
                     definitions.entry(format!("{namespace}_{node}")).or_default().push(id);

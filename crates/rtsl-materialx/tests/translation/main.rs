@@ -1,5 +1,6 @@
 //! Translations of documents: texts of classes, and errors.
 
+mod closures;
 mod errors;
 mod nodes;
 mod robust;

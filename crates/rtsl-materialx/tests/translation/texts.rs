@@ -211,3 +211,26 @@ fn outputs_are_textures() {
     "#]]
     .assert_eq(&outputs_of(text));
 }
+
+/// Letters that XML does not allow there, and readers of MaterialX accept.
+#[test]
+fn tiles_and_prefixes_are_read() {
+    let text = with_material(
+        r#"<mine:image name="map" type="color3">
+             <input name="file" type="filename" value="a.<UDIM>.png"/>
+           </mine:image>
+           <nodedef name="mine:ND_image" node="image" namespace="mine">
+             <input name="file" type="filename" value=""/>
+             <output name="out" type="color3"/>
+           </nodedef>
+           <nodegraph name="mine:NG_image" nodedef="mine:ND_image">
+             <image name="inner" type="color3"><input name="file" type="filename" interfacename="file"/></image>
+             <output name="out" type="color3" nodename="inner"/>
+           </nodegraph>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="base_color" type="color3" nodename="map"/>
+           </standard_surface>"#,
+    );
+    let found = text_of(&text);
+    assert!(found.contains("names several files") && !found.contains("error"), "{found}");
+}
