@@ -185,9 +185,10 @@ impl Document {
 
     fn index_names(&mut self) {
         for id in self.ids() {
-            let named = self.get(id).children.iter().filter_map(|child| {
-                Some((self.get(*child).attribute("name")?.to_owned(), *child))
-            });
+            let named =
+                self.get(id).children.iter().filter_map(|child| {
+                    Some((self.get(*child).attribute("name")?.to_owned(), *child))
+                });
             // Of several children with one name the first counts.
             let names: BTreeMap<String, ElementId> = named.rev().collect();
             self.get_mut(id).names = names;
@@ -204,16 +205,26 @@ struct Reader<'l, 'r> {
 }
 
 impl Reader<'_, '_> {
-    fn read_file(&mut self, name: &str, text: &str, file: FileId, depth: usize) -> Result<(), Fault> {
-        let options = ParsingOptions { nodes_limit: limits::XML_NODES, ..ParsingOptions::default() };
-        let tree = roxmltree::Document::parse_with_options(text, options)
+    fn read_file(
+        &mut self,
+        name: &str,
+        text: &str,
+        file: FileId,
+        depth: usize,
+    ) -> Result<(), Fault> {
+        let options =
+            ParsingOptions { nodes_limit: limits::XML_NODES, ..ParsingOptions::default() };
+        let strict = strict(text);
+        let tree = roxmltree::Document::parse_with_options(&strict, options)
             .map_err(|error| syntax_error(text, file, &error))?;
         let root = tree.root_element();
         if root.tag_name().name() != "materialx" {
             let message = format!("`{name}` is no MaterialX document");
             let found = format!("found `{}`, expected `materialx`", root.tag_name().name());
             let span = span_of(root, file);
-            return Err(Box::new(Diagnostic::new(codes::MATERIALX_SYNTAX, message).at(span, found)));
+            return Err(Box::new(
+                Diagnostic::new(codes::MATERIALX_SYNTAX, message).at(span, found),
+            ));
         }
         if depth == 0 {
             let id = self.document.root();
@@ -238,7 +249,7 @@ impl Reader<'_, '_> {
         while let Some((next, parent, level)) = open.pop() {
             let Some(node) = next else { continue };
             open.push((node.next_sibling_element(), parent, level));
-            if level == 1 && node.tag_name().name() == "include" {
+            if level == 1 && node.tag_name().name().ends_with(INCLUDE) {
                 self.include(node, name, file, depth)?;
                 continue;
             }
@@ -300,6 +311,56 @@ impl Reader<'_, '_> {
     }
 }
 
+/// The end of the name of elements that include documents, whatever the prefix of the namespace.
+const INCLUDE: &str = "_include";
+
+/// Returns the text with each letter that readers of MaterialX accept and XML does not replaced by another of the same
+/// length: `<` in values, as in `<UDIM>`, by `[`, and the colon of prefixes, which documents do not declare, by `_`.
+fn strict(text: &str) -> String {
+    let mut letters = text.as_bytes().to_vec();
+    let mut at = 0;
+    while at < letters.len() {
+        let rest = &text.as_bytes()[at..];
+        at = if rest.starts_with(b"<!--") {
+            end_of(text, at, "-->")
+        } else if rest.starts_with(b"<![CDATA[") {
+            end_of(text, at, "]]>")
+        } else if rest.starts_with(b"<?") {
+            end_of(text, at, "?>")
+        } else if rest.starts_with(b"<!") {
+            end_of(text, at, ">")
+        } else if rest[0] == b'<' {
+            strict_tag(&mut letters, at + 1)
+        } else {
+            at + 1
+        };
+    }
+    // ASCII letters were replaced by others.
+    String::from_utf8(letters).unwrap_or_else(|_| text.to_owned())
+}
+
+/// Replaces letters of a tag, and returns the place after it.
+fn strict_tag(letters: &mut [u8], start: usize) -> usize {
+    let mut quote = None;
+    for (place, letter) in letters.iter_mut().enumerate().skip(start) {
+        match (quote, *letter) {
+            (None, b'>') => return place + 1,
+            (None, b':') => *letter = b'_',
+            (None, b'"' | b'\'') => quote = Some(*letter),
+            (Some(mark), other) if mark == other => quote = None,
+            (Some(_), b'<') => *letter = b'[',
+            _ => {}
+        }
+    }
+    letters.len()
+}
+
+/// The place after the next mark, or the end.
+fn end_of(text: &str, from: usize, mark: &str) -> usize {
+    let found = text.as_bytes()[from..].windows(mark.len()).position(|it| it == mark.as_bytes());
+    found.map_or(text.len(), |place| from + place + mark.len())
+}
+
 fn attributes_of<'a>(node: Node<'a, '_>) -> impl Iterator<Item = (String, String)> + 'a {
     let all = node.attributes().collect::<Vec<_>>().into_iter();
     all.map(|it| (it.name().to_owned(), it.value().to_owned()))
@@ -326,8 +387,11 @@ fn span_of(node: Node<'_, '_>, file: FileId) -> Span {
 
 fn syntax_error(text: &str, file: FileId, error: &roxmltree::Error) -> Fault {
     let position = error.pos();
-    let before: usize =
-        text.split_inclusive('\n').take(position.row.saturating_sub(1) as usize).map(str::len).sum();
+    let before: usize = text
+        .split_inclusive('\n')
+        .take(position.row.saturating_sub(1) as usize)
+        .map(str::len)
+        .sum();
     let line = text[before..].lines().next().unwrap_or_default();
     let column = position.col.saturating_sub(1) as usize;
     let ahead: usize = line.chars().take(column).map(char::len_utf8).sum();

@@ -56,7 +56,7 @@ pub struct Graph<'d> {
     depth: usize,
     visits: usize,
     /// The definitions of the document, by the nodes that they define.
-    definitions: BTreeMap<&'d str, Vec<ElementId>>,
+    definitions: BTreeMap<String, Vec<ElementId>>,
 }
 
 /// The scope of the document's own nodes.
@@ -65,10 +65,16 @@ pub const ROOT: ScopeId = ScopeId(0);
 impl<'d> Graph<'d> {
     /// A graph without statements.
     pub fn new(document: &'d Document) -> Self {
-        let mut definitions: BTreeMap<&str, Vec<ElementId>> = BTreeMap::new();
+        let mut definitions: BTreeMap<String, Vec<ElementId>> = BTreeMap::new();
         for id in document.children(document.root(), "nodedef") {
             if let Some(node) = document.get(id).attribute("node") {
-                definitions.entry(node).or_default().push(id);
+                if document.get(id).attribute("namespace").is_none() {
+                    definitions.entry(node.to_owned()).or_default().push(id);
+                }
+                // With the prefix of its namespace, whose colon the reader replaces.
+                if let Some(namespace) = document.inherited(id, "namespace") {
+                    definitions.entry(format!("{namespace}_{node}")).or_default().push(id);
+                }
             }
         }
         let root = Scope { graph: document.root(), instance: None, definition: None };
@@ -210,7 +216,8 @@ impl<'d> Graph<'d> {
                 .at(self.document.get(at).span, "named here");
             Box::new(match most_similar(name, self.document.names(parent)) {
                 Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                None => diagnostic.help("the name is that of a sibling, or of a node graph of the document"),
+                None => diagnostic
+                    .help("the name is that of a sibling, or of a node graph of the document"),
             })
         })
     }
@@ -226,7 +233,12 @@ impl<'d> Graph<'d> {
         Ok((scope, self.output(graph, output, at)?))
     }
 
-    fn output(&self, graph: ElementId, output: Option<&str>, at: ElementId) -> Result<ElementId, Fault> {
+    fn output(
+        &self,
+        graph: ElementId,
+        output: Option<&str>,
+        at: ElementId,
+    ) -> Result<ElementId, Fault> {
         let mut outputs = self.document.children(graph, "output");
         let found = match output {
             Some(name) => outputs.find(|it| self.document.get(*it).attribute("name") == Some(name)),
@@ -239,7 +251,13 @@ impl<'d> Graph<'d> {
                 None => format!("`{}` has no output", graph.name()),
             };
             let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message);
-            let names: Vec<&str> = graph.children.iter().map(|it| self.document.get(*it)).filter(|it| it.tag == "output").map(|it| it.name()).collect();
+            let names: Vec<&str> = graph
+                .children
+                .iter()
+                .map(|it| self.document.get(*it))
+                .filter(|it| it.tag == "output")
+                .map(|it| it.name())
+                .collect();
             let diagnostic = diagnostic.at(self.document.get(at).span, "named here");
             Box::new(diagnostic.help(format!("its outputs are {}", list(&names))))
         })
@@ -282,7 +300,9 @@ impl<'d> Graph<'d> {
             }
         } else if let Some(port) = own {
             return Ok(Some((ROOT, port)));
-        } else if let Some(port) = self.definition_of_graph(graph).and_then(|it| self.document.input(it, name)) {
+        } else if let Some(port) =
+            self.definition_of_graph(graph).and_then(|it| self.document.input(it, name))
+        {
             // A graph that implements a definition, used for its outputs alone.
             return Ok(Some((ROOT, port)));
         }
@@ -317,7 +337,9 @@ impl<'d> Graph<'d> {
         let ty = given.attribute("type").or_else(|| document.get(port).attribute("type"));
         let name = ty.unwrap_or("float");
         let Some(ty) = Type::named(name) else {
-            return Err(self.unsupported(format!("values of type `{name}` are not supported"), element));
+            return Err(
+                self.unsupported(format!("values of type `{name}` are not supported"), element)
+            );
         };
         if ty == Type::Text {
             return Ok(Value::new(ty, text));
@@ -456,7 +478,8 @@ impl<'d> Graph<'d> {
             let own = document.get(**definition).attribute("version");
             is_same && (version.is_none() || own.is_none() || own == version)
         };
-        let is_default = |it: &&ElementId| document.get(**it).attribute("isdefaultversion") == Some("true");
+        let is_default =
+            |it: &&ElementId| document.get(**it).attribute("isdefaultversion") == Some("true");
         let fitting: Vec<&ElementId> = among.iter().filter(fits).collect();
         let chosen = fitting.iter().find(|it| is_default(it)).or(fitting.first());
         chosen.map(|id| **id).or(among.first().copied())
@@ -493,7 +516,7 @@ impl<'d> Graph<'d> {
         let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, format!("unknown node `{tag}`"))
             .at(element.span, "");
         let mut known: Vec<&str> = table::nodes().collect();
-        known.extend(self.definitions.keys());
+        known.extend(self.definitions.keys().map(String::as_str));
         Box::new(match most_similar(tag, known.iter().copied()) {
             Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
             None => diagnostic.help(

@@ -74,10 +74,10 @@ fn upgrade_node(document: &mut Document, id: ElementId) {
         "rotate" if ty == "vector2" => rename(document, id, "rotate2d"),
         "rotate" => rename(document, id, "rotate3d"),
         "compare" => upgrade_compare(document, id),
-        "transformpoint" | "transformvector" | "transformnormal" => {
-            if input(document, id, "mat").is_some() {
-                rename(document, id, "transformmatrix");
-            }
+        "transformpoint" | "transformvector" | "transformnormal"
+            if input(document, id, "mat").is_some() =>
+        {
+            rename(document, id, "transformmatrix");
         }
         "combine" => {
             let count = (2..=4).rev().find(|it| input(document, id, &format!("in{it}")).is_some());

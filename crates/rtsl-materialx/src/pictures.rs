@@ -248,7 +248,12 @@ impl At<'_, '_> {
     }
 
     /// The values of an image in the three tiles.
-    fn hex_values(&mut self, tiles: &str, footprint: Option<String>, ty: Type) -> Result<Vec<Value>, Fault> {
+    fn hex_values(
+        &mut self,
+        tiles: &str,
+        footprint: Option<String>,
+        ty: Type,
+    ) -> Result<Vec<Value>, Fault> {
         let mut values = Vec::new();
         for (tile, component) in [("first", "x"), ("second", "y"), ("third", "z")] {
             let widths = footprint.clone().map(|it| format!("{it} / {tiles}.scales.{component}"));
@@ -298,10 +303,8 @@ impl At<'_, '_> {
         let mut slopes = Vec::new();
         for (value, component) in values.iter().zip(["x", "y", "z"]) {
             let value = &value.text;
-            let map = format!(
-                "{} ? vec3({value}.x, 1.0 - {value}.y, {value}.z) : {value}",
-                flipped.text
-            );
+            let map =
+                format!("{} ? vec3({value}.x, 1.0 - {value}.y, {value}.z) : {value}", flipped.text);
             let map = self.graph.statements.add("vec3", map);
             let turned = format!(
                 "mxPlacement.hexNormal({map}, {tiles}.angles.{component}, {}, {}, {}, {})",
@@ -324,10 +327,13 @@ impl At<'_, '_> {
         let scale = self.input("scale", Type::Color4, 1.0)?;
         let bias = self.input("bias", Type::Color4, 0.0)?;
         let texel = match self.open("file", Type::Color4, modes)? {
-            Some(image) => self.looked_up(&Image { default: fallback, ..image }, &uv, modes, Type::Color4)?,
+            Some(image) => {
+                self.looked_up(&Image { default: fallback, ..image }, &uv, modes, Type::Color4)?
+            }
             None => fallback,
         };
-        let value = self.add(Type::Color4, format!("{} * {} + {}", texel.text, scale.text, bias.text));
+        let value =
+            self.add(Type::Color4, format!("{} * {} + {}", texel.text, scale.text, bias.text));
         let (channels, ty) = match output {
             Some("r") => ("x", Type::Float),
             Some("g") => ("y", Type::Float),
@@ -369,7 +375,9 @@ impl At<'_, '_> {
         let ty = match tag {
             "gltf_image" => self.ty(),
             "gltf_colorimage" => Type::Color4,
-            "gltf_normalmap" | "gltf_iridescence_thickness" | "gltf_anisotropy_image" => Type::Vector3,
+            "gltf_normalmap" | "gltf_iridescence_thickness" | "gltf_anisotropy_image" => {
+                Type::Vector3
+            }
             _ => return Ok(None),
         };
         let uv = self.gltf_place(if is_four { 1.0 } else { 0.0 })?;

@@ -181,7 +181,8 @@ fn attribute(at: &mut At<'_, '_>, name: &str, default: &str) -> Result<Value, Fa
     }
     let fallback = at.input(default, ty, 0.0)?;
     let numbers = fallback.constant.unwrap_or_else(|| {
-        let message = format!("the value for objects without `{given}` is computed: it counts as 0");
+        let message =
+            format!("the value for objects without `{given}` is computed: it counts as 0");
         at.graph.warn(message, at.node);
         vec![0.0; stored.count()]
     });
@@ -202,7 +203,8 @@ pub fn identifier(name: &str) -> String {
     while identifier.contains("__") {
         identifier = identifier.replace("__", "_");
     }
-    if identifier.starts_with(|first: char| first.is_ascii_digit()) || identifier.starts_with("rt_") {
+    if identifier.starts_with(|first: char| first.is_ascii_digit()) || identifier.starts_with("rt_")
+    {
         identifier.insert_str(0, "the_");
     }
     identifier

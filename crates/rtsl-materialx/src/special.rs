@@ -163,7 +163,9 @@ impl At<'_, '_> {
     pub fn text(&mut self, name: &str) -> Result<Option<String>, Fault> {
         match self.given(name)? {
             Some(Value { ty: Type::Text, text, .. }) => Ok(Some(text)),
-            Some(_) | None => Ok(self.graph.document.get(self.node).attribute(name).map(str::to_owned)),
+            Some(_) | None => {
+                Ok(self.graph.document.get(self.node).attribute(name).map(str::to_owned))
+            }
         }
     }
 
@@ -182,7 +184,9 @@ impl At<'_, '_> {
             None => match ty {
                 Some(Type::Text) => Ok(Value::new(Type::Text, "")),
                 Some(ty) => Ok(Value::constant(ty, vec![0.0; ty.count()])),
-                None => Err(self.graph.unsupported("a node without a type of values".to_owned(), self.node)),
+                None => Err(self
+                    .graph
+                    .unsupported("a node without a type of values".to_owned(), self.node)),
             },
         }
     }
@@ -204,7 +208,9 @@ impl At<'_, '_> {
 
     fn extract(&mut self) -> Result<Value, Fault> {
         let index = self.input("index", Type::Integer, 0.0)?;
-        let Some(value) = self.given("in")? else { return Ok(Value::constant(Type::Float, vec![0.0])) };
+        let Some(value) = self.given("in")? else {
+            return Ok(Value::constant(Type::Float, vec![0.0]));
+        };
         let ty = self.ty();
         let count = match value.ty {
             Type::Matrix33 => 3,
@@ -228,7 +234,9 @@ impl At<'_, '_> {
     }
 
     fn separate(&mut self, output: Option<&str>) -> Result<Value, Fault> {
-        let Some(value) = self.given("in")? else { return Ok(Value::constant(Type::Float, vec![0.0])) };
+        let Some(value) = self.given("in")? else {
+            return Ok(Value::constant(Type::Float, vec![0.0]));
+        };
         let channel = output.and_then(|it| it.chars().last()).unwrap_or('x');
         let channel = channel_index(channel).unwrap_or(0).min(value.ty.count().saturating_sub(1));
         if let Some(numbers) = &value.constant {
@@ -250,7 +258,8 @@ impl At<'_, '_> {
             }
             return self.input(&format!("in{}", index + 1), ty, 0.0);
         }
-        let last = (1..=10).rev().find(|it| self.graph.port(self.node, &format!("in{it}")).is_some());
+        let last =
+            (1..=10).rev().find(|it| self.graph.port(self.node, &format!("in{it}")).is_some());
         let mut expression = Value::constant(ty, vec![0.0; ty.count()]).text;
         for index in (1..=last.unwrap_or(1)).rev() {
             let value = self.input(&format!("in{index}"), ty, 0.0)?;
@@ -422,7 +431,8 @@ pub fn swizzled(
             ('a', None) if value.ty == Type::Vector2 => format!("{}.y", value.text),
             ('a' | 'w', None) => "1.0".to_owned(),
             _ => {
-                let message = format!("a value of type `{}` has no channel `{channel}`", value.ty.name());
+                let message =
+                    format!("a value of type `{}` has no channel `{channel}`", value.ty.name());
                 let diagnostic = Diagnostic::new(codes::MATERIALX_SYNTAX, message);
                 return Err(Box::new(diagnostic.at(graph.document.get(at).span, "")));
             }
@@ -481,10 +491,15 @@ pub fn converted(
         }
         (from, Type::Float) if from.is_vector() => format!("{text}.x"),
         (from, _) => {
-            let message =
-                format!("a value of type `{}` is no value of type `{}`", from.name(), wanted.name());
+            let message = format!(
+                "a value of type `{}` is no value of type `{}`",
+                from.name(),
+                wanted.name()
+            );
             let diagnostic = Diagnostic::new(codes::MATERIALX_SYNTAX, message);
-            return Err(Box::new(diagnostic.at(graph.document.get(at).span, "an input of this node")));
+            return Err(Box::new(
+                diagnostic.at(graph.document.get(at).span, "an input of this node"),
+            ));
         }
     };
     Ok(graph.add(wanted, expression).with_footprint(value.footprint.clone()))

@@ -423,17 +423,7 @@ impl<'d> Translator<'d> {
 
 /// The renderer weighs light by the cosine with the surface's own normal.
 const WITH_NORMAL: &str = "
-float cosineRatio() { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, surfaceNormal()); }
-
-void BSDF() {
-    super.BSDF();
-    rt_BSDFValue *= cosineRatio();
-}
-
-void sampleBSDF() {
-    super.sampleBSDF();
-    if (rt_PDF > 0.0) rt_BSDFValue *= cosineRatio();
-}
+float cosineRatio(mat3 frame) { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, frame[2]); }
 ";
 
 /// The members that are not parameters of the base.

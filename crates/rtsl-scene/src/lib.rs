@@ -26,8 +26,8 @@ mod vector;
 
 pub use attributes::WantedAttributes;
 pub use description::{
-    DescribedClass, Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, SceneOptions,
-    ShapeUse,
+    DescribedClass, Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition,
+    SceneOptions, ShapeUse,
 };
 pub use load::Origins;
 pub use renderer::Renderer;

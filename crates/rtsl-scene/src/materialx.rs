@@ -65,8 +65,9 @@ pub fn add_materials(
     diagnostics: &mut Diagnostics,
 ) {
     let is_material = |entity: &Entity| entity.kind == EntityKind::Material && entity.class == TYPE;
-    let indices: Vec<usize> =
-        (0..description.entities.len()).filter(|it| is_material(&description.entities[*it])).collect();
+    let indices: Vec<usize> = (0..description.entities.len())
+        .filter(|it| is_material(&description.entities[*it]))
+        .collect();
     if indices.is_empty() {
         return;
     }
@@ -268,8 +269,9 @@ fn several(materials: &[Material], file: &str, span: Span) -> Box<Diagnostic> {
     let more = if materials.len() > SHOWN { " and others" } else { "" };
     let message = format!("`{file}` has several materials");
     let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
-    Box::new(diagnostic.at(span, "named here").help(format!(
-        "choose one by `\"string {MATERIAL}\"`: `{}`{more}",
-        names.join("`, `")
-    )))
+    Box::new(
+        diagnostic
+            .at(span, "named here")
+            .help(format!("choose one by `\"string {MATERIAL}\"`: `{}`{more}", names.join("`, `"))),
+    )
 }

@@ -9,6 +9,7 @@ mod guide;
 mod import;
 mod info;
 mod integrators;
+mod materialx;
 mod memory_limits;
 mod printing;
 mod project_file;

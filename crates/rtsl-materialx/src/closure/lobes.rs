@@ -70,7 +70,8 @@ impl At<'_, '_> {
     /// The call that makes a lobe: weight, its own arguments, and its frame.
     fn lobe(&mut self, function: &str, arguments: &[&Value]) -> Result<Lobe, Fault> {
         let weight = self.input("weight", Type::Float, 1.0)?;
-        let normal = self.given("normal")?.filter(|_| self.graph.port(self.node, "normal").is_some());
+        let normal =
+            self.given("normal")?.filter(|_| self.graph.port(self.node, "normal").is_some());
         let own = "rt_ShadingNormal".to_owned();
         let normal = normal.map(|it| {
             format!("mxPlacement.usableNormal({}, rt_ShadingNormal, rt_GeometricNormal)", it.text)

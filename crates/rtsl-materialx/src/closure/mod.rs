@@ -70,11 +70,7 @@ pub fn is_surface(tag: &str) -> bool {
 ///
 /// # Errors
 /// If a closure is not supported.
-pub fn closures(
-    graph: &mut Graph<'_>,
-    scope: ScopeId,
-    node: ElementId,
-) -> Result<Closures, Fault> {
+pub fn closures(graph: &mut Graph<'_>, scope: ScopeId, node: ElementId) -> Result<Closures, Fault> {
     let closures = Closures {
         lobes: Vec::new(),
         amounts: Vec::new(),
@@ -357,4 +353,3 @@ impl Reader<'_, '_> {
         Ok(Some(expression))
     }
 }
-

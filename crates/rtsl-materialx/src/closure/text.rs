@@ -123,8 +123,7 @@ fn write_gather(graph: &Graph<'_>, closures: &Closures, placed: &[Placed], out: 
         line(out, format_args!("    it.amount{index} = {amount};"));
     }
     for Placed { lobe, scale, .. } in placed {
-        let scale =
-            if scale.is_empty() { "vec3(1.0)".to_owned() } else { scale.join(" * ") };
+        let scale = if scale.is_empty() { "vec3(1.0)".to_owned() } else { scale.join(" * ") };
         let expression = &closures.lobes[*lobe].expression;
         line(
             out,
@@ -169,9 +168,7 @@ fn write_values(closures: &Closures, placed: &[Placed], out: &mut String) {
     let shares: Vec<String> = placed.iter().map(|it| format!("share{}(it)", it.lobe)).collect();
     let densities: Vec<String> = placed
         .iter()
-        .map(|it| {
-            format!("share{}(it) * mxClosures.density(it.lobe{}, light)", it.lobe, it.lobe)
-        })
+        .map(|it| format!("share{}(it) * mxClosures.density(it.lobe{}, light)", it.lobe, it.lobe))
         .collect();
     if !placed.is_empty() {
         line(
@@ -220,7 +217,11 @@ fn write_methods(closures: &Closures, placed: &[Placed], out: &mut String) {
     let mut end = String::new();
     for (index, Placed { lobe, .. }) in placed.iter().enumerate() {
         let before = if index == 0 { "    " } else { " else " };
-        end = if end.is_empty() { format!("share{lobe}(it)") } else { format!("{end} + share{lobe}(it)") };
+        end = if end.is_empty() {
+            format!("share{lobe}(it)")
+        } else {
+            format!("{end} + share{lobe}(it)")
+        };
         let condition = if index + 1 == placed.len() && index > 0 {
             String::new()
         } else {

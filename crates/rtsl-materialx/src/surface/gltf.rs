@@ -78,7 +78,12 @@ pub const GLTF_PBR: Surface = Surface {
             "!clearcoat_normal:vector3=@Nworld",
             "mxPlacement.partsOf({clearcoat_normal}, rt_ShadingNormal, rt_dPdu, rt_dPdv)",
         ),
-        parameter("fuzzWeight", "float", "!sheen_color:color3=0", "mxColor.greatest({sheen_color})"),
+        parameter(
+            "fuzzWeight",
+            "float",
+            "!sheen_color:color3=0",
+            "mxColor.greatest({sheen_color})",
+        ),
         parameter(
             "fuzzColor",
             "color",

@@ -188,9 +188,7 @@ impl Reader<'_, '_> {
                 self.graph.warn(message, self.node);
                 return;
             }
-            (false, _) => {
-                Setting::Computed { header: format!("{ty} {name}"), result: expression }
-            }
+            (false, _) => Setting::Computed { header: format!("{ty} {name}"), result: expression },
         };
         self.settings.push(setting);
     }

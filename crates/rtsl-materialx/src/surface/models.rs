@@ -115,7 +115,12 @@ pub const DISNEY_PRINCIPLED: Surface = Surface {
             "!subsurface:float=0 baseColor:color3=0.16",
             "{baseColor}",
         ),
-        parameter("subsurfaceRadius", "color", "!subsurfaceDistance:color3=1", "{subsurfaceDistance}"),
+        parameter(
+            "subsurfaceRadius",
+            "color",
+            "!subsurfaceDistance:color3=1",
+            "{subsurfaceDistance}",
+        ),
     ],
     normal: None,
     ignored: &[],

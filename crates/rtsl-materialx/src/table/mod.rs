@@ -95,7 +95,11 @@ pub fn is_known(name: &str) -> bool {
 ///
 /// # Errors
 /// If an input cannot be computed.
-pub fn value(graph: &mut Graph<'_>, scope: ScopeId, node: ElementId) -> Result<Option<Value>, Fault> {
+pub fn value(
+    graph: &mut Graph<'_>,
+    scope: ScopeId,
+    node: ElementId,
+) -> Result<Option<Value>, Fault> {
     let element = graph.document.get(node);
     let Some(rows) = ROWS.get(element.tag.as_str()) else { return Ok(None) };
     let of_node = element.attribute("type").and_then(Type::named);
@@ -204,7 +208,8 @@ impl Evaluation<'_, '_> {
             return Ok(Some(before));
         };
         let factor = special::converted(self.graph, &factor, Type::Vector2, self.node)?;
-        let operator = if matches!(tag.as_str(), "multiply" | "UsdTransform2d") { "*" } else { "/" };
+        let operator =
+            if matches!(tag.as_str(), "multiply" | "UsdTransform2d") { "*" } else { "/" };
         Ok(Some(format!("({before} {operator} abs({}))", factor.text)))
     }
 }

@@ -19,7 +19,8 @@ fn texts_that_are_no_documents() {
         2 │ <a></b>
           │    ^
 
-    "#]].assert_eq(&text_of("<materialx>\n<a></b>\n</materialx>"));
+    "#]]
+    .assert_eq(&text_of("<materialx>\n<a></b>\n</materialx>"));
     expect![[r#"
         error[E0630]: `test.mtlx` is no MaterialX document
           ┌─ test.mtlx:1:1
@@ -27,7 +28,8 @@ fn texts_that_are_no_documents() {
         1 │ <svg/>
           │ ^^^^^^ found `svg`, expected `materialx`
 
-    "#]].assert_eq(&text_of("<svg/>"));
+    "#]]
+    .assert_eq(&text_of("<svg/>"));
     expect![[r#"
         error[E0630]: the document has a document type declaration, which is not read
           ┌─ test.mtlx:1:1
@@ -35,7 +37,8 @@ fn texts_that_are_no_documents() {
         1 │ <!DOCTYPE x [<!ENTITY a "b">]><materialx/>
           │ ^
 
-    "#]].assert_eq(&text_of("<!DOCTYPE x [<!ENTITY a \"b\">]><materialx/>"));
+    "#]]
+    .assert_eq(&text_of("<!DOCTYPE x [<!ENTITY a \"b\">]><materialx/>"));
 }
 
 #[test]
@@ -50,7 +53,8 @@ fn names_that_nothing_has() {
           │
           = help: the name is that of a sibling, or of a node graph of the document
 
-    "#]].assert_eq(&of(r#"<input name="base" type="float" nodename="nothing"/>"#));
+    "#]]
+    .assert_eq(&of(r#"<input name="base" type="float" nodename="nothing"/>"#));
     expect![[r#"
         error[E0631]: there is no node `surfac`
           ┌─ test.mtlx:3:1
@@ -60,7 +64,8 @@ fn names_that_nothing_has() {
           │
           = help: did you mean `surface`?
 
-    "#]].assert_eq(&of(r#"<input name="base" type="float" nodegraph="surfac" output="out"/>"#));
+    "#]]
+    .assert_eq(&of(r#"<input name="base" type="float" nodegraph="surfac" output="out"/>"#));
     let text = with_material("<multiplie name=\"surface\" type=\"surfaceshader\"/>");
     expect![[r#"
         error[E0632]: the surface `multiplie` is not supported
@@ -69,7 +74,8 @@ fn names_that_nothing_has() {
         2 │ <multiplie name="surface" type="surfaceshader"/>
           │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
 
-    "#]].assert_eq(&text_of(&text));
+    "#]]
+    .assert_eq(&text_of(&text));
     expect![[r#"
         error[E0631]: `test.mtlx` has no material
           ┌─ test.mtlx:1:1
@@ -79,7 +85,8 @@ fn names_that_nothing_has() {
           │
           = help: a material is a `surfacematerial` with a surface
 
-    "#]].assert_eq(&text_of("<materialx/>"));
+    "#]]
+    .assert_eq(&text_of("<materialx/>"));
 }
 
 #[test]
@@ -94,7 +101,8 @@ fn values_of_other_types() {
           │
           = help: expected 3 numbers, with commas between them
 
-    "#]].assert_eq(&of(r#"<input name="base_color" type="color3" value="1, 0.5"/>"#));
+    "#]]
+    .assert_eq(&of(r#"<input name="base_color" type="color3" value="1, 0.5"/>"#));
     expect![[r#"
         error[E0630]: `red` is no value of type `float`
           ┌─ test.mtlx:3:1
@@ -104,7 +112,8 @@ fn values_of_other_types() {
           │
           = help: expected a number
 
-    "#]].assert_eq(&of(r#"<input name="base" type="float" value="red"/>"#));
+    "#]]
+    .assert_eq(&of(r#"<input name="base" type="float" value="red"/>"#));
 }
 
 #[test]
@@ -121,7 +130,8 @@ fn parts_that_are_not_supported() {
         2 │ <ambientocclusion name="a" type="float"/>
           │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
 
-    "#]].assert_eq(&text_of(&text));
+    "#]]
+    .assert_eq(&text_of(&text));
 }
 
 #[test]
@@ -144,7 +154,8 @@ fn parts_without_effect_are_warnings() {
         /// `m` of `test.mtlx`, translated from MaterialX.
         class M : StandardSurface;
 
-    "#]].assert_eq(&text_of(&text));
+    "#]]
+    .assert_eq(&text_of(&text));
 }
 
 #[test]
@@ -164,7 +175,9 @@ fn circles() {
           │
           = note: at most 512 nodes may follow one another
 
-    "#]].assert_eq(&text_of(&text));
-    let text = with_input("").replace("<standard_surface", "<xi:include href=\"circle.mtlx\"/><standard_surface");
+    "#]]
+    .assert_eq(&text_of(&text));
+    let text = with_input("")
+        .replace("<standard_surface", "<xi:include href=\"circle.mtlx\"/><standard_surface");
     assert!(!text_of(&text).contains("error"));
 }

@@ -1,5 +1,6 @@
 //! Translations of documents: texts of classes, and errors.
 
+mod closures;
 mod errors;
 mod nodes;
 mod robust;
@@ -15,7 +16,8 @@ pub fn document(text: &str) -> Result<(Document, SourceMap), String> {
         "nodes.mtlx" => Ok(Loaded { name: path.to_owned(), text: NODES.to_owned() }),
         "circle.mtlx" => Ok(Loaded {
             name: path.to_owned(),
-            text: "<materialx xmlns:xi=\"x\"><xi:include href=\"circle.mtlx\"/></materialx>".to_owned(),
+            text: "<materialx xmlns:xi=\"x\"><xi:include href=\"circle.mtlx\"/></materialx>"
+                .to_owned(),
         }),
         _ => Err("there is no such file".to_owned()),
     };

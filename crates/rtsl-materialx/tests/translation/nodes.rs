@@ -22,7 +22,7 @@ fn every_node_has_a_value() {
             let text = outputs_of(&text);
             text.contains("class") && !text.contains("error")
         };
-        assert!(TYPES.iter().any(|ty| of_type(ty)), "{node}");
+        assert!(TYPES.iter().any(of_type), "{node}");
     }
 }
 

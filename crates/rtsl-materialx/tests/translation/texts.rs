@@ -36,7 +36,8 @@ fn numbers_are_initial_values_and_graphs_are_functions() {
             float n2 = n1 + 0.1;
             return n2;
         }
-    "#]].assert_eq(&text_of(&text));
+    "#]]
+    .assert_eq(&text_of(&text));
 }
 
 #[test]
@@ -120,17 +121,7 @@ fn normals_turn_the_surface() {
             return mxPlacement.usableNormal(n7, rt_ShadingNormal, rt_GeometricNormal);
         }
 
-        float cosineRatio() { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, surfaceNormal()); }
-
-        void BSDF() {
-            super.BSDF();
-            rt_BSDFValue *= cosineRatio();
-        }
-
-        void sampleBSDF() {
-            super.sampleBSDF();
-            if (rt_PDF > 0.0) rt_BSDFValue *= cosineRatio();
-        }
+        float cosineRatio(mat3 frame) { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, frame[2]); }
     "#]].assert_eq(&text_of(&text));
 }
 
@@ -158,7 +149,8 @@ fn documents_define_nodes_of_their_own() {
             float n1 = n0 * 2.0;
             return mxColor.gltfRoughness(n1, 0.0);
         }
-    "#]].assert_eq(&text_of(&text));
+    "#]]
+    .assert_eq(&text_of(&text));
 }
 
 #[test]
@@ -187,7 +179,8 @@ fn old_documents_are_read_as_new_ones() {
             float n0 = 0.5 >= 0.6 ? 2.0 : 1.0;
             return n0;
         }
-    "#]].assert_eq(&text_of(text));
+    "#]]
+    .assert_eq(&text_of(text));
 }
 
 #[test]
@@ -215,5 +208,29 @@ fn outputs_are_textures() {
             vec3 n1 = vec3(1.0, 0.5, 0.0) * n0;
             rt_TextureColor = color(n1);
         }
-    "#]].assert_eq(&outputs_of(text));
+    "#]]
+    .assert_eq(&outputs_of(text));
+}
+
+/// Letters that XML does not allow there, and readers of MaterialX accept.
+#[test]
+fn tiles_and_prefixes_are_read() {
+    let text = with_material(
+        r#"<mine:image name="map" type="color3">
+             <input name="file" type="filename" value="a.<UDIM>.png"/>
+           </mine:image>
+           <nodedef name="mine:ND_image" node="image" namespace="mine">
+             <input name="file" type="filename" value=""/>
+             <output name="out" type="color3"/>
+           </nodedef>
+           <nodegraph name="mine:NG_image" nodedef="mine:ND_image">
+             <image name="inner" type="color3"><input name="file" type="filename" interfacename="file"/></image>
+             <output name="out" type="color3" nodename="inner"/>
+           </nodegraph>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="base_color" type="color3" nodename="map"/>
+           </standard_surface>"#,
+    );
+    let found = text_of(&text);
+    assert!(found.contains("names several files") && !found.contains("error"), "{found}");
 }

@@ -79,7 +79,9 @@ fn a_document_with_several_materials_needs_a_name() {
     let error = load("Material \"materialx\" \"string file\" \"a/document.mtlx\"").unwrap_err();
     assert!(error.contains("E0501") && error.contains("`First`, `Second`"), "{error}");
     let named = |name: &str| {
-        format!("Material \"materialx\" \"string file\" \"a/document.mtlx\" \"string material\" \"{name}\"")
+        format!(
+            "Material \"materialx\" \"string file\" \"a/document.mtlx\" \"string material\" \"{name}\""
+        )
     };
     assert!(load(&named("Second")).is_ok());
     let error = load(&named("Secnd")).unwrap_err();

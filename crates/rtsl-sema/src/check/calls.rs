@@ -593,7 +593,8 @@ impl Checker<'_> {
                 if let Some(Expression {
                     kind: ExpressionKind::Textured(_) | ExpressionKind::Computed(..),
                     ..
-                }) = argument {
+                }) = argument
+                {
                     diagnostic = diagnostic
                         .help("`isTextured` tells a parameter that is a texture from a value");
                 }

@@ -67,7 +67,8 @@ impl Checker<'_> {
             _ if matches!(
                 receiver.kind,
                 ExpressionKind::Textured(_) | ExpressionKind::Computed(..)
-            ) => {
+            ) =>
+            {
                 return self.report_method_of_textured(method, span);
             }
             _ => return self.report_unknown_method(&receiver.ty, method, &[], span),
@@ -313,8 +314,7 @@ impl Checker<'_> {
             | ExpressionKind::Textured(id)
             | ExpressionKind::Computed(id, _),
             Some(class),
-        ) =
-            (&root(reference).kind, &mut self.class)
+        ) = (&root(reference).kind, &mut self.class)
         {
             class.members[id.0 as usize].tested = true;
         }

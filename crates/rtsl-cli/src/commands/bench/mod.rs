@@ -32,15 +32,15 @@ use rtsl::{
 };
 
 pub use self::arguments::BenchArguments;
-pub use self::host::BenchHost;
-pub use self::inputs::random_state;
-pub use self::random::Random;
 use self::call::count;
 use self::coverage::{Coverage, coverage, covering_inputs};
+pub use self::host::BenchHost;
+pub use self::inputs::random_state;
 use self::inputs::{Inputs, ORIGIN, RaySource};
 use self::lines::Lines;
 use self::objects::Objects;
 use self::peak::Peak;
+pub use self::random::Random;
 use self::settings::Setting;
 use self::subject::KernelSubject;
 use self::table::{Measurement, Row};

@@ -79,7 +79,8 @@ struct Survey {
 /// Checks the documents of a folder, or one document.
 pub fn run(path: &Path, json: bool) -> CommandResult {
     let files = documents(path)?;
-    let options = EngineOptions { backend: Backend::Interpreter, ..rtsl_contract::engine_options() };
+    let options =
+        EngineOptions { backend: Backend::Interpreter, ..rtsl_contract::engine_options() };
     let (engine, _) = Engine::new(options)?;
     let documents: Vec<DocumentResult> =
         files.iter().map(|file| check(file, path, &engine)).collect();
