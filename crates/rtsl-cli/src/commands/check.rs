@@ -95,7 +95,7 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
 }
 
 /// True for the names of scenes, compressed ones too.
-fn is_scene(file: &Path) -> bool {
+pub fn is_scene(file: &Path) -> bool {
     let name = file.to_string_lossy().to_ascii_lowercase();
     is_gltf(file) || name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")
 }

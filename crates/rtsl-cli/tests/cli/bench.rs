@@ -23,12 +23,13 @@ fn bench(folder: &Folder, arguments: &[&str]) -> Vec<serde_json::Value> {
     ran.output().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
+const SLOPE: &str = "class Slope : rt_Texture; public float steep = 1.0;
+    void lookup() { rt_TextureColor = color(steep * rt_TextureUV.x / rt_TextureUV.y); }";
+
 #[test]
 fn test_tells_which_contracts_are_broken() {
     let folder = Folder::new("test");
-    let slope = "class Slope : rt_Texture; public float steep = 1.0;
-        void lookup() { rt_TextureColor = color(steep * rt_TextureUV.x / rt_TextureUV.y); }";
-    folder.write("slope.rtsl", slope);
+    folder.write("slope.rtsl", SLOPE);
     let ran = folder.run(&["test", "slope.rtsl", "--param", "steep=2"]).exits(INPUT_AT_FAULT);
     assert_eq!(ran.errors(), "error: 1 contract is broken\n");
     ran.prints(expect![[r#"
@@ -48,11 +49,38 @@ fn test_tells_which_contracts_are_broken() {
     assert_eq!((&report["class"], &report["holds"]), (&"Slope".into(), &false.into()));
     assert_eq!(report["contracts"][0]["outcome"], "broken");
 
-    folder.write("flat.rtsl", slope.replace("/ rt_TextureUV.y", ""));
+    folder.write("flat.rtsl", SLOPE.replace("/ rt_TextureUV.y", ""));
     folder.run(&["test", "flat.rtsl"]).exits(DONE);
     folder.run(&["test", "flat.rtsl", "--samples", "1"]).exits(WRONG_USAGE);
     folder.run(&["test", "flat.rtsl", "--param", "flat=1"]).fails_with("E0502");
     folder.run(&["test", "none.rtsl"]).fails_with("E0601");
+}
+
+#[test]
+fn test_checks_the_instances_of_a_scene() {
+    let folder = Folder::new("test-scene");
+    folder.write("slope.rtsl", SLOPE);
+    let scene = |steep: &str| {
+        format!(
+            "Camera \"Pinhole\" Film \"rgb\" WorldBegin LightSource \"PointLight\"
+            Texture \"slope\" \"spectrum\" \"Slope\" \"float steep\" {steep}
+            Material \"Lambertian\" \"texture kd\" \"slope\" Shape \"Sphere\" Shape \"Sphere\" \"float radius\" 2"
+        )
+    };
+    folder.write("good.pbrt", scene("0"));
+    folder.write("bad.pbrt", scene("1e38"));
+    let tested = |arguments: &[&str]| folder.run(&[&["test", "--json"], arguments].concat());
+    let lines = |text: String| -> Vec<serde_json::Value> {
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let reports = lines(tested(&["good.pbrt"]).exits(DONE).output());
+    let names: Vec<_> = reports.iter().map(|it| it["instance"].as_str().unwrap()).collect();
+    assert_eq!(names, ["camera", "material 0", "light 0", "shape 0", "shape 1"]);
+    let bad = tested(&["bad.pbrt", "--class", "Lambertian"]).exits(INPUT_AT_FAULT);
+    let reports = lines(bad.output());
+    let [report] = &reports[..] else { panic!("{reports:?}") };
+    assert_eq!((&report["class"], &report["holds"]), (&"Lambertian".into(), &false.into()));
+    tested(&["good.pbrt", "--param", "steep=1"]).exits(WRONG_USAGE);
 }
 
 #[test]

@@ -67,7 +67,8 @@ impl IncludeLoader for FileLoader {
             let candidate = without_detours(&folder.join(path));
             if candidate.is_file() {
                 if !self.is_allowed(&candidate) {
-                    return Err(IncludeError::Escapes);
+                    // A file of the library may have the name of one on disk, which its own includes do not mean.
+                    return library_file(path, including).ok_or(IncludeError::Escapes);
                 }
                 let text = read_text(&candidate).map_err(IncludeError::Unreadable)?;
                 return Ok(IncludedFile { name: candidate.display().to_string(), text });

@@ -1,6 +1,7 @@
 //! `rtsl test`: checks the contracts between classes and renderers.
 
 mod pictures;
+mod scene;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use rtsl_contract::{
 };
 use serde_json::Value as JsonValue;
 
+use super::check::is_scene;
 use super::shader::{compile_file, compiler_of, engine, value_failure};
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::eval::{parse_setting, parse_value};
@@ -25,12 +27,13 @@ use crate::report::Reporter;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Each class is checked with its defaults, and with numbers spread over the ranges that its annotations give.
-What it refers to and must have is simple: a grey texture, a matte material.
+What it refers to and must have is simple: a grey texture, a matte material. Of a scene, the camera, the materials,
+the lights and the shapes are checked as they are there.
 
 Example: is the density of this material that of its samples, and does it reflect too much?
     rtsl test velvet.rtsl --param sharpness=8")]
 pub struct TestArguments {
-    /// The shader.
+    /// The shader, or a scene, whose name ends with `.pbrt`, `.gltf` or `.glb`.
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Check this class only.
@@ -56,6 +59,16 @@ pub struct TestArguments {
 
 /// Checks the classes of the file, one after the other.
 pub fn run(arguments: &TestArguments, reporter: &Reporter) -> CommandResult {
+    let usual = rtsl_contract::engine_options();
+    let options = EngineOptions {
+        loop_budget: usual.loop_budget,
+        optimization: usual.optimization,
+        ..arguments.engine.options()
+    };
+    let engine = engine(options, reporter)?;
+    if is_scene(&arguments.file) {
+        return Ok(outcome(scene::check_scene(arguments, &engine, reporter)?, reporter));
+    }
     let compiler = compiler_of(&arguments.file, &arguments.search_path, reporter)?;
     let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
         return Ok(Outcome::InputAtFault);
@@ -64,23 +77,21 @@ pub fn run(arguments: &TestArguments, reporter: &Reporter) -> CommandResult {
         Some(name) => vec![unit.class(name)?],
         None => unit.classes().iter().collect(),
     };
-    let usual = rtsl_contract::engine_options();
-    let options = EngineOptions {
-        loop_budget: usual.loop_budget,
-        optimization: usual.optimization,
-        ..arguments.engine.options()
-    };
-    let tests = Tests { arguments, unit: &unit, engine: engine(options, reporter)? };
+    let tests = Tests { arguments, unit: &unit, engine };
     let mut broken = 0;
     for class in &classes {
         broken += tests.check_class(class)?;
     }
+    Ok(outcome(broken, reporter))
+}
+
+fn outcome(broken: usize, reporter: &Reporter) -> Outcome {
     if broken == 0 {
-        return Ok(Outcome::Done);
+        return Outcome::Done;
     }
     let plural = if broken == 1 { "contract is" } else { "contracts are" };
     reporter.message("error", &format!("{broken} {plural} broken"));
-    Ok(Outcome::InputAtFault)
+    Outcome::InputAtFault
 }
 
 struct Tests<'a> {
