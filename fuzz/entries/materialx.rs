@@ -26,7 +26,7 @@ impl FileSource for Files<'_> {
     }
 }
 
-/// The reader, within 64 MiB. A document that is accepted gives a class without errors; warnings are about the document.
+/// The reader, within 64 MiB. A document that is accepted gives a class without errors.
 pub fn materialx(data: &[u8]) {
     let options = LoadOptions { input_memory: Some(Amount(64 << 20)), ..LoadOptions::default() };
     let Ok(loaded) = load_scene(Path::new("scene.pbrt"), &Files(data), &options) else { return };

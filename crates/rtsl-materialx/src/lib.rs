@@ -25,4 +25,6 @@ mod types;
 
 pub use document::{Document, Loaded};
 pub use table::nodes;
-pub use translation::{ImageUse, Material, Translation, translate, translate_outputs};
+pub use translation::{
+    ImageUse, Material, Translation, has_materials, translate, translate_outputs,
+};

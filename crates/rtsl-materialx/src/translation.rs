@@ -108,6 +108,11 @@ pub fn translate(document: &Document, title: &str, only: Option<&str>) -> Transl
     })
 }
 
+/// True if a document has surface materials, whether or not they can be translated.
+pub fn has_materials(document: &Document) -> bool {
+    !Translator::new(document, "").materials().is_empty()
+}
+
 /// Translates the outputs of a document's graphs to textures, each a class.
 pub fn translate_outputs(document: &Document, title: &str) -> Translation {
     deep_stack::run(|| {

@@ -48,7 +48,7 @@ pub struct Closures {
     pub lobes: Vec<Lobe>,
     /// The amounts of mixtures, expressions of type `vec3`.
     pub amounts: Vec<String>,
-    /// How the lobes are combined.
+    /// The combination of the lobes.
     pub root: Closure,
     /// The emission, an expression of type `vec3`; `None` without any.
     pub emission: Option<String>,

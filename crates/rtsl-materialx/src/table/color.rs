@@ -35,6 +35,10 @@ pub const ROWS: &[&str] = &[
     "inside | T | in=0 mask:float=1 | {in} * {mask}",
     "outside | T | in=0 mask:float=0 | {in} * (1.0 - {mask})",
     "mix | T | fg=0 bg=0 mix=0 | mix({bg}, {fg}, {mix})",
+    "srgb_texture_to_lin_rec709 | T | in=0 | mxColor.linearOfSrgb({in})",
+    "rec709_display_to_lin_rec709 | T | in=0 | mxColor.linearOfGamma({in}, 2.4)",
+    "g18_rec709_to_lin_rec709 | T | in=0 | mxColor.linearOfGamma({in}, 1.8)",
+    "g22_rec709_to_lin_rec709 | T | in=0 | mxColor.linearOfGamma({in}, 2.2)",
     "gooch_shade | color3 | warm_color=0.8,0.8,0.7 cool_color=0.3,0.3,0.8 specular_intensity:float=1 shininess:float=64 \
      light_direction:vector3=1,-0.5,-0.5 | mxColor.gooch({warm_color}, {cool_color}, {specular_intensity}, {shininess}, \
      {light_direction}, rt_ShadingNormal, normalize(rt_RayDirection))",

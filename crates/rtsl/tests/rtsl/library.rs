@@ -224,7 +224,10 @@ fn the_prelude_and_every_file_compile_without_a_word() {
         let name = file.path.rsplit('/').next().unwrap();
         let include = format!("#include \"{name}\"");
         let is_included = library::files().iter().any(|other| other.text.contains(&include));
-        assert!(is_included || !compilation.unit.unwrap().classes().is_empty(), "{}", file.path);
+        // Texts of translated documents import these.
+        let is_module = file.path.starts_with("shaders/materialx/");
+        let has_classes = !compilation.unit.unwrap().classes().is_empty();
+        assert!(is_included || is_module || has_classes, "{}", file.path);
     }
 }
 

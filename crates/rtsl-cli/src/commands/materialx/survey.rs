@@ -8,7 +8,7 @@ use rtsl::{
     Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
     LaneBlock, Method, Role, SourceMap, lookup_state,
 };
-use rtsl_materialx::{Translation, translate, translate_outputs};
+use rtsl_materialx::{Translation, has_materials, translate, translate_outputs};
 use serde::Serialize;
 
 use super::{read, title};
@@ -138,12 +138,10 @@ fn check(file: &Path, root: &Path, engine: &Engine) -> DocumentResult {
     };
     let title = title(file);
     let outputs = translate_outputs(&document, &title);
-    let mut materials = translate(&document, &title, None);
-    let has_materials = materials.materials.len() + materials.errors.len() > 1
-        || !materials.errors.iter().any(|it| it.message.contains("has no material"));
-    if !has_materials {
-        materials = Translation::default();
-    }
+    let materials = match has_materials(&document) {
+        true => translate(&document, &title, None),
+        false => Translation::default(),
+    };
     let errors = materials.errors.iter().chain(&outputs.errors);
     result.errors.extend(errors.map(|error| format!("{}: {}", error.code, error.message)));
     result.materials = materials.materials.len();
