@@ -59,16 +59,18 @@ fn test_tells_which_contracts_are_broken() {
 #[test]
 fn test_checks_the_instances_of_a_scene() {
     let folder = Folder::new("test-scene");
-    folder.write("slope.rtsl", SLOPE);
-    let scene = |steep: &str| {
+    let root = "class Root : rt_Texture; public float of = 0.25;
+        void lookup() { rt_TextureColor = color(sqrt(of)); }";
+    folder.write("root.rtsl", root);
+    let scene = |of: &str| {
         format!(
             "Camera \"Pinhole\" Film \"rgb\" WorldBegin LightSource \"PointLight\"
-            Texture \"slope\" \"spectrum\" \"Slope\" \"float steep\" {steep}
-            Material \"Lambertian\" \"texture kd\" \"slope\" Shape \"Sphere\" Shape \"Sphere\" \"float radius\" 2"
+            Texture \"root\" \"spectrum\" \"Root\" \"float of\" {of}
+            Material \"Lambertian\" \"texture kd\" \"root\" Shape \"Sphere\" Shape \"Sphere\" \"float radius\" 2"
         )
     };
-    folder.write("good.pbrt", scene("0"));
-    folder.write("bad.pbrt", scene("1e38"));
+    folder.write("good.pbrt", scene("0.25"));
+    folder.write("bad.pbrt", scene("-1"));
     let tested = |arguments: &[&str]| folder.run(&[&["test", "--json"], arguments].concat());
     let lines = |text: String| -> Vec<serde_json::Value> {
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
@@ -80,7 +82,7 @@ fn test_checks_the_instances_of_a_scene() {
     let reports = lines(bad.output());
     let [report] = &reports[..] else { panic!("{reports:?}") };
     assert_eq!((&report["class"], &report["holds"]), (&"Lambertian".into(), &false.into()));
-    tested(&["good.pbrt", "--param", "steep=1"]).exits(WRONG_USAGE);
+    tested(&["good.pbrt", "--param", "of=1"]).exits(WRONG_USAGE);
 }
 
 #[test]
