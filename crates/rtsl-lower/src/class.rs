@@ -51,7 +51,8 @@ pub fn lower_class(
     })
 }
 
-/// The methods of which callers may take derivatives: of textures any shader, of primitives those that have hits of others.
+/// The methods of which callers may take derivatives: of textures any shader, of primitives those that have hits of
+/// others.
 const DIFFERENTIABLE: [Method; 3] =
     [Method::Lookup, Method::Intersect, Method::ComputeTextureCoordinates];
 

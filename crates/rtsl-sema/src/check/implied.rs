@@ -1,8 +1,9 @@
 //! Implied methods: the methods that a class receives if it lacks them.
 //!
 //! A primitive without `computeNormal` receives one: the gradient of its function `float field(vec3 p)`, or that of the
-//! distance that its `intersect` finds. One with `computeTextureCoordinates` and without `computeDerivatives` receives
-//! the derivatives of the surface by its coordinates.
+//! distance that its `intersect` finds; the latter not if it has `generateSample`. One with
+//! `computeTextureCoordinates` and without `computeDerivatives` receives the derivatives of the surface by its
+//! coordinates.
 //!
 //! The rest is about materials.
 //! A class with only `shade`, or with no method at all, receives none. One with `BSDF` receives
@@ -66,7 +67,9 @@ impl<'a> Checker<'a> {
     fn implied_of_primitive(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
         let has = |method: Method| present.contains(&method);
         let mut implied = Vec::new();
-        let surface = match (self.has_field(), has(Method::Intersect)) {
+        // Normals of samples point outward, and normals that face the ray would contradict them.
+        let may_face_rays = has(Method::Intersect) && !has(Method::GenerateSample);
+        let surface = match (self.has_field(), may_face_rays) {
             (true, _) => Some(IMPLIED_FIELD),
             (false, true) => Some(IMPLIED_SURFACE),
             (false, false) => None,

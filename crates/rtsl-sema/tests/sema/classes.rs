@@ -244,6 +244,8 @@ fn primitives_receive_normals_and_derivatives() {
     let all = ["intersect", "computeNormal", "computeTextureCoordinates", "computeDerivatives"];
     assert_eq!(of(&[intersect, coordinates]), all);
     assert_eq!(of(&[intersect, normal, coordinates, derivatives]), all);
+    let sample = "void generateSample() { rt_HitPoint = vec3(1.0); }\n";
+    assert_eq!(of(&[intersect, sample]), ["intersect", "generateSample"]);
     // Names of the class are not captured.
     let names = "float makeFrame(vec3 v) { return v.x; } public float dot = 1.0;\n";
     assert_eq!(of(&[intersect, coordinates, names]), all);
