@@ -22,8 +22,7 @@
 //!
 //! This pass runs before those that only make a function faster, and at every level, so that weights depend on the
 //! source alone: they have the same bits at every level of optimisation and for every caller. Before it
-//! [`mem2reg`](crate::mem2reg) and [`dce`] leave only the uses that count, and those of reports, which do
-//! not.
+//! [`mem2reg`](crate::mem2reg) and [`dce`] leave only the uses that count, and those of reports, which do not.
 
 use rtsl_ir::{
     BinaryOp, Constant, Function, IndexVec, Op, OpKind, Region, Scalar, UnaryOp, Value, Values,

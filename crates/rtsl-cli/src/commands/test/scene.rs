@@ -1,5 +1,6 @@
 //! `rtsl test SCENE`: checks the instances of a scene, with all that they refer to.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{Engine, Instance};
@@ -76,12 +77,8 @@ fn subjects(scene: &Scene) -> Vec<(String, Arc<Instance>)> {
     subjects.extend(numbered("material", scene.materials.clone()));
     subjects.extend(numbered("light", lights));
     subjects.extend(numbered("shape", shapes));
-    let mut seen: Vec<*const Instance> = Vec::new();
-    subjects.retain(|(_, instance)| {
-        let is_new = !seen.contains(&Arc::as_ptr(instance));
-        seen.push(Arc::as_ptr(instance));
-        is_new
-    });
+    let mut seen = BTreeSet::new();
+    subjects.retain(|(_, instance)| seen.insert(Arc::as_ptr(instance)));
     subjects
 }
 
