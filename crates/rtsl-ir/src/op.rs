@@ -441,7 +441,8 @@ pub enum OpKind {
     IsSet(String, ReferencePath),
     /// A copy of an f32, with respect to which derivatives are taken; replaced by linking, as the next two.
     Seed(Value),
-    /// The derivative of the first f32 with respect to the second, a [`OpKind::Seed`] before it in the same region.
+    /// The derivative of the first f32 with respect to the second, a [`OpKind::Seed`] before it in the same region or in
+    /// one around it.
     Derivative(Value, Value),
     /// The first f32, whose derivative is the sum of the products of the pairs: each the derivative of a value, and
     /// that value's factor.

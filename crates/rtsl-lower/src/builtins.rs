@@ -98,6 +98,7 @@ impl<'m> Lowering<'m> {
             Special::Ambient => Ok(self.builder.push(OpKind::Ambient).iter().collect()),
             Special::Rand => Ok(vec![self.builder.push(OpKind::Rand).get(0)]),
             Special::Inside => self.lower_inside(span),
+            Special::Change(along) => Ok(self.lower_change(along, &values[0])),
             Special::Map(direction, mapped) => {
                 self.lower_map((direction, mapped), &values[0], span)
             }
@@ -160,7 +161,7 @@ impl<'m> Lowering<'m> {
 
     /// Lowers a map between the world and the space of the hit object. Normals take the transposed map of the other
     /// direction.
-    fn lower_map(
+    pub fn lower_map(
         &mut self,
         (direction, mapped): (Direction, Mapped),
         operand: &[Value],

@@ -252,6 +252,9 @@ impl<'m> Maker<'m> {
         lowering.order = order;
         lowering.begin_members()?;
         lowering.begin_state(self.class.span)?;
+        if self.facts.of(id).asks_for_changes {
+            lowering.begin_filter(self.class.span)?;
+        }
         lowering.frame = lowering.new_frame(id, self.class.span)?;
         lowering.lower_list(&lowering.function(id).body)?;
         lowering.output_state()?;
@@ -305,6 +308,7 @@ impl<'m> Maker<'m> {
             visits: 0,
             depth: 0,
             order: 0,
+            filter: None,
             tracing: self.tracing,
             outer_places: Vec::new(),
         }

@@ -407,6 +407,7 @@ fn is_cheap_builtin(builtin: &Builtin) -> bool {
             | Special::Rand
             | Special::Map(..)
             | Special::Gradient
+            | Special::Change(_)
             | Special::MatrixCompMult => false,
         },
         BuiltinLowering::Prelude => false,

@@ -36,6 +36,8 @@ pub(crate) struct Facts {
     pub indexed: BTreeSet<Root>,
     /// The parameters and local variables whose values contribute to a `precise` one.
     pub precise: BTreeSet<LocalId>,
+    /// True if it or any function that it calls asks how a value changes over the width of the filter.
+    pub asks_for_changes: bool,
 }
 
 /// The facts of all functions that a class uses.
@@ -107,11 +109,20 @@ impl FactTable {
                 let of_callee = self.of(callee);
                 let not_local = |root: &&Root| !matches!(root, Root::Local(_));
                 facts.indexed.extend(of_callee.indexed.iter().filter(not_local));
+                facts.asks_for_changes |= of_callee.asks_for_changes;
             }
             if let Node::Expression(expression) = node {
                 facts.indexed.extend(indexed_root(expression));
-                if let ExpressionKind::Local(local) = expression.kind {
-                    facts.named_locals.insert(local);
+                match &expression.kind {
+                    ExpressionKind::Local(local) => {
+                        facts.named_locals.insert(*local);
+                    }
+                    ExpressionKind::Builtin(call) => {
+                        let lowering = call.builtin.lowering;
+                        facts.asks_for_changes |=
+                            matches!(lowering, Lowering::Special(Special::Change(_)));
+                    }
+                    _ => {}
                 }
             }
         });

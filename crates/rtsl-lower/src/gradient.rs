@@ -83,7 +83,7 @@ impl<'m> Lowering<'m> {
     }
 
     /// Returns a variable in cells with the values of this one, or this one if it is in cells.
-    fn in_cells(&mut self, id: SourceVariableId) -> Lowered<SourceVariableId> {
+    pub fn in_cells(&mut self, id: SourceVariableId) -> Lowered<SourceVariableId> {
         if matches!(self.variable(id).storage, Storage::Cells(_)) {
             return Ok(id);
         }

@@ -29,6 +29,7 @@ mod construct;
 mod control;
 mod expressions;
 mod facts;
+mod filter;
 mod gradient;
 mod illuminance;
 mod layout;
@@ -107,6 +108,8 @@ struct Lowering<'m> {
     depth: u32,
     /// The order of the derivatives that may be taken of the code being lowered: 0 for none.
     order: u32,
+    /// The steps along both sides of the filter, if the function asks how values change by them.
+    filter: Option<filter::Steps>,
     /// The texts, if the class is traced.
     tracing: Option<&'m Tracing>,
     /// The places of the statements, expressions and calls around the one that is being visited.

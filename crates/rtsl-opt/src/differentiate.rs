@@ -53,15 +53,21 @@ fn differentiate(function: &mut Function, region: &mut Region, seed: Value) -> b
         let mut regions = region.ops.iter_mut().flat_map(|op| op.kind.regions_mut());
         return regions.any(|region| differentiate(function, region, seed));
     };
-    let is_derivative = |op: &Op| matches!(op.kind, OpKind::Derivative(_, by) if by == seed);
-    let Some(last) = region.ops.iter().rposition(is_derivative) else { return true };
-    let rest = region.ops.split_off(last + 1);
+    let mut wanted = Vec::new();
+    let mut end = first;
+    for (index, op) in region.ops.iter().enumerate().skip(first) {
+        let before = wanted.len();
+        add_wanted(op, seed, &mut wanted);
+        if wanted.len() > before {
+            end = index + 1;
+        }
+    }
+    if wanted.is_empty() {
+        return true;
+    }
+    let rest = region.ops.split_off(end);
     let range = region.ops.split_off(first);
-    let wanted = range.iter().filter_map(|op| match op.kind {
-        OpKind::Derivative(of, by) if by == seed => Some(of),
-        _ => None,
-    });
-    let dependence = Dependence::new(function, &range, seed, &wanted.collect::<Vec<Value>>());
+    let dependence = Dependence::new(function, &range, seed, &wanted);
     let mut tangents = Tangents {
         function,
         dependence,
@@ -80,6 +86,16 @@ fn differentiate(function: &mut Function, region: &mut Region, seed: Value) -> b
         }
     });
     true
+}
+
+/// Adds the values whose derivatives with respect to a seed an operation takes, or one in its regions.
+fn add_wanted(op: &Op, seed: Value, wanted: &mut Vec<Value>) {
+    match &op.kind {
+        OpKind::Derivative(of, by) if *by == seed => wanted.push(*of),
+        kind => kind.regions().for_each(|region| {
+            region.ops.iter().for_each(|op| add_wanted(op, seed, wanted));
+        }),
+    }
 }
 
 /// Replaces seeds and values with chain rules by the values themselves.

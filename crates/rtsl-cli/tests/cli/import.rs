@@ -217,7 +217,7 @@ fn refused(program: &str, expected: Expect) {
 #[test]
 fn errors_have_their_places_in_the_program() {
     refused(
-        "float edge(float d) { return d / fwidth(d); }\nvoid mainImage(out vec4 o, in vec2 u) { o = vec4(edge(u.x)); }\n",
+        "float edge(float d) { return d / noise1(d); }\nvoid mainImage(out vec4 o, in vec2 u) { o = vec4(edge(u.x)); }\n",
         expect![[r#"
             error[E0201]: there is no function `fwidth`
               ┌─ in.glsl:1:34

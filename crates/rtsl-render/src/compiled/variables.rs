@@ -72,6 +72,12 @@ pub fn variables() -> &'static Variables {
     &VARIABLES
 }
 
+/// Returns the number of components without those that programs cannot name, which come last.
+pub fn visible_components() -> usize {
+    let v = variables();
+    v.attributes.min(v.to_object).min(v.to_world)
+}
+
 /// Returns the vector or colour of a lane that starts at component `first`.
 #[inline]
 pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
@@ -81,6 +87,14 @@ pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn hidden_components_come_last() {
+        for variable in rtsl::state_variables() {
+            let is_late = variable.first_component as usize >= visible_components();
+            assert_eq!(variable.is_hidden(), is_late, "{}", variable.name);
+        }
+    }
 
     #[test]
     fn every_variable_is_in_the_table() {

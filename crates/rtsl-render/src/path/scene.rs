@@ -10,7 +10,7 @@ use super::aov_plan::AovPlan;
 use super::features::Features;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClasses;
-use super::integrator::{Integrator, StagedMethod};
+use super::integrator::{BlockSizes, Integrator, StagedMethod};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
 use super::object_entry::ObjectEntry;
@@ -102,10 +102,11 @@ impl BatchScene {
         !self.alpha.is_empty()
     }
 
-    /// Returns the greatest number of scratch arrays of stages: of those of the integrator, and those of methods that
-    /// shade surfaces.
-    pub(super) fn stage_arrays(&self, integrator: &StagedMethod) -> usize {
-        integrator.program.scratch_arrays().max(self.shading_methods.stage_arrays())
+    /// Returns the greatest numbers of arrays of stages: of those of the integrator, and those of methods that shade
+    /// surfaces.
+    pub(super) fn block_sizes(&self, integrator: &StagedMethod) -> BlockSizes {
+        let of_methods = self.shading_methods.stages().map(StagedMethod::block_sizes);
+        of_methods.fold(integrator.block_sizes(), BlockSizes::max)
     }
 
     /// The least distance of hits of further rays, and the least weight with which they are traced.

@@ -134,12 +134,6 @@ impl ShadingMethods {
         self.methods.iter().filter_map(ShadingMethod::staged)
     }
 
-    /// The greatest number of scratch arrays of the stages.
-    pub fn stage_arrays(&self) -> usize {
-        let arrays = self.stages();
-        arrays.map(|staged| staged.program.scratch_arrays()).max().unwrap_or(0)
-    }
-
     fn like(&self, program: &Arc<Program>, method: Method) -> Option<&StagedMethod> {
         let mut methods = self.methods.iter();
         let is_same =

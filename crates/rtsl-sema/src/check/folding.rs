@@ -218,6 +218,7 @@ pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) ->
         | Special::Rand
         | Special::Map(..)
         | Special::Gradient
+        | Special::Change(_)
         | Special::Inside
         | Special::IsSet
         | Special::IsTextured => None,

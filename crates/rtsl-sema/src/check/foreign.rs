@@ -22,18 +22,33 @@ pub(super) fn advise(diagnostic: Diagnostic, span: Span, counterpart: Counterpar
 }
 
 /// Functions that have the same parameters and another name.
-const RENAMED_FUNCTIONS: [(&str, &str); 15] = [
+const RENAMED_FUNCTIONS: [(&str, &str); 30] = [
+    ("Dx", "dFdx"),
+    ("Dy", "dFdy"),
     ("asint", "floatBitsToInt"),
     ("asuint", "floatBitsToUint"),
     ("atan2", "atan"),
     ("countbits", "bitCount"),
+    ("dFdxCoarse", "dFdx"),
+    ("dFdxFine", "dFdx"),
+    ("dFdyCoarse", "dFdy"),
+    ("dFdyFine", "dFdy"),
+    ("ddx", "dFdx"),
+    ("ddx_coarse", "dFdx"),
+    ("ddx_fine", "dFdx"),
+    ("ddy", "dFdy"),
+    ("ddy_coarse", "dFdy"),
+    ("ddy_fine", "dFdy"),
     ("drand48", "rand"),
     ("fabs", "abs"),
+    ("filterwidth", "fwidth"),
     ("firstbithigh", "findMSB"),
     ("firstbitlow", "findLSB"),
     ("fmax", "max"),
     ("fmin", "min"),
     ("frac", "fract"),
+    ("fwidthCoarse", "fwidth"),
+    ("fwidthFine", "fwidth"),
     ("lerp", "mix"),
     ("mad", "fma"),
     ("reversebits", "bitfieldReverse"),
@@ -68,8 +83,6 @@ const PRINTING: &str =
 const TEXTURES: &str =
     "textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member";
 
-const DERIVATIVES: &str = "rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter";
-
 /// The equivalent of an unknown name of a value or a function.
 pub(super) fn counterpart(name: &str) -> Option<Counterpart> {
     let advice = |text: &'static str| Some(Counterpart::Advice(text));
@@ -84,11 +97,6 @@ pub(super) fn counterpart(name: &str) -> Option<Counterpart> {
         .any(|start| name.starts_with(start))
     {
         return advice(TEXTURES);
-    }
-    if is(&["ddx", "ddy"])
-        || ["dFd", "fwidth", "ddx_", "ddy_"].iter().any(|start| name.starts_with(start))
-    {
-        return advice(DERIVATIVES);
     }
     if is(&["iTime", "time"]) {
         return advice(

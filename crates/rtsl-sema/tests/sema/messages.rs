@@ -194,12 +194,12 @@ fn helpers_name_the_method_that_reaches_them() {
 #[test]
 fn names_of_glsl() {
     check(
-        "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }\n",
+        "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdxFine(1.0); }\n",
         &expect![[r#"
             error[E0201]: there is no `gl_FragCoord` here
               ┌─ shader.rtsl:2:40
               │
-            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdxFine(1.0); }
               │                                        ^^^^^^^^^^^^ unknown name
               │
               = help: what GLSL passes in `gl_` variables, RTSL passes in the state variables of roles
@@ -207,18 +207,18 @@ fn names_of_glsl() {
             error[E0201]: there is no function `texture`
               ┌─ shader.rtsl:2:57
               │
-            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdxFine(1.0); }
               │                                                         ^^^^^^^ unknown function
               │
               = help: textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member
 
-            error[E0201]: there is no function `dFdx`
+            error[E0201]: there is no function `dFdxFine`
               ┌─ shader.rtsl:2:86
               │
-            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
-              │                                                                                      ^^^^ unknown function
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdxFine(1.0); }
+              │                                                                                      ^^^^^^^^ unknown function
               │
-              = help: rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter
+              = help: write instead: `dFdx`
 
         "#]],
     );
@@ -262,7 +262,7 @@ fn functions_of_other_languages() {
         mul(m, x): = help: write `a * b`, which multiplies matrices and vectors
         log10(x): = help: write `log(x) / log(10.0)`
         fmod(x, x): = help: write `x - y * trunc(x / y)`; `mod(x, y)` differs where x is negative
-        ddx(x): = help: rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter
+        ddx(x): = help: write instead: `dFdx`
         fabs(x): = help: write instead: `abs`
         sqrtf(x): = help: write instead: `sqrt`
         printf(x): = help: write `print("x = {}", x);`, which `rtsl eval` and `rtsl render --pixel` show

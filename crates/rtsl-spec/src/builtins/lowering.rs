@@ -86,6 +86,8 @@ pub enum Special {
     Inside,
     /// `gradient(value, variable)`: the derivative of an expression.
     Gradient,
+    /// The change of an expression over the width of the filter: its differential along one side, or the sum of both.
+    Change(Along),
     /// A map between the world and the space of the hit object.
     Map(Direction, Mapped),
     /// `isSet(reference)`: a constant once the scene is linked.
@@ -102,6 +104,17 @@ pub enum Special {
     MatrixCompMult,
     /// `transpose(m)`.
     Transpose,
+}
+
+/// The sides of the filter along which an expression changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Along {
+    /// By `rt_du` along u.
+    U,
+    /// By `rt_dv` along v.
+    V,
+    /// Along both, without signs.
+    Both,
 }
 
 /// The direction of a map between the world and the space of the hit object.
@@ -127,6 +140,6 @@ pub enum Mapped {
 impl Lowering {
     /// True for functions of the surface that a ray has hit, which materials and textures have.
     pub fn needs_surface(self) -> bool {
-        matches!(self, Lowering::Special(Special::Inside | Special::Map(..)))
+        matches!(self, Lowering::Special(Special::Inside | Special::Map(..) | Special::Change(_)))
     }
 }

@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 use crate::Method;
 
 pub use accuracy::{ACCURACY, Accuracy, AccuracyDomain, GreatestError, accuracy};
-pub use lowering::{Direction, Lowering, Mapped, Operation, Special};
+pub use lowering::{Along, Direction, Lowering, Mapped, Operation, Special};
 pub use reference_methods::{
     REFERENCE_METHODS, ReferenceMethod, STATE_OF_WIDTHS, state_of_parameter,
 };

@@ -14,6 +14,7 @@ mod elements;
 mod enumerations;
 mod examples;
 mod explain;
+mod filter_changes;
 mod fuzz;
 mod gradients;
 mod host_lanes;

@@ -39,7 +39,7 @@ use output_columns::{OutputColumn, output_columns};
 
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
-pub use staged::{StageParts, StagedMethod, Surface, searched_objects, stage_lights};
+pub use staged::{BlockSizes, StageParts, StagedMethod, Surface, searched_objects, stage_lights};
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.

@@ -58,7 +58,7 @@ impl IntegratorMemory {
     pub fn new(scene: &BatchScene) -> Self {
         let integrator = &scene.integrator;
         let stages = integrator.staged.as_ref().map(|staged| StageMemory {
-            frames: Frames::new(scene.stage_arrays(staged)),
+            frames: Frames::new(scene.block_sizes(staged)),
             wave: Wave::default(),
         });
         IntegratorMemory {

@@ -1,6 +1,7 @@
 //! Common functions and packing: sections 8.3 and 8.4 of GLSL 4.60.
 
-use crate::builtins::{Builtin, Chapter, Operation, Special, Usable};
+use super::ray_tracing::SURFACE;
+use crate::builtins::{Along, Builtin, Chapter, Operation, Special, Usable};
 
 pub(super) static COMMON: &[Builtin] = &[
     operation(
@@ -147,25 +148,56 @@ pub(super) static COMMON: &[Builtin] = &[
     ),
 ];
 
-pub(super) static DERIVATIVES: &[Builtin] = &[Builtin::special(
-    Chapter::Derivatives,
-    "gradient",
-    Special::Gradient,
-    Usable::Anywhere,
-    &[
-        "float gradient(float value, float variable)",
-        "vec2 gradient(float value, vec2 variable)",
-        "vec3 gradient(float value, vec3 variable)",
-        "vec4 gradient(float value, vec4 variable)",
-        "vec2 gradient(vec2 value, float variable)",
-        "vec3 gradient(vec3 value, float variable)",
-        "vec4 gradient(vec4 value, float variable)",
-        "color gradient(color value, float variable)",
-    ],
-    "The derivatives of an expression with respect to a local variable or parameter, as the expression is computed: exact \
+pub(super) static DERIVATIVES: &[Builtin] = &[
+    Builtin::special(
+        Chapter::Derivatives,
+        "gradient",
+        Special::Gradient,
+        Usable::Anywhere,
+        &[
+            "float gradient(float value, float variable)",
+            "vec2 gradient(float value, vec2 variable)",
+            "vec3 gradient(float value, vec3 variable)",
+            "vec4 gradient(float value, vec4 variable)",
+            "vec2 gradient(vec2 value, float variable)",
+            "vec3 gradient(vec3 value, float variable)",
+            "vec4 gradient(vec4 value, float variable)",
+            "color gradient(color value, float variable)",
+        ],
+        "The derivatives of an expression with respect to a local variable or parameter, as the expression is computed: exact \
      to rounding, through functions, branches, loops and textures. Where a branch or a rounding jumps, they are those of \
      the branch taken.",
-)];
+    ),
+    change(
+        "dFdx",
+        Along::U,
+        &["genF dFdx(genF p)", "color dFdx(color p)"],
+        "The change of a value over the width of the filter along u: its differential for a step of `rt_du`, as the method \
+         computes it from `rt_TextureUV`, `rt_TextureUVW` and `rt_HitPoint`.",
+    ),
+    change(
+        "dFdy",
+        Along::V,
+        &["genF dFdy(genF p)", "color dFdy(color p)"],
+        "The change of a value over the width of the filter along v: its differential for a step of `rt_dv`.",
+    ),
+    change(
+        "fwidth",
+        Along::Both,
+        &["genF fwidth(genF p)", "color fwidth(color p)"],
+        "`abs(dFdx(p)) + abs(dFdy(p))`: the width of the values that a ray sees.",
+    ),
+];
+
+const fn change(
+    name: &'static str,
+    along: Along,
+    signatures: &'static [&'static str],
+    doc: &'static str,
+) -> Builtin {
+    let special = Special::Change(along);
+    Builtin::special(Chapter::Derivatives, name, special, SURFACE, signatures, doc)
+}
 
 pub(super) static PACKING: &[Builtin] = &[
     packing(

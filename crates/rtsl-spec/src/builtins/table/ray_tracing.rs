@@ -119,7 +119,7 @@ const MATERIAL: Usable = Usable::Methods(&[
 ]);
 
 /// The methods that know the object that a ray has hit.
-const SURFACE: Usable = Usable::Methods(&[
+pub(super) const SURFACE: Usable = Usable::Methods(&[
     Method::Shade,
     Method::Bsdf,
     Method::SampleBsdf,

@@ -1,6 +1,6 @@
 //! The frames of a wavefront's paths.
 
-use rtsl::{LaneBlock, LaneIndices, LaneMask, new_state};
+use rtsl::{LaneBlock, LaneIndices, LaneMask};
 
 use super::answers::Answers;
 use super::moved_paths::MovedPaths;
@@ -39,7 +39,24 @@ pub struct Frames {
     /// The answers to them, if they are searches.
     pub answers: Answers,
     lanes: usize,
-    scratch_arrays: usize,
+    sizes: BlockSizes,
+}
+
+/// The numbers of arrays that stages need.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockSizes {
+    /// The components of state: the first ones of all. The last ones are the attributes and the transforms of surfaces,
+    /// a third of all, which few materials read.
+    pub state: usize,
+    /// The arrays of scratch.
+    pub scratch: usize,
+}
+
+impl BlockSizes {
+    /// The greater number of each kind.
+    pub fn max(self, other: BlockSizes) -> BlockSizes {
+        BlockSizes { state: self.state.max(other.state), scratch: self.scratch.max(other.scratch) }
+    }
 }
 
 /// The arrays of paths.
@@ -52,19 +69,19 @@ pub struct Blocks {
 
 impl Blocks {
     /// Allocates so many lanes.
-    pub fn new(scratch_arrays: usize, lanes: usize) -> Blocks {
-        let scratch = LaneBlock::new(scratch_arrays, lanes);
-        Blocks { state: new_state(lanes), scratch }
+    pub fn new(sizes: BlockSizes, lanes: usize) -> Blocks {
+        let state = LaneBlock::new(sizes.state, lanes);
+        Blocks { state, scratch: LaneBlock::new(sizes.scratch, lanes) }
     }
 }
 
 impl Frames {
-    /// Allocates the memory of calls, for stages with at most so many scratch arrays; there is no room for paths yet.
-    pub fn new(scratch_arrays: usize) -> Frames {
+    /// Allocates the memory of calls, for stages that need at most so many arrays; there is no room for paths yet.
+    pub fn new(sizes: BlockSizes) -> Frames {
         Frames {
-            paths: Blocks::new(scratch_arrays, 0),
+            paths: Blocks::new(sizes, 0),
             moved: MovedPaths::default(),
-            shadow_rays: Blocks::new(scratch_arrays, CALL_RAYS),
+            shadow_rays: Blocks::new(sizes, CALL_RAYS),
             surfaces: LaneIndices::new(0),
             mask: LaneMask::new(0),
             contributing: PathSet::default(),
@@ -76,7 +93,7 @@ impl Frames {
             requests: Default::default(),
             answers: Answers::default(),
             lanes: 0,
-            scratch_arrays,
+            sizes,
         }
     }
 
@@ -84,7 +101,7 @@ impl Frames {
     pub fn make_room(&mut self, lanes: usize) {
         let lanes = lanes.next_multiple_of(VECTOR_PATHS);
         if lanes > self.lanes {
-            self.paths = Blocks::new(self.scratch_arrays, lanes);
+            self.paths = Blocks::new(self.sizes, lanes);
             self.moved = MovedPaths::default();
             self.surfaces = LaneIndices::new(lanes);
             self.mask = LaneMask::new(lanes);
@@ -105,7 +122,7 @@ impl Frames {
 
     /// Allocates arrays to which paths are moved, with a vector more than there are lanes: copies store whole vectors.
     pub fn new_blocks(&self) -> Blocks {
-        Blocks::new(self.scratch_arrays, self.lanes + VECTOR_PATHS)
+        Blocks::new(self.sizes, self.lanes + VECTOR_PATHS)
     }
 }
 

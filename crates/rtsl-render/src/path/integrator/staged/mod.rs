@@ -24,7 +24,7 @@ mod staged_method;
 mod wave;
 
 pub use columns::Columns;
-pub use frames::{Blocks, Frames};
+pub use frames::{BlockSizes, Blocks, Frames};
 pub use path_set::PathSet;
 pub use run::StagedPaths;
 pub use searched_objects::searched_objects;

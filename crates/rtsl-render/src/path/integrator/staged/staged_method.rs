@@ -19,10 +19,12 @@ use super::super::super::material::MaterialSource;
 use super::super::super::object_entry::ObjectEntry;
 use super::super::super::surface_group::GroupKey;
 use super::columns::Columns;
+use super::frames::BlockSizes;
 use super::moved_columns::MovedColumns;
 use super::searched_objects::searched_objects;
 use super::stage_lights::shape_objects;
 use crate::compiled::object::is_own_material;
+use crate::compiled::variables::visible_components;
 
 /// An integrator's stages with their kernels.
 pub struct StagedMethod {
@@ -330,6 +332,17 @@ impl StagedMethod {
     #[cfg(test)]
     pub fn code(&self) -> Vec<*const TieredKernel> {
         self.kernels.all().iter().map(|it| Arc::as_ptr(&it.kernel)).collect()
+    }
+
+    /// The numbers of arrays that the stages and their hosts access.
+    pub fn block_sizes(&self) -> BlockSizes {
+        let kernels = self.kernels.all().iter();
+        let components = kernels.flat_map(|it| it.reads_state.iter().chain(&it.state));
+        let of_kernels = components.max().map_or(0, |last| last + 1);
+        BlockSizes {
+            state: of_kernels.max(visible_components()),
+            scratch: self.program.scratch_arrays(),
+        }
     }
 
     /// The reads of state by the first stage, which is for no group.
