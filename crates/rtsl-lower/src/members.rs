@@ -83,7 +83,9 @@ impl<'m> Lowering<'m> {
                 continue;
             }
             let kind = match (self.member(id).storage, self.purpose) {
-                (Storage::Scratch | Storage::Output, Purpose::Method(_)) => VariableKind::Scratch,
+                // Other methods change it for themselves.
+                (Storage::Scratch, Purpose::Method(Method::Intersect))
+                | (Storage::Output, Purpose::Method(_)) => VariableKind::Scratch,
                 (Storage::Public | Storage::Private, Purpose::Constructor)
                 | (Storage::Attribute, Purpose::Method(_)) => VariableKind::Member,
                 _ => continue,

@@ -20,6 +20,16 @@ use crate::reader::{Parameter, Values};
 const CORNERS: &str = "attributeCorners";
 const WEIGHTS: &str = "attributeWeights";
 
+/// The attribute with the mean curvature, in the space of the shape: half the divergence of the unit normal. Shapes have
+/// it if a shader reads it.
+pub const CURVATURE: &str = "curvature";
+
+/// Half the divergence of the unit normal at a hit. The method is inlined three times, and equal parts are merged.
+const DIVERGENCE: &str =
+    "0.5 * (gradient((computeNormal(), normalize(rt_GeometricNormal).x), rt_HitPoint).x
++ gradient((computeNormal(), normalize(rt_GeometricNormal).y), rt_HitPoint).y
++ gradient((computeNormal(), normalize(rt_GeometricNormal).z), rt_HitPoint).z)";
+
 /// The attributes that shaders of a scene read: the numbers of scalars of their types, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WantedAttributes {
@@ -76,6 +86,8 @@ pub enum Spread {
     Vertices,
     /// A value for each face.
     Faces,
+    /// A value for each hit, which the class computes.
+    Hits,
 }
 
 /// An attribute that a shape gives.
@@ -157,13 +169,14 @@ impl GivenAttribute {
         Err(wrong(parameter, message).into())
     }
 
-    /// Returns the argument of the derived class at this index among the given attributes.
-    pub fn argument(&self, index: usize) -> (String, Value) {
+    /// Returns the argument of the derived class at this index among the given attributes; `None` if it needs none.
+    pub fn argument(&self, index: usize) -> Option<(String, Value)> {
         let name = match self.spread {
             Spread::Shape => self.name.clone(),
             Spread::Vertices | Spread::Faces => buffer(index),
+            Spread::Hits => return None,
         };
-        (name, Value::Numbers(self.numbers.clone()))
+        Some((name, Value::Numbers(self.numbers.clone())))
     }
 }
 
@@ -195,6 +208,11 @@ pub fn derived_text(base: &Class, given: &[GivenAttribute]) -> Result<String, Di
             let _ = writeln!(members, "public {ty} {attribute};");
             continue;
         }
+        if *spread == Spread::Hits {
+            let _ = writeln!(members, "attribute {ty} {attribute};");
+            let _ = writeln!(body, "{attribute} = {DIVERGENCE};");
+            continue;
+        }
         let values = buffer(index);
         let _ = writeln!(members, "attribute {ty} {attribute};\npublic {ty} {values}[];");
         if let (Spread::Faces, Some(element)) = (spread, base.element()) {
@@ -219,7 +237,7 @@ pub fn derived_text(base: &Class, given: &[GivenAttribute]) -> Result<String, Di
 }
 
 /// True if instances of the class have data of this name.
-fn has_member(class: &Class, name: &str) -> bool {
+pub fn has_member(class: &Class, name: &str) -> bool {
     let variables = class.members.iter().chain(&class.buffers).chain(&class.scratch);
     let leaf = |variable: &rtsl::Variable| variable.name.split('.').next() == Some(name);
     let mut variables = variables.filter(|variable| leaf(variable));

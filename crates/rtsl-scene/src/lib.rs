@@ -7,6 +7,7 @@ mod area;
 mod arguments;
 mod attributes;
 mod classes;
+mod curvature;
 mod description;
 pub mod export;
 pub mod gltf;

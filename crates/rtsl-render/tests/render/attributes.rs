@@ -31,6 +31,38 @@ void emission() {
     rt_EmissionColor = color(0.25 * abs(p.x), 0.25 * length(pointToWorld(p) - rt_HitPoint), rt_InstanceNumber + 1.0);
 }
 
+// Convex parts are red, hollow ones green.
+class Bent : rt_Material;
+attribute float curvature = 7.0;
+void emission() { rt_EmissionColor = color(max(curvature, 0.0), max(-curvature, 0.0), 0.0); }
+
+class Shown : rt_Material;
+public rt_Texture glow;
+void emission() { rt_EmissionColor = glow.lookup(); }
+
+// A ball whose normals are those of hits.
+class Found : rt_Primitive;
+void intersect() {
+    float b = dot(rt_RayOrigin, rt_RayDirection), d = dot(rt_RayDirection, rt_RayDirection);
+    hit((-b - sqrt(b * b - d * (dot(rt_RayOrigin, rt_RayOrigin) - 9.0))) / d);
+}
+
+// A wall that says how it is bent.
+class Told : rt_Primitive;
+attribute float curvature;
+void intersect() { hit(-rt_RayOrigin.z / rt_RayDirection.z); }
+void computeNormal() { rt_GeometricNormal = vec3(0.0, 0.0, 1.0); }
+void computeTextureCoordinates() { curvature = 2.0; }
+
+// Scratch is what `intersect` leaves, whatever later methods write.
+class Kept : rt_Primitive;
+attribute float heat;
+scratch float left;
+void intersect() { if (hit(-rt_RayOrigin.z / rt_RayDirection.z)) left = 3.0; }
+void computeNormal() { left += 1.0; rt_GeometricNormal = vec3(0.0, 0.0, left); }
+void computeTextureCoordinates() { heat = left; left = 20.0; rt_TextureUV = vec2(left); }
+void computeDerivatives() { rt_dPdu = vec3(left); }
+
 // A wall that gives an attribute by its method.
 class Wall : rt_Primitive;
 attribute float heat;
@@ -119,7 +151,7 @@ fn check(world: &str, expected: impl Fn([f32; 2]) -> [f32; 3]) {
             let difference = (found[channel] - expected[channel]).abs();
             assert!(
                 difference < 1e-4 * expected[channel].max(1.0),
-                "{at:?}: {found:?} {expected:?}"
+                "{at:?}: {found:?} {expected:?} of {world}"
             );
         }
     }
@@ -140,6 +172,7 @@ fn shapes_have_values_or_the_defaults() {
         [2.5, 3.5, 0.5]
     });
     check("Shape \"Wall\"", |[_, y]| [y.abs() + 0.5, 3.5, 0.5]);
+    check("Shape \"Kept\"", |_| [3.5, 3.5, 0.5]);
 }
 
 #[test]
@@ -155,6 +188,44 @@ fn vertices_and_faces_have_values() {
     check(&format!("Shape \"bilinearmesh\" {patch} \"float heat\" [0 4 4 8]"), |[x, y]| {
         [(x + 2.0) + (y + 2.0) + 0.5, 3.5, 0.5]
     });
+}
+
+#[test]
+fn shapes_have_curvatures() {
+    let bent = |shape: &str| format!("Material \"Bent\" {shape}");
+    let third = 1.0 / 3.0;
+    for ball in [
+        "Shape \"Sphere\" \"float radius\" 3",
+        "Shape \"Superquadric\" \"vector3 radii\" [3 3 3] \"float profile\" 1 \"float section\" 1",
+        "Shape \"SdfUnion\" \"point3 centers\" [0 0 0] \"float radii\" [3]",
+        "Shape \"RoundCone\" \"point3 start\" [0 0 0] \"point3 end\" [0 0 1] \"float startRadius\" 3 \"float endRadius\" 1",
+    ] {
+        check(&bent(ball), |_| [third, 0.0, 0.0]);
+    }
+    check(&bent("Shape \"Cylinder\" \"float radius\" 3"), |[_, y]| {
+        if y.abs() < 1.0 { [0.5 * third, 0.0, 0.0] } else { [0.0; 3] }
+    });
+    // The axis of the torus is that of the camera; its hole has a radius of 1.5.
+    let torus = "Rotate 90 1 0 0 Shape \"Torus\" \"float majorRadius\" 5 \"float minorRadius\" 3.5";
+    check(&bent(torus), |[x, y]| {
+        let way = x.hypot(y);
+        let mean = (2.0 * way - 5.0) / (7.0 * way);
+        if way < 1.5 { [0.0; 3] } else { [mean.max(0.0), (-mean).max(0.0), 0.0] }
+    });
+    check(&bent("Shape \"Told\""), |_| [2.0, 0.0, 0.0]);
+    check(&bent("Shape \"disk\" \"float radius\" 9 \"float curvature\" -1"), |_| [0.0, 1.0, 0.0]);
+    check(&bent(&format!("Shape \"trianglemesh\" {SQUARE}")), |_| [0.0; 3]);
+    // Normals that hits tell are no function of the class, so the default counts.
+    check(&bent("Shape \"Found\""), |_| [7.0, 0.0, 0.0]);
+}
+
+#[test]
+fn curvatures_are_shown_in_the_units_of_the_world() {
+    let world =
+        "Texture \"bent\" \"spectrum\" \"Curvature\" \"float radius\" 1.5 \"rgb raised\" [1 0 0]
+        Material \"Shown\" \"texture glow\" \"bent\"
+        Scale 2 2 2 Shape \"Sphere\" \"float radius\" 1.5";
+    check(world, |_| [0.75, 0.25, 0.25]);
 }
 
 #[test]

@@ -8,8 +8,11 @@ use rtsl::{
 };
 
 use super::{Arguments, Loader};
-use crate::attributes::{Counts, GivenAttribute, WantedAttributes, derived_text, texture_text};
+use crate::attributes::{
+    CURVATURE, Counts, GivenAttribute, WantedAttributes, derived_text, texture_text,
+};
 use crate::classes::Found;
+use crate::curvature::curvature_of;
 use crate::description::{Entity, EntityId, EntityKind};
 use crate::gltf::{FileAttributes, is_gltf};
 use crate::pbrt::PbrtName;
@@ -143,17 +146,21 @@ impl Loader<'_, '_> {
                 }
             }
         }
+        if !given.iter().any(|attribute| attribute.name == CURVATURE)
+            && let Some(curvature) = curvature_of(&self.wanted, class, &arguments.values)
+        {
+            given.push(curvature);
+            match self.derived(class, &given) {
+                Ok(Some(derived)) => return Some(with_values(derived, &given, arguments)),
+                // Normals that are found by further hits have no derivatives.
+                Ok(None) | Err(_) => given.truncate(given.len() - 1),
+            }
+        }
         if given.is_empty() {
             return Some(class.clone());
         }
-        let derived = derived_text(class, &given)
-            .map(|text| self.classes.of_text(&text, &class.name, Some(class)));
-        let problem = match derived {
-            Ok(Some(derived)) => {
-                let values = given.iter().enumerate().map(|(index, it)| it.argument(index));
-                arguments.values.extend(values);
-                return Some(derived);
-            }
+        let problem = match self.derived(class, &given) {
+            Ok(Some(derived)) => return Some(with_values(derived, &given, arguments)),
             Ok(None) => {
                 let message = format!("`{}` has no attributes of vertices", class.name);
                 Diagnostic::new(codes::WRONG_VALUE, message).help(
@@ -164,6 +171,16 @@ impl Loader<'_, '_> {
         };
         self.diagnostics.push(problem.at(entity.class_span, ""));
         None
+    }
+
+    /// Returns the class of a shape with attributes; `None` if its text has errors.
+    fn derived(
+        &mut self,
+        class: &Arc<Class>,
+        given: &[GivenAttribute],
+    ) -> Result<Option<Arc<Class>>, Diagnostic> {
+        let text = derived_text(class, given)?;
+        Ok(self.classes.of_text(&text, &class.name, Some(class)))
     }
 
     /// Gives the shapes and shaders of a scene the list of the attributes that they share.
@@ -199,6 +216,17 @@ impl Loader<'_, '_> {
         }
         Some(())
     }
+}
+
+/// Adds the values of attributes to the arguments of a class with them.
+fn with_values(
+    class: Arc<Class>,
+    given: &[GivenAttribute],
+    arguments: &mut Arguments,
+) -> Arc<Class> {
+    let values = given.iter().enumerate().filter_map(|(index, it)| it.argument(index));
+    arguments.values.extend(values);
+    class
 }
 
 fn has(given: &[GivenAttribute], parameter: &Parameter) -> bool {

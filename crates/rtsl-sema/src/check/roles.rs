@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
 use rtsl_spec::builtins::{Overload, ReferenceMethod, Usable};
-use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
+use rtsl_spec::{Direction, Method, Role, Row, StateVariable, state_variables};
 
 use super::Checker;
 use super::expressions::error_of_type;
@@ -190,7 +190,8 @@ impl Checker<'_> {
             .at(reached.done.span, "holds the light's sample here");
             return self.report_with_path(root, reached, diagnostic);
         }
-        if rows.iter().any(|row| row.direction(method) == Some(Direction::In)) {
+        let is_read_only = |row: &&Row| row.direction(method) == Some(Direction::In);
+        if rows.iter().any(is_read_only) && !self.is_set_by_another_method(reached, &rows) {
             let role = role_list(&root.roles, "and");
             let diagnostic = Diagnostic::new(
                 codes::STATE_READ_ONLY,
@@ -200,6 +201,18 @@ impl Checker<'_> {
             .note(format!("the host sets `{name}` before it calls `{}`", method.name()));
             self.report_with_path(root, reached, diagnostic);
         }
+    }
+
+    /// True if a state variable is written by an interface method that passes it out, and that the root calls as a
+    /// function.
+    fn is_set_by_another_method(&self, reached: &Reached, rows: &[&Row]) -> bool {
+        let function = self.function(reached.function);
+        let method = Method::from_name(&function.name).filter(|_| function.class.is_some());
+        let passes_out = |method: Method| {
+            let directions = || rows.iter().filter_map(move |row| row.direction(method));
+            directions().any(|it| matches!(it, Direction::Out | Direction::InOut))
+        };
+        method.is_some_and(passes_out)
     }
 
     fn check_state_read(&mut self, root: &Root, reached: &Reached, id: StateId) {
