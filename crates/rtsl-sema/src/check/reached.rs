@@ -28,4 +28,6 @@ pub(super) struct Reached {
     pub(super) done: Use,
     /// True inside the body of an `illuminance`, perhaps a caller's.
     pub(super) lit: bool,
+    /// The interface method that the root has called on the way, as a function; the last one.
+    pub(super) within: Option<Method>,
 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
 use rtsl_spec::builtins::{Overload, ReferenceMethod, Usable};
-use rtsl_spec::{Direction, Method, Role, Row, StateVariable, state_variables};
+use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
 use super::Checker;
 use super::expressions::error_of_type;
@@ -138,26 +138,37 @@ impl Checker<'_> {
         self.note_lost_writes(&root, &reached, lost);
     }
 
-    /// All uses in `start` and the functions that it calls, directly or indirectly. The constructor computes no
-    /// parameters.
+    /// All uses in `start` and the functions that it calls, directly or indirectly: writes of state for each interface
+    /// method through which they are reached, others once. The constructor computes no parameters.
     fn reach(&self, start: FunctionId, is_constructor: bool) -> Vec<Reached> {
-        let mut seen: BTreeSet<(FunctionId, bool)> = BTreeSet::from([(start, false)]);
-        let mut pending = vec![(start, false)];
+        let mut seen: BTreeSet<(FunctionId, bool, Option<Method>)> = BTreeSet::new();
+        let mut pending = vec![(start, false, None)];
+        let mut searched: BTreeSet<(FunctionId, bool)> = BTreeSet::new();
         let mut reached = Vec::new();
-        while let Some((function, lit)) = pending.pop() {
+        while let Some((function, lit, within)) = pending.pop() {
             let facts: &Arc<Facts> = &self.function_info[function.0 as usize].facts;
+            let is_first = searched.insert((function, lit));
             for &done in &facts.uses {
-                reached.push(Reached { function, done, lit: lit || done.lit });
+                if is_first || matches!(done.kind, UseKind::WriteState(_)) {
+                    reached.push(Reached { function, done, lit: lit || done.lit, within });
+                }
             }
             let runs = |call: &&super::facts::Call| !(is_constructor && call.of_parameter);
             for call in facts.calls.iter().filter(runs) {
-                let next = (call.callee, lit || call.lit);
+                let within = self.interface_method(call.callee).or(within);
+                let next = (call.callee, lit || call.lit, within);
                 if seen.insert(next) {
                     pending.push(next);
                 }
             }
         }
         reached
+    }
+
+    /// The interface method that a function of a class is.
+    fn interface_method(&self, function: FunctionId) -> Option<Method> {
+        let function = self.function(function);
+        Method::from_name(&function.name).filter(|_| function.class.is_some())
     }
 
     fn check_use(&mut self, root: &Root, reached: &Reached) {
@@ -190,8 +201,14 @@ impl Checker<'_> {
             .at(reached.done.span, "holds the light's sample here");
             return self.report_with_path(root, reached, diagnostic);
         }
-        let is_read_only = |row: &&Row| row.direction(method) == Some(Direction::In);
-        if rows.iter().any(is_read_only) && !self.is_set_by_another_method(reached, &rows) {
+        let is_read_only =
+            |method: Method| rows.iter().any(|row| row.direction(method) == Some(Direction::In));
+        // A method that the class calls itself may set what it passes out.
+        let passes_out = |method: Method| {
+            let directions = || rows.iter().filter_map(move |row| row.direction(method));
+            directions().any(|it| it != Direction::In)
+        };
+        if is_read_only(method) && !reached.within.is_some_and(passes_out) {
             let role = role_list(&root.roles, "and");
             let diagnostic = Diagnostic::new(
                 codes::STATE_READ_ONLY,
@@ -201,18 +218,6 @@ impl Checker<'_> {
             .note(format!("the host sets `{name}` before it calls `{}`", method.name()));
             self.report_with_path(root, reached, diagnostic);
         }
-    }
-
-    /// True if a state variable is written by an interface method that passes it out, and that the root calls as a
-    /// function.
-    fn is_set_by_another_method(&self, reached: &Reached, rows: &[&Row]) -> bool {
-        let function = self.function(reached.function);
-        let method = Method::from_name(&function.name).filter(|_| function.class.is_some());
-        let passes_out = |method: Method| {
-            let directions = || rows.iter().filter_map(move |row| row.direction(method));
-            directions().any(|it| matches!(it, Direction::Out | Direction::InOut))
-        };
-        method.is_some_and(passes_out)
     }
 
     fn check_state_read(&mut self, root: &Root, reached: &Reached, id: StateId) {

@@ -108,6 +108,20 @@ fn wrong_declarations() {
 }
 
 #[test]
+fn called_methods_set_what_they_pass_out() {
+    let shape = |more: &str| {
+        format!(
+            "class A : rt_Primitive;\nvoid set() {{ rt_GeometricNormal = rt_HitPoint; }}\nvoid intersect() {{ hit(1.0); }}\n\
+             void computeNormal() {{ set(); }}\nvoid computeTextureCoordinates() {{ {more} }}"
+        )
+    };
+    let called = shape("computeNormal(); rt_TextureUV = rt_GeometricNormal.xy;");
+    accepted([&*called]);
+    let (both, direct) = (shape("computeNormal(); set();"), shape("set(); computeNormal();"));
+    refused([("E0306", &*both), ("E0306", &*direct)]);
+}
+
+#[test]
 fn wrong_state() {
     refused([
         (
