@@ -16,6 +16,7 @@ pub mod materialx;
 pub mod mesh;
 mod parts;
 mod pbrt;
+mod presence;
 pub mod reader;
 mod renderer;
 mod scene;

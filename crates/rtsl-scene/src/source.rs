@@ -14,9 +14,10 @@ use rtsl_memory::{Amount, InputBudget};
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId, EntityKind};
 use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
-use super::load::{Earlier, Loader, Made, Origins};
+use super::load::{Earlier, Kept, Loader, Made, Origins};
 use super::materialx::add_materials;
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
+use super::presence::Presences;
 use super::renderer::Renderer;
 use super::scene::Scene;
 use super::settings::Settings;
@@ -122,6 +123,8 @@ pub struct SceneSource<'f> {
     made: Vec<Option<Made>>,
     /// The attributes of the last load that a glTF file gives its shapes.
     attributes: Arc<FileAttributes>,
+    /// The alpha textures of its materials with holes.
+    presences: Presences,
     /// The budget that is left for files after the scene's text.
     budget: InputBudget,
     /// Entities with a parameter that was set since the last load.
@@ -186,6 +189,7 @@ impl<'f> SceneSource<'f> {
             classes,
             made: Vec::new(),
             attributes: Arc::default(),
+            presences: Presences::default(),
             budget,
             changed: BTreeSet::new(),
             contents,
@@ -212,6 +216,7 @@ impl<'f> SceneSource<'f> {
             classes,
             made: Vec::new(),
             attributes: Arc::default(),
+            presences: Presences::default(),
             budget: self.budget.clone(),
             changed: BTreeSet::new(),
             contents: self.contents,
@@ -292,8 +297,12 @@ impl<'f> SceneSource<'f> {
         let _span = tracing::debug_span!("load_scene").entered();
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
-        let earlier =
-            Earlier { made: &self.made, changed: &self.changed, attributes: &self.attributes };
+        let earlier = Earlier {
+            made: &self.made,
+            changed: &self.changed,
+            attributes: &self.attributes,
+            presences: &self.presences,
+        };
         // The files of the previous load do not count, because this load reads them again.
         let budget = self.budget.branch();
         self.classes.set_budget(&budget);
@@ -312,7 +321,7 @@ impl<'f> SceneSource<'f> {
             &mut diagnostics,
         );
         let scene = loader.scene(self.settings.clone());
-        let (made, attributes) = loader.into_made();
+        let Kept { made, attributes, presences } = loader.into_kept();
         let mut messages = self.classes.messages().clone();
         if !diagnostics.is_empty() {
             messages.push(self.map.clone(), diagnostics);
@@ -321,6 +330,7 @@ impl<'f> SceneSource<'f> {
             Some((scene, origins)) if !messages.has_errors() => {
                 self.made = made;
                 self.attributes = attributes;
+                self.presences = presences;
                 self.changed.clear();
                 self.classes.accept_refresh();
                 self.description.notes.iter().for_each(|note| messages.note(note));

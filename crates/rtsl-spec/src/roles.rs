@@ -89,11 +89,12 @@ pub enum Method {
     Emission,
     Illumination,
     Radiance,
+    Presence,
 }
 
 impl Method {
     /// All methods, grouped by role.
-    pub const ALL: [Method; 16] = [
+    pub const ALL: [Method; 17] = [
         Method::GenerateRay,
         Method::Intersect,
         Method::ComputeBounds,
@@ -110,6 +111,7 @@ impl Method {
         Method::Emission,
         Method::Illumination,
         Method::Radiance,
+        Method::Presence,
     ];
 
     /// The name in RTSL source.
@@ -131,6 +133,7 @@ impl Method {
             Method::Emission => "emission",
             Method::Illumination => "illumination",
             Method::Radiance => "radiance",
+            Method::Presence => "presence",
         }
     }
 
@@ -151,7 +154,9 @@ impl Method {
             | Method::GenerateSample
             | Method::SamplePdf => &[Role::Primitive],
             Method::Lookup => &[Role::Texture],
-            Method::Shade | Method::Bsdf | Method::SampleBsdf => &[Role::Material],
+            Method::Shade | Method::Bsdf | Method::SampleBsdf | Method::Presence => {
+                &[Role::Material]
+            }
             Method::EvaluatePdf | Method::Emission => &[Role::Material, Role::Light],
             Method::Illumination => &[Role::Light],
             Method::Radiance => &[Role::Integrator],
@@ -179,6 +184,9 @@ impl Method {
             Method::Emission => "gives the radiance emitted towards the ray's origin",
             Method::Illumination => "gives the light that arrives at a point",
             Method::Radiance => "gives the radiance along a ray",
+            Method::Presence => {
+                "gives what part of the surface there is; rays pass where there is none"
+            }
         }
     }
 }

@@ -345,6 +345,7 @@ const ROWS: &[Row] = &[
     ours(all(Texture, "rt_InstanceNumber", Float, IN, ZERO, INSTANCE_NUMBER)),
     ours(all(Material, "rt_ElementNumber", Float, IN, ZERO, ELEMENT_NUMBER)),
     ours(all(Texture, "rt_ElementNumber", Float, IN, ZERO, ELEMENT_NUMBER)),
+    ours(all(Material, "rt_Presence", Float, access![Out: Presence;], ONE, "part of the surface that is there: the probability that a ray meets it")),
 
     optional(ours(all(Primitive, ATTRIBUTES, Floats(MAX_ATTRIBUTE_SCALARS), access![Out: ComputeTextureCoordinates;], ZERO, ATTRIBUTES_DOC))),
     ours(all(Material, ATTRIBUTES, Floats(MAX_ATTRIBUTE_SCALARS), IN, ZERO, ATTRIBUTES_DOC)),

@@ -37,6 +37,7 @@ fn run(
     let mut rays = Meeting::new(0.3, 0.4, false).rays(subject, stream, RAYS);
     place(stream, &mut rays);
     check_colors(subject, &mut rays, &mut tally)?;
+    check_presence(subject, &mut rays, &mut tally)?;
     if scatters(subject) {
         check_densities(subject, &mut rays, &mut tally)?;
         check_samples(subject, &mut rays, &mut tally)?;
@@ -122,6 +123,20 @@ fn check_colors(subject: &Subject<'_>, rays: &mut Rays, tally: &mut Tally) -> Re
             if tally.test(is_color(color), message) {
                 tally.set_inputs(subject.inputs(method, rays, ray)?);
             }
+        }
+    }
+    Ok(())
+}
+
+fn check_presence(subject: &Subject<'_>, rays: &mut Rays, tally: &mut Tally) -> Result<(), Stop> {
+    if !subject.has(Method::Presence) {
+        return Ok(());
+    }
+    subject.call(Method::Presence, rays)?;
+    for (ray, presence) in rays.floats("rt_Presence").to_vec().into_iter().enumerate() {
+        let message = || format!("presence gives {presence}");
+        if tally.test((0.0..=1.0).contains(&presence), message) {
+            tally.set_inputs(subject.inputs(Method::Presence, rays, ray)?);
         }
     }
     Ok(())

@@ -24,6 +24,7 @@ mod not_finite;
 mod outputs;
 mod pbrt_scenes;
 mod pixel;
+mod presence;
 mod progress;
 mod radiance;
 mod refit;

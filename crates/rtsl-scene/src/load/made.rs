@@ -8,6 +8,7 @@ use rtsl::{Class, Instance};
 use crate::attributes::WantedAttributes;
 use crate::description::EntityId;
 use crate::gltf::FileAttributes;
+use crate::presence::Presences;
 
 /// The instance of an entity.
 #[derive(Clone)]
@@ -55,4 +56,16 @@ pub struct Earlier<'a> {
     pub changed: &'a BTreeSet<EntityId>,
     /// The attributes that a glTF file gave its shapes.
     pub attributes: &'a Arc<FileAttributes>,
+    /// The alpha textures of materials with holes.
+    pub presences: &'a Presences,
+}
+
+/// What a load keeps for later ones.
+pub struct Kept {
+    /// The instances, by entity.
+    pub made: Vec<Option<Made>>,
+    /// The attributes that a glTF file gives its shapes.
+    pub attributes: Arc<FileAttributes>,
+    /// The alpha textures of materials with holes.
+    pub presences: Presences,
 }

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
+    Class, Diagnostic, Diagnostics, Instance, Method, Role, Span, Value, diagnostic_codes as codes,
     most_similar,
 };
 use rtsl_math::Transform;
@@ -25,12 +25,13 @@ use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::gltf::FileAttributes;
 use crate::parts::SceneParts;
 use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, translated, without_effect};
+use crate::presence::{PRESENCE_CLASS, PRESENCE_TEXT, Presences};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
 use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
 use crate::shutter::{SHUTTER, Shutter};
 use made::Slot;
-pub use made::{Earlier, Made};
+pub use made::{Earlier, Kept, Made};
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -112,6 +113,8 @@ pub struct Loader<'a, 'f> {
     wanted: Arc<WantedAttributes>,
     /// Those that a glTF file gives its shapes.
     file_attributes: Arc<FileAttributes>,
+    /// The alpha textures of materials with holes.
+    presences: Presences,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -139,16 +142,17 @@ impl<'a, 'f> Loader<'a, 'f> {
             skipped_files: false,
             wanted: Arc::default(),
             file_attributes: earlier.attributes.clone(),
+            presences: earlier.presences.clone(),
         }
     }
 
-    /// Returns the instances by entity and the attributes of a glTF file, for a later load.
-    pub fn into_made(self) -> (Vec<Option<Made>>, Arc<FileAttributes>) {
+    /// Returns what a later load can use again.
+    pub fn into_kept(self) -> Kept {
         let made = self.instances.into_iter().map(|slot| match slot {
             Slot::Made(made) => Some(made),
             Slot::Empty | Slot::Open | Slot::Failed => None,
         });
-        (made.collect(), self.file_attributes)
+        Kept { made: made.collect(), attributes: self.file_attributes, presences: self.presences }
     }
 
     /// Makes the scene; returns `None` if an error was reported.
@@ -210,6 +214,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             groups,
             instances,
         };
+        self.add_presences(&mut scene);
         self.share_attributes(&mut scene)?;
         let origins = Origins {
             camera: camera_entity,
@@ -270,6 +275,21 @@ impl<'a, 'f> Loader<'a, 'f> {
             });
         }
         indices
+    }
+
+    /// Gives shapes the alpha that their materials have. Materials that are shapes themselves have none.
+    fn add_presences(&mut self, scene: &mut Scene) {
+        self.presences.retain(&scene.materials);
+        let is_shape =
+            |object: &SceneObject| object.primitive.class().roles.contains(&Role::Material);
+        for object in scene.objects.iter_mut().filter(|object| !is_shape(object)) {
+            let material = &scene.materials[object.material as usize];
+            if material.class().methods.contains_key(&Method::Presence)
+                && let Some(class) = self.classes.of_text(PRESENCE_TEXT, PRESENCE_CLASS, None)
+            {
+                object.alpha = self.presences.alpha_of(&class, material, object.alpha.as_ref());
+            }
+        }
     }
 
     /// The alpha texture of a shape whose instance was made.

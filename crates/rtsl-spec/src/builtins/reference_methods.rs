@@ -86,6 +86,12 @@ pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
         "The radiance that the material emits towards the ray.",
     ),
     method(
+        (Material, Method::Presence, Float),
+        "rt_Presence",
+        &[],
+        "What part of the material's surface there is; 1 for materials without the method.",
+    ),
+    method(
         (Light, Method::Illumination, Color),
         "rt_LightColor",
         &["rt_LightDirection", "rt_LightDistance", "rt_PDF"],

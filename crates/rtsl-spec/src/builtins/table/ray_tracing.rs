@@ -116,6 +116,7 @@ const MATERIAL: Usable = Usable::Methods(&[
     Method::SampleBsdf,
     Method::EvaluatePdf,
     Method::Emission,
+    Method::Presence,
 ]);
 
 /// The methods that know the object that a ray has hit.
@@ -125,6 +126,7 @@ pub(super) const SURFACE: Usable = Usable::Methods(&[
     Method::SampleBsdf,
     Method::EvaluatePdf,
     Method::Emission,
+    Method::Presence,
     Method::Lookup,
 ]);
 
