@@ -69,10 +69,11 @@ enum RtslState {
     RTSL_STATE_ObjectNumber = 79, /* float: index of the object in the scene */
     RTSL_STATE_InstanceNumber = 80, /* float: index of the instance that places the object; -1 for objects that none places */
     RTSL_STATE_ElementNumber = 81, /* float: index of the object's element, such as the triangle of a mesh; above 2^24 rounded */
-    RTSL_STATE__Attributes = 82, /* float[]: attributes of the object that the ray hit, in the order of the scene's list */
-    RTSL_STATE__ToObject = 114, /* float[]: map of points from the world to the object's space: the images of the axes, then that of the origin */
-    RTSL_STATE__ToWorld = 126, /* float[]: map of points from the object's space to the world, likewise */
-    RTSL_STATE_COMPONENTS = 138
+    RTSL_STATE_Presence = 82, /* float: part of the surface that is there: the probability that a ray meets it */
+    RTSL_STATE__Attributes = 83, /* float[]: attributes of the object that the ray hit, in the order of the scene's list */
+    RTSL_STATE__ToObject = 115, /* float[]: map of points from the world to the object's space: the images of the axes, then that of the origin */
+    RTSL_STATE__ToWorld = 127, /* float[]: map of points from the object's space to the world, likewise */
+    RTSL_STATE_COMPONENTS = 139
 };
 
 /* What methods find in components that no host sets: initialisers for RTSL_STATE_COMPONENTS floats. */
@@ -110,6 +111,7 @@ enum RtslState {
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
+    0.0f, \
     0.0f, \
     0.0f, \
     0.0f, \
