@@ -170,6 +170,8 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         "Box" => vec![
             vec![],
             vec![("corner", [0.5, -1.0, 2.0].into()), ("opposite", [0.2, 1.5, 2.3].into())],
+            // Much of its narrow faces is near an edge.
+            vec![("corner", [-8.0, -0.1, 3.0].into()), ("opposite", [8.0, 6.0, 3.1].into())],
         ],
         "RoundCone" => vec![
             vec![],
