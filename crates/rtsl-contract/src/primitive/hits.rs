@@ -17,6 +17,8 @@ const RAYS: u64 = 4096;
 const ROUNDED_PART: f64 = 0.01;
 /// The tolerance of positions, relative to the distances in the computation.
 const POSITION_ERROR: f64 = 2e-5;
+/// Faces whose normals enclose an angle with a smaller cosine meet at an edge.
+const EDGE_COSINE: f32 = 0.9;
 const NEVER_HIT: &str = "no ray hits it";
 
 /// Checks `intersect` alone.
@@ -201,8 +203,14 @@ fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result
         let offset = if is_set { side * f64::from(offsets[ray]) } else { 0.0 };
         Ray::new(origin + offset * normal.normalize_or_zero(), away, place.epsilon())
     });
-    let leaving = Shot::new(subject, leaving.collect())?;
+    let mut leaving = Shot::new(subject, leaving.collect())?;
+    leaving.then(subject, Method::ComputeNormal)?;
+    let found = leaving.vectors("rt_GeometricNormal");
     for ray in (0..shot.hits.len()).filter(|ray| shot.hits[*ray].is_some()) {
+        // A ray from beside an edge soon meets the face beyond it.
+        if leaving.hits[ray].is_some() && normals[ray].dot(found[ray]).abs() < EDGE_COSINE {
+            continue;
+        }
         let t = leaving.hits[ray].unwrap_or(f32::INFINITY);
         let distance = f64::from(t * leaving.given[ray].direction.length());
         let message = || {

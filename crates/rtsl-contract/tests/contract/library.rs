@@ -170,6 +170,8 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
         "Box" => vec![
             vec![],
             vec![("corner", [0.5, -1.0, 2.0].into()), ("opposite", [0.2, 1.5, 2.3].into())],
+            // Much of its narrow faces is near an edge.
+            vec![("corner", [-8.0, -0.1, 3.0].into()), ("opposite", [8.0, 6.0, 3.1].into())],
         ],
         "RoundCone" => vec![
             vec![],
@@ -521,7 +523,13 @@ fn materials_on_top_of_others() {
     let lacquer = [("normals", tilted.clone()), ("roughness", 0.3.into()), ("coat", 0.7.into())];
     let varnish = of_library("Dielectric", vec![]);
     let dusty = [("base", metal.clone()), ("cover", 0.7.into())];
-    let cases: [Case<'_>; 9] = [
+    let tinted = [("roughness", 0.3.into()), ("transmittance", [0.9, 0.5, 0.2].into())];
+    // Many facets of a coat so rough send light below it, where glass has a density.
+    let rough_coat = [("roughness", 0.8.into()), ("eta", 1.8.into())];
+    let painted = of_library("GltfPbr", vec![("roughness", 0.4.into()), ("metallic", 0.5.into())]);
+    let cases: [Case<'_>; 11] = [
+        ("Coat", &[matte.clone(), mirror.clone(), painted, plastic.clone()], "base", &tinted),
+        ("Coat", &[glass.clone(), metal.clone()], "base", &rough_coat),
         ("GltfSheen", &[matte.clone(), plastic.clone(), mirror.clone()], "base", &velvet),
         ("GltfCoat", &[matte.clone(), glass.clone(), mirror.clone()], "base", &lacquer),
         (

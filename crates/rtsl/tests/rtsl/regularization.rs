@@ -22,6 +22,10 @@ fn highlight(class: &str, alpha: f32, regularization: f32) -> f32 {
                 ("remapRoughness", false.into()),
             ]
         }
+        "Coat" => {
+            let black = of_library("Lambertian", vec![("kd", 0.0.into())]);
+            vec![("roughness", alpha.into()), ("base", black.into())]
+        }
         _ => vec![("roughness", alpha.into()), ("remapRoughness", false.into())],
     };
     let material = of_library(class, arguments);
@@ -44,9 +48,15 @@ fn highlights_are_widened_up_to_a_width() {
 
 #[test]
 fn every_material_with_facets_is_regularized() {
-    for class in
-        ["Conductor", "Dielectric", "CoatedDiffuse", "CoatedConductor", "Principled", "GltfPbr"]
-    {
+    for class in [
+        "Conductor",
+        "Dielectric",
+        "CoatedDiffuse",
+        "CoatedConductor",
+        "Principled",
+        "GltfPbr",
+        "Coat",
+    ] {
         let [regular, plain] = [0.3, 0.0].map(|widest| highlight(class, 0.05, widest));
         assert!((regular - plain).abs() > 0.01 * plain, "{class}: {regular} {plain}");
         assert_eq!(highlight(class, 0.5, 0.3), highlight(class, 0.5, 0.0), "{class}");
