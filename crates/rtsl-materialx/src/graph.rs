@@ -94,6 +94,25 @@ impl<'d> Graph<'d> {
         }
     }
 
+    /// A graph of the same scopes, without statements.
+    #[must_use]
+    pub fn without_values(&self) -> Self {
+        Graph {
+            document: self.document,
+            statements: Statements::default(),
+            images: Vec::new(),
+            attributes: BTreeMap::new(),
+            warnings: Vec::new(),
+            scopes: self.scopes.clone(),
+            scope_ids: self.scope_ids.clone(),
+            values: HashMap::new(),
+            open: BTreeSet::new(),
+            depth: 0,
+            visits: self.visits,
+            definitions: self.definitions.clone(),
+        }
+    }
+
     /// Adds a statement and returns its value.
     pub fn add(&mut self, ty: Type, expression: String) -> Value {
         let name = self.statements.add(ty.rtsl(), expression);
@@ -195,6 +214,28 @@ impl<'d> Graph<'d> {
             }
         }
         Err(self.cycle(port))
+    }
+
+    /// Returns the node that an input is connected to, through graphs and nodes that the document defines.
+    ///
+    /// # Errors
+    /// If the document names something that does not exist.
+    pub fn connected(
+        &mut self,
+        scope: ScopeId,
+        node: ElementId,
+        name: &str,
+    ) -> Result<Option<(ScopeId, ElementId, Option<String>)>, Fault> {
+        let Some(port) = self.port(node, name) else { return Ok(None) };
+        let mut source = self.source(scope, port)?;
+        for _ in 0..limits::DEPTH {
+            let Some(Source::Node(scope, node, output)) = source else { return Ok(None) };
+            match self.implementation(scope, node, output.as_deref())? {
+                Some((inner, port)) => source = self.source(inner, port)?,
+                None => return Ok(Some((scope, node, output))),
+            }
+        }
+        Err(self.unsupported("closures through too many graphs".to_owned(), node))
     }
 
     fn cycle(&self, at: ElementId) -> Fault {

@@ -16,6 +16,7 @@ pub const NODES: &[&str] = &[
     "bitangent",
     "blur",
     "bump",
+    "chiang_hair_roughness",
     "constant",
     "convert",
     "creatematrix",
@@ -103,6 +104,7 @@ pub fn value(
         "randomfloat" => at.random()?,
         "flake2d" | "flake3d" => at.flake(&tag, output)?,
         "artistic_ior" => at.artistic_ior(output)?,
+        "chiang_hair_roughness" => at.hair_roughness(output)?,
         _ => match places::value(&mut at, &tag)? {
             Some(value) => value,
             None => return pictures::value(&mut at, &tag, output),
@@ -401,6 +403,18 @@ impl At<'_, '_> {
         let name = if output == Some("extinction") { "artisticExtinction" } else { "artisticIor" };
         let call = format!("mxColor.{name}({}, {})", reflectivity.text, edge.text);
         Ok(self.add(Type::Color3, call))
+    }
+
+    fn hair_roughness(&mut self, output: Option<&str>) -> Result<Value, Fault> {
+        let along = self.input("longitudinal", Type::Float, 0.1)?;
+        let around = self.input("azimuthal", Type::Float, 0.2)?;
+        let scale = match output {
+            Some("roughness_TT") => self.input("scale_TT", Type::Float, 0.5)?,
+            Some("roughness_TRT") => self.input("scale_TRT", Type::Float, 2.0)?,
+            _ => Value::constant(Type::Float, vec![1.0]),
+        };
+        let call = format!("mxHair.roughness({}, {}, {})", along.text, around.text, scale.text);
+        Ok(self.add(Type::Vector2, call))
     }
 }
 

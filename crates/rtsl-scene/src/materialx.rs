@@ -170,19 +170,46 @@ impl Adder<'_> {
     }
 
     fn replace(&mut self, index: usize, material: Material, file: &str) {
-        let key = format!("{file}#{}", material.class);
         let span = self.description.entities[index].class_span;
+        let (class, parameters) = self.describe(material, file, span);
+        let entity = &mut self.description.entities[index];
+        entity.class = class;
+        entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
+        entity.parameters.extend(parameters);
+    }
+
+    /// Adds the class of a material, and those that it refers to. Returns its name in the description, and parameters.
+    fn describe(&mut self, material: Material, file: &str, span: Span) -> (String, Vec<Parameter>) {
+        let key = format!("{file}#{}", material.class);
         let mut parameters = Vec::new();
         for image in &material.images {
             self.add_image(image, file, span, &mut parameters);
         }
-        let entity = &mut self.description.entities[index];
-        entity.class.clone_from(&key);
-        entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
-        entity.parameters.extend(parameters);
         let text = material.file_text();
+        for part in material.parts {
+            let name = self.add_part(part.material, file, span);
+            let reference = ParameterType::Reference(ReferenceKind::Material);
+            parameters.push(given(reference, part.member, Values::Texts(vec![name]), span));
+        }
         let described = DescribedClass { class: material.class, text };
-        self.description.classes.insert(key, described);
+        self.description.classes.insert(key.clone(), described);
+        (key, parameters)
+    }
+
+    /// Adds a material that another refers to, and returns its name. Names of the text have no such number.
+    fn add_part(&mut self, material: Material, file: &str, span: Span) -> String {
+        let (class, parameters) = self.describe(material, file, span);
+        let name = format!("{class} {}", self.description.entities.len());
+        self.description.entities.push(Entity {
+            kind: EntityKind::Material,
+            class,
+            class_span: span,
+            name: Some(name.clone()),
+            parameters,
+            transform: Transform::IDENTITY,
+            end_transform: None,
+        });
+        name
     }
 
     fn add_image(
