@@ -50,7 +50,7 @@ pub struct Material {
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The member of the other's class.
-    pub member: &'static str,
+    pub member: String,
     /// The material.
     pub material: Material,
 }
@@ -327,12 +327,10 @@ impl<'d> Translator<'d> {
                 let closures = closure::closures(graph, shader.scope, shader.node)?;
                 closure::class(graph, &header, &closures)
             }
-            Kind::Mix(front, back) => {
-                for (member, part) in [(mixture::BACK, back), (mixture::FRONT, front)] {
-                    if let Some(part) = part {
-                        let material = self.part(graph, part)?;
-                        parts.push(Part { member, material });
-                    }
+            Kind::Mix(_, _) => {
+                for (member, part) in mixture::parts(shader) {
+                    let material = self.part(graph, part)?;
+                    parts.push(Part { member, material });
                 }
                 mixture::class(graph, &header, shader, &parts)?
             }

@@ -171,7 +171,8 @@ impl Adder<'_> {
 
     fn replace(&mut self, index: usize, material: Material, file: &str) {
         let span = self.description.entities[index].class_span;
-        let (class, parameters) = self.describe(material, file, span);
+        let whole = material.name.clone();
+        let (class, parameters) = self.describe(material, (file, &whole), span);
         let entity = &mut self.description.entities[index];
         entity.class = class;
         entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
@@ -179,17 +180,23 @@ impl Adder<'_> {
     }
 
     /// Adds the class of a material, and those that it refers to. Returns its name in the description, and parameters.
-    fn describe(&mut self, material: Material, file: &str, span: Span) -> (String, Vec<Parameter>) {
-        let key = format!("{file}#{}", material.class);
+    /// Classes of different materials of a document may have one name.
+    fn describe(
+        &mut self,
+        material: Material,
+        (file, whole): (&str, &str),
+        span: Span,
+    ) -> (String, Vec<Parameter>) {
+        let key = format!("{file}#{whole}#{}", material.class);
         let mut parameters = Vec::new();
         for image in &material.images {
             self.add_image(image, file, span, &mut parameters);
         }
         let text = material.file_text();
         for part in material.parts {
-            let name = self.add_part(part.material, file, span);
+            let name = self.add_part(part.material, (file, whole), span);
             let reference = ParameterType::Reference(ReferenceKind::Material);
-            parameters.push(given(reference, part.member, Values::Texts(vec![name]), span));
+            parameters.push(given(reference, &part.member, Values::Texts(vec![name]), span));
         }
         let described = DescribedClass { class: material.class, text };
         self.description.classes.insert(key.clone(), described);
@@ -197,8 +204,8 @@ impl Adder<'_> {
     }
 
     /// Adds a material that another refers to, and returns its name. Names of the text have no such number.
-    fn add_part(&mut self, material: Material, file: &str, span: Span) -> String {
-        let (class, parameters) = self.describe(material, file, span);
+    fn add_part(&mut self, material: Material, of: (&str, &str), span: Span) -> String {
+        let (class, parameters) = self.describe(material, of, span);
         let name = format!("{class} {}", self.description.entities.len());
         self.description.entities.push(Entity {
             kind: EntityKind::Material,

@@ -106,12 +106,20 @@ fn boundaries_have_an_inside_if_light_passes_them() {
 fn closures_without_counterpart_are_errors() {
     let text = with_closure("<chiang_hair_bsdf name=\"hair\" type=\"BSDF\"/>", "hair");
     expect![[r#"
-        error[E0632]: the closure `chiang_hair_bsdf` is not supported
-          ┌─ test.mtlx:2:1
-          │
-        2 │ <chiang_hair_bsdf name="hair" type="BSDF"/>
-          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+        import shaders.materialx.hair as mxHair;
 
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : Hair;
+
+        public texture float eta = 1.55;
+
+        color absorption(float azimuthal) {
+            return color(max(vec3(0.0), vec3(0.0)));
+        }
+
+        Strand strandHere() {
+            return strandOfLobes(mxHair.usable(vec2(0.1)), mxHair.usable(vec2(0.05)), mxHair.usable(vec2(0.2)), radians(90.0 - 180.0 * 0.5));
+        }
     "#]]
     .assert_eq(&text_of(&text));
 }

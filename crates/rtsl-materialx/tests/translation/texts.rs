@@ -108,7 +108,6 @@ fn normals_turn_the_surface() {
         /// `m` of `test.mtlx`, translated from MaterialX.
         class M : StandardSurface;
 
-
         vec3 surfaceNormal() {
             vec3 n0 = rt_ShadingNormal;
             vec2 n1 = rt_TextureUV;
