@@ -3,6 +3,7 @@
 use crate::graph::Graph;
 use crate::statements::Value;
 use crate::surface::{Setting, Surface};
+use crate::translation::ImageUse;
 
 /// The start of a class.
 pub struct Header<'a> {
@@ -97,21 +98,25 @@ pub fn write_function(graph: &Graph<'_>, header: &str, result: &str, text: &mut 
 /// Writes the members that are not parameters of the base.
 pub fn write_members(graph: &Graph<'_>, text: &mut String) {
     for image in &graph.images {
-        let file = image.file.replace(['"', '\\', '\n', '\r'], "'");
-        let space = if image.is_srgb { "sRGB" } else { "linear" };
-        text.push_str(&format!(
-            "[[doc \"The image `{file}`, {space}.\"]]\npublic rt_Texture {};\n",
-            image.member
-        ));
-        if image.has_opacity {
-            text.push_str(&format!(
-                "[[doc \"Whether it has opacity.\"]]\npublic bool {}HasOpacity = true;\n",
-                image.member
-            ));
-        }
+        write_image(image, text);
     }
     for declaration in graph.attributes.values() {
         text.push_str(declaration);
         text.push('\n');
+    }
+}
+
+fn write_image(image: &ImageUse, text: &mut String) {
+    let ImageUse { member, file, .. } = image;
+    let file = file.replace(['"', '\\', '\n', '\r'], "'");
+    let space = if image.is_srgb { "sRGB" } else { "linear" };
+    let what = if image.tiles.is_some() { "images" } else { "image" };
+    text.push_str(&format!(
+        "[[doc \"The {what} `{file}`, {space}.\"]]\npublic rt_Texture {member};\n"
+    ));
+    if image.has_opacity {
+        text.push_str(&format!(
+            "[[doc \"Whether it has opacity.\"]]\npublic bool {member}HasOpacity = true;\n"
+        ));
     }
 }

@@ -190,12 +190,14 @@ impl<'d> Graph<'d> {
             let element = self.document.get(port);
             let output = element.attribute("output");
             if let Some(name) = element.attribute("nodegraph") {
-                let graph = self.child(self.document.root(), name, port)?;
-                (scope, port) = self.output_of_graph(graph, output, port)?;
+                let graph = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
+                (scope, port) = self.output_of_graph(scope, graph, output, port)?;
             } else if let Some(name) = element.attribute("nodename") {
                 let node = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
                 match self.document.get(node).tag.as_str() {
-                    "nodegraph" => (scope, port) = self.output_of_graph(node, output, port)?,
+                    "nodegraph" => {
+                        (scope, port) = self.output_of_graph(scope, node, output, port)?;
+                    }
                     "input" | "output" => port = node,
                     _ => return Ok(Some(Source::Node(scope, node, output.map(str::to_owned)))),
                 }
@@ -263,14 +265,20 @@ impl<'d> Graph<'d> {
         })
     }
 
-    /// The scope and the output of a graph that implements no node.
+    /// The scope and the output of a graph that implements no node. The inputs of one within another graph are
+    /// connected there.
     fn output_of_graph(
         &mut self,
+        outer: ScopeId,
         graph: ElementId,
         output: Option<&str>,
         at: ElementId,
     ) -> Result<(ScopeId, ElementId), Fault> {
-        let scope = self.scope(Scope { graph, instance: None, definition: None });
+        let around = self.scopes[outer.0 as usize].graph;
+        let is_inner = around != self.document.root()
+            && self.document.get(graph).parent.is_some_and(|parent| parent == around);
+        let instance = is_inner.then_some((graph, outer));
+        let scope = self.scope(Scope { graph, instance, definition: None });
         Ok((scope, self.output(graph, output, at)?))
     }
 
@@ -482,8 +490,7 @@ impl<'d> Graph<'d> {
     ) -> Result<Option<(ScopeId, ElementId)>, Fault> {
         let document = self.document;
         let element = document.get(node);
-        let Some(definitions) = self.definitions.get(element.tag.as_str()) else { return Ok(None) };
-        let Some(definition) = self.best_definition(node, definitions) else { return Ok(None) };
+        let Some(definition) = self.definition_of(node) else { return Ok(None) };
         let Some(graph) = self.graph_of(definition) else {
             if special::is_known(&element.tag) || table::is_known(&element.tag) {
                 return Ok(None);
@@ -499,15 +506,20 @@ impl<'d> Graph<'d> {
         Ok(Some((inner, self.output(graph, output, node)?)))
     }
 
-    /// The definition that a node names, or the first with its type and inputs.
-    fn best_definition(&self, node: ElementId, among: &[ElementId]) -> Option<ElementId> {
+    /// The definition that a node names, or the one that fits it best.
+    fn definition_of(&self, node: ElementId) -> Option<ElementId> {
         let document = self.document;
         let element = document.get(node);
         let named = element.attribute("nodedef");
-        if let Some(name) = named {
-            let found = among.iter().find(|it| document.get(**it).attribute("name") == Some(name));
-            return found.copied();
-        }
+        let named = named.and_then(|name| document.named(document.root(), name));
+        let named = named.filter(|it| document.get(*it).tag == "nodedef");
+        named.or_else(|| self.best_definition(node, self.definitions.get(&element.tag)?))
+    }
+
+    /// The first definition with the type of a node and its version.
+    fn best_definition(&self, node: ElementId, among: &[ElementId]) -> Option<ElementId> {
+        let document = self.document;
+        let element = document.get(node);
         let version = element.attribute("version");
         let fits = |definition: &&ElementId| {
             let outputs: Vec<ElementId> = document.children(**definition, "output").collect();

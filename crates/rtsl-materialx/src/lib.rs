@@ -30,5 +30,5 @@ mod types;
 pub use document::{Document, Loaded};
 pub use table::nodes;
 pub use translation::{
-    ImageUse, Material, Part, Translation, has_materials, translate, translate_outputs,
+    ImageUse, Material, Part, TileNumbers, Translation, has_materials, translate, translate_outputs,
 };

@@ -19,6 +19,9 @@ pub struct ImageUse {
     pub member: String,
     /// The file, relative to that of the document.
     pub file: String,
+    /// If its name stands for several files, the form of their numbers. Each covers a unit square of coordinates: 1001
+    /// the first, the next one that to the right, and the one ten higher that above.
+    pub tiles: Option<TileNumbers>,
     /// True if its values are in sRGB.
     pub is_srgb: bool,
     /// True if it repeats beyond its edges; else they continue.
@@ -29,6 +32,41 @@ pub struct ImageUse {
     pub has_opacity: bool,
     /// The place where the document names it.
     pub span: Span,
+}
+
+/// The form of the numbers of tiles in the names of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TileNumbers {
+    /// `1001`, `1002` and so on.
+    Udim,
+    /// `u1_v1`, `u2_v1` and so on.
+    UvTile,
+}
+
+impl TileNumbers {
+    /// The text in the name of the file in whose place the numbers stand.
+    pub fn mark(self) -> &'static str {
+        match self {
+            TileNumbers::Udim => "<UDIM>",
+            TileNumbers::UvTile => "<UVTILE>",
+        }
+    }
+
+    /// Returns the number of the tile that a text in place of the mark stands for.
+    pub fn number(self, text: &str) -> Option<u32> {
+        match self {
+            TileNumbers::Udim => {
+                let is_number = text.len() == 4 && text.bytes().all(|it| it.is_ascii_digit());
+                let number = text.parse().ok().filter(|_| is_number)?;
+                (1001..=9999).contains(&number).then_some(number)
+            }
+            TileNumbers::UvTile => {
+                let (u, v) = text.strip_prefix('u')?.split_once("_v")?;
+                let [u, v]: [u32; 2] = [u.parse().ok()?, v.parse().ok()?];
+                ((1..=10).contains(&u) && (1..=899).contains(&v)).then(|| 1000 + u + 10 * (v - 1))
+            }
+        }
+    }
 }
 
 /// A class of the translation.
@@ -162,42 +200,47 @@ impl<'d> Translator<'d> {
         self.translation
     }
 
-    /// The materials of the document; without any, its surfaces.
+    /// The materials of the document; without any, those within graphs; without these, its surfaces.
     fn materials(&self) -> Vec<ElementId> {
-        let document = self.document;
-        let root = document.root();
-        let materials: Vec<ElementId> =
-            document.children(root, "surfacematerial").take(limits::MATERIALS).collect();
-        if !materials.is_empty() {
-            return materials;
-        }
-        let is_material = |id: &ElementId| document.get(*id).attribute("type") == Some("material");
-        let custom: Vec<ElementId> =
-            document.get(root).children.iter().copied().filter(is_material).collect();
-        if !custom.is_empty() {
-            return custom.into_iter().take(limits::MATERIALS).collect();
-        }
-        let is_surface = |id: &ElementId| {
-            let element = document.get(*id);
-            element.tag != "nodegraph"
-                && element.tag != "nodedef"
-                && element.attribute("type") == Some("surfaceshader")
+        let root = self.document.root();
+        let of_root = |ty: &'static str| self.nodes_of(root, ty);
+        let of_graphs = |ty: &'static str| {
+            let outputs = self.graphs().flat_map(|graph| self.document.children(graph, "output"));
+            outputs.filter(|id| self.is_of(*id, ty)).collect()
         };
-        let children = document.get(root).children.iter().copied();
-        let surfaces: Vec<ElementId> =
-            children.filter(is_surface).take(limits::MATERIALS).collect();
-        if surfaces.is_empty() { self.surfaces_of_graphs() } else { surfaces }
+        let in_graphs = || self.graphs().flat_map(|it| self.nodes_of(it, "material")).collect();
+        let ways: [&dyn Fn() -> Vec<ElementId>; 5] = [
+            &|| of_root("material"),
+            &|| of_graphs("material"),
+            &in_graphs,
+            &|| of_root("surfaceshader"),
+            &|| of_graphs("surfaceshader"),
+        ];
+        let mut found = ways.iter().map(|way| way()).find(|it| !it.is_empty()).unwrap_or_default();
+        found.truncate(limits::MATERIALS);
+        found
     }
 
-    /// The outputs of graphs that are surfaces, but not those that implement nodes.
-    fn surfaces_of_graphs(&self) -> Vec<ElementId> {
-        let document = self.document;
-        let graphs = document.children(document.root(), "nodegraph");
-        let graphs = graphs.filter(|id| document.get(*id).attribute("nodedef").is_none());
-        let outputs = graphs.flat_map(|graph| document.children(graph, "output"));
-        let is_surface =
-            |id: &ElementId| document.get(*id).attribute("type") == Some("surfaceshader");
-        outputs.filter(is_surface).take(limits::MATERIALS).collect()
+    /// The graphs that do not implement nodes.
+    fn graphs(&self) -> impl Iterator<Item = ElementId> {
+        let graphs = self.document.children(self.document.root(), "nodegraph");
+        graphs.filter(|id| self.document.get(*id).attribute("nodedef").is_none())
+    }
+
+    /// The nodes in a graph, or in the document, that have this type.
+    fn nodes_of(&self, graph: ElementId, ty: &str) -> Vec<ElementId> {
+        let is_node = |id: &ElementId| {
+            let tag = self.document.get(*id).tag.as_str();
+            !matches!(tag, "nodegraph" | "nodedef" | "input" | "output" | "volumematerial")
+        };
+        let children = self.document.get(graph).children.iter().copied();
+        children.filter(is_node).filter(|id| self.is_of(*id, ty)).collect()
+    }
+
+    fn is_of(&self, id: ElementId, ty: &str) -> bool {
+        let element = self.document.get(id);
+        let is_material = element.tag == "surfacematerial" && ty == "material";
+        is_material || element.attribute("type") == Some(ty)
     }
 
     fn no_material(&self, all: &[ElementId], only: Option<&str>) -> Diagnostic {
@@ -224,15 +267,12 @@ impl<'d> Translator<'d> {
     /// The outputs of values, outside of graphs that implement nodes.
     fn outputs(&self) -> Vec<ElementId> {
         let document = self.document;
-        let root = document.root();
-        let graphs = document.children(root, "nodegraph");
-        let graphs = graphs.filter(|id| document.get(*id).attribute("nodedef").is_none());
-        let of_graphs = graphs.flat_map(|graph| document.children(graph, "output"));
+        let of_graphs = self.graphs().flat_map(|graph| document.children(graph, "output"));
         let is_value = |id: &ElementId| {
             let ty = document.get(*id).attribute("type").and_then(Type::named);
             ty.is_some_and(|ty| ty != Type::Text && ty.count() <= 4)
         };
-        let own = document.children(root, "output");
+        let own = document.children(document.root(), "output");
         own.chain(of_graphs).filter(is_value).take(limits::MATERIALS).collect()
     }
 

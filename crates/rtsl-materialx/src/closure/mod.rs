@@ -221,6 +221,10 @@ impl Reader<'_, '_> {
         let boxed = |closure: Closure| Box::new(closure);
         match tag.as_str() {
             "dot" => self.input(scope, node, "in"),
+            "thin_film_bsdf" => {
+                self.graph.warn(format!("`{tag}` has no effect"), node);
+                Ok(Closure::Nothing)
+            }
             "layer" => {
                 let top = self.input(scope, node, "top")?;
                 if self.is_volume(scope, node)? {
@@ -304,7 +308,10 @@ impl Reader<'_, '_> {
         let tag = self.graph.document.get(node).tag.clone();
         let dark = || "vec3(0.0)".to_owned();
         let expression = match tag.as_str() {
-            "uniform_edf" => {
+            "conical_edf" | "measured_edf" | "uniform_edf" => {
+                if tag != "uniform_edf" {
+                    self.graph.warn(format!("`{tag}` emits the same to all sides"), node);
+                }
                 let color = self.value(scope, node, "color", Type::Color3)?;
                 color.map_or("vec3(1.0)".to_owned(), |it| it.text)
             }
