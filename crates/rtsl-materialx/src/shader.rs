@@ -1,8 +1,6 @@
 //! Shaders of surfaces: the node that an input of the type `surfaceshader` is connected to, through graphs, and the
 //! nodes that it mixes.
 
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
-
 use crate::document::{ElementId, Fault};
 use crate::graph::{Graph, ScopeId, Source};
 use crate::surface::Surface;
@@ -35,23 +33,17 @@ pub enum Kind {
 /// The greatest number of surfaces in a mixture.
 const MAX_PARTS: usize = 32;
 
-/// Returns the shader of a material: of a `surfacematerial`, of the output of a graph, or of a node that is a surface.
+/// Returns the shader of a material: of a `surfacematerial`, of the output of a graph, or of a node that is a surface;
+/// `None` if it has no surface.
 ///
 /// # Errors
-/// If there is none, or one that is not supported.
-pub fn of_material(graph: &mut Graph<'_>, material: ElementId) -> Result<Shader, Fault> {
+/// If the surface is not supported.
+pub fn of_material(graph: &mut Graph<'_>, material: ElementId) -> Result<Option<Shader>, Fault> {
     let scope = graph.scope_of_output(material);
     let mut finder = Finder { graph, parts: 0, depth: 0 };
     match finder.follow(scope, material, None)? {
-        Some((scope, node)) => finder.shader(scope, node),
-        None => {
-            let document = finder.graph.document;
-            let message = format!("`{}` has no surface", document.get(material).name());
-            let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message)
-                .at(document.get(material).span, "")
-                .help("connect the input `surfaceshader` to a surface");
-            Err(Box::new(diagnostic))
-        }
+        Some((scope, node)) => finder.shader(scope, node).map(Some),
+        None => Ok(None),
     }
 }
 

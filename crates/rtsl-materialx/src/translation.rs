@@ -158,8 +158,9 @@ pub fn translate(document: &Document, title: &str, only: Option<&str>) -> Transl
             let error = translator.no_material(&found, only);
             translator.translation.errors.push(error);
         }
+        let is_alone = chosen.len() == 1;
         for id in chosen {
-            translator.add_material(id);
+            translator.add_material(id, is_alone);
         }
         translator.finish()
     })
@@ -276,17 +277,35 @@ impl<'d> Translator<'d> {
         own.chain(of_graphs).filter(is_value).take(limits::MATERIALS).collect()
     }
 
-    fn add_material(&mut self, id: ElementId) {
+    /// Adds the class of a material. One without a surface is left out if there are others.
+    fn add_material(&mut self, id: ElementId, is_alone: bool) {
         let mut graph = Graph::new(self.document);
-        let class = self.class_name(&self.name_of(id));
         self.warn_of_unused(&mut graph, id);
-        let made = shader::of_material(&mut graph, id)
-            .and_then(|shader| self.material(&mut graph, &shader, id, class));
+        let made = match shader::of_material(&mut graph, id) {
+            Ok(Some(shader)) => {
+                let class = self.class_name(&self.name_of(id));
+                self.material(&mut graph, &shader, id, class).map(Some)
+            }
+            Ok(None) if is_alone => Err(self.no_surface(id)),
+            Ok(None) => {
+                let name = self.document.get(id).name();
+                graph.warn(format!("`{name}` has no surface: it is left out"), id);
+                Ok(None)
+            }
+            Err(fault) => Err(fault),
+        };
         self.add_warnings(graph.warnings);
         match made {
-            Ok(material) => self.add(material, id),
+            Ok(material) => material.into_iter().for_each(|it| self.add(it, id)),
             Err(fault) => self.translation.errors.push(*fault),
         }
+    }
+
+    fn no_surface(&self, material: ElementId) -> Fault {
+        let element = self.document.get(material);
+        let message = format!("`{}` has no surface", element.name());
+        let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message).at(element.span, "");
+        Box::new(diagnostic.help("connect the input `surfaceshader` to a surface"))
     }
 
     /// The name of a material or an output, that of a graph's output after that of the graph.
