@@ -58,7 +58,10 @@ const ADOBE_GAMMA: f64 = 563.0 / 256.0;
 /// The spaces by the names of MaterialX, of the Color Interop Forum, and of the configurations of ACES and of programs,
 /// spelled as [`spelled`] does.
 const SPACES: [(&[&str], ColorSpace); 16] = [
-    (&["", "none", "raw", "data", "unknown", "utility_raw", "non_color"], space(Encoding::Linear, None)),
+    (
+        &["", "none", "raw", "data", "unknown", "utility_raw", "non_color"],
+        space(Encoding::Linear, None),
+    ),
     (
         &[
             "lin_rec709",

@@ -214,9 +214,8 @@ impl Reader<'_, '_> {
         let is_lama = |name: &str| name.starts_with("Lama");
         let elements = &self.document.elements;
         let is_used = elements.iter().any(|it| is_lama(&it.tag));
-        let is_definition = |it: &Element| {
-            it.tag == "nodedef" && it.attribute("node").is_some_and(is_lama)
-        };
+        let is_definition =
+            |it: &Element| it.tag == "nodedef" && it.attribute("node").is_some_and(is_lama);
         if !is_used || elements.iter().any(is_definition) {
             return Ok(());
         }

@@ -103,17 +103,23 @@ fn tints(at: &mut At<'_, '_>) -> Result<Vec<Value>, Fault> {
 
 fn write_tints(graph: &Graph<'_>, tints: &[Value], text: &mut String) {
     let is_white = |tint: &Value| tint.constant.as_deref() == Some(&[1.0; 3]);
-    if tints.iter().all(is_white) {
+    let colored: Vec<(usize, &str)> = tints
+        .iter()
+        .enumerate()
+        .filter(|(_, tint)| !is_white(tint))
+        .map(|(lobe, tint)| (lobe, tint.text.as_str()))
+        .collect();
+    if colored.is_empty() {
         return;
     }
-    let all: Vec<&str> = tints.iter().map(|tint| tint.text.as_str()).collect();
+    let all: Vec<&str> = colored.iter().map(|(_, tint)| *tint).collect();
     text.push_str(
         "\nvoid attenuations(Strand strand, vec2 view, vec2 within, out color parts[LOBES]) {\n    \
          super.attenuations(strand, view, within, parts);\n",
     );
     graph.statements.write(&all.join(" "), text);
-    for (index, tint) in all.iter().enumerate() {
-        text.push_str(&format!("    parts[{index}] *= color(max({tint}, vec3(0.0)));\n"));
+    for (lobe, tint) in colored {
+        text.push_str(&format!("    parts[{lobe}] *= color(max({tint}, vec3(0.0)));\n"));
     }
     text.push_str("}\n");
 }

@@ -94,9 +94,7 @@ fn amount(graph: &mut Graph<'_>, shader: &Shader) -> Result<Value, Fault> {
 fn setting(name: &str, value: &Value) -> Setting {
     match value.constant {
         Some(_) => Setting::Initial(format!("public texture float {name} = {};", value.text)),
-        None => {
-            Setting::Computed { header: format!("float {name}"), result: value.text.clone() }
-        }
+        None => Setting::Computed { header: format!("float {name}"), result: value.text.clone() },
     }
 }
 

@@ -254,7 +254,9 @@ impl Reader<'_, '_> {
 
     /// True if the base of a layer is a volume, which has no effect.
     fn is_volume(&mut self, scope: ScopeId, node: ElementId) -> Result<bool, Fault> {
-        let Some((_, base, _)) = self.graph.connected(scope, node, "base")? else { return Ok(false) };
+        let Some((_, base, _)) = self.graph.connected(scope, node, "base")? else {
+            return Ok(false);
+        };
         let tag = self.graph.document.get(base).tag.clone();
         let is_volume = tag.ends_with("_vdf");
         if is_volume {

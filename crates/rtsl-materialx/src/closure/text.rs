@@ -152,12 +152,9 @@ fn write_values(closures: &Closures, placed: &[Placed], out: &mut String) {
         terms.push(term);
     }
     let sum = if terms.is_empty() { "vec3(0.0)".to_owned() } else { terms.join("\n        + ") };
-    line(
-        out,
-        format_args!(
-            "\nvec3 valueOf(Lobes it, vec3 light) {{\n    vec3 view = -normalize(rt_RayDirection);\n    return {sum};\n}}"
-        ),
-    );
+    let has_covers = placed.iter().any(|it| !it.covers.is_empty());
+    let view = if has_covers { "    vec3 view = -normalize(rt_RayDirection);\n" } else { "" };
+    line(out, format_args!("\nvec3 valueOf(Lobes it, vec3 light) {{\n{view}    return {sum};\n}}"));
     for Placed { lobe, covers, .. } in placed {
         let mut share = format!("mxClosures.share(it.lobe{lobe})");
         for cover in covers {
