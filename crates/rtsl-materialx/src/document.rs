@@ -141,6 +141,13 @@ impl Document {
         id
     }
 
+    /// Copies an element, without those inside it, into another.
+    pub fn copy(&mut self, id: ElementId, parent: ElementId) {
+        let Element { tag, attributes, span, .. } = self.get(id).clone();
+        let copy = self.add(parent, &tag, span);
+        self.get_mut(copy).attributes = attributes;
+    }
+
     /// All elements, the root first.
     pub fn ids(&self) -> impl Iterator<Item = ElementId> + use<> {
         (0..self.elements.len() as u32).map(ElementId)

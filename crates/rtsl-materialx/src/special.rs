@@ -12,6 +12,7 @@ use crate::{literal, pictures, places};
 pub const NODES: &[&str] = &[
     "UsdPrimvarReader",
     "UsdUVTexture",
+    "ambientocclusion",
     "artistic_ior",
     "bitangent",
     "blur",
@@ -60,8 +61,7 @@ pub const NODES: &[&str] = &[
 ];
 
 /// Nodes that have no value here, and why.
-const REASONS: [(&str, &str); 3] = [
-    ("ambientocclusion", "a surface does not see its neighbourhood"),
+const REASONS: [(&str, &str); 2] = [
     ("curveadjust", "its curve is no part of the standard library"),
     ("arrayappend", "arrays have no values here"),
 ];
@@ -104,6 +104,11 @@ pub fn value(
         "randomfloat" => at.random()?,
         "flake2d" | "flake3d" => at.flake(&tag, output)?,
         "artistic_ior" => at.artistic_ior(output)?,
+        "ambientocclusion" => {
+            let message = "`ambientocclusion` is 1: a surface does not see its neighbourhood";
+            at.graph.warn(message.to_owned(), node);
+            Value::constant(Type::Float, vec![1.0])
+        }
         "chiang_hair_roughness" => at.hair_roughness(output)?,
         _ => match places::value(&mut at, &tag)? {
             Some(value) => value,

@@ -230,7 +230,11 @@ impl Reader<'_, '_> {
                 if self.is_volume(scope, node)? {
                     return Ok(top);
                 }
-                Ok(Closure::Layer(boxed(top), boxed(self.input(scope, node, "base")?)))
+                let base = self.input(scope, node, "base")?;
+                Ok(match top {
+                    Closure::Nothing => base,
+                    top => Closure::Layer(boxed(top), boxed(base)),
+                })
             }
             "mix" => {
                 let front = self.input(scope, node, "fg")?;

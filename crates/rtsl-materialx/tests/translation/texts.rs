@@ -359,3 +359,24 @@ fn materials_without_surfaces_are_left_out_beside_others() {
     let alone = text_of(&format!("<materialx>{empty}</materialx>"));
     assert!(alone.contains("E0631") && alone.contains("`Empty` has no surface"), "{alone}");
 }
+
+/// Materials of old documents share the names of shaders, and inherit them.
+#[test]
+fn old_materials_have_shaders_of_their_own() {
+    let material = |name: &str, rest: &str| format!("<material name=\"{name}\"{rest}</material>");
+    let shader = |base: &str| {
+        format!(
+            "><shaderref name=\"s\" node=\"standard_surface\">\
+             <bindinput name=\"base\" type=\"float\" value=\"{base}\"/></shaderref>"
+        )
+    };
+    let all = [
+        material("First", &shader("0.25")),
+        material("Second", &shader("0.5")),
+        material("Third", " inherit=\"Second\">"),
+        material("Fourth", "><materialinherit name=\"i\" material=\"First\"/>"),
+    ];
+    let text = text_of(&format!("<materialx version=\"1.36\">{}</materialx>", all.concat()));
+    let bases: Vec<&str> = text.lines().filter_map(|it| it.split("float base = ").nth(1)).collect();
+    assert_eq!(bases, ["0.25;", "0.5;", "0.5;", "0.25;"], "{text}");
+}
