@@ -134,8 +134,9 @@ impl SurfaceClass {
     /// If linking passes a limit.
     pub fn link_methods(&self) -> Result<(), Diagnostic> {
         for program in self.emitter.iter().chain([&self.material]) {
-            let called = CALLED.into_iter().filter(|method| program.has(*method));
-            called.map(|method| program.method(method).map(drop)).collect::<Result<(), _>>()?;
+            for method in CALLED.into_iter().filter(|method| program.has(*method)) {
+                program.method(method)?;
+            }
         }
         Ok(())
     }
