@@ -142,10 +142,11 @@ impl Document {
     }
 
     /// Copies an element, without those inside it, into another.
-    pub fn copy(&mut self, id: ElementId, parent: ElementId) {
+    pub fn copy(&mut self, id: ElementId, parent: ElementId) -> ElementId {
         let Element { tag, attributes, span, .. } = self.get(id).clone();
         let copy = self.add(parent, &tag, span);
         self.get_mut(copy).attributes = attributes;
+        copy
     }
 
     /// All elements, the root first.

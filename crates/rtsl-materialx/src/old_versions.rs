@@ -138,6 +138,8 @@ fn upgrade_material(document: &mut Document, material: ElementId) {
         // Materials may have shaders of one name.
         let name = format!("{}_{name}", document.get(material).name());
         let shader = add_shader(document, root, &node, &name, span);
+        let program = document.get(reference).name().to_owned();
+        copy_program(document, &program, material, shader);
         for child in document.get(reference).children.clone() {
             document.copy(child, shader);
         }
@@ -146,6 +148,23 @@ fn upgrade_material(document: &mut Document, material: ElementId) {
         document.get_mut(port).set("name", input);
         document.get_mut(port).set("type", input);
         document.get_mut(port).set("nodename", name);
+    }
+}
+
+/// Copies the inputs of a `shader` of version 1.25 to a node, with the values that a material gives them by their public
+/// names.
+fn copy_program(document: &mut Document, name: &str, material: ElementId, node: ElementId) {
+    let named = |it: &ElementId| document.get(*it).attribute("name") == Some(name);
+    let Some(program) = document.children(document.root(), "shader").find(named) else { return };
+    let overrides: Vec<ElementId> = document.children(material, "override").collect();
+    for input in document.get(program).children.clone() {
+        let public = document.get(input).attribute("publicname");
+        let given = overrides.iter().find(|it| document.get(**it).attribute("name") == public);
+        let value = given.and_then(|it| document.get(*it).attribute("value")).map(str::to_owned);
+        let copy = document.copy(input, node);
+        if let (Some(value), Some(_)) = (value, document.get(copy).attribute("publicname")) {
+            document.get_mut(copy).set("value", value);
+        }
     }
 }
 

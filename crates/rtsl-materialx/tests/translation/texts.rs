@@ -380,3 +380,22 @@ fn old_materials_have_shaders_of_their_own() {
     let bases: Vec<&str> = text.lines().filter_map(|it| it.split("float base = ").nth(1)).collect();
     assert_eq!(bases, ["0.25;", "0.5;", "0.5;", "0.25;"], "{text}");
 }
+
+#[test]
+fn materials_override_shaders_of_the_oldest_documents() {
+    let text = text_of(
+        r#"<materialx version="1.25">
+             <shader name="standard_surface" shadertype="surface">
+               <input name="base" type="float" value="1.0" publicname="base_public"/>
+               <input name="coat" type="float" value="0.5" publicname="coat_public"/>
+             </shader>
+             <material name="paint">
+               <shaderref name="standard_surface" shadertype="surface"/>
+               <override name="base_public" type="float" value="0.25"/>
+             </material>
+           </materialx>"#,
+    );
+    for line in ["class Paint : StandardSurface;", "float base = 0.25;", "float coat = 0.5;"] {
+        assert!(text.contains(line), "{text}");
+    }
+}
