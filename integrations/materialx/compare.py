@@ -153,19 +153,28 @@ def members_of(data):
 def random_points(count, seed):
     """Returns the state of a texture at random points."""
     numbers = random.Random(seed)
-    normal = lambda: [numbers.gauss(0, 1) for _ in range(3)]
-    unit = lambda v: [x / math.sqrt(sum(y * y for y in v)) for x in v]
-    lanes = lambda make: {"lanes": [make() for _ in range(count)]}
+
+    def lanes(make):
+        return {"lanes": [make() for _ in range(count)]}
+
+    def vector():
+        return [numbers.gauss(0, 1) for _ in range(3)]
+
+    def direction():
+        parts = vector()
+        length = math.sqrt(sum(part * part for part in parts))
+        return [part / length for part in parts]
+
     points = lanes(lambda: [numbers.uniform(-2, 2) for _ in range(3)])
-    normals = lanes(lambda: unit(normal()))
+    normals = lanes(direction)
     return {
         "rt_TextureUV": lanes(lambda: [numbers.random(), numbers.random()]),
         "rt_HitPoint": points,
         "rt_RayDirection": points,
         "rt_ShadingNormal": normals,
         "rt_GeometricNormal": normals,
-        "rt_dPdu": lanes(normal),
-        "rt_dPdv": lanes(normal),
+        "rt_dPdu": lanes(vector),
+        "rt_dPdv": lanes(vector),
     }
 
 
@@ -197,11 +206,12 @@ class Rtsl:
         return [self.components(answer) for answer in answers]
 
     def components(self, answer):
+        """Returns the colour and the number of an answer at all points."""
         if not answer.get("ok"):
             errors = [it["message"] for it in answer.get("diagnostics", []) if it["severity"] == "error"]
             raise NotCompared("RTSL refuses a shader: " + (errors or [str(answer.get("error"))])[0])
-        lanes = lambda name: answer["state"][name]["lanes"]
-        pairs = zip(lanes("rt_TextureColor"), lanes("rt_FloatTextureValue"))
+        colors, values = (answer["state"][it]["lanes"] for it in ("rt_TextureColor", "rt_FloatTextureValue"))
+        pairs = zip(colors, values)
         return [[number(it) for it in [*color, value]] for color, value in pairs]
 
 
@@ -222,6 +232,7 @@ def worst_error(own, generated, kind):
 
 
 def error(own, generated):
+    """Returns the error relative to values above 1. Two values that are no numbers agree."""
     if own == generated or (math.isnan(own) and math.isnan(generated)):
         return 0.0
     difference = abs(own - generated) / max(1.0, abs(generated))
@@ -261,6 +272,7 @@ def compare_document(path, generator, rtsl, tolerance, counts):
 
 
 def documents_in(paths):
+    """Yields the documents of folders, and others."""
     for path in paths:
         yield from sorted(path.rglob("*.mtlx")) if path.is_dir() else [path]
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 
 use crate::color_space::ColorSpace;
-use crate::document::{Document, ElementId, Fault};
+use crate::document::{Document, Element, ElementId, Fault};
 use crate::statements::{Statements, Value};
 use crate::translation::ImageUse;
 use crate::types::Type;
@@ -208,7 +208,7 @@ impl<'d> Graph<'d> {
                 }
             } else if let Some(name) = output.filter(|_| element.tag == "input") {
                 port = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
-            } else if element.attribute_or_empty("value").is_some() {
+            } else if has_value(element) {
                 return Ok(Some(Source::Constant(port)));
             } else {
                 let property = element.attribute("defaultgeomprop");
@@ -577,6 +577,13 @@ impl<'d> Graph<'d> {
             ),
         })
     }
+}
+
+/// True if an element gives a value. Only texts may be empty.
+fn has_value(element: &Element) -> bool {
+    let is_text = matches!(element.attribute("type"), Some("string" | "filename"));
+    element.attribute("value").is_some()
+        || (is_text && element.attribute_or_empty("value").is_some())
 }
 
 /// The warning about a colour space that is not known.

@@ -151,8 +151,8 @@ fn upgrade_material(document: &mut Document, material: ElementId) {
     }
 }
 
-/// Copies the inputs of a `shader` of version 1.25 to a node, with the values that a material gives them by their public
-/// names.
+/// Copies the inputs of a `shader` of version 1.25 to a node, with the values that a material gives them by their
+/// public names.
 fn copy_program(document: &mut Document, name: &str, material: ElementId, node: ElementId) {
     let named = |it: &ElementId| document.get(*it).attribute("name") == Some(name);
     let Some(program) = document.children(document.root(), "shader").find(named) else { return };

@@ -399,3 +399,11 @@ fn materials_override_shaders_of_the_oldest_documents() {
         assert!(text.contains(line), "{text}");
     }
 }
+
+#[test]
+fn inputs_without_values_keep_those_of_the_node() {
+    let inputs = input("base", "float", "") + &input("thin_walled", "boolean", "True");
+    let text =
+        text_of(&with_material(&node("standard_surface", "surface", "surfaceshader", &inputs)));
+    assert!(!text.contains(" base ") && text.contains("public bool thinWalled = true;"), "{text}");
+}
