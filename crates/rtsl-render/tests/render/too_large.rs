@@ -24,7 +24,7 @@ fn a_material_that_is_too_large_is_an_error() {
         samples: Some(1),
         ..RenderRequest::default()
     };
-    let messages = render_scene_from(&request, &files).err().expect("it is too large");
+    let Err(messages) = render_scene_from(&request, &files) else { panic!("it is too large") };
     let text = messages.to_text(false);
     assert!(text.contains("E0509") && text.contains("Mix."), "{text}");
 }
