@@ -104,6 +104,7 @@ impl Document {
         };
         let file = reader.document.elements[0].span.file;
         reader.read_file(name, text, file, 0)?;
+        reader.add_lama()?;
         let mut document = reader.document;
         old_versions::upgrade(&mut document);
         document.index_names();
@@ -138,6 +139,14 @@ impl Document {
         });
         self.get_mut(parent).children.push(id);
         id
+    }
+
+    /// Copies an element, without those inside it, into another.
+    pub fn copy(&mut self, id: ElementId, parent: ElementId) -> ElementId {
+        let Element { tag, attributes, span, .. } = self.get(id).clone();
+        let copy = self.add(parent, &tag, span);
+        self.get_mut(copy).attributes = attributes;
+        copy
     }
 
     /// All elements, the root first.
@@ -204,7 +213,25 @@ struct Reader<'l, 'r> {
     bytes: usize,
 }
 
+/// The definitions of the nodes of MaterialX Lama.
+const LAMA: &str = include_str!("lama.mtlx");
+
 impl Reader<'_, '_> {
+    /// Adds the definitions of Lama to a document that uses such nodes without definitions.
+    fn add_lama(&mut self) -> Result<(), Fault> {
+        let is_lama = |name: &str| name.starts_with("Lama");
+        let elements = &self.document.elements;
+        let is_used = elements.iter().any(|it| is_lama(&it.tag));
+        let is_definition =
+            |it: &Element| it.tag == "nodedef" && it.attribute("node").is_some_and(is_lama);
+        if !is_used || elements.iter().any(is_definition) {
+            return Ok(());
+        }
+        let name = "lama.mtlx of rtsl";
+        let file = self.sources.add(name, LAMA);
+        self.read_file(name, LAMA, file, 1)
+    }
+
     fn read_file(
         &mut self,
         name: &str,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 
 use crate::color_space::ColorSpace;
-use crate::document::{Document, ElementId, Fault};
+use crate::document::{Document, Element, ElementId, Fault};
 use crate::statements::{Statements, Value};
 use crate::translation::ImageUse;
 use crate::types::Type;
@@ -94,6 +94,25 @@ impl<'d> Graph<'d> {
         }
     }
 
+    /// A graph of the same scopes, without statements.
+    #[must_use]
+    pub fn without_values(&self) -> Self {
+        Graph {
+            document: self.document,
+            statements: Statements::default(),
+            images: Vec::new(),
+            attributes: BTreeMap::new(),
+            warnings: Vec::new(),
+            scopes: self.scopes.clone(),
+            scope_ids: self.scope_ids.clone(),
+            values: HashMap::new(),
+            open: BTreeSet::new(),
+            depth: 0,
+            visits: self.visits,
+            definitions: self.definitions.clone(),
+        }
+    }
+
     /// Adds a statement and returns its value.
     pub fn add(&mut self, ty: Type, expression: String) -> Value {
         let name = self.statements.add(ty.rtsl(), expression);
@@ -171,12 +190,14 @@ impl<'d> Graph<'d> {
             let element = self.document.get(port);
             let output = element.attribute("output");
             if let Some(name) = element.attribute("nodegraph") {
-                let graph = self.child(self.document.root(), name, port)?;
-                (scope, port) = self.output_of_graph(graph, output, port)?;
+                let graph = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
+                (scope, port) = self.output_of_graph(scope, graph, output, port)?;
             } else if let Some(name) = element.attribute("nodename") {
                 let node = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
                 match self.document.get(node).tag.as_str() {
-                    "nodegraph" => (scope, port) = self.output_of_graph(node, output, port)?,
+                    "nodegraph" => {
+                        (scope, port) = self.output_of_graph(scope, node, output, port)?;
+                    }
                     "input" | "output" => port = node,
                     _ => return Ok(Some(Source::Node(scope, node, output.map(str::to_owned)))),
                 }
@@ -187,7 +208,7 @@ impl<'d> Graph<'d> {
                 }
             } else if let Some(name) = output.filter(|_| element.tag == "input") {
                 port = self.child(self.scopes[scope.0 as usize].graph, name, port)?;
-            } else if element.attribute_or_empty("value").is_some() {
+            } else if has_value(element) {
                 return Ok(Some(Source::Constant(port)));
             } else {
                 let property = element.attribute("defaultgeomprop");
@@ -195,6 +216,28 @@ impl<'d> Graph<'d> {
             }
         }
         Err(self.cycle(port))
+    }
+
+    /// Returns the node that an input is connected to, through graphs and nodes that the document defines.
+    ///
+    /// # Errors
+    /// If the document names something that does not exist.
+    pub fn connected(
+        &mut self,
+        scope: ScopeId,
+        node: ElementId,
+        name: &str,
+    ) -> Result<Option<(ScopeId, ElementId, Option<String>)>, Fault> {
+        let Some(port) = self.port(node, name) else { return Ok(None) };
+        let mut source = self.source(scope, port)?;
+        for _ in 0..limits::DEPTH {
+            let Some(Source::Node(scope, node, output)) = source else { return Ok(None) };
+            match self.implementation(scope, node, output.as_deref())? {
+                Some((inner, port)) => source = self.source(inner, port)?,
+                None => return Ok(Some((scope, node, output))),
+            }
+        }
+        Err(self.unsupported("closures through too many graphs".to_owned(), node))
     }
 
     fn cycle(&self, at: ElementId) -> Fault {
@@ -222,14 +265,20 @@ impl<'d> Graph<'d> {
         })
     }
 
-    /// The scope and the output of a graph that implements no node.
+    /// The scope and the output of a graph that implements no node. The inputs of one within another graph are
+    /// connected there.
     fn output_of_graph(
         &mut self,
+        outer: ScopeId,
         graph: ElementId,
         output: Option<&str>,
         at: ElementId,
     ) -> Result<(ScopeId, ElementId), Fault> {
-        let scope = self.scope(Scope { graph, instance: None, definition: None });
+        let around = self.scopes[outer.0 as usize].graph;
+        let is_inner = around != self.document.root()
+            && self.document.get(graph).parent.is_some_and(|parent| parent == around);
+        let instance = is_inner.then_some((graph, outer));
+        let scope = self.scope(Scope { graph, instance, definition: None });
         Ok((scope, self.output(graph, output, at)?))
     }
 
@@ -441,8 +490,7 @@ impl<'d> Graph<'d> {
     ) -> Result<Option<(ScopeId, ElementId)>, Fault> {
         let document = self.document;
         let element = document.get(node);
-        let Some(definitions) = self.definitions.get(element.tag.as_str()) else { return Ok(None) };
-        let Some(definition) = self.best_definition(node, definitions) else { return Ok(None) };
+        let Some(definition) = self.definition_of(node) else { return Ok(None) };
         let Some(graph) = self.graph_of(definition) else {
             if special::is_known(&element.tag) || table::is_known(&element.tag) {
                 return Ok(None);
@@ -458,15 +506,20 @@ impl<'d> Graph<'d> {
         Ok(Some((inner, self.output(graph, output, node)?)))
     }
 
-    /// The definition that a node names, or the first with its type and inputs.
-    fn best_definition(&self, node: ElementId, among: &[ElementId]) -> Option<ElementId> {
+    /// The definition that a node names, or the one that fits it best.
+    fn definition_of(&self, node: ElementId) -> Option<ElementId> {
         let document = self.document;
         let element = document.get(node);
         let named = element.attribute("nodedef");
-        if let Some(name) = named {
-            let found = among.iter().find(|it| document.get(**it).attribute("name") == Some(name));
-            return found.copied();
-        }
+        let named = named.and_then(|name| document.named(document.root(), name));
+        let named = named.filter(|it| document.get(*it).tag == "nodedef");
+        named.or_else(|| self.best_definition(node, self.definitions.get(&element.tag)?))
+    }
+
+    /// The first definition with the type of a node and its version.
+    fn best_definition(&self, node: ElementId, among: &[ElementId]) -> Option<ElementId> {
+        let document = self.document;
+        let element = document.get(node);
         let version = element.attribute("version");
         let fits = |definition: &&ElementId| {
             let outputs: Vec<ElementId> = document.children(**definition, "output").collect();
@@ -524,6 +577,13 @@ impl<'d> Graph<'d> {
             ),
         })
     }
+}
+
+/// True if an element gives a value. Only texts may be empty.
+fn has_value(element: &Element) -> bool {
+    let is_text = matches!(element.attribute("type"), Some("string" | "filename"));
+    element.attribute("value").is_some()
+        || (is_text && element.attribute_or_empty("value").is_some())
 }
 
 /// The warning about a colour space that is not known.

@@ -7,15 +7,19 @@
 //!
 //! The crate does no input or output: its callers hand it the texts, and bind the images that a class refers to.
 
+mod class;
 mod closure;
 mod color_space;
 mod document;
 mod graph;
+mod hair;
 mod limits;
 mod literal;
+mod mixture;
 mod old_versions;
 mod pictures;
 mod places;
+mod shader;
 mod special;
 mod statements;
 mod surface;
@@ -26,5 +30,5 @@ mod types;
 pub use document::{Document, Loaded};
 pub use table::nodes;
 pub use translation::{
-    ImageUse, Material, Translation, has_materials, translate, translate_outputs,
+    ImageUse, Material, Part, TileNumbers, Translation, has_materials, translate, translate_outputs,
 };

@@ -6,8 +6,8 @@ use crate::types::Type;
 pub fn numbers(text: &str, ty: Type) -> Option<Vec<f64>> {
     match ty {
         Type::Boolean => match text.trim() {
-            "true" | "1" => Some(vec![1.0]),
-            "false" | "0" => Some(vec![0.0]),
+            "true" | "True" | "1" => Some(vec![1.0]),
+            "false" | "False" | "0" => Some(vec![0.0]),
             _ => None,
         },
         Type::Text => None,

@@ -3,6 +3,7 @@
 use rtsl_source::Span;
 
 use crate::document::{Document, ElementId};
+use crate::limits;
 
 /// The old names of nodes.
 const RENAMED: [(&str, &str); 10] = [
@@ -124,7 +125,7 @@ fn input(document: &Document, node: ElementId, name: &str) -> Option<ElementId> 
 /// A material with references to shaders becomes a node with an input for each shader.
 fn upgrade_material(document: &mut Document, material: ElementId) {
     let root = document.root();
-    let references: Vec<ElementId> = document.children(material, "shaderref").collect();
+    let references = references_of(document, material);
     rename(document, material, "surfacematerial");
     for reference in references {
         let element = document.get(reference);
@@ -134,16 +135,60 @@ fn upgrade_material(document: &mut Document, material: ElementId) {
             (None, Some(definition)) => node_of(document, definition),
             (None, None) => name.clone(),
         };
+        // Materials may have shaders of one name.
+        let name = format!("{}_{name}", document.get(material).name());
         let shader = add_shader(document, root, &node, &name, span);
-        document.get_mut(shader).children = document.get(reference).children.clone();
-        for child in document.get(shader).children.clone() {
-            document.get_mut(child).parent = Some(shader);
+        let program = document.get(reference).name().to_owned();
+        copy_program(document, &program, material, shader);
+        for child in document.get(reference).children.clone() {
+            document.copy(child, shader);
         }
         let port = document.add(material, "input", span);
-        document.get_mut(port).set("name", "surfaceshader");
-        document.get_mut(port).set("type", "surfaceshader");
+        let input = if node == "displacement" { "displacementshader" } else { "surfaceshader" };
+        document.get_mut(port).set("name", input);
+        document.get_mut(port).set("type", input);
         document.get_mut(port).set("nodename", name);
     }
+}
+
+/// Copies the inputs of a `shader` of version 1.25 to a node, with the values that a material gives them by their
+/// public names.
+fn copy_program(document: &mut Document, name: &str, material: ElementId, node: ElementId) {
+    let named = |it: &ElementId| document.get(*it).attribute("name") == Some(name);
+    let Some(program) = document.children(document.root(), "shader").find(named) else { return };
+    let overrides: Vec<ElementId> = document.children(material, "override").collect();
+    for input in document.get(program).children.clone() {
+        let public = document.get(input).attribute("publicname");
+        let given = overrides.iter().find(|it| document.get(**it).attribute("name") == public);
+        let value = given.and_then(|it| document.get(*it).attribute("value")).map(str::to_owned);
+        let copy = document.copy(input, node);
+        if let (Some(value), Some(_)) = (value, document.get(copy).attribute("publicname")) {
+            document.get_mut(copy).set("value", value);
+        }
+    }
+}
+
+/// The references of a material, or of the nearest one that it inherits.
+fn references_of(document: &Document, material: ElementId) -> Vec<ElementId> {
+    let mut at = material;
+    for _ in 0..limits::DEPTH {
+        let own: Vec<ElementId> = document.children(at, "shaderref").collect();
+        if !own.is_empty() {
+            return own;
+        }
+        let element = document.children(at, "materialinherit").next();
+        let named = element.and_then(|it| document.get(it).attribute("material"));
+        let Some(name) = named.or(document.get(at).attribute("inherit")) else { break };
+        let mut all = document.get(document.root()).children.iter().copied();
+        let is_parent = |id: &ElementId| {
+            let element = document.get(*id);
+            matches!(element.tag.as_str(), "material" | "surfacematerial")
+                && element.attribute("name") == Some(name)
+        };
+        let Some(parent) = all.find(is_parent) else { break };
+        at = parent;
+    }
+    Vec::new()
 }
 
 fn add_shader(

@@ -5,7 +5,7 @@ use crate::document::Fault;
 use crate::graph::unknown_space;
 use crate::special::{At, converted};
 use crate::statements::Value;
-use crate::translation::ImageUse;
+use crate::translation::{ImageUse, TileNumbers};
 use crate::types::Type;
 use crate::{literal, places};
 
@@ -42,6 +42,8 @@ const CONSTANT: u8 = 3;
 struct Image {
     /// The name of the member.
     member: String,
+    /// True if it is several, by the unit squares of coordinates.
+    is_tiled: bool,
     space: ColorSpace,
     /// The value where there is none.
     default: Value,
@@ -84,15 +86,13 @@ impl At<'_, '_> {
         let linear = ColorSpace { encoding: Encoding::Linear, matrix: None };
         let space = known.filter(|_| ty.is_color()).unwrap_or(linear);
         let prefix = document.inherited(element, "fileprefix").unwrap_or_default();
-        let path = if file.starts_with('/') { file } else { format!("{prefix}{file}") };
-        if path.contains('<') || path.contains('[') {
-            let message = format!("`{path}` names several files: it is left out");
-            self.graph.warn(message, element);
-        }
+        let path = path_of(prefix, &file);
+        let (path, tiles) = with_tiles(path);
         let filter = self.text("filtertype")?;
         let wanted = ImageUse {
             member: String::new(),
             file: path,
+            tiles,
             is_srgb: space.encoding == Encoding::Srgb,
             is_repeated: modes == PERIODIC,
             is_nearest: filter.as_deref() == Some("closest"),
@@ -100,7 +100,7 @@ impl At<'_, '_> {
             span: document.get(element).span,
         };
         let member = self.graph.image_member(wanted);
-        Ok(Some(Image { member, space, default }))
+        Ok(Some(Image { member, is_tiled: tiles.is_some(), space, default }))
     }
 
     /// The value of an image at coordinates.
@@ -129,9 +129,9 @@ impl At<'_, '_> {
         modes: Modes,
         ty: Type,
     ) -> Result<Value, Fault> {
-        let Image { member, default, .. } = image;
+        let Image { member, default, is_tiled, .. } = image;
         let mut place = uv.text.clone();
-        if modes != PERIODIC {
+        if modes != PERIODIC && !is_tiled {
             let call = format!("mxPlacement.wrapped({place}, ivec2({}, {}))", modes[0], modes[1]);
             place = self.graph.statements.add("vec2", call);
         }
@@ -169,7 +169,7 @@ impl At<'_, '_> {
                 self.add(ty, format!("vec4({color}, {alpha})"))
             }
         };
-        if !modes.contains(&CONSTANT) {
+        if !modes.contains(&CONSTANT) || *is_tiled {
             return Ok(value);
         }
         let beyond = format!(
@@ -432,6 +432,31 @@ impl At<'_, '_> {
             _ => format!("{} * {text}.z", strength.text),
         };
         Ok(self.add(Type::Float, expression))
+    }
+}
+
+/// The path of a file, whose prefix counts unless it is absolute. Documents of Windows have `\\` between folders.
+fn path_of(prefix: &str, file: &str) -> String {
+    let is_absolute = file.starts_with(['/', '\\']) || file.chars().nth(1) == Some(':');
+    let path = if is_absolute { file.to_owned() } else { format!("{prefix}{file}") };
+    path.replace('\\', "/")
+}
+
+/// The path with the mark of numbers as documents should write it, and the form of the numbers. The reader has `[` in
+/// place of `<`.
+fn with_tiles(path: String) -> (String, Option<TileNumbers>) {
+    let marks = [
+        ("[UDIM>", TileNumbers::Udim),
+        ("<udim>", TileNumbers::Udim),
+        ("[udim>", TileNumbers::Udim),
+        ("%(UDIM)d", TileNumbers::Udim),
+        ("<UDIM>", TileNumbers::Udim),
+        ("[UVTILE>", TileNumbers::UvTile),
+        ("<UVTILE>", TileNumbers::UvTile),
+    ];
+    match marks.into_iter().find(|(mark, _)| path.contains(mark)) {
+        Some((mark, tiles)) => (path.replacen(mark, tiles.mark(), 1), Some(tiles)),
+        None => (path, None),
     }
 }
 

@@ -63,21 +63,55 @@ pub fn property(graph: &mut Graph<'_>, name: &str, at: ElementId) -> Result<Valu
         let of = element.attribute("geomprop").unwrap_or(name);
         let space = element.attribute("space").unwrap_or("object");
         let (of, space) = (of.to_owned(), space.to_owned());
+        let index = element.attribute("index").and_then(|it| it.parse().ok());
+        if let ("texcoord", Some(set)) = (of.as_str(), index) {
+            return coordinates(graph, set, at);
+        }
         if let Some(value) = by_space(graph, &of, &space, at)? {
             return Ok(value);
         }
     }
-    if name.starts_with("UV") {
-        graph.warn(second_set(), at);
-        return property(graph, "UV0", at);
+    if let Some(set) = set_of_coordinates(name) {
+        return coordinates(graph, set, at);
     }
     let message = format!("unknown property `{name}` of surfaces");
     let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message);
     Err(Box::new(diagnostic.at(graph.document.get(at).span, "named here")))
 }
 
-fn second_set() -> String {
-    "only the first set of texture coordinates is read: it takes the place of others".to_owned()
+/// The last set of texture coordinates.
+const LAST_SET: usize = 7;
+
+/// The attribute of a set of texture coordinates after the first, as files of glTF name it.
+fn attribute_of_set(set: usize) -> String {
+    format!("uv{set}")
+}
+
+/// Returns texture coordinates. Those of further sets are attributes, whose widths are not known.
+fn coordinates(graph: &mut Graph<'_>, set: usize, at: ElementId) -> Result<Value, Fault> {
+    if set == 0 {
+        return property(graph, "UV0", at);
+    }
+    if set > LAST_SET {
+        let message = format!("texture coordinates of the set {set}: {LAST_SET} is the last");
+        return Err(graph.unsupported(message, at));
+    }
+    let name = attribute_of_set(set);
+    let declaration = format!("attribute vec2 {name} = vec2(0.0);");
+    graph.attributes.insert(name.clone(), declaration);
+    Ok(graph.add(Type::Vector2, name))
+}
+
+/// The set of texture coordinates that a name stands for in MaterialX, USD, Maya and Blender.
+fn set_of_coordinates(name: &str) -> Option<usize> {
+    if matches!(name, "st" | "uv" | "UV" | "UVMap") {
+        return Some(0);
+    }
+    if let Some(number) = name.strip_prefix("map") {
+        return number.parse::<usize>().ok()?.checked_sub(1);
+    }
+    let prefixes = ["st", "uv", "UV", "texcoord_", "TEXCOORD_", "UVMap.", "UVMap_"];
+    prefixes.iter().find_map(|prefix| name.strip_prefix(prefix)?.parse().ok())
 }
 
 /// Returns the position or a direction in a space; `None` for other properties.
@@ -130,10 +164,12 @@ pub fn value(at: &mut At<'_, '_>, tag: &str) -> Result<Option<Value>, Fault> {
 
 fn texcoord(at: &mut At<'_, '_>) -> Result<Value, Fault> {
     let index = at.input("index", Type::Integer, 0.0)?;
-    if index.constant.is_none_or(|it| it[0] != 0.0) {
-        at.graph.warn(second_set(), at.node);
+    let set = index.constant.map(|it| it[0].max(0.0) as usize);
+    if set.is_none() {
+        let message = "the set of texture coordinates is computed: the first one counts";
+        at.graph.warn(message.to_owned(), at.node);
     }
-    let uv = property(at.graph, "UV0", at.node)?;
+    let uv = coordinates(at.graph, set.unwrap_or(0), at.node)?;
     let ty = at.ty();
     converted(at.graph, &uv, if ty == Type::Vector3 { ty } else { Type::Vector2 }, at.node)
 }
@@ -148,9 +184,6 @@ fn color_of_vertices(at: &mut At<'_, '_>) -> Result<Value, Fault> {
     converted(at.graph, &Value::new(Type::Color4, COLORS), ty, at.node)
 }
 
-/// Names that stand for the coordinates of textures.
-const COORDINATES: [&str; 5] = ["st", "uv", "UVMap", "st0", "UV0"];
-
 /// An attribute of the object: a member of the class.
 fn attribute(at: &mut At<'_, '_>, name: &str, default: &str) -> Result<Value, Fault> {
     let ty = at.ty();
@@ -160,8 +193,8 @@ fn attribute(at: &mut At<'_, '_>, name: &str, default: &str) -> Result<Value, Fa
         at.graph.warn(format!("the text `{given}` of the object is not read"), at.node);
         return Ok(Value::new(Type::Text, fallback));
     }
-    if ty == Type::Vector2 && COORDINATES.contains(&given.as_str()) {
-        return property(at.graph, "UV0", at.node);
+    if let (Type::Vector2, Some(set)) = (ty, set_of_coordinates(&given)) {
+        return coordinates(at.graph, set, at.node);
     }
     let stored = match ty {
         Type::Boolean | Type::Integer => Type::Float,
@@ -233,11 +266,14 @@ fn slope(at: &mut At<'_, '_>, height: &Value) -> Option<Value> {
         let gradient = format!("gradient({}, {place})", height.text);
         Some(format!("vec2(dot({gradient}, {}), dot({gradient}, {}))", along[0], along[1]))
     };
-    let uv = of(UV).map(|uv| format!("gradient({}, {uv})", height.text));
+    // Further sets count as the first, since their directions are not known.
+    let sets = (1..=LAST_SET).map(attribute_of_set).filter_map(|set| of(&set));
+    let uvs = of(UV).into_iter().chain(sets);
+    let uvs: Vec<String> = uvs.map(|uv| format!("gradient({}, {uv})", height.text)).collect();
     let object = ["vectorToObject(rt_dPdu)", "vectorToObject(rt_dPdv)"];
     let object = through(of(POINT_OF_OBJECT), object);
     let world = through(of(POINT), ["rt_dPdu", "rt_dPdv"]);
-    let terms: Vec<String> = [uv, object, world].into_iter().flatten().collect();
+    let terms: Vec<String> = uvs.into_iter().chain(object).chain(world).collect();
     if terms.is_empty() {
         return None;
     }
@@ -267,4 +303,22 @@ fn bump(at: &mut At<'_, '_>) -> Result<Value, Fault> {
         map.text, scale.text, normal.text, tangent.text, bitangent.text
     );
     Ok(at.add(Type::Vector3, call))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_of_coordinates_are_known_by_their_names() {
+        for name in ["st", "UV0", "map1", "UVMap"] {
+            assert_eq!(set_of_coordinates(name), Some(0), "{name}");
+        }
+        for name in ["st1", "UV1", "uv1", "map2", "UVMap.001", "TEXCOORD_1"] {
+            assert_eq!(set_of_coordinates(name), Some(1), "{name}");
+        }
+        for name in ["map", "map0", "uvs", "stretch", "height"] {
+            assert_eq!(set_of_coordinates(name), None, "{name}");
+        }
+    }
 }

@@ -12,10 +12,12 @@ use crate::{literal, pictures, places};
 pub const NODES: &[&str] = &[
     "UsdPrimvarReader",
     "UsdUVTexture",
+    "ambientocclusion",
     "artistic_ior",
     "bitangent",
     "blur",
     "bump",
+    "chiang_hair_roughness",
     "constant",
     "convert",
     "creatematrix",
@@ -59,8 +61,7 @@ pub const NODES: &[&str] = &[
 ];
 
 /// Nodes that have no value here, and why.
-const REASONS: [(&str, &str); 3] = [
-    ("ambientocclusion", "a surface does not see its neighbourhood"),
+const REASONS: [(&str, &str); 2] = [
     ("curveadjust", "its curve is no part of the standard library"),
     ("arrayappend", "arrays have no values here"),
 ];
@@ -103,6 +104,12 @@ pub fn value(
         "randomfloat" => at.random()?,
         "flake2d" | "flake3d" => at.flake(&tag, output)?,
         "artistic_ior" => at.artistic_ior(output)?,
+        "ambientocclusion" => {
+            let message = "`ambientocclusion` is 1: a surface does not see its neighbourhood";
+            at.graph.warn(message.to_owned(), node);
+            Value::constant(Type::Float, vec![1.0])
+        }
+        "chiang_hair_roughness" => at.hair_roughness(output)?,
         _ => match places::value(&mut at, &tag)? {
             Some(value) => value,
             None => return pictures::value(&mut at, &tag, output),
@@ -401,6 +408,18 @@ impl At<'_, '_> {
         let name = if output == Some("extinction") { "artisticExtinction" } else { "artisticIor" };
         let call = format!("mxColor.{name}({}, {})", reflectivity.text, edge.text);
         Ok(self.add(Type::Color3, call))
+    }
+
+    fn hair_roughness(&mut self, output: Option<&str>) -> Result<Value, Fault> {
+        let along = self.input("longitudinal", Type::Float, 0.1)?;
+        let around = self.input("azimuthal", Type::Float, 0.2)?;
+        let scale = match output {
+            Some("roughness_TT") => self.input("scale_TT", Type::Float, 0.5)?,
+            Some("roughness_TRT") => self.input("scale_TRT", Type::Float, 2.0)?,
+            _ => Value::constant(Type::Float, vec![1.0]),
+        };
+        let call = format!("mxHair.roughness({}, {}, {})", along.text, around.text, scale.text);
+        Ok(self.add(Type::Vector2, call))
     }
 }
 

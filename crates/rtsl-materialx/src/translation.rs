@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use rtsl_source::{Diagnostic, Span, deep_stack, diagnostic_codes as codes, most_similar};
 
-use crate::closure;
+use crate::class::{self, Header};
 use crate::document::{Document, ElementId, Fault};
-use crate::graph::{Graph, ROOT, ScopeId, Source};
-use crate::limits;
+use crate::graph::{Graph, ROOT};
 use crate::places::identifier;
-use crate::surface::{self, Setting, Surface};
+use crate::shader::{self, Kind, Shader};
 use crate::types::Type;
+use crate::{closure, hair, limits, mixture, surface};
 
 /// An image that a class refers to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +19,9 @@ pub struct ImageUse {
     pub member: String,
     /// The file, relative to that of the document.
     pub file: String,
+    /// If its name stands for several files, the form of their numbers. Each covers a unit square of coordinates: 1001
+    /// the first, the next one that to the right, and the one ten higher that above.
+    pub tiles: Option<TileNumbers>,
     /// True if its values are in sRGB.
     pub is_srgb: bool,
     /// True if it repeats beyond its edges; else they continue.
@@ -31,6 +34,41 @@ pub struct ImageUse {
     pub span: Span,
 }
 
+/// The form of the numbers of tiles in the names of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TileNumbers {
+    /// `1001`, `1002` and so on.
+    Udim,
+    /// `u1_v1`, `u2_v1` and so on.
+    UvTile,
+}
+
+impl TileNumbers {
+    /// The text in the name of the file in whose place the numbers stand.
+    pub fn mark(self) -> &'static str {
+        match self {
+            TileNumbers::Udim => "<UDIM>",
+            TileNumbers::UvTile => "<UVTILE>",
+        }
+    }
+
+    /// Returns the number of the tile that a text in place of the mark stands for.
+    pub fn number(self, text: &str) -> Option<u32> {
+        match self {
+            TileNumbers::Udim => {
+                let is_number = text.len() == 4 && text.bytes().all(|it| it.is_ascii_digit());
+                let number = text.parse().ok().filter(|_| is_number)?;
+                (1001..=9999).contains(&number).then_some(number)
+            }
+            TileNumbers::UvTile => {
+                let (u, v) = text.strip_prefix('u')?.split_once("_v")?;
+                let [u, v]: [u32; 2] = [u.parse().ok()?, v.parse().ok()?];
+                ((1..=10).contains(&u) && (1..=899).contains(&v)).then(|| 1000 + u + 10 * (v - 1))
+            }
+        }
+    }
+}
+
 /// A class of the translation.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -40,8 +78,19 @@ pub struct Material {
     pub class: String,
     /// The images that it refers to.
     pub images: Vec<ImageUse>,
+    /// The materials that it refers to.
+    pub parts: Vec<Part>,
     /// The text of the class.
     pub text: String,
+}
+
+/// A material that another refers to.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The member of the other's class.
+    pub member: String,
+    /// The material.
+    pub material: Material,
 }
 
 /// The classes of a document.
@@ -56,9 +105,10 @@ pub struct Translation {
 }
 
 /// The modules of the library that classes use, with the names that they have there.
-const MODULES: [(&str, &str); 5] = [
+const MODULES: [(&str, &str); 6] = [
     ("mxClosures", "closures"),
     ("mxColor", "color"),
+    ("mxHair", "hair"),
     ("mxNoise", "noise"),
     ("mxPlacement", "placement"),
     ("mxShapes", "shapes"),
@@ -67,7 +117,8 @@ const MODULES: [(&str, &str); 5] = [
 impl Translation {
     /// Returns the text of a file with these classes.
     pub fn text(&self) -> String {
-        let classes: Vec<&str> = self.materials.iter().map(|it| it.text.as_str()).collect();
+        let materials = self.materials.iter().flat_map(Material::with_parts);
+        let classes: Vec<&str> = materials.map(|it| it.text.as_str()).collect();
         with_imports(&classes.join("\n"))
     }
 }
@@ -76,6 +127,12 @@ impl Material {
     /// Returns the text of a file with this class alone.
     pub fn file_text(&self) -> String {
         with_imports(&self.text)
+    }
+
+    /// The materials that it refers to, directly or through others, and itself, which is the last.
+    pub fn with_parts(&self) -> Vec<&Material> {
+        let parts = self.parts.iter().flat_map(|part| part.material.with_parts());
+        parts.chain([self]).collect()
     }
 }
 
@@ -101,8 +158,9 @@ pub fn translate(document: &Document, title: &str, only: Option<&str>) -> Transl
             let error = translator.no_material(&found, only);
             translator.translation.errors.push(error);
         }
+        let is_alone = chosen.len() == 1;
         for id in chosen {
-            translator.add_material(id);
+            translator.add_material(id, is_alone);
         }
         translator.finish()
     })
@@ -143,42 +201,47 @@ impl<'d> Translator<'d> {
         self.translation
     }
 
-    /// The materials of the document; without any, its surfaces.
+    /// The materials of the document; without any, those within graphs; without these, its surfaces.
     fn materials(&self) -> Vec<ElementId> {
-        let document = self.document;
-        let root = document.root();
-        let materials: Vec<ElementId> =
-            document.children(root, "surfacematerial").take(limits::MATERIALS).collect();
-        if !materials.is_empty() {
-            return materials;
-        }
-        let is_material = |id: &ElementId| document.get(*id).attribute("type") == Some("material");
-        let custom: Vec<ElementId> =
-            document.get(root).children.iter().copied().filter(is_material).collect();
-        if !custom.is_empty() {
-            return custom.into_iter().take(limits::MATERIALS).collect();
-        }
-        let is_surface = |id: &ElementId| {
-            let element = document.get(*id);
-            element.tag != "nodegraph"
-                && element.tag != "nodedef"
-                && element.attribute("type") == Some("surfaceshader")
+        let root = self.document.root();
+        let of_root = |ty: &'static str| self.nodes_of(root, ty);
+        let of_graphs = |ty: &'static str| {
+            let outputs = self.graphs().flat_map(|graph| self.document.children(graph, "output"));
+            outputs.filter(|id| self.is_of(*id, ty)).collect()
         };
-        let children = document.get(root).children.iter().copied();
-        let surfaces: Vec<ElementId> =
-            children.filter(is_surface).take(limits::MATERIALS).collect();
-        if surfaces.is_empty() { self.surfaces_of_graphs() } else { surfaces }
+        let in_graphs = || self.graphs().flat_map(|it| self.nodes_of(it, "material")).collect();
+        let ways: [&dyn Fn() -> Vec<ElementId>; 5] = [
+            &|| of_root("material"),
+            &|| of_graphs("material"),
+            &in_graphs,
+            &|| of_root("surfaceshader"),
+            &|| of_graphs("surfaceshader"),
+        ];
+        let mut found = ways.iter().map(|way| way()).find(|it| !it.is_empty()).unwrap_or_default();
+        found.truncate(limits::MATERIALS);
+        found
     }
 
-    /// The outputs of graphs that are surfaces, but not those that implement nodes.
-    fn surfaces_of_graphs(&self) -> Vec<ElementId> {
-        let document = self.document;
-        let graphs = document.children(document.root(), "nodegraph");
-        let graphs = graphs.filter(|id| document.get(*id).attribute("nodedef").is_none());
-        let outputs = graphs.flat_map(|graph| document.children(graph, "output"));
-        let is_surface =
-            |id: &ElementId| document.get(*id).attribute("type") == Some("surfaceshader");
-        outputs.filter(is_surface).take(limits::MATERIALS).collect()
+    /// The graphs that do not implement nodes.
+    fn graphs(&self) -> impl Iterator<Item = ElementId> {
+        let graphs = self.document.children(self.document.root(), "nodegraph");
+        graphs.filter(|id| self.document.get(*id).attribute("nodedef").is_none())
+    }
+
+    /// The nodes in a graph, or in the document, that have this type.
+    fn nodes_of(&self, graph: ElementId, ty: &str) -> Vec<ElementId> {
+        let is_node = |id: &ElementId| {
+            let tag = self.document.get(*id).tag.as_str();
+            !matches!(tag, "nodegraph" | "nodedef" | "input" | "output" | "volumematerial")
+        };
+        let children = self.document.get(graph).children.iter().copied();
+        children.filter(is_node).filter(|id| self.is_of(*id, ty)).collect()
+    }
+
+    fn is_of(&self, id: ElementId, ty: &str) -> bool {
+        let element = self.document.get(id);
+        let is_material = element.tag == "surfacematerial" && ty == "material";
+        is_material || element.attribute("type") == Some(ty)
     }
 
     fn no_material(&self, all: &[ElementId], only: Option<&str>) -> Diagnostic {
@@ -205,25 +268,44 @@ impl<'d> Translator<'d> {
     /// The outputs of values, outside of graphs that implement nodes.
     fn outputs(&self) -> Vec<ElementId> {
         let document = self.document;
-        let root = document.root();
-        let graphs = document.children(root, "nodegraph");
-        let graphs = graphs.filter(|id| document.get(*id).attribute("nodedef").is_none());
-        let of_graphs = graphs.flat_map(|graph| document.children(graph, "output"));
+        let of_graphs = self.graphs().flat_map(|graph| document.children(graph, "output"));
         let is_value = |id: &ElementId| {
             let ty = document.get(*id).attribute("type").and_then(Type::named);
             ty.is_some_and(|ty| ty != Type::Text && ty.count() <= 4)
         };
-        let own = document.children(root, "output");
+        let own = document.children(document.root(), "output");
         own.chain(of_graphs).filter(is_value).take(limits::MATERIALS).collect()
     }
 
-    fn add_material(&mut self, id: ElementId) {
+    /// Adds the class of a material. One without a surface is left out if there are others.
+    fn add_material(&mut self, id: ElementId, is_alone: bool) {
         let mut graph = Graph::new(self.document);
-        let class = self.class_name(&self.name_of(id));
-        match self.material(&mut graph, id, &class) {
-            Ok(text) => self.add(graph, id, class, text),
-            Err(fault) => self.fail(graph, *fault),
+        self.warn_of_unused(&mut graph, id);
+        let made = match shader::of_material(&mut graph, id) {
+            Ok(Some(shader)) => {
+                let class = self.class_name(&self.name_of(id));
+                self.material(&mut graph, &shader, id, class).map(Some)
+            }
+            Ok(None) if is_alone => Err(self.no_surface(id)),
+            Ok(None) => {
+                let name = self.document.get(id).name();
+                graph.warn(format!("`{name}` has no surface: it is left out"), id);
+                Ok(None)
+            }
+            Err(fault) => Err(fault),
+        };
+        self.add_warnings(graph.warnings);
+        match made {
+            Ok(material) => material.into_iter().for_each(|it| self.add(it, id)),
+            Err(fault) => self.translation.errors.push(*fault),
         }
+    }
+
+    fn no_surface(&self, material: ElementId) -> Fault {
+        let element = self.document.get(material);
+        let message = format!("`{}` has no surface", element.name());
+        let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message).at(element.span, "");
+        Box::new(diagnostic.help("connect the input `surfaceshader` to a surface"))
     }
 
     /// The name of a material or an output, that of a graph's output after that of the graph.
@@ -236,22 +318,16 @@ impl<'d> Translator<'d> {
         }
     }
 
-    fn fail(&mut self, graph: Graph<'_>, fault: Diagnostic) {
-        self.add_warnings(graph.warnings);
-        self.translation.errors.push(fault);
-    }
-
-    fn add(&mut self, graph: Graph<'_>, id: ElementId, class: String, text: String) {
-        self.length += text.len();
+    fn add(&mut self, material: Material, id: ElementId) {
+        let lengths = material.with_parts().into_iter().map(|it| it.text.len());
+        self.length += lengths.sum::<usize>();
         if self.length > limits::OUTPUT {
             let message = "the classes of the document are too long";
             let diagnostic = Diagnostic::new(codes::MATERIALX_LIMIT, message);
             self.translation.errors.push(diagnostic.at(self.document.get(id).span, "of this"));
             return;
         }
-        let name = self.document.get(id).name().to_owned();
-        self.translation.materials.push(Material { name, class, images: graph.images, text });
-        self.add_warnings(graph.warnings);
+        self.translation.materials.push(material);
     }
 
     fn add_warnings(&mut self, warnings: Vec<Diagnostic>) {
@@ -268,7 +344,6 @@ impl<'d> Translator<'d> {
         let mut letters = identifier.chars();
         let first = letters.next().map(|first| first.to_ascii_uppercase());
         let mut class: String = first.into_iter().chain(letters).collect();
-        let is_base = |class: &str| surface::SURFACES.iter().any(|it| it.class == class);
         if class.is_empty() || class == "_" || is_base(&class) {
             class.push_str("Material");
         }
@@ -281,174 +356,88 @@ impl<'d> Translator<'d> {
         class
     }
 
-    fn material(&self, graph: &mut Graph<'_>, id: ElementId, class: &str) -> Result<String, Fault> {
-        let (scope, node) = self.shader_of(graph, id)?;
-        let tag = &self.document.get(node).tag;
-        if closure::is_surface(tag) {
-            self.warn_of_displacement(graph, id);
-            let closures = closure::closures(graph, scope, node)?;
-            let mut text = self.header(self.document.get(id).name(), class, "rt_Material");
-            write_members(graph, &mut text);
-            text.push_str(&closure::write(graph, &closures));
-            return Ok(text);
-        }
-        let Some(surface) = surface::named(tag) else {
-            let message = format!("the surface `{tag}` is not supported");
-            return Err(graph.unsupported(message, node));
-        };
-        self.warn_of_displacement(graph, id);
-        let settings = surface::settings(graph, surface, scope, node)?;
-        Ok(self.write(graph, surface, &settings, self.document.get(id).name(), class))
-    }
-
-    fn warn_of_displacement(&self, graph: &mut Graph<'_>, id: ElementId) {
+    fn warn_of_unused(&self, graph: &mut Graph<'_>, material: ElementId) {
         for name in ["displacementshader", "backsurfaceshader"] {
-            let Some(port) = graph.port(id, name) else { continue };
+            let Some(port) = graph.port(material, name) else { continue };
             if graph.source(ROOT, port).is_ok_and(|source| source.is_some()) {
                 graph.warn(format!("the input `{name}` has no effect"), port);
             }
         }
     }
 
-    /// Follows a material to the node of its surface.
-    fn shader_of(
-        &self,
-        graph: &mut Graph<'_>,
-        material: ElementId,
-    ) -> Result<(ScopeId, ElementId), Fault> {
-        let document = self.document;
-        let mut scope = graph.scope_of_output(material);
-        let mut node = material;
-        let mut output: Option<String> = None;
-        for _ in 0..limits::DEPTH {
-            let tag = document.get(node).tag.clone();
-            let is_surface = surface::named(&tag).is_some() || closure::is_surface(&tag);
-            if is_surface {
-                return Ok((scope, node));
+    /// The class of a shader. `named` is the element whose name it has in the document.
+    fn material(
+        &mut self,
+        graph: &mut Graph<'d>,
+        shader: &Shader,
+        named: ElementId,
+        class: String,
+    ) -> Result<Material, Fault> {
+        let name = self.document.get(named).name();
+        let header = Header { title: self.title, name, class: &class };
+        let mut parts = Vec::new();
+        let text = match &shader.kind {
+            Kind::Model(surface) => {
+                let settings = surface::settings(graph, surface, shader.scope, shader.node)?;
+                class::of_surface(graph, &header, surface, &settings)
             }
-            let port = match tag.as_str() {
-                "surfacematerial" => graph.port(node, "surfaceshader"),
-                "dot" => graph.port(node, "in"),
-                "output" => Some(node),
-                _ => match graph.implementation(scope, node, output.as_deref())? {
-                    Some((inner, port)) => {
-                        scope = inner;
-                        Some(port)
-                    }
-                    None => return Ok((scope, node)),
-                },
-            };
-            let source = match port {
-                Some(port) => graph.source(scope, port)?,
-                None => None,
-            };
-            let Some(Source::Node(outer, next, name)) = source else {
-                let message = format!("`{}` has no surface", document.get(material).name());
-                let diagnostic = Diagnostic::new(codes::MATERIALX_UNKNOWN, message)
-                    .at(document.get(node).span, "")
-                    .help("connect the input `surfaceshader` to a surface");
-                return Err(Box::new(diagnostic));
-            };
-            (scope, node, output) = (outer, next, name);
-        }
-        Err(graph.unsupported("a surface through too many graphs".to_owned(), material))
+            Kind::Hair(scope, node) => hair::class(graph, &header, shader.node, (*scope, *node))?,
+            Kind::Closures => {
+                let closures = closure::closures(graph, shader.scope, shader.node)?;
+                closure::class(graph, &header, &closures)
+            }
+            Kind::Mix(_, _) => {
+                for (member, part) in mixture::parts(shader) {
+                    let material = self.part(graph, part)?;
+                    parts.push(Part { member, material });
+                }
+                mixture::class(graph, &header, shader, &parts)?
+            }
+        };
+        let images = std::mem::take(&mut graph.images);
+        Ok(Material { name: name.to_owned(), class, images, parts, text })
     }
 
-    fn header(&self, name: &str, class: &str, base: &str) -> String {
-        format!(
-            "/// `{}` of `{}`, translated from MaterialX.\nclass {class} : {base};\n\n",
-            name.replace('`', "'"),
-            self.title.replace('`', "'")
-        )
-    }
-
-    fn write(
-        &self,
-        graph: &Graph<'_>,
-        surface: &Surface,
-        settings: &[Setting],
-        name: &str,
-        class: &str,
-    ) -> String {
-        let mut text = self.header(name, class, surface.class);
-        write_members(graph, &mut text);
-        for setting in settings {
-            if let Setting::Initial(declaration) = setting {
-                text.push_str(declaration);
-                text.push('\n');
-            }
-        }
-        for setting in settings {
-            if let Setting::Computed { header, result } = setting {
-                text.push_str(&format!("\n{header}() {{\n"));
-                graph.statements.write(result, &mut text);
-                text.push_str(&format!("    return {result};\n}}\n"));
-            }
-        }
-        let has_normal = settings.iter().any(|setting| {
-            matches!(setting, Setting::Computed { header, .. } if header == "vec3 surfaceNormal")
-        });
-        if has_normal {
-            text.push_str(WITH_NORMAL);
-        }
-        text
+    /// The class of a part of a mixture, whose statements are its own.
+    fn part(&mut self, graph: &mut Graph<'d>, shader: &Shader) -> Result<Material, Fault> {
+        let mut own = graph.without_values();
+        let class = self.class_name(&self.name_of(shader.node));
+        let made = self.material(&mut own, shader, shader.node, class);
+        graph.warnings.append(&mut own.warnings);
+        made
     }
 
     fn add_output(&mut self, id: ElementId) {
         let mut graph = Graph::new(self.document);
         let class = self.class_name(&self.name_of(id));
-        match self.texture(&mut graph, id, &class) {
-            Ok(text) => self.add(graph, id, class, text),
-            Err(fault) => self.fail(graph, *fault),
+        let made = self.texture(&mut graph, id, class);
+        self.add_warnings(graph.warnings);
+        match made {
+            Ok(texture) => self.add(texture, id),
+            Err(fault) => self.translation.errors.push(*fault),
         }
     }
 
-    fn texture(&self, graph: &mut Graph<'_>, id: ElementId, class: &str) -> Result<String, Fault> {
+    fn texture(
+        &self,
+        graph: &mut Graph<'_>,
+        id: ElementId,
+        class: String,
+    ) -> Result<Material, Fault> {
         let scope = graph.scope_of_output(id);
         let Some(value) = graph.port_value(scope, id)? else {
             return Err(graph.unsupported("an output without a value".to_owned(), id));
         };
-        let mut text = format!("class {class} : rt_Texture;\n\n");
-        write_members(graph, &mut text);
-        text.push_str("void lookup() {\n");
-        graph.statements.write(&value.text, &mut text);
-        let result = &value.text;
-        text.push_str(&match value.ty.count() {
-            1 => format!("    rt_FloatTextureValue = float({result});\n"),
-            2 => format!("    rt_TextureColor = color({result}.x, {result}.y, 0.0);\n"),
-            3 => format!("    rt_TextureColor = color({result});\n"),
-            _ => format!(
-                "    rt_TextureColor = color({result}.xyz);\n    rt_FloatTextureValue = {result}.w;\n"
-            ),
-        });
-        text.push_str("}\n");
-        Ok(text)
+        let text = class::of_texture(graph, &class, &value);
+        let name = self.document.get(id).name().to_owned();
+        let images = std::mem::take(&mut graph.images);
+        Ok(Material { name, class, images, parts: Vec::new(), text })
     }
 }
 
-/// The renderer weighs light by the cosine with the surface's own normal.
-const WITH_NORMAL: &str = "
-float cosineRatio(mat3 frame) { return mxPlacement.cosineRatio(rt_LightDirection, rt_ShadingNormal, frame[2]); }
-";
-
-/// The members that are not parameters of the base.
-fn write_members(graph: &Graph<'_>, text: &mut String) {
-    for image in &graph.images {
-        let file = image.file.replace(['"', '\\', '\n', '\r'], "'");
-        let space = if image.is_srgb { "sRGB" } else { "linear" };
-        text.push_str(&format!(
-            "[[doc \"The image `{file}`, {space}.\"]]\npublic rt_Texture {};\n",
-            image.member
-        ));
-        if image.has_opacity {
-            text.push_str(&format!(
-                "[[doc \"Whether it has opacity.\"]]\npublic bool {}HasOpacity = true;\n",
-                image.member
-            ));
-        }
-    }
-    for declaration in graph.attributes.values() {
-        text.push_str(declaration);
-        text.push('\n');
-    }
+/// True for names of classes of the library that others derive from.
+fn is_base(class: &str) -> bool {
+    class == hair::CLASS
+        || class == mixture::CLASS
+        || surface::SURFACES.iter().any(|it| it.class == class)
 }

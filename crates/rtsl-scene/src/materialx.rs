@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
 use rtsl_image::has_opacity;
-use rtsl_materialx::{Document, ImageUse, Loaded, Material, translate};
+use rtsl_materialx::{Document, ImageUse, Loaded, Material, TileNumbers, translate};
 use rtsl_math::Transform;
 use rtsl_memory::InputBudget;
 
@@ -25,6 +25,9 @@ const TYPE: &str = "materialx";
 /// The parameters that they have besides those of the class.
 const FILE: &str = "file";
 const MATERIAL: &str = "material";
+
+/// The greatest number of tiles of an image.
+const MAX_TILES: usize = 64;
 
 /// Reads a MaterialX document, with those that it includes: beside the including document, or beside the first.
 ///
@@ -170,19 +173,45 @@ impl Adder<'_> {
     }
 
     fn replace(&mut self, index: usize, material: Material, file: &str) {
-        let key = format!("{file}#{}", material.class);
         let span = self.description.entities[index].class_span;
+        let whole = material.name.clone();
+        let (class, parameters) = self.describe(material, (file, &whole), span);
+        let entity = &mut self.description.entities[index];
+        entity.class = class;
+        entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
+        entity.parameters.extend(parameters);
+    }
+
+    /// Adds the class of a material, and those that it refers to. Returns its name in the description, and parameters.
+    /// Classes of different materials of a document may have one name.
+    fn describe(
+        &mut self,
+        material: Material,
+        (file, whole): (&str, &str),
+        span: Span,
+    ) -> (String, Vec<Parameter>) {
+        let key = format!("{file}#{whole}#{}", material.class);
         let mut parameters = Vec::new();
         for image in &material.images {
             self.add_image(image, file, span, &mut parameters);
         }
-        let entity = &mut self.description.entities[index];
-        entity.class.clone_from(&key);
-        entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
-        entity.parameters.extend(parameters);
         let text = material.file_text();
+        for part in material.parts {
+            let name = self.add_part(part.material, (file, whole), span);
+            let reference = ParameterType::Reference(ReferenceKind::Material);
+            parameters.push(given(reference, &part.member, Values::Texts(vec![name]), span));
+        }
         let described = DescribedClass { class: material.class, text };
-        self.description.classes.insert(key, described);
+        self.description.classes.insert(key.clone(), described);
+        (key, parameters)
+    }
+
+    /// Adds a material that another refers to, and returns its name. Names of the text have no such number.
+    fn add_part(&mut self, material: Material, of: (&str, &str), span: Span) -> String {
+        let (class, parameters) = self.describe(material, of, span);
+        let name = format!("{class} {}", self.description.entities.len());
+        self.push_entity(EntityKind::Material, class, (&name, span), parameters);
+        name
     }
 
     fn add_image(
@@ -194,18 +223,73 @@ impl Adder<'_> {
     ) {
         let name = Path::new(file).parent().unwrap_or(Path::new("")).join(&image.file);
         let name = name.display().to_string();
-        let path = resolve(self.scene, &name);
-        let Some(texture) = self.texture(image, name, &path, span) else { return };
-        let reference = ParameterType::Reference(ReferenceKind::Texture);
-        let values = Values::Texts(vec![texture]);
-        parameters.push(given(reference, &image.member, values, span));
+        let files = match image.tiles {
+            Some(numbers) => self.tiles(image, numbers, &name),
+            None => vec![(0, name)],
+        };
+        let mut found = Vec::new();
+        for (number, name) in files {
+            let path = resolve(self.scene, &name);
+            let texture = self.texture(image, name, &path, span);
+            found.extend(texture.map(|texture| (number, texture, path)));
+        }
+        if found.is_empty() {
+            return;
+        }
         if image.has_opacity {
-            let opacity = file_start(self.files, &path)
-                .is_ok_and(|start| has_opacity(&start).unwrap_or(false));
-            let values = Values::Booleans(vec![opacity]);
+            let opacity = found.iter().all(|(_, _, path)| {
+                file_start(self.files, path).is_ok_and(|it| has_opacity(&it).unwrap_or(false))
+            });
             let member = format!("{}HasOpacity", image.member);
+            let values = Values::Booleans(vec![opacity]);
             parameters.push(given(ParameterType::Given, &member, values, span));
         }
+        let texture = match image.tiles {
+            Some(_) => self.add_tiles(found, span),
+            None => found.swap_remove(0).1,
+        };
+        let reference = ParameterType::Reference(ReferenceKind::Texture);
+        parameters.push(given(reference, &image.member, Values::Texts(vec![texture]), span));
+    }
+
+    /// Adds the texture of an image in tiles, and returns its name.
+    fn add_tiles(&mut self, tiles: Vec<(u32, String, PathBuf)>, span: Span) -> String {
+        let numbers = tiles.iter().map(|(number, _, _)| f64::from(*number)).collect();
+        let images = tiles.into_iter().map(|(_, texture, _)| texture).collect();
+        let reference = ParameterType::Reference(ReferenceKind::Texture);
+        let parameters = vec![
+            given(reference, "images", Values::Texts(images), span),
+            given(ParameterType::Given, "numbers", Values::Numbers(numbers), span),
+        ];
+        let name = format!("tiles {}", self.description.entities.len());
+        self.push_entity(EntityKind::Texture, "ImageTiles".to_owned(), (&name, span), parameters);
+        name
+    }
+
+    /// The files of an image in tiles, by their numbers. A name with the mark is that of the scene.
+    fn tiles(&mut self, image: &ImageUse, form: TileNumbers, name: &str) -> Vec<(u32, String)> {
+        let Some((before, after)) = name.split_once(form.mark()) else { return Vec::new() };
+        let (folder, start) = before.rsplit_once('/').unwrap_or(("", before));
+        let files = self.files.list(&resolve(self.scene, folder)).unwrap_or_default();
+        let number = |path: &PathBuf| {
+            let file = path.file_name()?.to_str()?;
+            let text = file.strip_prefix(start)?.strip_suffix(after)?;
+            Some((form.number(text)?, format!("{before}{text}{after}")))
+        };
+        let mut tiles: Vec<(u32, String)> = files.iter().filter_map(number).collect();
+        tiles.sort();
+        let mut warn = |message: String| {
+            let warning = Diagnostic::new(codes::MATERIALX_IGNORED, message);
+            self.add_warnings(vec![warning.at(image.span, "named here")]);
+        };
+        if tiles.is_empty() {
+            warn(format!("`{name}` is left out: there are no such files"));
+        }
+        if tiles.len() > MAX_TILES {
+            warn(format!("`{name}` has {} files: the first {MAX_TILES} are read", tiles.len()));
+            tiles.truncate(MAX_TILES);
+        }
+        tiles
     }
 
     /// The name of the texture of an image, which is made at its first use; `None` if there is no such file.
@@ -235,6 +319,8 @@ impl Adder<'_> {
 
     fn add_texture(&mut self, image: &ImageUse, name: String, span: Span) -> String {
         let texture = format!("{name} {}", self.images.len());
+        // The edge of a tile is not that of the other side.
+        let is_repeated = image.is_repeated && image.tiles.is_none();
         let text = |parameter: &str, value: &str| {
             let values = Values::Texts(vec![value.to_owned()]);
             given(ParameterType::Text, parameter, values, span)
@@ -242,20 +328,31 @@ impl Adder<'_> {
         let parameters = vec![
             text("filename", &name),
             text("encoding", if image.is_srgb { "sRGB" } else { "linear" }),
-            text("wrap", if image.is_repeated { "repeat" } else { "clamp" }),
+            text("wrap", if is_repeated { "repeat" } else { "clamp" }),
             text("filter", if image.is_nearest { "point" } else { "bilinear" }),
             text(CONVENTION, "gltf"),
         ];
+        let class = "imagemap".to_owned();
+        self.push_entity(EntityKind::Texture, class, (&texture, span), parameters);
+        texture
+    }
+
+    fn push_entity(
+        &mut self,
+        kind: EntityKind,
+        class: String,
+        (name, class_span): (&str, Span),
+        parameters: Vec<Parameter>,
+    ) {
         self.description.entities.push(Entity {
-            kind: EntityKind::Texture,
-            class: "imagemap".to_owned(),
-            class_span: span,
-            name: Some(texture.clone()),
+            kind,
+            class,
+            class_span,
+            name: Some(name.to_owned()),
             parameters,
             transform: Transform::IDENTITY,
             end_transform: None,
         });
-        texture
     }
 }
 

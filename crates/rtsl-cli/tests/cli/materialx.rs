@@ -73,6 +73,89 @@ fn translated_materials_keep_the_contracts() {
     }
 }
 
+/// Hair with a colour for each lobe, and brown absorption.
+const HAIR: &str = r#"<materialx version="1.39">
+  <chiang_hair_roughness name="rough" type="multioutput"/>
+  <deon_hair_absorption_from_melanin name="brown" type="vector3"/>
+  <chiang_hair_bsdf name="strand" type="BSDF">
+    <input name="tint_R" type="color3" value="0.9, 0.8, 0.7"/>
+    <input name="tint_TT" type="color3" value="0.5, 0.8, 0.7"/>
+    <input name="roughness_R" type="vector2" nodename="rough" output="roughness_R"/>
+    <input name="roughness_TT" type="vector2" nodename="rough" output="roughness_TT"/>
+    <input name="roughness_TRT" type="vector2" nodename="rough" output="roughness_TRT"/>
+    <input name="absorption_coefficient" type="vector3" nodename="brown"/>
+    <input name="cuticle_angle" type="float" value="0.47"/>
+  </chiang_hair_bsdf>
+  <surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="strand"/></surface>
+  <surfacematerial name="Brown" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s"/>
+  </surfacematerial>
+</materialx>"#;
+
+/// As the library's hair, that of documents is not reciprocal.
+#[test]
+fn hair_keeps_all_contracts_but_reciprocity() {
+    let folder = Folder::new("materialx");
+    folder.write("hair.mtlx", HAIR);
+    let ran = folder.run(&["materialx", "hair.mtlx", "-o", "hair.rtsl"]);
+    assert_eq!(ran.code(), DONE, "{}", ran.errors());
+    let shown = folder.run(&["test", "hair.rtsl"]).output();
+    let broken = shown.matches("BROKEN").count();
+    assert_eq!(broken, shown.matches("BROKEN  light takes the same way back").count(), "{shown}");
+    assert!(shown.contains("held    samples are distributed as evaluatePDF says"), "{shown}");
+}
+
+/// Two metals of closures, and paint that lets light pass.
+const MIXTURE: &str = r#"<materialx version="1.39">
+  <conductor_bsdf name="metal" type="BSDF"/>
+  <surface name="steel" type="surfaceshader">
+    <input name="bsdf" type="BSDF" nodename="metal"/>
+    <input name="opacity" type="float" value="0.6"/>
+  </surface>
+  <standard_surface name="paint" type="surfaceshader">
+    <input name="base_color" type="color3" value="0.1, 0.2, 0.6"/>
+  </standard_surface>
+  <texcoord name="uv" type="vector2"/>
+  <extract name="u" type="float"><input name="in" type="vector2" nodename="uv"/></extract>
+  <mix name="both" type="surfaceshader">
+    <input name="fg" type="surfaceshader" nodename="steel"/>
+    <input name="bg" type="surfaceshader" nodename="paint"/>
+    <input name="mix" type="float" nodename="u"/>
+  </mix>
+  <mix name="three" type="surfaceshader">
+    <input name="fg" type="surfaceshader" nodename="steel"/>
+    <input name="bg" type="surfaceshader" nodename="both"/>
+    <input name="mix" type="float" value="0.3"/>
+  </mix>
+  <surfacematerial name="Two" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="both"/>
+  </surfacematerial>
+  <surfacematerial name="Three" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="three"/>
+  </surfacematerial>
+</materialx>"#;
+
+/// In scenes mixtures are tested with the surfaces that they mix.
+#[test]
+fn mixtures_keep_the_contracts() {
+    let folder = Folder::new("materialx");
+    folder.write("mixture.mtlx", MIXTURE);
+    let ran = folder.run(&["materialx", "mixture.mtlx"]);
+    for class in ["class Two : Mix;", "class Three : rt_Material;"] {
+        assert!(ran.output().contains(class), "{}{}", ran.output(), ran.errors());
+    }
+    let shape = |name: &str| {
+        format!(
+            "Material \"materialx\" \"string file\" \"mixture.mtlx\" \"string material\" \"{name}\"\n\
+             Shape \"sphere\"\n"
+        )
+    };
+    let scene = format!("Camera \"perspective\"\nWorldBegin\n{}{}", shape("Two"), shape("Three"));
+    folder.write("scene.pbrt", scene);
+    let ran = folder.run(&["test", "scene.pbrt", "--samples", "4000"]);
+    assert_eq!(ran.code(), DONE, "{}{}", ran.output(), ran.errors());
+}
+
 #[test]
 fn a_material_is_chosen_by_its_name() {
     let folder = Folder::new("materialx");

@@ -160,6 +160,10 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             round.push(("round", true.into()));
             vec![curve(&[], 1), round, curve(&[0.0, 0.1, 1.0, 0.8, 0.0, 0.6], 2)]
         }
+        "ImageTiles" => vec![vec![
+            ("images", Value::List(vec![constant(0.3), constant(0.7)])),
+            ("numbers", ints(&[1001, 1012])),
+        ]],
         "Hair" => vec![vec![], vec![("reflectance", constant(0.7)), ("betaN", 0.6.into())]],
         "Torus" => vec![vec![], vec![("majorRadius", 1.1.into()), ("minorRadius", 0.5.into())]],
         "Cone" => vec![

@@ -7,13 +7,13 @@ mod lobes;
 mod text;
 
 use crate::document::{ElementId, Fault};
-use crate::graph::{Graph, ScopeId, Source};
-use crate::limits;
+use crate::graph::{Graph, ScopeId};
 use crate::special::{At, converted};
 use crate::statements::Value;
 use crate::types::Type;
+use crate::{hair, limits};
 
-pub use text::write;
+pub use text::class;
 
 /// A closure of scattered light.
 #[derive(Clone, Debug)]
@@ -61,6 +61,9 @@ pub struct Closures {
 /// The greatest number of lobes of a surface.
 const MAX_LOBES: usize = 32;
 
+/// Visits of nodes, which may be connected several times.
+const MAX_VISITS: usize = 1000;
+
 /// True for nodes that [`closures`] reads.
 pub fn is_surface(tag: &str) -> bool {
     matches!(tag, "surface" | "mix")
@@ -79,7 +82,7 @@ pub fn closures(graph: &mut Graph<'_>, scope: ScopeId, node: ElementId) -> Resul
         opacity: None,
         is_sheet: false,
     };
-    let mut reader = Reader { graph, closures, depth: 0 };
+    let mut reader = Reader { graph, closures, depth: 0, visits: 0 };
     let surface = reader.surface(scope, node)?;
     let Reader { mut closures, .. } = reader;
     let bends = closures.lobes.iter().any(|lobe| lobe.expression.contains("mxClosures.bending("));
@@ -104,6 +107,7 @@ struct Reader<'g, 'd> {
     graph: &'g mut Graph<'d>,
     closures: Closures,
     depth: usize,
+    visits: usize,
 }
 
 impl Reader<'_, '_> {
@@ -114,7 +118,8 @@ impl Reader<'_, '_> {
         work: impl FnOnce(&mut Self) -> Result<T, Fault>,
     ) -> Result<T, Fault> {
         self.depth += 1;
-        if self.depth > limits::DEPTH {
+        self.visits += 1;
+        if self.depth > limits::DEPTH || self.visits > MAX_VISITS {
             return Err(self.graph.unsupported("closures through too many nodes".to_owned(), node));
         }
         let result = work(self);
@@ -127,7 +132,7 @@ impl Reader<'_, '_> {
         match tag.as_str() {
             "surface" => self.simple_surface(scope, node),
             "mix" => self.deeper(node, |reader| reader.mixed_surface(scope, node)),
-            "dot" => match self.connected(scope, node, "in")? {
+            "dot" => match self.graph.connected(scope, node, "in")? {
                 Some((scope, node, _)) => self.deeper(node, |it| it.surface(scope, node)),
                 None => Err(self.unsupported_surface(&tag, node)),
             },
@@ -155,7 +160,7 @@ impl Reader<'_, '_> {
     fn mixed_surface(&mut self, scope: ScopeId, node: ElementId) -> Result<Surface, Fault> {
         let mut parts = Vec::new();
         for name in ["fg", "bg"] {
-            parts.push(match self.connected(scope, node, name)? {
+            parts.push(match self.graph.connected(scope, node, name)? {
                 Some((scope, node, _)) => self.surface(scope, node)?,
                 None => Surface { scattered: Closure::Nothing, emission: None, opacity: None },
             });
@@ -203,28 +208,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The node that an input is connected to, through graphs and nodes that the document defines.
-    fn connected(
-        &mut self,
-        scope: ScopeId,
-        node: ElementId,
-        name: &str,
-    ) -> Result<Option<(ScopeId, ElementId, Option<String>)>, Fault> {
-        let Some(port) = self.graph.port(node, name) else { return Ok(None) };
-        let mut source = self.graph.source(scope, port)?;
-        for _ in 0..limits::DEPTH {
-            let Some(Source::Node(scope, node, output)) = source else { return Ok(None) };
-            match self.graph.implementation(scope, node, output.as_deref())? {
-                Some((inner, port)) => source = self.graph.source(inner, port)?,
-                None => return Ok(Some((scope, node, output))),
-            }
-        }
-        Err(self.graph.unsupported("closures through too many graphs".to_owned(), node))
-    }
-
     /// The closure of an input.
     fn input(&mut self, scope: ScopeId, node: ElementId, name: &str) -> Result<Closure, Fault> {
-        match self.connected(scope, node, name)? {
+        match self.graph.connected(scope, node, name)? {
             Some((scope, node, _)) => self.deeper(node, |reader| reader.closure(scope, node)),
             None => Ok(Closure::Nothing),
         }
@@ -235,12 +221,20 @@ impl Reader<'_, '_> {
         let boxed = |closure: Closure| Box::new(closure);
         match tag.as_str() {
             "dot" => self.input(scope, node, "in"),
+            "thin_film_bsdf" => {
+                self.graph.warn(format!("`{tag}` has no effect"), node);
+                Ok(Closure::Nothing)
+            }
             "layer" => {
                 let top = self.input(scope, node, "top")?;
                 if self.is_volume(scope, node)? {
                     return Ok(top);
                 }
-                Ok(Closure::Layer(boxed(top), boxed(self.input(scope, node, "base")?)))
+                let base = self.input(scope, node, "base")?;
+                Ok(match top {
+                    Closure::Nothing => base,
+                    top => Closure::Layer(boxed(top), boxed(base)),
+                })
             }
             "mix" => {
                 let front = self.input(scope, node, "fg")?;
@@ -264,7 +258,9 @@ impl Reader<'_, '_> {
 
     /// True if the base of a layer is a volume, which has no effect.
     fn is_volume(&mut self, scope: ScopeId, node: ElementId) -> Result<bool, Fault> {
-        let Some((_, base, _)) = self.connected(scope, node, "base")? else { return Ok(false) };
+        let Some((_, base, _)) = self.graph.connected(scope, node, "base")? else {
+            return Ok(false);
+        };
         let tag = self.graph.document.get(base).tag.clone();
         let is_volume = tag.ends_with("_vdf");
         if is_volume {
@@ -274,6 +270,11 @@ impl Reader<'_, '_> {
     }
 
     fn lobe(&mut self, scope: ScopeId, node: ElementId, tag: &str) -> Result<Closure, Fault> {
+        if hair::is_closure(tag) {
+            let message = format!("`{tag}` is not the only closure of its surface");
+            let fault = self.graph.unsupported(message, node);
+            return Err(Box::new(fault.help("mix surfaces instead of closures")));
+        }
         let is_sheet = self.closures.is_sheet;
         let mut at = At { graph: self.graph, scope, node };
         let Some(lobes) = lobes::lobes(&mut at, tag, is_sheet)? else {
@@ -303,7 +304,7 @@ impl Reader<'_, '_> {
         node: ElementId,
         name: &str,
     ) -> Result<Option<String>, Fault> {
-        match self.connected(scope, node, name)? {
+        match self.graph.connected(scope, node, name)? {
             Some((scope, node, _)) => self.deeper(node, |reader| reader.emission(scope, node)),
             None => Ok(None),
         }
@@ -313,7 +314,10 @@ impl Reader<'_, '_> {
         let tag = self.graph.document.get(node).tag.clone();
         let dark = || "vec3(0.0)".to_owned();
         let expression = match tag.as_str() {
-            "uniform_edf" => {
+            "conical_edf" | "measured_edf" | "uniform_edf" => {
+                if tag != "uniform_edf" {
+                    self.graph.warn(format!("`{tag}` emits the same to all sides"), node);
+                }
                 let color = self.value(scope, node, "color", Type::Color3)?;
                 color.map_or("vec3(1.0)".to_owned(), |it| it.text)
             }

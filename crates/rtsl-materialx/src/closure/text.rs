@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{Closure, Closures};
+use crate::class::{self, Header};
 use crate::graph::Graph;
 
 /// A lobe with what is around it.
@@ -14,12 +15,13 @@ struct Placed {
     covers: Vec<usize>,
 }
 
-/// Writes the members and methods of a class.
-pub fn write(graph: &Graph<'_>, closures: &Closures) -> String {
+/// Returns the text of a class of closures.
+pub fn class(graph: &Graph<'_>, header: &Header<'_>, closures: &Closures) -> String {
     let mut placed = Vec::new();
     let mut covers = Vec::new();
     place(&closures.root, &mut Vec::new(), &mut Vec::new(), &mut placed, &mut covers);
-    let mut out = String::new();
+    let mut out = header.text("rt_Material", "");
+    class::write_members(graph, &mut out);
     write_structure(closures, &placed, &mut out);
     write_gather(graph, closures, &placed, &mut out);
     for (index, cover) in covers.iter().enumerate() {
@@ -150,12 +152,9 @@ fn write_values(closures: &Closures, placed: &[Placed], out: &mut String) {
         terms.push(term);
     }
     let sum = if terms.is_empty() { "vec3(0.0)".to_owned() } else { terms.join("\n        + ") };
-    line(
-        out,
-        format_args!(
-            "\nvec3 valueOf(Lobes it, vec3 light) {{\n    vec3 view = -normalize(rt_RayDirection);\n    return {sum};\n}}"
-        ),
-    );
+    let has_covers = placed.iter().any(|it| !it.covers.is_empty());
+    let view = if has_covers { "    vec3 view = -normalize(rt_RayDirection);\n" } else { "" };
+    line(out, format_args!("\nvec3 valueOf(Lobes it, vec3 light) {{\n{view}    return {sum};\n}}"));
     for Placed { lobe, covers, .. } in placed {
         let mut share = format!("mxClosures.share(it.lobe{lobe})");
         for cover in covers {

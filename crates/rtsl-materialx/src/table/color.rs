@@ -42,4 +42,9 @@ pub const ROWS: &[&str] = &[
     "gooch_shade | color3 | warm_color=0.8,0.8,0.7 cool_color=0.3,0.3,0.8 specular_intensity:float=1 shininess:float=64 \
      light_direction:vector3=1,-0.5,-0.5 | mxColor.gooch({warm_color}, {cool_color}, {specular_intensity}, {shininess}, \
      {light_direction}, rt_ShadingNormal, normalize(rt_RayDirection))",
+    "deon_hair_absorption_from_melanin | vector3 | melanin_concentration:float=0.25 melanin_redness:float=0.5 \
+     eumelanin_color:color3=0.657704,0.498077,0.254107 pheomelanin_color:color3=0.829444,0.67032,0.349938 | \
+     mxHair.absorptionOfMelanin({melanin_concentration}, {melanin_redness}, {eumelanin_color}, {pheomelanin_color})",
+    "chiang_hair_absorption_from_color | vector3 | color:color3=1 azimuthal_roughness:float=0.2 | \
+     mxHair.absorptionOfColor({color}, {azimuthal_roughness})",
 ];

@@ -2,27 +2,17 @@
 
 use expect_test::expect;
 
-use crate::text_of;
-
-/// A document with a surface of this closure.
-fn with_closure(elements: &str, closure: &str) -> String {
-    crate::with_material(&format!(
-        "{elements}\n<surface name=\"surface\" type=\"surfaceshader\">\n\
-         <input name=\"bsdf\" type=\"BSDF\" nodename=\"{closure}\"/>\n</surface>"
-    ))
-}
+use crate::{input, link, node, text_of, with_closure};
 
 #[test]
 fn a_layer_scales_the_lobe_below() {
-    let text = with_closure(
-        r#"<sheen_bsdf name="fibres" type="BSDF"/>
-           <oren_nayar_diffuse_bsdf name="matte" type="BSDF"/>
-           <layer name="all" type="BSDF">
-             <input name="top" type="BSDF" nodename="fibres"/>
-             <input name="base" type="BSDF" nodename="matte"/>
-           </layer>"#,
-        "all",
-    );
+    let layers = link("top", "BSDF", "fibres") + &link("base", "BSDF", "matte");
+    let elements = [
+        node("sheen_bsdf", "fibres", "BSDF", ""),
+        node("oren_nayar_diffuse_bsdf", "matte", "BSDF", ""),
+        node("layer", "all", "BSDF", &layers),
+    ];
+    let text = with_closure(&elements.concat(), "all");
     expect![[r#"
         import shaders.materialx.closures as mxClosures;
 
@@ -90,10 +80,7 @@ fn a_layer_scales_the_lobe_below() {
 #[test]
 fn boundaries_have_an_inside_if_light_passes_them() {
     let dielectric = |mode: &str| {
-        let elements = format!(
-            "<dielectric_bsdf name=\"d\" type=\"BSDF\">\
-             <input name=\"scatter_mode\" type=\"string\" value=\"{mode}\"/></dielectric_bsdf>"
-        );
+        let elements = node("dielectric_bsdf", "d", "BSDF", &input("scatter_mode", "string", mode));
         text_of(&with_closure(&elements, "d"))
     };
     let (reflecting, both) = (dielectric("R"), dielectric("RT"));
@@ -104,16 +91,16 @@ fn boundaries_have_an_inside_if_light_passes_them() {
 
 #[test]
 fn closures_without_counterpart_are_errors() {
-    let text = with_closure("<chiang_hair_bsdf name=\"hair\" type=\"BSDF\"/>", "hair");
+    let text = text_of(&with_closure(&node("velvet_bsdf", "velvet", "BSDF", ""), "velvet"));
     expect![[r#"
-        error[E0632]: the closure `chiang_hair_bsdf` is not supported
+        error[E0632]: the closure `velvet_bsdf` is not supported
           ┌─ test.mtlx:2:1
           │
-        2 │ <chiang_hair_bsdf name="hair" type="BSDF"/>
-          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+        2 │ <velvet_bsdf name="velvet" type="BSDF"></velvet_bsdf>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
 
     "#]]
-    .assert_eq(&text_of(&text));
+    .assert_eq(&text);
 }
 
 #[test]
@@ -125,10 +112,20 @@ fn a_surface_may_be_empty() {
 /// Closures that are connected in a circle.
 #[test]
 fn circles_of_closures_are_refused() {
-    let text = with_closure(
-        "<multiply name=\"a\" type=\"BSDF\"><input name=\"in1\" type=\"BSDF\" nodename=\"b\"/></multiply>\n\
-         <multiply name=\"b\" type=\"BSDF\"><input name=\"in1\" type=\"BSDF\" nodename=\"a\"/></multiply>",
-        "a",
-    );
+    let dark = |name: &str, of: &str| node("multiply", name, "BSDF", &link("in1", "BSDF", of));
+    let text = with_closure(&(dark("a", "b") + &dark("b", "a")), "a");
     assert!(text_of(&text).contains("E0632"));
+}
+
+/// Each sum has the next one twice.
+#[test]
+fn closures_that_double_are_refused() {
+    let sum = |index: usize| {
+        let next = format!("s{}", index + 1);
+        let inputs = link("in1", "BSDF", &next) + &link("in2", "BSDF", &next);
+        node("add", &format!("s{index}"), "BSDF", &inputs)
+    };
+    let sums: String = (0..40).map(sum).collect();
+    let text = text_of(&with_closure(&(sums + &node("add", "s40", "BSDF", "")), "s0"));
+    assert!(text.contains("E0632") && text.contains("too many nodes"), "{text}");
 }

@@ -119,16 +119,16 @@ fn values_of_other_types() {
 #[test]
 fn parts_that_are_not_supported() {
     let text = with_material(
-        "<ambientocclusion name=\"a\" type=\"float\"/>\n\
+        "<curveadjust name=\"a\" type=\"float\"/>\n\
          <standard_surface name=\"surface\" type=\"surfaceshader\">\n\
          <input name=\"base\" type=\"float\" nodename=\"a\"/>\n</standard_surface>",
     );
     expect![[r#"
-        error[E0632]: `ambientocclusion` is not supported: a surface does not see its neighbourhood
+        error[E0632]: `curveadjust` is not supported: its curve is no part of the standard library
           ┌─ test.mtlx:2:1
           │
-        2 │ <ambientocclusion name="a" type="float"/>
-          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+        2 │ <curveadjust name="a" type="float"/>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
 
     "#]]
     .assert_eq(&text_of(&text));

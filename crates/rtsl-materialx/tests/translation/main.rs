@@ -2,6 +2,9 @@
 
 mod closures;
 mod errors;
+mod hair;
+mod lama;
+mod mixtures;
 mod nodes;
 mod robust;
 mod texts;
@@ -41,6 +44,27 @@ const NODES: &str = r#"<materialx version="1.39">
     <output name="out" type="float" nodename="product"/>
   </nodegraph>
 </materialx>"#;
+
+/// An element that is a node, around its inputs.
+pub fn node(tag: &str, name: &str, ty: &str, inputs: &str) -> String {
+    format!("<{tag} name=\"{name}\" type=\"{ty}\">{inputs}</{tag}>\n")
+}
+
+/// An input with a value.
+pub fn input(name: &str, ty: &str, value: &str) -> String {
+    format!("<input name=\"{name}\" type=\"{ty}\" value=\"{value}\"/>")
+}
+
+/// An input that is connected to a node.
+pub fn link(name: &str, ty: &str, node: &str) -> String {
+    format!("<input name=\"{name}\" type=\"{ty}\" nodename=\"{node}\"/>")
+}
+
+/// A material of a surface whose scattered light is that of a closure.
+pub fn with_closure(elements: &str, closure: &str) -> String {
+    let surface = node("surface", "surface", "surfaceshader", &link("bsdf", "BSDF", closure));
+    with_material(&format!("{elements}\n{surface}"))
+}
 
 /// Surrounds elements by a document with a material whose surface is called `surface`.
 pub fn with_material(elements: &str) -> String {

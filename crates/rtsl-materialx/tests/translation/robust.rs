@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use crate::{document, outputs_of, text_of, with_material};
 
 /// Words of documents, joined at random.
-const PARTS: [&str; 24] = [
+const PARTS: [&str; 33] = [
     "<materialx version=\"1.39\">",
     "</materialx>",
     "<nodegraph name=\"g\">",
@@ -28,6 +28,15 @@ const PARTS: [&str; 24] = [
     "<surfacematerial name=\"m\"><input name=\"surfaceshader\" nodename=\"s\"/></surfacematerial>",
     "<material name=\"n\"><shaderref name=\"s\" node=\"standard_surface\"/></material>",
     "<swizzle name=\"a\" type=\"color3\"/>",
+    "<mix name=\"s\" type=\"surfaceshader\"><input name=\"fg\" nodename=\"a\"/><input name=\"bg\" nodename=\"s\"/>",
+    "<mix name=\"a\" type=\"surfaceshader\"><input name=\"fg\" nodename=\"b\"/><input name=\"bg\" nodename=\"b\"/>",
+    "</mix>",
+    "<gltf_pbr name=\"b\" type=\"surfaceshader\"/>",
+    "<surface name=\"b\" type=\"surfaceshader\"><input name=\"bsdf\" nodename=\"a\"/></surface>",
+    "<chiang_hair_bsdf name=\"a\" type=\"BSDF\"/>",
+    "<LamaLayer name=\"a\" type=\"BSDF\"><input name=\"materialTop\" nodename=\"a\"/></LamaLayer>",
+    "<texcoord name=\"a\"><input name=\"index\" type=\"integer\" value=\"1\"/></texcoord>",
+    "<material name=\"n\" inherit=\"n\"/>",
     "<xi:include href=\"nodes.mtlx\"/>",
     "&#60;",
 ];

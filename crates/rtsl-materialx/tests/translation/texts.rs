@@ -2,7 +2,7 @@
 
 use expect_test::expect;
 
-use crate::{outputs_of, text_of, with_material};
+use crate::{input, link, node, outputs_of, text_of, with_material};
 
 #[test]
 fn numbers_are_initial_values_and_graphs_are_functions() {
@@ -107,7 +107,6 @@ fn normals_turn_the_surface() {
 
         /// `m` of `test.mtlx`, translated from MaterialX.
         class M : StandardSurface;
-
 
         vec3 surfaceNormal() {
             vec3 n0 = rt_ShadingNormal;
@@ -232,5 +231,179 @@ fn tiles_and_prefixes_are_read() {
            </standard_surface>"#,
     );
     let found = text_of(&text);
-    assert!(found.contains("names several files") && !found.contains("error"), "{found}");
+    assert!(found.contains("The images `a.<UDIM>.png`") && !found.contains("error"), "{found}");
+}
+
+#[test]
+fn files_have_paths_of_all_systems() {
+    let image = |file: &str| {
+        let image = node("image", "map", "color3", &input("file", "filename", file));
+        let surface = node(
+            "standard_surface",
+            "surface",
+            "surfaceshader",
+            &link("base_color", "color3", "map"),
+        );
+        text_of(&with_material(&(image + &surface)).replacen(
+            "<materialx",
+            "<materialx fileprefix=\"maps/\"",
+            1,
+        ))
+    };
+    for (given, read) in [
+        ("wood.png", "maps/wood.png"),
+        ("old\\wood.png", "maps/old/wood.png"),
+        ("C:\\maps\\wood.png", "C:/maps/wood.png"),
+        ("/maps/wood.png", "/maps/wood.png"),
+        ("wood.%(UDIM)d.png", "maps/wood.<UDIM>.png"),
+        ("wood.<UVTILE>.png", "maps/wood.<UVTILE>.png"),
+    ] {
+        let text = image(given);
+        assert!(text.contains(&format!("`{read}`")), "{given}: {text}");
+    }
+}
+
+#[test]
+fn further_coordinates_are_attributes() {
+    let of = |coordinates: &str| {
+        let image = node(
+            "image",
+            "map",
+            "float",
+            &(input("file", "filename", "a.png") + &link("texcoord", "vector2", "uv")),
+        );
+        let surface =
+            node("standard_surface", "surface", "surfaceshader", &link("base", "float", "map"));
+        text_of(&with_material(&(coordinates.to_owned() + &image + &surface)))
+    };
+    let primvar = |name: &str| {
+        of(&node("UsdPrimvarReader", "uv", "vector2", &input("varname", "string", name)))
+    };
+    let second = [
+        of(&node("texcoord", "uv", "vector2", &input("index", "integer", "1"))),
+        of(&node("geompropvalue", "uv", "vector2", &input("geomprop", "string", "UV1"))),
+        primvar("st1"),
+        primvar("map2"),
+    ];
+    for text in second {
+        assert!(text.contains("attribute vec2 uv1 = vec2(0.0);"), "{text}");
+        assert!(text.contains("vec2 n0 = uv1;") && !text.contains("error"), "{text}");
+    }
+    assert!(primvar("st").contains("vec2 n0 = rt_TextureUV;"));
+    let text = of(&node("texcoord", "uv", "vector2", &input("index", "integer", "8")));
+    assert!(text.contains("E0632") && text.contains("7 is the last"), "{text}");
+}
+
+/// A graph within another reads the inputs of that one.
+#[test]
+fn graphs_are_within_graphs() {
+    let text = with_material(
+        r#"<nodegraph name="outer">
+             <input name="tint" type="color3" value="0.5, 0.1, 0.1"/>
+             <nodegraph name="inner">
+               <input name="of" type="color3" interfacename="tint"/>
+               <multiply name="half" type="color3">
+                 <input name="in1" type="color3" interfacename="of"/>
+                 <input name="in2" type="float" value="0.5"/>
+               </multiply>
+               <output name="out" type="color3" nodename="half"/>
+             </nodegraph>
+             <output name="out" type="color3" nodegraph="inner" output="out"/>
+           </nodegraph>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="base_color" type="color3" nodegraph="outer" output="out"/>
+           </standard_surface>"#,
+    );
+    let found = text_of(&text);
+    assert!(found.contains("vec3(0.5, 0.1, 0.1) * ") && !found.contains("error"), "{found}");
+}
+
+#[test]
+fn nodes_name_definitions_of_namespaces() {
+    let text = with_material(
+        r#"<nodedef name="ND_grey" node="grey" namespace="studio"><output name="out" type="float"/></nodedef>
+           <nodegraph name="NG_grey" nodedef="ND_grey" namespace="studio">
+             <constant name="c" type="float"><input name="value" type="float" value="0.25"/></constant>
+             <output name="out" type="float" nodename="c"/>
+           </nodegraph>
+           <grey name="g" type="float" nodedef="ND_grey"/>
+           <standard_surface name="surface" type="surfaceshader">
+             <input name="base" type="float" nodename="g"/>
+           </standard_surface>"#,
+    );
+    assert!(text_of(&text).contains("public texture float base = 0.25;"));
+}
+
+#[test]
+fn materials_may_be_within_graphs() {
+    let material =
+        node("surfacematerial", "Inner", "material", &link("surfaceshader", "surfaceshader", "s"));
+    let surface = node("standard_surface", "s", "surfaceshader", "");
+    let graph = |output: &str| {
+        text_of(&format!(
+            "<materialx><nodegraph name=\"g\">{surface}{material}{output}</nodegraph></materialx>"
+        ))
+    };
+    let output = "<output name=\"out\" type=\"material\" nodename=\"Inner\"/>";
+    assert!(graph(output).contains("class G_out : StandardSurface;"), "{}", graph(output));
+    assert!(graph("").contains("class G_Inner : StandardSurface;"), "{}", graph(""));
+}
+
+#[test]
+fn materials_without_surfaces_are_left_out_beside_others() {
+    let empty = node("surfacematerial", "Empty", "material", "");
+    let surface = node("standard_surface", "surface", "surfaceshader", "");
+    let text = text_of(&with_material(&(empty.clone() + &surface)));
+    assert!(text.contains("`Empty` has no surface: it is left out"), "{text}");
+    assert!(text.contains("class M : StandardSurface"), "{text}");
+    let alone = text_of(&format!("<materialx>{empty}</materialx>"));
+    assert!(alone.contains("E0631") && alone.contains("`Empty` has no surface"), "{alone}");
+}
+
+/// Materials of old documents share the names of shaders, and inherit them.
+#[test]
+fn old_materials_have_shaders_of_their_own() {
+    let material = |name: &str, rest: &str| format!("<material name=\"{name}\"{rest}</material>");
+    let shader = |base: &str| {
+        format!(
+            "><shaderref name=\"s\" node=\"standard_surface\">\
+             <bindinput name=\"base\" type=\"float\" value=\"{base}\"/></shaderref>"
+        )
+    };
+    let all = [
+        material("First", &shader("0.25")),
+        material("Second", &shader("0.5")),
+        material("Third", " inherit=\"Second\">"),
+        material("Fourth", "><materialinherit name=\"i\" material=\"First\"/>"),
+    ];
+    let text = text_of(&format!("<materialx version=\"1.36\">{}</materialx>", all.concat()));
+    let bases: Vec<&str> = text.lines().filter_map(|it| it.split("float base = ").nth(1)).collect();
+    assert_eq!(bases, ["0.25;", "0.5;", "0.5;", "0.25;"], "{text}");
+}
+
+#[test]
+fn materials_override_shaders_of_the_oldest_documents() {
+    let text = text_of(
+        r#"<materialx version="1.25">
+             <shader name="standard_surface" shadertype="surface">
+               <input name="base" type="float" value="1.0" publicname="base_public"/>
+               <input name="coat" type="float" value="0.5" publicname="coat_public"/>
+             </shader>
+             <material name="paint">
+               <shaderref name="standard_surface" shadertype="surface"/>
+               <override name="base_public" type="float" value="0.25"/>
+             </material>
+           </materialx>"#,
+    );
+    for line in ["class Paint : StandardSurface;", "float base = 0.25;", "float coat = 0.5;"] {
+        assert!(text.contains(line), "{text}");
+    }
+}
+
+#[test]
+fn inputs_without_values_keep_those_of_the_node() {
+    let inputs = input("base", "float", "") + &input("thin_walled", "boolean", "True");
+    let text =
+        text_of(&with_material(&node("standard_surface", "surface", "surfaceshader", &inputs)));
+    assert!(!text.contains(" base ") && text.contains("public bool thinWalled = true;"), "{text}");
 }

@@ -33,3 +33,4 @@ mod scratch;
 mod shading;
 mod shapes;
 mod surfaces_in_shade;
+mod too_large;

@@ -47,12 +47,20 @@ fn png() -> Vec<u8> {
 }
 
 fn load(material: &str) -> Result<Loaded, String> {
+    load_document(material, DOCUMENT)
+}
+
+fn load_document(material: &str, document: &str) -> Result<Loaded, String> {
     let scene = format!("Camera \"perspective\"\nWorldBegin\n{material}\nShape \"sphere\"\n");
     let files: MemoryFiles<Vec<u8>> = MemoryFiles::default()
         .with("scenes/scene.pbrt", scene.into_bytes())
-        .with("scenes/a/document.mtlx", DOCUMENT.as_bytes().to_vec())
+        .with("scenes/a/document.mtlx", document.as_bytes().to_vec())
         .with("scenes/a/broken.mtlx", b"<materialx>".to_vec())
-        .with("scenes/a/maps/wood.png", png());
+        .with("scenes/a/maps/wood.png", png())
+        .with("scenes/a/maps/tile.1001.png", png())
+        .with("scenes/a/maps/tile.1012.png", png())
+        .with("scenes/a/maps/tile.10123.png", png())
+        .with("scenes/a/maps/tile_u2_v1.png", png());
     let files: &dyn FileSource = &files;
     load_scene(Path::new("scenes/scene.pbrt"), files, &LoadOptions::default())
         .map_err(|messages| messages.to_text(false))
@@ -98,4 +106,84 @@ fn documents_that_cannot_be_read_are_errors_at_their_names() {
     assert!(error.contains("E0630") && error.contains("broken.mtlx:1"), "{error}");
     // The material is not reported again.
     assert_eq!(error.matches("error").count(), 1, "{error}");
+}
+
+/// A document with a material `Mixed` of two models, whose part `inner` another material has in a graph of its own.
+const MIXTURE: &str = r#"<materialx version="1.39">
+  <standard_surface name="inner" type="surfaceshader">
+    <input name="metalness" type="float" value="1"/>
+  </standard_surface>
+  <gltf_pbr name="other" type="surfaceshader"/>
+  <mix name="mixed" type="surfaceshader">
+    <input name="fg" type="surfaceshader" nodename="inner"/>
+    <input name="bg" type="surfaceshader" nodename="other"/>
+    <input name="mix" type="float" value="0.25"/>
+  </mix>
+  <surfacematerial name="Mixed" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="mixed"/>
+  </surfacematerial>
+  <nodegraph name="g">
+    <open_pbr_surface name="inner" type="surfaceshader"/>
+    <mix name="m" type="surfaceshader">
+      <input name="fg" type="surfaceshader" nodename="inner"/>
+      <input name="mix" type="float" value="0.5"/>
+    </mix>
+    <output name="out" type="surfaceshader" nodename="m"/>
+  </nodegraph>
+  <surfacematerial name="Second" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodegraph="g" output="out"/>
+  </surfacematerial>
+</materialx>"#;
+
+#[test]
+fn a_mixture_refers_to_its_parts() {
+    let named = |name: &str| {
+        format!(
+            "Material \"materialx\" \"string file\" \"a/document.mtlx\" \"string material\" \"{name}\""
+        )
+    };
+    let material =
+        format!("{} \"float amount\" 0.75\nShape \"sphere\"\n{}", named("Mixed"), named("Second"));
+    let loaded = load_document(&material, MIXTURE).unwrap();
+    let parts = |class: &str| {
+        let mut all = loaded.scene.materials.iter();
+        let mixture = all.find(|it| it.class().name == class).unwrap();
+        // The parameters for metal tell the models apart.
+        ["first", "second"].map(|member| {
+            let part = mixture.reference(member)?;
+            let mut names = part.class().parameters.iter().map(|it| it.name.clone());
+            names.find(|name| name.to_lowercase().ends_with("metalness"))
+        })
+    };
+    let [metalness, base_metalness] = ["metalness", "baseMetalness"].map(|it| Some(it.to_owned()));
+    assert_eq!(parts("Mixed"), [base_metalness.clone(), metalness]);
+    assert_eq!(parts("Second"), [None, base_metalness]);
+    let mixed = loaded.scene.materials.iter().find(|it| it.class().name == "Mixed").unwrap();
+    assert_eq!(mixed.member("amount"), Some(&[0.75f32.to_bits()][..]));
+}
+
+#[test]
+fn tiles_are_the_files_that_exist() {
+    let load = |file: &str| {
+        let document = format!(
+            "<materialx version=\"1.39\" fileprefix=\"maps/\">\
+             <image name=\"map\" type=\"color3\"><input name=\"file\" type=\"filename\" value=\"{file}\"/></image>\
+             <standard_surface name=\"s\" type=\"surfaceshader\">\
+             <input name=\"base_color\" type=\"color3\" nodename=\"map\"/></standard_surface></materialx>"
+        );
+        let material = "Material \"materialx\" \"string file\" \"a/document.mtlx\"";
+        load_document(material, &document).unwrap()
+    };
+    for (file, numbers) in
+        [("tile.<UDIM>.png", vec![1001, 1012]), ("tile_<UVTILE>.png", vec![1002])]
+    {
+        let loaded = load(file);
+        let tiles = loaded.scene.materials[0].reference("image1").unwrap();
+        assert_eq!(tiles.class().name, "ImageTiles");
+        assert_eq!(tiles.buffer("numbers").unwrap()[..], numbers, "{file}");
+    }
+    let loaded = load("none.<UDIM>.png");
+    assert!(loaded.scene.materials[0].reference("image1").is_none());
+    let warnings = loaded.warnings.to_text(false);
+    assert!(warnings.contains("`a/maps/none.<UDIM>.png` is left out"), "{warnings}");
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_ir::Query;
+use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
@@ -122,7 +123,24 @@ const MATERIAL: &str = "material.";
 /// The path to the members of emitters.
 const EMITTER: &str = "emitter.";
 
+/// The methods of materials that stages call.
+const CALLED: [Method; 4] =
+    [Method::Emission, Method::Bsdf, Method::SampleBsdf, Method::EvaluatePdf];
+
 impl SurfaceClass {
+    /// Links the methods of the material and of the emitter that stages call.
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn link_methods(&self) -> Result<(), Diagnostic> {
+        for program in self.emitter.iter().chain([&self.material]) {
+            for method in CALLED.into_iter().filter(|method| program.has(*method)) {
+                program.method(method)?;
+            }
+        }
+        Ok(())
+    }
+
     /// True if the parts have the same classes.
     pub(crate) fn is_like(&self, other: &SurfaceClass) -> bool {
         let programs = |class: &SurfaceClass| {

@@ -8,7 +8,7 @@ use rtsl::{
     Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
     LaneBlock, Method, Role, SourceMap, lookup_state,
 };
-use rtsl_materialx::{Translation, has_materials, translate, translate_outputs};
+use rtsl_materialx::{Material, Translation, has_materials, translate, translate_outputs};
 use serde::Serialize;
 
 use super::{read, title};
@@ -157,7 +157,8 @@ fn check(file: &Path, root: &Path, engine: &Engine) -> DocumentResult {
 /// Compiles and evaluates the classes of a document.
 fn compiled(translations: &[Translation], engine: &Engine, result: &mut DocumentResult) -> Stage {
     let mut stage = Stage::Finite;
-    for material in translations.iter().flat_map(|it| &it.materials) {
+    let all = translations.iter().flat_map(|it| &it.materials);
+    for material in all.flat_map(Material::with_parts) {
         let compilation = Compiler::default().compile(&material.class, &material.file_text());
         let Some(unit) = compilation.unit else {
             let errors = compilation.diagnostics.iter().filter(|it| it.is_error());

@@ -129,6 +129,7 @@ impl StagedMethod {
         let mut classed = Vec::new();
         for (group, (key, members)) in (1..).zip(by_class(scene, parts)) {
             let class = Arc::new(key.class(classes));
+            class.link_methods()?;
             let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
                 let is_mesh = scene.objects[object as usize].elements.is_some();
                 let has_elements = is_mesh && class.shape.is_some();

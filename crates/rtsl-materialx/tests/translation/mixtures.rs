@@ -1,0 +1,133 @@
+//! Mixtures of surfaces.
+
+use expect_test::expect;
+
+use crate::{input, link, node, text_of, with_material};
+
+/// A mixture of two surfaces, from the second to the first.
+fn mix(name: &str, front: &str, back: &str, amount: &str) -> String {
+    let inputs =
+        [link("fg", "surfaceshader", front), link("bg", "surfaceshader", back), amount.to_owned()];
+    node("mix", name, "surfaceshader", &inputs.concat())
+}
+
+fn gold(name: &str) -> String {
+    node("standard_surface", name, "surfaceshader", &input("metalness", "float", "1"))
+}
+
+fn paint(name: &str) -> String {
+    let color = input("base_color", "color3", "0.1, 0.2, 0.6");
+    node("open_pbr_surface", name, "surfaceshader", &color)
+}
+
+fn quarter() -> String {
+    input("mix", "float", "0.25")
+}
+
+#[test]
+fn two_models_are_parts_of_a_mix() {
+    let elements = [
+        gold("gold"),
+        paint("paint"),
+        node("noise2d", "dirt", "float", ""),
+        mix("surface", "gold", "paint", &link("mix", "float", "dirt")),
+    ];
+    expect![[r#"
+        import shaders.materialx.noise as mxNoise;
+
+        /// `paint` of `test.mtlx`, translated from MaterialX.
+        class Paint : OpenPbr;
+
+        public texture color baseColor = color(vec3(0.1, 0.2, 0.6));
+
+        /// `gold` of `test.mtlx`, translated from MaterialX.
+        class Gold : StandardSurface;
+
+        public texture float metalness = 1.0;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        ///
+        /// In it, `first` is a `Paint`, `second` is a `Gold`.
+        class M : Mix;
+
+        float amount() {
+            vec2 n0 = rt_TextureUV;
+            float n1 = mxNoise.perlin(n0) * 1.0 + 0.0;
+            return n1;
+        }
+    "#]]
+    .assert_eq(&text_of(&with_material(&elements.concat())));
+}
+
+#[test]
+fn mixtures_of_mixtures_are_one_class() {
+    let elements = [
+        gold("gold"),
+        paint("paint"),
+        gold("silver"),
+        mix("inner", "gold", "paint", &quarter()),
+        mix("surface", "inner", "silver", &quarter()),
+    ];
+    let text = text_of(&with_material(&elements.concat()));
+    let class = text.split("/// `m`").nth(1).unwrap();
+    assert!(class.contains("`part1` is a `Silver`, `part2` is a `Paint`, `part3` is a `Gold`"));
+    let [all, first, second] =
+        ["", "(1.0 - clamp(amount1, 0.0, 1.0))", "clamp(amount1, 0.0, 1.0) * (1.0 - clamp(amount2"];
+    for weight in [all, first, second] {
+        assert!(class.contains(&format!("return {weight}")), "{weight}: {class}");
+    }
+    assert_eq!(class.matches(".sampleBSDF()").count(), 3);
+}
+
+#[test]
+fn closures_are_mixed_with_models_and_among_themselves() {
+    let surface = |name: &str, closure: &str| {
+        let closures = node(closure, &format!("{name}_closure"), "BSDF", "");
+        let input = link("bsdf", "BSDF", &format!("{name}_closure"));
+        closures + &node("surface", name, "surfaceshader", &input)
+    };
+    let both = [
+        surface("a", "oren_nayar_diffuse_bsdf"),
+        surface("b", "conductor_bsdf"),
+        mix("surface", "a", "b", &quarter()),
+    ];
+    let text = text_of(&with_material(&both.concat()));
+    assert!(text.contains("class M : rt_Material") && text.contains("struct Lobes"), "{text}");
+    assert_eq!(text.matches("class ").count(), 1, "{text}");
+    let with_model = [surface("a", "sheen_bsdf"), gold("b"), mix("surface", "a", "b", &quarter())];
+    let text = text_of(&with_material(&with_model.concat()));
+    for class in ["class A : rt_Material", "class B : StandardSurface", "class M : Mix"] {
+        assert!(text.contains(class), "{text}");
+    }
+}
+
+#[test]
+fn parts_that_are_not_connected_are_black() {
+    let half = node("mix", "surface", "surfaceshader", &link("fg", "surfaceshader", "gold"));
+    let text = text_of(&with_material(&(gold("gold") + &half)));
+    assert!(text.contains("the input `bg` of a mixture is not connected"), "{text}");
+    assert!(text.contains("In it, `second` is a `Gold`."), "{text}");
+}
+
+#[test]
+fn parts_have_names_of_their_own() {
+    let elements = [gold("m"), paint("Mix"), mix("surface", "m", "Mix", &quarter())];
+    let text = text_of(&with_material(&elements.concat()));
+    for class in ["class M2 : StandardSurface", "class MixMaterial : OpenPbr", "class M : Mix"] {
+        assert!(text.contains(class), "{text}");
+    }
+}
+
+/// Each mixture has the next one twice.
+#[test]
+fn mixtures_that_double_are_refused() {
+    let next = |index: usize| format!("m{}", index + 1);
+    let chain = |last: &str| {
+        let all = (0..40).map(|it| mix(&format!("m{it}"), &next(it), &next(it), "")).collect();
+        let chain: String = all;
+        with_material(&(chain + last + &mix("surface", "m0", "m0", "")))
+    };
+    let models = text_of(&chain(&gold("m40")));
+    assert!(models.contains("E0632") && models.contains("may mix 32 surfaces"), "{models}");
+    assert!(text_of(&chain(&node("surface", "m40", "surfaceshader", ""))).contains("E0632"));
+}
