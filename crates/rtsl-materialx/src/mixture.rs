@@ -155,15 +155,34 @@ fn of_several(
     }
     // Without a part that is not connected, the weights sum to 1.
     let is_whole = members.len() == weights.amounts.len() + 1;
+    write_presence(&members, &mut text);
     write_methods(&members, is_whole, &mut text);
     Ok(text)
+}
+
+/// Writes what part of the mixture there is, and how much each part counts at hits.
+fn write_presence(members: &[&str], text: &mut String) {
+    let present: Vec<String> = members.iter().map(|it| format!("{it}.presence() == 1.0")).collect();
+    let missing: Vec<String> =
+        members.iter().map(|it| format!("{it}Weight() * (1.0 - {it}.presence())")).collect();
+    line(text, format_args!("\nfloat whole() {{\n    if ({}) return 1.0;", present.join(" && ")));
+    line(text, format_args!("    return 1.0 - {};\n}}", missing.join("\n        - ")));
+    text.push_str("\nvoid presence() { rt_Presence = clamp(whole(), 0.0, 1.0); }\n");
+    for member in members {
+        line(
+            text,
+            format_args!(
+                "\nfloat {member}Share() {{\n    return whole() > 0.0 ? {member}Weight() * {member}.presence() / whole() : {member}Weight();\n}}"
+            ),
+        );
+    }
 }
 
 fn write_methods(members: &[&str], is_whole: bool, text: &mut String) {
     for (method, result) in
         [("BSDF", "rt_BSDFValue"), ("emission", "rt_EmissionColor"), ("evaluatePDF", "rt_PDF")]
     {
-        let terms = members.iter().map(|it| format!("{it}.{method}() * {it}Weight()"));
+        let terms = members.iter().map(|it| format!("{it}.{method}() * {it}Share()"));
         let sum = terms.collect::<Vec<_>>().join("\n        + ");
         line(text, format_args!("\nvoid {method}() {{\n    {result} = {sum};\n}}"));
     }
@@ -173,7 +192,7 @@ fn write_methods(members: &[&str], is_whole: bool, text: &mut String) {
     );
     let mut end = String::new();
     for (index, member) in members.iter().enumerate() {
-        end.push_str(&format!("{}{member}Weight()", if index == 0 { "" } else { " + " }));
+        end.push_str(&format!("{}{member}Share()", if index == 0 { "" } else { " + " }));
         let before = if index == 0 { "    " } else { " else " };
         let is_rest = is_whole && index + 1 == members.len();
         let condition = if is_rest { String::new() } else { format!("if (choice < {end}) ") };

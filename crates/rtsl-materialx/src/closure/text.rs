@@ -31,8 +31,8 @@ pub fn class(graph: &Graph<'_>, header: &Header<'_>, closures: &Closures) -> Str
         );
     }
     write_values(closures, &placed, &mut out);
-    write_opacity(graph, closures, &mut out);
-    write_methods(closures, &placed, &mut out);
+    write_presence(graph, closures, &mut out);
+    write_methods(&placed, &mut out);
     write_emission(graph, closures, &mut out);
     out
 }
@@ -181,33 +181,19 @@ fn write_values(closures: &Closures, placed: &[Placed], out: &mut String) {
     }
 }
 
-fn write_opacity(graph: &Graph<'_>, closures: &Closures, out: &mut String) {
+fn write_presence(graph: &Graph<'_>, closures: &Closures, out: &mut String) {
     let Some(opacity) = &closures.opacity else { return };
-    line(out, format_args!("\nfloat opacityHere() {{"));
+    line(out, format_args!("\nvoid presence() {{"));
     graph.statements.write(opacity, out);
-    line(out, format_args!("    return clamp({opacity}, 0.0, 1.0);\n}}"));
+    line(out, format_args!("    rt_Presence = clamp({opacity}, 0.0, 1.0);\n}}"));
 }
 
-fn write_methods(closures: &Closures, placed: &[Placed], out: &mut String) {
-    let opacity = if closures.opacity.is_some() { "opacityHere() * " } else { "" };
-    line(
-        out,
-        format_args!(
-            "\nvoid BSDF() {{ rt_BSDFValue = color({opacity}valueOf(gather(), rt_LightDirection)); }}"
-        ),
-    );
+fn write_methods(placed: &[Placed], out: &mut String) {
+    out.push_str("\nvoid BSDF() { rt_BSDFValue = color(valueOf(gather(), rt_LightDirection)); }\n");
     let density = if placed.is_empty() { "0.0" } else { "densityOf(gather(), rt_LightDirection)" };
-    line(out, format_args!("\nvoid evaluatePDF() {{ rt_PDF = {opacity}{density}; }}"));
+    line(out, format_args!("\nvoid evaluatePDF() {{ rt_PDF = {density}; }}"));
     line(out, format_args!("\nvoid sampleBSDF() {{"));
     line(out, format_args!("    float choice = rt_BSDFSeed.z;"));
-    if closures.opacity.is_some() {
-        out.push_str(
-            "    float hole = 1.0 - opacityHere();\n    if (choice < hole) {\n        \
-             rt_LightDirection = normalize(rt_RayDirection);\n        \
-             rt_BSDFValue = color(1.0);\n        return;\n    }\n    \
-             choice = (choice - hole) / (1.0 - hole);\n",
-        );
-    }
     line(out, format_args!("    Lobes it = gather();"));
     let shares: Vec<String> = placed.iter().map(|it| format!("share{}(it)", it.lobe)).collect();
     let sum = if shares.is_empty() { "0.0".to_owned() } else { shares.join(" + ") };
@@ -233,9 +219,9 @@ fn write_methods(closures: &Closures, placed: &[Placed], out: &mut String) {
     }
     out.push_str("\n    if (light == vec3(0.0)) return;\n    rt_LightDirection = light;\n");
     out.push_str("    if (beyond != 1.0) rt_RelativeIndex = beyond;\n");
-    line(out, format_args!("    rt_BSDFValue = color({opacity}valueOf(it, light));"));
+    line(out, format_args!("    rt_BSDFValue = color(valueOf(it, light));"));
     let density = if placed.is_empty() { "0.0" } else { "densityOf(it, light)" };
-    line(out, format_args!("    rt_PDF = {opacity}{density};\n}}"));
+    line(out, format_args!("    rt_PDF = {density};\n}}"));
 }
 
 fn parenthesized(sum: &str) -> String {
@@ -249,6 +235,5 @@ fn write_emission(graph: &Graph<'_>, closures: &Closures, out: &mut String) {
         line(out, format_args!("    if (dot(rt_RayDirection, rt_ShadingNormal) > 0.0) return;"));
     }
     graph.statements.write(emission, out);
-    let opacity = if closures.opacity.is_some() { "opacityHere() * " } else { "" };
-    line(out, format_args!("    rt_EmissionColor = color({opacity}{emission});\n}}"));
+    line(out, format_args!("    rt_EmissionColor = color({emission});\n}}"));
 }
