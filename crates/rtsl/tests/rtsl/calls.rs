@@ -198,7 +198,7 @@ fn budgets_run_out_alike_at_every_level() {
 /// stored there, also where it is what was read.
 #[test]
 fn what_a_method_leaves_as_it_was_reaches_the_lanes_of_objects_at_every_level() {
-    let text = "class Keeps : rt_Primitive; scratch float kept; scratch float other;
+    let text = "class Keeps : rt_Primitive; output float kept; output float other;
         void intersect() { hit(1.0); }
         void computeNormal() {
             float old = kept;

@@ -163,22 +163,18 @@ fn sides_have_materials_of_their_own() {
 }
 
 #[test]
-fn holes_let_rays_through() {
+fn holes_are_where_the_material_is_absent() {
     let masked = of_library("Masked", vec![("base", white()), ("opacity", 0.25.into())]);
-    close(bsdf(&masked, VIEW, &[]), 0.25 / PI);
-    let sample = |seed: f32| {
-        let seed: &[(&str, &[f32])] =
-            &[("rt_BSDFSeed", &[0.3, 0.6, seed]), ("rt_LightDirection", &[0.0; 3])];
-        let state = call(&masked, Method::SampleBsdf, VIEW, seed);
-        let of = |name: &str| state.floats(component(name))[0];
-        let light = [0, 1, 2].map(|it| state.floats(component("rt_LightDirection") + it)[0]);
-        (of("rt_BSDFValue"), of("rt_PDF"), light)
-    };
-    let (value, density, light) = sample(0.75);
-    assert_eq!((value, density), (1.0, 0.0));
-    (0..3).for_each(|it| close(light[it], -VIEW[it]));
-    // The base's sample, of a seed that is the rest of the choice.
-    let (value, density, light) = sample(0.125);
-    close(value, 0.25 / PI);
-    close(density, 0.25 * light[2] / PI);
+    let presence =
+        |of: &Instance| call(of, Method::Presence, VIEW, &[]).floats(component("rt_Presence"))[0];
+    close(presence(&masked), 0.25);
+    // What there is looks as the base does.
+    close(bsdf(&masked, VIEW, &[]), 1.0 / PI);
+    let twice =
+        of_library("Masked", vec![("base", masked.clone().into()), ("opacity", 0.5.into())]);
+    close(presence(&twice), 0.125);
+    let mixed = [("first", masked.into()), ("second", white()), ("amount", 0.5.into())];
+    let mixed = of_library("Mix", mixed.into());
+    close(presence(&mixed), 0.625);
+    close(bsdf(&mixed, VIEW, &[]), 1.0 / PI);
 }

@@ -6,34 +6,53 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::common::is_long_run;
+use crate::cpp::subjects::Subject;
 
 /// A compiler with its flags.
 #[derive(Debug)]
 pub struct Setting {
     compiler: &'static str,
     flags: &'static [&'static str],
+    /// The operations of the longest subjects.
+    most_operations: usize,
 }
 
-/// The settings of ordinary runs: one compiler may contract and use all of the machine, the other optimises little.
+/// The settings of ordinary runs: one compiler may contract and use all of the machine, the other optimises little. The
+/// first takes minutes for the longest methods.
 const SETTINGS: [Setting; 2] = [
     Setting {
         compiler: "g++",
         flags: &["-std=gnu++17", "-O2", "-march=native", "-ffp-contract=fast"],
+        most_operations: 2000,
     },
-    Setting { compiler: "clang++", flags: &["-std=c++17", "-O0", "-DKERNELS"] },
+    Setting {
+        compiler: "clang++",
+        flags: &["-std=c++17", "-O0", "-DKERNELS"],
+        most_operations: usize::MAX,
+    },
 ];
 
 /// The settings of long runs.
 const ALL_SETTINGS: [Setting; 4] = [
-    Setting { compiler: "g++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
-    Setting { compiler: "clang++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
+    Setting {
+        compiler: "g++",
+        flags: &["-std=c++17", "-O2", "-DKERNELS"],
+        most_operations: usize::MAX,
+    },
+    Setting {
+        compiler: "clang++",
+        flags: &["-std=c++17", "-O2", "-DKERNELS"],
+        most_operations: usize::MAX,
+    },
     Setting {
         compiler: "g++",
         flags: &["-std=gnu++17", "-O3", "-march=native", "-ffp-contract=fast"],
+        most_operations: usize::MAX,
     },
     Setting {
         compiler: "clang++",
         flags: &["-std=gnu++17", "-O3", "-march=native", "-ffp-contract=fast"],
+        most_operations: usize::MAX,
     },
 ];
 
@@ -57,6 +76,11 @@ pub fn settings() -> Vec<Setting> {
 }
 
 impl Setting {
+    /// True if a subject is not too long for it.
+    pub fn takes(&self, subject: &Subject) -> bool {
+        subject.operations() <= self.most_operations
+    }
+
     /// Builds the program and runs it on these words; what it writes.
     pub fn run(&self, text: &str, headers: &BTreeMap<String, String>, words: &[u32]) -> Vec<u32> {
         let name: String = self.to_string().replace([' ', '+', '='], "_");

@@ -16,7 +16,7 @@ pub struct Driver {
 }
 
 impl Driver {
-    pub fn new(subjects: &[Subject]) -> Driver {
+    pub fn new(subjects: &[&Subject]) -> Driver {
         let mut headers = BTreeMap::new();
         let mut text = String::new();
         for subject in subjects {

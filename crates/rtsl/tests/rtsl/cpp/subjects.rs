@@ -43,6 +43,17 @@ pub struct Subject {
     pub c_header: Option<Arc<str>>,
 }
 
+impl Subject {
+    /// The operations of its functions.
+    pub fn operations(&self) -> usize {
+        let mut count = 0;
+        for function in &self.functions {
+            function.body.for_each_op(&mut |_| count += 1);
+        }
+        count
+    }
+}
+
 /// All there are.
 pub fn all() -> Vec<Subject> {
     let classes = standard_classes();
