@@ -20,8 +20,8 @@ use crate::reader::{Parameter, Values};
 const CORNERS: &str = "attributeCorners";
 const WEIGHTS: &str = "attributeWeights";
 
-/// The attribute with the mean curvature, in the space of the shape: half the divergence of the unit normal. Shapes have
-/// it if a shader reads it.
+/// The attribute with the mean curvature, in the space of the shape: half the divergence of the unit normal. Shapes
+/// have it if a shader reads it.
 pub const CURVATURE: &str = "curvature";
 
 /// Half the divergence of the unit normal at a hit. The method is inlined three times, and equal parts are merged.

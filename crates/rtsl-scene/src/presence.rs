@@ -74,8 +74,8 @@ fn presence_of(
     (!is_whole).then_some(presence)
 }
 
-/// Returns the value of a texture if it is the same for all hits. Most materials have no holes, and shapes without alpha
-/// are searched faster.
+/// Returns the value of a texture if it is the same for all hits. Most materials have no holes, and shapes without
+/// alpha are searched faster.
 fn constant_value(texture: &Arc<Instance>) -> Option<f32> {
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).ok()?;

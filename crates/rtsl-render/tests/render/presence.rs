@@ -7,8 +7,8 @@ use rtsl_render::request::render_scene_from;
 use rtsl_render::{Execution, RenderRequest, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
-/// A floor behind the plane of a shape with holes, in light that comes askew: what is at x on the floor is in the shadow
-/// of what is at x + 1 on the plane. Pixels of half a unit, each with a sample at its centre.
+/// A floor behind the plane of a shape with holes, in light that comes askew: what is at x on the floor is in the
+/// shadow of what is at x + 1 on the plane. Pixels of half a unit, each with a sample at its centre.
 const HEAD: &str = r#"
 LookAt 0 0 -5  0 0 0  0 1 0
 Camera "Orthographic" "float scale" 2

@@ -60,7 +60,7 @@ pub struct Earlier<'a> {
     pub presences: &'a Presences,
 }
 
-/// What a load keeps for later ones.
+/// The parts of a load that later ones use again.
 pub struct Kept {
     /// The instances, by entity.
     pub made: Vec<Option<Made>>,
