@@ -168,6 +168,8 @@ fn difference(a: Vector, b: Vector) -> Vector {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::disallowed_methods, reason = "the expected values allow for the last bits")]
+
     use super::*;
 
     /// The mesh of a grid of points on a closed surface around the z axis, whose vertices at the seam are double.
