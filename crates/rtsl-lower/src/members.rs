@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rtsl_ir::{Constant, UnaryOp, Value, VariableKind, evaluate};
 use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 use rtsl_source::Span;
-use rtsl_spec::{Method, Role};
+use rtsl_spec::Method;
 
 use crate::access::Access;
 use crate::class::default_of;
@@ -83,12 +83,7 @@ impl<'m> Lowering<'m> {
                 continue;
             }
             let kind = match (self.member(id).storage, self.purpose) {
-                // Other methods of primitives change it for themselves.
-                (Storage::Scratch, Purpose::Method(method))
-                    if method != Method::Intersect && method.roles() == [Role::Primitive] =>
-                {
-                    continue;
-                }
+                (Storage::Scratch, Purpose::Method(method)) if !method.leaves_scratch() => continue,
                 (Storage::Scratch | Storage::Output, Purpose::Method(_)) => VariableKind::Scratch,
                 (Storage::Public | Storage::Private, Purpose::Constructor)
                 | (Storage::Attribute, Purpose::Method(_)) => VariableKind::Member,

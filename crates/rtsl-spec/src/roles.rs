@@ -163,6 +163,12 @@ impl Method {
         }
     }
 
+    /// True if a host receives what the method writes to scratch: of primitives only what `intersect` leaves. Later
+    /// methods change scratch for themselves.
+    pub fn leaves_scratch(self) -> bool {
+        self == Method::Intersect || self.roles() != [Role::Primitive]
+    }
+
     /// A description of the method in one sentence.
     pub const fn doc(self) -> &'static str {
         match self {

@@ -85,6 +85,7 @@ impl FunctionCall {
     fn class(&self, base: &str, method: Method) -> String {
         let FunctionOutline { name, result, parameters } = &self.function;
         let mut members = String::new();
+        let of_ray = member_of_ray(method);
         let mut declare = |qualifier: &str, ty: &str, name: &str| {
             // Sizes follow names as well as types.
             let (ty, sizes) = ty.split_at(ty.find('[').unwrap_or(ty.len()));
@@ -93,13 +94,13 @@ impl FunctionCall {
         let assigned = if result == "void" {
             String::new()
         } else {
-            declare("scratch", result, RESULT);
+            declare(of_ray, result, RESULT);
             format!("{RESULT} = ")
         };
         let mut places = Vec::new();
         let mut body = String::new();
         for (index, parameter) in parameters.iter().enumerate() {
-            declare("scratch", &parameter.ty, &place(index));
+            declare(of_ray, &parameter.ty, &place(index));
             if takes_members(method) && parameter.passing != Passing::Out {
                 declare("public", &parameter.ty, &member(index));
                 body += &format!("{} = {};\n", place(index), member(index));
@@ -179,6 +180,11 @@ impl FunctionCall {
 /// True for methods that start with scratch members of 0, because a path starts with the call.
 fn takes_members(method: Method) -> bool {
     method == Method::Radiance
+}
+
+/// The qualifier of members that keep what a method writes.
+fn member_of_ray(method: Method) -> &'static str {
+    if method.leaves_scratch() { "scratch" } else { "output" }
 }
 
 /// The member of the instance of a parameter.
