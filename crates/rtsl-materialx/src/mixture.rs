@@ -155,9 +155,19 @@ fn of_several(
     }
     // Without a part that is not connected, the weights sum to 1.
     let is_whole = members.len() == weights.amounts.len() + 1;
-    write_presence(&members, &mut text);
-    write_methods(&members, is_whole, &mut text);
+    let has_holes = parts.iter().any(|part| has_holes(&part.material.text));
+    if has_holes {
+        write_presence(&members, &mut text);
+    }
+    let share = if has_holes { "Share" } else { "Weight" };
+    write_methods((&members, share), is_whole, &mut text);
     Ok(text)
+}
+
+/// True if the text of a part says how much of the surface there is. Methods of parts that are there everywhere are not
+/// called for that: mixtures are near the limits on linked code.
+fn has_holes(text: &str) -> bool {
+    ["geometryOpacity", "opacity", "rt_Presence"].iter().any(|name| text.contains(name))
 }
 
 /// Writes what part of the mixture there is, and how much each part counts at hits.
@@ -172,17 +182,17 @@ fn write_presence(members: &[&str], text: &mut String) {
         line(
             text,
             format_args!(
-                "\nfloat {member}Share() {{\n    return whole() > 0.0 ? {member}Weight() * {member}.presence() / whole() : {member}Weight();\n}}"
+                "\nfloat {member}Share() {{\n    float all = whole();\n    return all > 0.0 ? {member}Weight() * {member}.presence() / all : {member}Weight();\n}}"
             ),
         );
     }
 }
 
-fn write_methods(members: &[&str], is_whole: bool, text: &mut String) {
+fn write_methods((members, share): (&[&str], &str), is_whole: bool, text: &mut String) {
     for (method, result) in
         [("BSDF", "rt_BSDFValue"), ("emission", "rt_EmissionColor"), ("evaluatePDF", "rt_PDF")]
     {
-        let terms = members.iter().map(|it| format!("{it}.{method}() * {it}Share()"));
+        let terms = members.iter().map(|it| format!("{it}.{method}() * {it}{share}()"));
         let sum = terms.collect::<Vec<_>>().join("\n        + ");
         line(text, format_args!("\nvoid {method}() {{\n    {result} = {sum};\n}}"));
     }
@@ -192,7 +202,7 @@ fn write_methods(members: &[&str], is_whole: bool, text: &mut String) {
     );
     let mut end = String::new();
     for (index, member) in members.iter().enumerate() {
-        end.push_str(&format!("{}{member}Share()", if index == 0 { "" } else { " + " }));
+        end.push_str(&format!("{}{member}{share}()", if index == 0 { "" } else { " + " }));
         let before = if index == 0 { "    " } else { " else " };
         let is_rest = is_whole && index + 1 == members.len();
         let condition = if is_rest { String::new() } else { format!("if (choice < {end}) ") };

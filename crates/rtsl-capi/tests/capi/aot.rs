@@ -228,13 +228,22 @@ fn standard_classes() -> Vec<Arc<Class>> {
     classes.filter(|class| !class.roles.contains(&Role::Integrator)).collect()
 }
 
-/// Every single texture that a class refers to is a constant.
+/// Every texture that a class refers to is a constant; of open arrays there is one.
 fn bindings(classes: &[Arc<Class>]) -> Bindings {
     let constant = classes.iter().find(|class| class.name == "Constant").unwrap();
     let mut bindings = Bindings::default();
     for class in classes {
         for reference in class.references.iter().filter(|it| it.role == Role::Texture) {
-            bindings.bind(class, &reference.name, constant).unwrap();
+            let elements = match reference.count {
+                ReferenceCount::Single => vec![reference.name.clone()],
+                ReferenceCount::Open => vec![format!("{}[0]", reference.name)],
+                ReferenceCount::Array(count) => {
+                    (0..count).map(|index| format!("{}[{index}]", reference.name)).collect()
+                }
+            };
+            for element in elements {
+                bindings.bind(class, &element, constant).unwrap();
+            }
         }
     }
     bindings
