@@ -9,7 +9,7 @@ use rtsl::description::{ClassDescription, ParameterDescription};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{
     Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
-    LaneMask, Numbers, ReferenceCount, Role, Scalar, Value, library, new_state,
+    LaneMask, Numbers, Reference, ReferenceCount, Role, Scalar, Value, library, new_state,
     state_component_count,
 };
 use rtsl_testing::random::Random;
@@ -205,12 +205,14 @@ fn instance(
     }
     for reference in class.references.iter().filter(|it| it.role == Role::Texture) {
         let constant = classes.iter().find(|class| class.name == "Constant").unwrap();
-        let prefix = format!("{prefix}{}.", reference.name);
-        let texture = instance(classes, constant, &prefix, request, description);
-        let texture = Value::Instance(texture);
+        let textures = elements_of(reference).into_iter().map(|element| {
+            let prefix = format!("{prefix}{element}.");
+            Value::Instance(instance(classes, constant, &prefix, request, description))
+        });
+        let mut textures: Vec<Value> = textures.collect();
         let value = match reference.count {
-            ReferenceCount::Single => texture,
-            count => Value::List(vec![texture; count.unset()]),
+            ReferenceCount::Single => textures.remove(0),
+            ReferenceCount::Open | ReferenceCount::Array(_) => Value::List(textures),
         };
         arguments.push((reference.name.as_str(), value));
     }
@@ -228,20 +230,23 @@ fn standard_classes() -> Vec<Arc<Class>> {
     classes.filter(|class| !class.roles.contains(&Role::Integrator)).collect()
 }
 
-/// Every texture that a class refers to is a constant; of open arrays there is one.
+/// The paths of a reference's elements; those of open arrays are one.
+fn elements_of(reference: &Reference) -> Vec<String> {
+    let indexed = |count: u32| (0..count).map(|it| format!("{}[{it}]", reference.name)).collect();
+    match reference.count {
+        ReferenceCount::Single => vec![reference.name.clone()],
+        ReferenceCount::Open => indexed(1),
+        ReferenceCount::Array(count) => indexed(count),
+    }
+}
+
+/// Every texture that a class refers to is a constant.
 fn bindings(classes: &[Arc<Class>]) -> Bindings {
     let constant = classes.iter().find(|class| class.name == "Constant").unwrap();
     let mut bindings = Bindings::default();
     for class in classes {
         for reference in class.references.iter().filter(|it| it.role == Role::Texture) {
-            let elements = match reference.count {
-                ReferenceCount::Single => vec![reference.name.clone()],
-                ReferenceCount::Open => vec![format!("{}[0]", reference.name)],
-                ReferenceCount::Array(count) => {
-                    (0..count).map(|index| format!("{}[{index}]", reference.name)).collect()
-                }
-            };
-            for element in elements {
+            for element in elements_of(reference) {
                 bindings.bind(class, &element, constant).unwrap();
             }
         }
