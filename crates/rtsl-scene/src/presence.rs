@@ -27,6 +27,8 @@ void lookup() {
 pub struct Presences {
     /// By the addresses of the material and of the alpha texture, 0 for none.
     made: BTreeMap<[usize; 2], Made>,
+    /// The interpreter, which links each class once, however many materials there are.
+    engine: Option<Engine>,
 }
 
 #[derive(Clone, Debug)]
@@ -47,8 +49,9 @@ impl Presences {
     ) -> Option<Arc<Instance>> {
         let address = |instance: &Arc<Instance>| Arc::as_ptr(instance).addr();
         let key = [address(material), alpha.map_or(0, address)];
+        let engine = &mut self.engine;
         let made = self.made.entry(key).or_insert_with(|| Made {
-            presence: presence_of(class, material, alpha),
+            presence: presence_of(engine, class, material, alpha),
             _of: (material.clone(), alpha.cloned()),
         });
         made.presence.clone()
@@ -62,6 +65,7 @@ impl Presences {
 }
 
 fn presence_of(
+    engine: &mut Option<Engine>,
     class: &Arc<Class>,
     material: &Arc<Instance>,
     alpha: Option<&Arc<Instance>>,
@@ -70,16 +74,18 @@ fn presence_of(
     let arguments = [("material", Value::from(material.clone()))].into_iter().chain(alpha);
     // A material that cannot be linked is in error where it is used.
     let presence = Instance::new(class, arguments).ok()?;
-    let is_whole = constant_value(&presence).is_some_and(|value| value >= 1.0);
+    let is_whole = constant_value(engine, &presence).is_some_and(|value| value >= 1.0);
     (!is_whole).then_some(presence)
 }
 
 /// Returns the value of a texture if it is the same for all hits. Most materials have no holes, and shapes without
 /// alpha are searched faster.
-fn constant_value(texture: &Arc<Instance>) -> Option<f32> {
-    let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
-    let (engine, _) = Engine::new(options).ok()?;
-    let program = engine.program(texture);
+fn constant_value(engine: &mut Option<Engine>, texture: &Arc<Instance>) -> Option<f32> {
+    if engine.is_none() {
+        let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
+        *engine = Engine::new(options).ok().map(|(engine, _)| engine);
+    }
+    let program = engine.as_ref()?.program(texture);
     let linked = program.method(Method::Lookup).ok()?;
     if !linked.reads.is_empty() || linked.reads_scratch || linked.draws_numbers() {
         return None;
