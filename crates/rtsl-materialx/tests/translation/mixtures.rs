@@ -77,6 +77,23 @@ fn mixtures_of_mixtures_are_one_class() {
         assert!(class.contains(&format!("return {weight}")), "{weight}: {class}");
     }
     assert_eq!(class.matches(".sampleBSDF()").count(), 3);
+    // No part has holes.
+    assert!(!class.contains("presence"), "{class}");
+}
+
+#[test]
+fn mixtures_ask_parts_with_holes_for_their_presence() {
+    let holes = "<input name=\"opacity\" type=\"color3\" value=\"0.5, 0.5, 0.5\"/>";
+    let elements = [
+        gold("gold"),
+        paint("paint"),
+        node("standard_surface", "net", "surfaceshader", holes),
+        mix("inner", "gold", "paint", &quarter()),
+        mix("surface", "inner", "net", &quarter()),
+    ];
+    let text = text_of(&with_material(&elements.concat()));
+    assert!(text.contains("void presence() { rt_Presence = clamp(whole(), 0.0, 1.0); }"), "{text}");
+    assert!(text.contains("part1.BSDF() * part1Share()"), "{text}");
 }
 
 #[test]
