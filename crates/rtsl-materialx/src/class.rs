@@ -2,7 +2,7 @@
 
 use crate::graph::Graph;
 use crate::statements::Value;
-use crate::surface::{Setting, Surface};
+use crate::surface::{self, Setting, Surface};
 use crate::translation::ImageUse;
 
 /// The start of a class.
@@ -37,10 +37,7 @@ pub fn of_surface(
     let mut text = header.text(surface.class, "");
     write_members(graph, &mut text);
     write_settings(graph, settings, &mut text);
-    let has_normal = settings.iter().any(|setting| {
-        matches!(setting, Setting::Computed { header, .. } if header == "vec3 surfaceNormal")
-    });
-    if has_normal {
+    if settings.iter().any(|setting| setting.name == surface::NORMAL) {
         text.push_str(WITH_NORMAL);
     }
     text
@@ -72,16 +69,14 @@ pub fn of_texture(graph: &Graph<'_>, class: &str, value: &Value) -> String {
 
 /// Writes initial values of parameters, and functions that compute them.
 pub fn write_settings(graph: &Graph<'_>, settings: &[Setting], text: &mut String) {
-    for setting in settings {
-        if let Setting::Initial(declaration) = setting {
-            text.push_str(declaration);
-            text.push('\n');
-        }
+    let (initial, computed): (Vec<_>, Vec<_>) = settings.iter().partition(|it| it.is_constant);
+    for Setting { name, ty, value, .. } in initial {
+        // Switches have no textures.
+        let texture = if *ty == "bool" { "" } else { "texture " };
+        text.push_str(&format!("public {texture}{ty} {name} = {value};\n"));
     }
-    for setting in settings {
-        if let Setting::Computed { header, result } = setting {
-            write_function(graph, &format!("{header}()"), result, text);
-        }
+    for Setting { name, ty, value, .. } in computed {
+        write_function(graph, &format!("{ty} {name}()"), value, text);
     }
 }
 
@@ -93,6 +88,13 @@ pub fn write_function(graph: &Graph<'_>, header: &str, result: &str, text: &mut 
     text.push_str(&format!("{header} {{\n"));
     graph.statements.write(result, text);
     text.push_str(&format!("    return {result};\n}}\n"));
+}
+
+/// Writes the method that says how much of the surface there is.
+pub fn write_presence(graph: &Graph<'_>, opacity: &str, text: &mut String) {
+    text.push_str("\nvoid presence() {\n");
+    graph.statements.write(opacity, text);
+    text.push_str(&format!("    rt_Presence = clamp({opacity}, 0.0, 1.0);\n}}\n"));
 }
 
 /// Writes the members that are not parameters of the base.

@@ -3,11 +3,11 @@
 use crate::class::{self, Header};
 use crate::document::{ElementId, Fault};
 use crate::graph::{Graph, ScopeId};
-use crate::limits;
 use crate::special::At;
 use crate::statements::Value;
 use crate::surface::Setting;
 use crate::types::Type;
+use crate::{closure, limits};
 
 /// The closure.
 const NODE: &str = "chiang_hair_bsdf";
@@ -41,31 +41,53 @@ pub fn is_closure(tag: &str) -> bool {
     tag == NODE
 }
 
-/// Returns the text of the class for a surface with the closure `node`.
+/// A surface of hair.
+pub struct Hair {
+    index: Value,
+    absorption: Value,
+    /// The call that makes the strand.
+    strand: String,
+    /// The colours by which the lobes are scaled.
+    tints: Vec<Value>,
+    /// The opacity, an expression; `None` if it is 1.
+    pub opacity: Option<String>,
+}
+
+/// Reads the surface and its closure, each with its scope.
 ///
 /// # Errors
 /// If an input cannot be computed.
-pub fn class(
+pub fn hair(
     graph: &mut Graph<'_>,
-    header: &Header<'_>,
-    surface: ElementId,
+    surface: (ScopeId, ElementId),
     (scope, node): (ScopeId, ElementId),
-) -> Result<String, Fault> {
-    warn_of_ignored(graph, surface, &["edf", "opacity"]);
+) -> Result<Hair, Fault> {
+    warn_of_ignored(graph, surface.1, &["edf"]);
     warn_of_ignored(graph, node, &["normal", "curve_direction"]);
+    let opacity = closure::opacity(graph, surface)?;
     let mut at = At { graph, scope, node };
-    let index = at.input("ior", Type::Float, 1.55)?;
-    let absorption = at.input("absorption_coefficient", Type::Vector3, 0.0)?;
-    let strand = strand(&mut at)?;
-    let tints = tints(&mut at)?;
+    Ok(Hair {
+        index: at.input("ior", Type::Float, 1.55)?,
+        absorption: at.input("absorption_coefficient", Type::Vector3, 0.0)?,
+        strand: strand(&mut at)?,
+        tints: tints(&mut at)?,
+        opacity,
+    })
+}
+
+/// Returns the text of the class of a surface of hair.
+pub fn class(graph: &Graph<'_>, header: &Header<'_>, hair: &Hair) -> String {
     let mut text = header.text(CLASS, "");
     class::write_members(graph, &mut text);
-    class::write_settings(graph, &[index_setting(&index)], &mut text);
-    let absorbed = format!("color(max({}, vec3(0.0)))", absorption.text);
+    class::write_settings(graph, &[Setting::of_float("eta", &hair.index)], &mut text);
+    let absorbed = format!("color(max({}, vec3(0.0)))", hair.absorption.text);
     class::write_function(graph, "color absorption(float azimuthal)", &absorbed, &mut text);
-    class::write_function(graph, "Strand strandHere()", &strand, &mut text);
-    write_tints(graph, &tints, &mut text);
-    Ok(text)
+    class::write_function(graph, "Strand strandHere()", &hair.strand, &mut text);
+    if let Some(opacity) = &hair.opacity {
+        class::write_presence(graph, opacity, &mut text);
+    }
+    write_tints(graph, &hair.tints, &mut text);
+    text
 }
 
 fn warn_of_ignored(graph: &mut Graph<'_>, node: ElementId, names: &[&str]) {
@@ -76,14 +98,7 @@ fn warn_of_ignored(graph: &mut Graph<'_>, node: ElementId, names: &[&str]) {
     }
 }
 
-fn index_setting(index: &Value) -> Setting {
-    match index.constant {
-        Some(_) => Setting::Initial(format!("public texture float eta = {};", index.text)),
-        None => Setting::Computed { header: "float eta".to_owned(), result: index.text.clone() },
-    }
-}
-
-/// The call that makes the strand. The angle of the scales is turned the other way, and 0.5 is none.
+/// The angle of the scales is turned the other way, and 0.5 is none.
 fn strand(at: &mut At<'_, '_>) -> Result<String, Fault> {
     let mut arguments = Vec::new();
     for (name, roughness) in [("roughness_R", 0.1), ("roughness_TT", 0.05), ("roughness_TRT", 0.2)]
@@ -95,7 +110,7 @@ fn strand(at: &mut At<'_, '_>) -> Result<String, Fault> {
     Ok(format!("strandOfLobes({}, radians(90.0 - 180.0 * {}))", arguments.join(", "), angle.text))
 }
 
-/// The colours by which the lobes are scaled. Light that is reflected inside again has that of the last.
+/// Light that is reflected inside again has that of the last.
 fn tints(at: &mut At<'_, '_>) -> Result<Vec<Value>, Fault> {
     let names = ["tint_R", "tint_TT", "tint_TRT", "tint_TRT"];
     names.into_iter().map(|name| at.input(name, Type::Color3, 1.0)).collect()

@@ -72,7 +72,7 @@ pub fn class(
             let amount = amount(graph, shader)?;
             let mut text = header.text(CLASS, &more);
             class::write_members(graph, &mut text);
-            class::write_settings(graph, &[setting("amount", &amount)], &mut text);
+            class::write_settings(graph, &[Setting::of_float("amount", &amount)], &mut text);
             Ok(text)
         }
         None => of_several(graph, header.text("rt_Material", &more), shader, parts),
@@ -89,13 +89,6 @@ fn amount(graph: &mut Graph<'_>, shader: &Shader) -> Result<Value, Fault> {
         }
     }
     At { graph, scope: shader.scope, node: shader.node }.input("mix", Type::Float, 0.0)
-}
-
-fn setting(name: &str, value: &Value) -> Setting {
-    match value.constant {
-        Some(_) => Setting::Initial(format!("public texture float {name} = {};", value.text)),
-        None => Setting::Computed { header: format!("float {name}"), result: value.text.clone() },
-    }
 }
 
 /// A part, by the factors of its weight.
@@ -121,7 +114,7 @@ impl Weights {
         };
         let value = amount(graph, shader)?;
         let name = format!("amount{}", self.amounts.len() + 1);
-        self.amounts.push(setting(&name, &value));
+        self.amounts.push(Setting::of_float(&name, &value));
         let call = if value.constant.is_some() { "" } else { "()" };
         let share = format!("clamp({name}{call}, 0.0, 1.0)");
         for (part, share) in [(back, format!("(1.0 - {share})")), (front, share)] {
@@ -155,19 +148,14 @@ fn of_several(
     }
     // Without a part that is not connected, the weights sum to 1.
     let is_whole = members.len() == weights.amounts.len() + 1;
-    let has_holes = parts.iter().any(|part| has_holes(&part.material.text));
+    // Methods of parts that are there everywhere are not called for that: mixtures are near the limits on linked code.
+    let has_holes = parts.iter().any(|part| part.material.has_holes);
     if has_holes {
         write_presence(&members, &mut text);
     }
     let share = if has_holes { "Share" } else { "Weight" };
     write_methods((&members, share), is_whole, &mut text);
     Ok(text)
-}
-
-/// True if the text of a part says how much of the surface there is. Methods of parts that are there everywhere are not
-/// called for that: mixtures are near the limits on linked code.
-fn has_holes(text: &str) -> bool {
-    ["geometryOpacity", "opacity", "rt_Presence"].iter().any(|name| text.contains(name))
 }
 
 /// Writes what part of the mixture there is, and how much each part counts at hits.

@@ -9,6 +9,7 @@ use crate::document::{Document, ElementId, Fault};
 use crate::graph::{Graph, ROOT};
 use crate::places::identifier;
 use crate::shader::{self, Kind, Shader};
+use crate::surface::Setting;
 use crate::types::Type;
 use crate::{closure, hair, limits, mixture, surface};
 
@@ -82,6 +83,8 @@ pub struct Material {
     pub parts: Vec<Part>,
     /// The text of the class.
     pub text: String,
+    /// True if there may be only a part of the surface, or none of it, at some places.
+    pub has_holes: bool,
 }
 
 /// A material that another refers to.
@@ -375,27 +378,32 @@ impl<'d> Translator<'d> {
     ) -> Result<Material, Fault> {
         let name = self.document.get(named).name();
         let header = Header { title: self.title, name, class: &class };
-        let mut parts = Vec::new();
-        let text = match &shader.kind {
+        let mut parts: Vec<Part> = Vec::new();
+        let (text, has_holes) = match &shader.kind {
             Kind::Model(surface) => {
                 let settings = surface::settings(graph, surface, shader.scope, shader.node)?;
-                class::of_surface(graph, &header, surface, &settings)
+                let text = class::of_surface(graph, &header, surface, &settings);
+                (text, settings.iter().any(Setting::makes_holes))
             }
-            Kind::Hair(scope, node) => hair::class(graph, &header, shader.node, (*scope, *node))?,
+            Kind::Hair(scope, node) => {
+                let hair = hair::hair(graph, (shader.scope, shader.node), (*scope, *node))?;
+                (hair::class(graph, &header, &hair), hair.opacity.is_some())
+            }
             Kind::Closures => {
                 let closures = closure::closures(graph, shader.scope, shader.node)?;
-                closure::class(graph, &header, &closures)
+                (closure::class(graph, &header, &closures), closures.opacity.is_some())
             }
             Kind::Mix(_, _) => {
                 for (member, part) in mixture::parts(shader) {
                     let material = self.part(graph, part)?;
                     parts.push(Part { member, material });
                 }
-                mixture::class(graph, &header, shader, &parts)?
+                let text = mixture::class(graph, &header, shader, &parts)?;
+                (text, parts.iter().any(|part| part.material.has_holes))
             }
         };
         let images = std::mem::take(&mut graph.images);
-        Ok(Material { name: name.to_owned(), class, images, parts, text })
+        Ok(Material { name: name.to_owned(), class, images, parts, text, has_holes })
     }
 
     /// The class of a part of a mixture, whose statements are its own.
@@ -431,7 +439,7 @@ impl<'d> Translator<'d> {
         let text = class::of_texture(graph, &class, &value);
         let name = self.document.get(id).name().to_owned();
         let images = std::mem::take(&mut graph.images);
-        Ok(Material { name, class, images, parts: Vec::new(), text })
+        Ok(Material { name, class, images, parts: Vec::new(), text, has_holes: false })
     }
 }
 

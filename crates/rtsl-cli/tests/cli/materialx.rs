@@ -73,7 +73,7 @@ fn translated_materials_keep_the_contracts() {
     }
 }
 
-/// Hair with a colour for each lobe, and brown absorption.
+/// Hair with a colour for each lobe, brown absorption, and a fifth of it missing.
 const HAIR: &str = r#"<materialx version="1.39">
   <chiang_hair_roughness name="rough" type="multioutput"/>
   <deon_hair_absorption_from_melanin name="brown" type="vector3"/>
@@ -86,7 +86,10 @@ const HAIR: &str = r#"<materialx version="1.39">
     <input name="absorption_coefficient" type="vector3" nodename="brown"/>
     <input name="cuticle_angle" type="float" value="0.47"/>
   </chiang_hair_bsdf>
-  <surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="strand"/></surface>
+  <surface name="s" type="surfaceshader">
+    <input name="bsdf" type="BSDF" nodename="strand"/>
+    <input name="opacity" type="float" value="0.8"/>
+  </surface>
   <surfacematerial name="Brown" type="material">
     <input name="surfaceshader" type="surfaceshader" nodename="s"/>
   </surfacematerial>

@@ -96,6 +96,19 @@ pub fn closures(graph: &mut Graph<'_>, scope: ScopeId, node: ElementId) -> Resul
     Ok(closures)
 }
 
+/// Returns the opacity of a surface, an expression; `None` if it is 1.
+///
+/// # Errors
+/// If the input cannot be computed.
+pub fn opacity(
+    graph: &mut Graph<'_>,
+    (scope, node): (ScopeId, ElementId),
+) -> Result<Option<String>, Fault> {
+    let Some(value) = graph.input(scope, node, "opacity")? else { return Ok(None) };
+    let value = converted(graph, &value, Type::Float, node)?;
+    Ok((value.constant.as_deref() != Some(&[1.0])).then_some(value.text))
+}
+
 /// A surface within a mixture.
 struct Surface {
     scattered: Closure,
@@ -152,9 +165,8 @@ impl Reader<'_, '_> {
         }
         let scattered = self.input(scope, node, "bsdf")?;
         let emission = self.emitted_by(scope, node, "edf")?;
-        let opacity = self.value(scope, node, "opacity", Type::Float)?;
-        let opacity = opacity.filter(|it| it.constant.as_deref() != Some(&[1.0]));
-        Ok(Surface { scattered, emission, opacity: opacity.map(|it| it.text) })
+        let opacity = opacity(self.graph, (scope, node))?;
+        Ok(Surface { scattered, emission, opacity })
     }
 
     fn mixed_surface(&mut self, scope: ScopeId, node: ElementId) -> Result<Surface, Fault> {

@@ -31,7 +31,9 @@ pub fn class(graph: &Graph<'_>, header: &Header<'_>, closures: &Closures) -> Str
         );
     }
     write_values(closures, &placed, &mut out);
-    write_presence(graph, closures, &mut out);
+    if let Some(opacity) = &closures.opacity {
+        class::write_presence(graph, opacity, &mut out);
+    }
     write_methods(&placed, &mut out);
     write_emission(graph, closures, &mut out);
     out
@@ -179,13 +181,6 @@ fn write_values(closures: &Closures, placed: &[Placed], out: &mut String) {
             ),
         );
     }
-}
-
-fn write_presence(graph: &Graph<'_>, closures: &Closures, out: &mut String) {
-    let Some(opacity) = &closures.opacity else { return };
-    line(out, format_args!("\nvoid presence() {{"));
-    graph.statements.write(opacity, out);
-    line(out, format_args!("    rt_Presence = clamp({opacity}, 0.0, 1.0);\n}}"));
 }
 
 fn write_methods(placed: &[Placed], out: &mut String) {

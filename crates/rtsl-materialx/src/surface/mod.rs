@@ -46,6 +46,9 @@ pub struct Parameter {
     pub expression: &'static str,
 }
 
+/// The function of materials that returns the surface's normal.
+pub const NORMAL: &str = "surfaceNormal";
+
 /// Shortens rows of tables.
 const fn parameter(
     name: &'static str,
@@ -73,16 +76,33 @@ pub fn named(node: &str) -> Option<&'static Surface> {
 
 /// A parameter of a class, with the value that the document gives it.
 #[derive(Clone, Debug)]
-pub enum Setting {
-    /// An initial value.
-    Initial(String),
-    /// A function of this body, whose statements are those of the expression.
-    Computed {
-        /// The type of its result, and its name.
-        header: String,
-        /// The expression.
-        result: String,
-    },
+pub struct Setting {
+    /// The parameter.
+    pub name: String,
+    /// Its type in RTSL.
+    pub ty: &'static str,
+    /// The expression.
+    pub value: String,
+    /// True if the expression is an initial value; else a function returns it, with the statements that it needs.
+    pub is_constant: bool,
+}
+
+impl Setting {
+    /// A parameter that is a number.
+    pub fn of_float(name: &str, value: &Value) -> Self {
+        Setting {
+            name: name.to_owned(),
+            ty: "float",
+            value: value.text.clone(),
+            is_constant: value.constant.is_some(),
+        }
+    }
+
+    /// True if the parameter says how much of the surface there is, and this is not always all of it.
+    pub fn makes_holes(&self) -> bool {
+        let is_one = matches!(self.value.as_str(), "1.0" | "color(vec3(1.0))");
+        matches!(self.name.as_str(), "geometryOpacity" | "opacity") && !(self.is_constant && is_one)
+    }
 }
 
 /// Returns the settings of a surface node.
@@ -174,23 +194,18 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn set(&mut self, name: &str, ty: &str, expression: &str, is_constant: bool) {
+    fn set(&mut self, name: &str, ty: &'static str, expression: &str, is_constant: bool) {
         let expression = match ty {
             "color" => format!("color({expression})"),
             _ => expression.to_owned(),
         };
-        let setting = match (is_constant, ty) {
-            (true, "bool") => Setting::Initial(format!("public bool {name} = {expression};")),
-            (true, _) => Setting::Initial(format!("public texture {ty} {name} = {expression};")),
-            (false, "bool") => {
-                let message =
-                    format!("`{name}` is connected; it keeps its value, since it cannot vary");
-                self.graph.warn(message, self.node);
-                return;
-            }
-            (false, _) => Setting::Computed { header: format!("{ty} {name}"), result: expression },
-        };
-        self.settings.push(setting);
+        if ty == "bool" && !is_constant {
+            let message =
+                format!("`{name}` is connected; it keeps its value, since it cannot vary");
+            self.graph.warn(message, self.node);
+            return;
+        }
+        self.settings.push(Setting { name: name.to_owned(), ty, value: expression, is_constant });
     }
 
     fn normal(&mut self, name: &str, expression: &str) -> Result<(), Fault> {
@@ -201,9 +216,14 @@ impl Reader<'_, '_> {
         }
         let value = converted(self.graph, &value, Type::Vector3, self.node)?;
         let normal = expression.replace("{}", &value.text);
-        let result =
-            format!("mxPlacement.usableNormal({normal}, rt_ShadingNormal, rt_GeometricNormal)");
-        self.settings.push(Setting::Computed { header: "vec3 surfaceNormal".to_owned(), result });
+        self.settings.push(Setting {
+            name: NORMAL.to_owned(),
+            ty: "vec3",
+            value: format!(
+                "mxPlacement.usableNormal({normal}, rt_ShadingNormal, rt_GeometricNormal)"
+            ),
+            is_constant: false,
+        });
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use expect_test::expect;
 
-use crate::{input, link, node, text_of, with_closure};
+use crate::{input, link, node, text_of, with_closure, with_material};
 
 #[test]
 fn hair_is_that_of_the_library() {
@@ -52,6 +52,20 @@ fn inputs_without_effect_are_warnings() {
     let hair = node("chiang_hair_bsdf", "hair", "BSDF", &input("normal", "vector3", "0, 0, 1"));
     let text = text_of(&with_closure(&hair, "hair"));
     assert!(text.contains("W0605") && text.contains("`normal` has no effect on hair"), "{text}");
+}
+
+#[test]
+fn hair_has_the_opacity_of_its_surface() {
+    let inputs = [link("bsdf", "BSDF", "hair"), input("opacity", "float", "0.7")];
+    let elements = [
+        node("chiang_hair_bsdf", "hair", "BSDF", ""),
+        node("surface", "surface", "surfaceshader", &inputs.concat()),
+    ];
+    let text = text_of(&with_material(&elements.concat()));
+    assert!(
+        text.contains("\nvoid presence() {\n    rt_Presence = clamp(0.7, 0.0, 1.0);\n}\n"),
+        "{text}"
+    );
 }
 
 #[test]

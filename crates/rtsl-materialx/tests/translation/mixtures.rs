@@ -61,9 +61,10 @@ fn two_models_are_parts_of_a_mix() {
 
 #[test]
 fn mixtures_of_mixtures_are_one_class() {
+    let whole = input("opacity", "color3", "1, 1, 1");
     let elements = [
         gold("gold"),
-        paint("paint"),
+        node("standard_surface", "paint", "surfaceshader", &whole),
         gold("silver"),
         mix("inner", "gold", "paint", &quarter()),
         mix("surface", "inner", "silver", &quarter()),
