@@ -11,9 +11,9 @@ The tests that take too long for every day: for nights, and before a release.
   contracts   every class of the library against its contract, with 200 seeds
   functions   every float for every mathematical function, against the manual's table of errors
   mutations   the fuzz targets on 50 times as many mutations as in ordinary tests
-  repetitions the comparisons of machine code and C++ with the interpreter, at every width, in every call mode and with
-              every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that its
-              script builds
+  repetitions the comparisons of machine code, stages and C++ with the interpreter, at every width, in every call mode
+              and with every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that
+              its script builds
   texts       the longest texts and the largest frames that are accepted; takes ten minutes
   gallery     the scenes of `tests/gallery` with 2,048 samples, compared with pbrt's pictures
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
@@ -112,7 +112,11 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
             let compiled = ["--", "operations::", "agreement::", "library::", "cpp::"];
             test("rtsl", "rtsl").args(compiled).env("RTSL_LONG", "1").run()?;
             test("rtsl-jit", "jit").args(["--", "oracle::"]).env("RTSL_LONG", "1").run()?;
-            test("rtsl-capi", "capi").args(["--", "install::"]).env("RTSL_LONG", "1").run()
+            test("rtsl-render", "render")
+                .args(["--", "integrators::"])
+                .env("RTSL_LONG", "1")
+                .run()?;
+            test("rtsl-capi", "capi").args(["--", "install::", "aot::"]).env("RTSL_LONG", "1").run()
         }
         "texts" => {
             let texts =

@@ -3,6 +3,7 @@
 //! A [`Row`] describes one variable in one role. A variable that several roles share has one type
 //! and one slot in a host's storage, a [`StateVariable`].
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::{Method, Role, StateType};
@@ -171,7 +172,9 @@ pub fn state_component_count() -> u32 {
 
 /// The state variable called `name`, in any role.
 pub fn lookup_state(name: &str) -> Option<&'static StateVariable> {
-    state_variables().iter().find(|variable| variable.name == name)
+    static BY_NAME: LazyLock<HashMap<&str, &StateVariable>> =
+        LazyLock::new(|| state_variables().iter().map(|it| (it.name, it)).collect());
+    BY_NAME.get(name).copied()
 }
 
 impl Role {

@@ -2,7 +2,7 @@
 //!
 //! [`functions`] generates single-ray functions from random bytes, with storage and a host for them; [`checked`] parses
 //! and checks shader sources against the project's prelude; [`random`] has seeded random numbers; [`digest`] hashes
-//! pictures.
+//! pictures; [`turns`] tells ordinary runs from long ones.
 //!
 //! This crate is not published, and only tests depend on it.
 
@@ -10,3 +10,4 @@ pub mod checked;
 pub mod digest;
 pub mod functions;
 pub mod random;
+pub mod turns;

@@ -6,7 +6,7 @@
 //! methods of all roles.
 
 use rtsl_abi::LaneBlock;
-use rtsl_spec::{Default as StateDefault, Role, rows, state_component_count, state_variables};
+use rtsl_spec::{Default as StateDefault, Role, lookup_state, rows, state_component_count};
 
 /// State for `lanes` rays, all zero.
 pub fn new_state(lanes: usize) -> LaneBlock {
@@ -27,9 +27,7 @@ pub fn new_state(lanes: usize) -> LaneBlock {
 /// ```
 pub fn set_defaults(state: &mut LaneBlock, role: Role) {
     for row in rows().iter().filter(|row| row.role.is_none_or(|it| it == role)) {
-        let Some(variable) = state_variables().iter().find(|it| it.name == row.name) else {
-            continue;
-        };
+        let Some(variable) = lookup_state(row.name) else { continue };
         for component in 0..variable.ty.components() {
             let value = match row.default {
                 StateDefault::Constant(value) => value,
@@ -46,8 +44,6 @@ pub fn set_defaults(state: &mut LaneBlock, role: Role) {
 
 #[cfg(test)]
 mod tests {
-    use rtsl_spec::lookup_state;
-
     use super::*;
 
     #[test]

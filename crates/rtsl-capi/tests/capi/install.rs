@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use rtsl_testing::turns::is_long_run;
+
 use crate::compiler::{has_compiler, repository, static_library};
 
 #[test]
@@ -14,7 +16,7 @@ fn an_installed_library_serves_programs() {
     let script = repository().join("crates/rtsl-capi/install.sh");
     let mut install = Command::new("bash");
     install.arg(&script);
-    if std::env::var_os("RTSL_LONG").is_some() {
+    if is_long_run() {
         install.args(["--profile", "dev"]);
     } else {
         // Cargo would build it again, with the features that this package needs alone.

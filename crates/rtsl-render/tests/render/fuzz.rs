@@ -131,11 +131,11 @@ fn any_gltf_file_is_read_or_refused() {
 
 #[test]
 fn any_gltf_scene_is_read_or_refused() {
-    run("../../scenes", "glb", 40, gltf::gltf_attributes);
-    run("tests/meshes", "gltf", 40, gltf::gltf_attributes);
-    run("../../scenes", "glb", 300, gltf::gltf_scene);
-    run("tests/meshes", "gltf", 300, gltf::gltf_scene);
-    run("tests/meshes", "glb", 300, gltf::gltf_scene);
+    run("../../scenes", "glb", 20, gltf::gltf_attributes);
+    run("tests/meshes", "gltf", 20, gltf::gltf_attributes);
+    run("../../scenes", "glb", 100, gltf::gltf_scene);
+    run("tests/meshes", "gltf", 100, gltf::gltf_scene);
+    run("tests/meshes", "glb", 100, gltf::gltf_scene);
 }
 
 #[test]

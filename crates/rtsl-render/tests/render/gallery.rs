@@ -13,6 +13,7 @@ use rtsl_memory::InputBudget;
 use rtsl_render::{Execution, RenderRequest, render_scene};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{EntityKind, LoadOptions, Renderer, SceneSource};
+use rtsl_testing::turns::is_long_run;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -37,9 +38,9 @@ struct Effort {
 
 impl Effort {
     fn new() -> Effort {
-        match std::env::var_os("RTSL_LONG") {
-            Some(_) => Effort { samples: 2048, mean_noise: 0.002, block_noise: 0.02 },
-            None => Effort { samples: 32, mean_noise: 0.015, block_noise: 0.12 },
+        match is_long_run() {
+            true => Effort { samples: 2048, mean_noise: 0.002, block_noise: 0.02 },
+            false => Effort { samples: 32, mean_noise: 0.015, block_noise: 0.12 },
         }
     }
 }

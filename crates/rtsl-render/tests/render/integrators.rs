@@ -7,6 +7,7 @@ use rtsl_image::Aov;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_testing::turns::ways;
 
 /// A ball of brushed metal and a glass ball on a floor, lit by a sky, a point and a lamp.
 const WORLD: &str = "WorldBegin
@@ -142,7 +143,8 @@ fn every_integrator_of_the_library_has_one_result() {
         ("Depth", &["depth", "distance"]),
     ];
     let samplers = samplers.into_iter().cycle();
-    for ((integrator, aovs), sampler) in integrators.into_iter().zip(samplers) {
+    for (index, ((integrator, aovs), sampler)) in integrators.into_iter().zip(samplers).enumerate()
+    {
         let head = format!("Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
         let text = format!("{CAMERA}{head}\n{PLACED}");
         let make = |backend: Backend, width: u32| {
@@ -154,7 +156,7 @@ fn every_integrator_of_the_library_has_one_result() {
             all.map(|value| value.to_bits()).collect::<Vec<u32>>()
         };
         let reference = make(Backend::Interpreter, 1);
-        for width in [4, 16] {
+        for width in ways(&[4, 16], index) {
             assert!(make(Backend::Auto, width) == reference, "{integrator}, {sampler}, {width}");
         }
     }
@@ -230,7 +232,8 @@ void radiance() {
 
 #[test]
 fn searches_of_stages_have_one_result_and_are_counted() {
-    for integrator in ["Asking", "Repeating", "Wandering", "Path", "Direct", "Whitted"] {
+    let integrators = ["Asking", "Repeating", "Wandering", "Path", "Direct", "Whitted"];
+    for (index, integrator) in integrators.into_iter().enumerate() {
         let text = format!("{CAMERA}Integrator \"{integrator}\"\n{FEW}");
         let make = |backend: Backend, width: u32, aovs: &[Aov]| {
             let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
@@ -243,9 +246,12 @@ fn searches_of_stages_have_one_result_and_are_counted() {
         };
         let all = [Aov::Distance, Aov::Object];
         let reference = make(Backend::Interpreter, 1, &all);
-        for width in [1, 4, 8, 16] {
+        let widths = [1, 4, 8, 16];
+        for width in ways(&widths, index) {
             let found = make(Backend::Auto, width, &all);
             assert!(found == reference, "{integrator}, {width}: {:?} {:?}", found.2, reference.2);
+        }
+        for width in ways(&widths, index + 2) {
             let alone = make(Backend::Auto, width, &[]);
             assert!((alone.0, alone.2) == (reference.0.clone(), reference.2), "{integrator}");
         }
@@ -360,7 +366,7 @@ fn stages_sample_lights_as_hosts_do() {
     let samplers = ["independent", "stratified", "sobol", "halton"];
     let integrators = [("Path", [4, 16]), ("Densities", [1, 8])];
     let mut samplers = samplers.into_iter().cycle();
-    for (name, lights) in LIGHTS {
+    for (index, (name, lights)) in LIGHTS.into_iter().enumerate() {
         for (integrator, widths) in integrators {
             let sampler = samplers.next().unwrap_or_default();
             let head = format!("Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
@@ -373,7 +379,7 @@ fn stages_sample_lights_as_hosts_do() {
             };
             let reference = make(Backend::Interpreter, 1);
             assert!(reference.iter().any(|word| *word != 0), "{name}, {integrator}: black");
-            for width in widths {
+            for width in ways(&widths, index) {
                 let made = make(Backend::Auto, width);
                 assert!(made == reference, "{name}, {integrator}, {sampler}, {width}");
             }
@@ -445,7 +451,7 @@ fn stages_draw_the_numbers_that_hosts_draw() {
             };
             let reference = make(Backend::Interpreter, 1);
             assert!(reference.iter().any(|word| *word != 0), "{integrator}: black");
-            for width in [4, 16] {
+            for width in ways(&[4, 16], index / 2) {
                 assert!(
                     make(Backend::Auto, width) == reference,
                     "{integrator}, {sampler}, {width}"

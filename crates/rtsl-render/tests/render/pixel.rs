@@ -11,6 +11,7 @@ use rtsl_render::{
     render_scene,
 };
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_testing::turns::is_long_run;
 
 /// Compares some pixels of a scene with those of a picture.
 fn compare(scene: &str, renderer: Renderer) {
@@ -44,7 +45,7 @@ fn compare(scene: &str, renderer: Renderer) {
 
 /// The scenes to compare: all of them in long runs.
 fn scenes(usual: [&'static str; 4]) -> Vec<String> {
-    if std::env::var_os("RTSL_LONG").is_none() {
+    if !is_long_run() {
         return usual.map(str::to_owned).to_vec();
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");

@@ -11,7 +11,7 @@ use rtsl::{
 use rtsl_ir::{Function, VariableKind};
 use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
 
-use crate::common::is_long_run;
+use rtsl_testing::turns::is_long_run;
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;

@@ -10,7 +10,7 @@ use rtsl::{
     Scalar, Trace, TraceDetail, Value, Variant, library, new_state,
 };
 
-use crate::common::is_long_run;
+use rtsl_testing::turns::ways;
 
 const COUNT: usize = 37;
 /// The first object in the leaf shape.
@@ -143,7 +143,7 @@ fn instance(class: &Arc<Class>) -> Arc<Instance> {
 }
 
 /// The code that runs a method.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Code {
     /// The engine's kernel.
     Kernel,
@@ -297,52 +297,43 @@ fn check(classes: &[Arc<Class>], shape: CallMode, runs: &[(u32, Code)]) {
     }
 }
 
-/// The usual width, on packet code and machine code, and in long runs with known members.
-fn check_at(width: u32, shape: CallMode) {
-    let mut runs = vec![(width, Code::Packets), (width, Code::Kernel)];
-    if is_long_run() {
-        runs.push((8, Code::Specialised));
-    }
-    check(&classes(), shape, &runs);
+/// The classes with each of the ways to run methods: in long runs all, in ordinary runs those whose turn it is.
+fn taking_turns<T: Clone + PartialEq>(all: &[T]) -> Vec<(T, Vec<Arc<Class>>)> {
+    let classes = classes();
+    let those_of = |way: &T| {
+        let due = classes.iter().enumerate().filter(|(index, _)| ways(all, *index).contains(way));
+        due.map(|(_, class)| class.clone()).collect()
+    };
+    all.iter().map(|way| (way.clone(), those_of(way))).collect()
 }
 
 #[test]
 fn every_method_gives_the_oracles_bits_for_packets() {
-    let usual = [(8, Code::Packets), (8, Code::Kernel), (8, Code::Specialised)];
-    check(&classes(), CallMode::Packet, &usual);
+    check(&classes(), CallMode::Packet, &[(8, Code::Packets), (8, Code::Kernel)]);
 }
 
-/// Ordinary runs try each class at one other width, long runs at all.
 #[test]
 fn every_method_gives_the_oracles_bits_at_other_widths() {
-    let (classes, widths) = (classes(), [1, 4, 16]);
-    for (first, width) in widths.into_iter().enumerate() {
-        let some: Vec<_> = match is_long_run() {
-            true => classes.clone(),
-            false => classes.iter().skip(first).step_by(widths.len()).cloned().collect(),
-        };
-        check(&some, CallMode::Packet, &[(width, Code::Packets), (width, Code::Kernel)]);
+    for (width, classes) in taking_turns(&[1, 4, 16]) {
+        let runs = [(width, Code::Packets), (width, Code::Kernel)];
+        check(&classes, CallMode::Packet, &runs);
     }
 }
 
 #[test]
-fn every_method_gives_the_oracles_bits_for_rays_of_one_origin() {
-    check_at(8, CallMode::CommonOrigin);
-}
-
-#[test]
-fn every_method_gives_the_oracles_bits_for_streams() {
-    check_at(8, CallMode::Stream);
-}
-
-#[test]
-fn every_method_gives_the_oracles_bits_for_leaves() {
-    check_at(8, CallMode::Leaf);
-}
-
-#[test]
-fn every_method_gives_the_oracles_bits_for_single_rays() {
-    check_at(1, CallMode::Single);
+fn every_method_gives_the_oracles_bits_in_other_call_modes_and_with_known_members() {
+    let code = [Code::Packets, Code::Kernel];
+    let ways: [(CallMode, u32, &[Code]); 5] = [
+        (CallMode::Leaf, 8, &code),
+        (CallMode::Stream, 8, &code),
+        (CallMode::CommonOrigin, 8, &code),
+        (CallMode::Single, 1, &code),
+        (CallMode::Packet, 8, &[Code::Specialised]),
+    ];
+    for ((mode, width, code), classes) in taking_turns(&ways) {
+        let runs: Vec<(u32, Code)> = code.iter().map(|code| (width, *code)).collect();
+        check(&classes, mode, &runs);
+    }
 }
 
 /// Traced classes, which report assignments and calls, give the bits of others, on an engine that

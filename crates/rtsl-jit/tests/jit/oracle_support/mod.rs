@@ -15,6 +15,7 @@ use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, interleave};
 use rtsl_testing::functions::{Entropy, HashHost};
+use rtsl_testing::turns::is_long_run;
 
 /// Full chunks and a partial one at every width.
 const RAYS: usize = 37;
@@ -92,7 +93,7 @@ impl Case {
             state: LaneBlock::new(components, RAYS),
             scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
             mask: LaneMask::from_fn(RAYS, |_| entropy.chance(150)),
-            half: std::env::var_os("RTSL_LONG").is_none().then_some(seed as usize % 2),
+            half: (!is_long_run()).then_some(seed as usize % 2),
             function,
             layout,
             sharing,

@@ -14,14 +14,10 @@ use rtsl::{
 };
 use rtsl_ir::Function;
 use rtsl_testing::functions::{Entropy, HashHost};
+use rtsl_testing::turns::is_long_run;
 
 /// Rays of a call: not a multiple of any width but 1.
 pub const COUNT: usize = 37;
-
-/// True if `RTSL_LONG` is set: repetitions that ordinary runs leave out run, too.
-pub fn is_long_run() -> bool {
-    std::env::var_os("RTSL_LONG").is_some()
-}
 
 /// The interpreter, packet code, and machine code for several widths; no machine code where there is no LLVM.
 pub struct Agreement {
