@@ -10,6 +10,7 @@ const PADDING: usize = LANE_PADDING as usize;
 
 /// As many words as the widest vector, with its alignment.
 #[repr(C, align(64))]
+#[derive(Clone, Copy)]
 pub(crate) struct Chunk([u32; PADDING]);
 
 /// Zeroed chunks on the heap, accessed through one pointer only, so that kernels may keep copies of it.
@@ -24,9 +25,7 @@ impl Chunks {
     /// # Panics
     /// If the size exceeds the address space.
     pub(crate) fn new(count: usize) -> Chunks {
-        // Large blocks are pages of the system that are zero already, so nothing is written.
-        // Safety: a chunk is words, and zero is a word.
-        let chunks = unsafe { Box::<[Chunk]>::new_zeroed_slice(count).assume_init() };
+        let chunks = vec![Chunk([0; PADDING]); count].into_boxed_slice();
         Chunks { start: Box::into_raw(chunks).cast(), count }
     }
 

@@ -43,7 +43,7 @@ fn broken(engine: &Engine, name: &str, instance: &Arc<Instance>, options: &Optio
     if holds { String::new() } else { format!("{name}\n{report}\n") }
 }
 
-/// Checks the classes of a role, on two threads: materials take longer than the rest of the tests together.
+/// Checks the classes of a role, on two threads: one would still check materials when all other tests have ended.
 fn check_role(role: Role, options: &Options) {
     let (engine, _) = Engine::new(engine_options()).expect("an engine");
     let classes = Mutex::new(classes(role).into_iter());

@@ -10,7 +10,6 @@ use rtsl::{
 };
 use rtsl_ir::{Function, VariableKind};
 use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
-
 use rtsl_testing::turns::is_long_run;
 
 /// Rays of a call: not a multiple of any width but 1.

@@ -5,8 +5,9 @@ use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 use std::process::Command;
 
-use crate::cpp::subjects::Subject;
 use rtsl_testing::turns::is_long_run;
+
+use crate::cpp::subjects::Subject;
 
 /// A compiler with its flags.
 #[derive(Debug)]
