@@ -13,6 +13,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-math", &[]),
     ("rtsl-memory", &["rtsl-source"]),
     ("rtsl-syntax", &["rtsl-source"]),
+    ("rtsl-format", &["rtsl-source", "rtsl-syntax"]),
     ("rtsl-ir", &["rtsl-spec"]),
     ("rtsl-sema", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-ir"]),
     ("rtsl-lower", &["rtsl-source", "rtsl-spec", "rtsl-sema", "rtsl-ir"]),
@@ -56,6 +57,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "rtsl",
             "rtsl-contract",
+            "rtsl-format",
             "rtsl-image",
             "rtsl-materialx",
             "rtsl-memory",

@@ -8,6 +8,7 @@ use crate::commands::build::BuildArguments;
 use crate::commands::check::CheckArguments;
 use crate::commands::eval::EvalArguments;
 use crate::commands::explain::ExplainArguments;
+use crate::commands::fmt::FmtArguments;
 use crate::commands::help::HelpArguments;
 use crate::commands::import::ImportArguments;
 use crate::commands::info::InfoArguments;
@@ -38,6 +39,8 @@ pub struct Arguments {
 pub enum Command {
     /// Check shaders and scenes and report what is wrong with them.
     Check(CheckArguments),
+    /// Format shaders.
+    Fmt(FmtArguments),
     /// Show a stage of compiling a shader, or write it to a file.
     Build(BuildArguments),
     /// Call one method on given values and print its results.

@@ -213,6 +213,7 @@ diagnostics! {
     E0625 NOT_CONVERTIBLE "a conversion that would replace a file of its scene";
     E0626 NOT_IMPORTABLE "a program that cannot be imported";
     E0627 NO_SUCH_PIXEL "a pixel or sample that the picture does not have";
+    E0628 UNFORMATTABLE "a text that cannot be formatted";
     E0630 MATERIALX_SYNTAX "a MaterialX document that does not follow the format";
     E0631 MATERIALX_UNKNOWN "a name in a MaterialX document that nothing has";
     E0632 MATERIALX_UNSUPPORTED "a part of a MaterialX document that is not supported";

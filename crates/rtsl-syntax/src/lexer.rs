@@ -1,6 +1,8 @@
 //! The lexer: splits text into tokens. It reports nothing, since the text may turn out to be
 //! skipped by `#if`; invalid text becomes [`TokenKind::Invalid`].
 
+use std::ops::Range;
+
 use rtsl_source::{FileId, Span};
 
 use crate::symbol::Interner;
@@ -8,7 +10,17 @@ use crate::token::{LexicalError, Punctuator, Token, TokenKind};
 
 /// Splits `text`, the text of `file`, into tokens.
 pub(crate) fn lex(file: FileId, text: &str, symbols: &mut Interner) -> Vec<Token> {
-    let mut lexer = Lexer { text, file, position: 0, starts_line: true, spaced: false };
+    lex_with_comments(file, text, symbols).0
+}
+
+/// Splits `text` into tokens and comments.
+pub(crate) fn lex_with_comments(
+    file: FileId,
+    text: &str,
+    symbols: &mut Interner,
+) -> (Vec<Token>, Vec<Range<usize>>) {
+    let comments = Vec::new();
+    let mut lexer = Lexer { text, file, position: 0, starts_line: true, spaced: false, comments };
     if text.starts_with('\u{feff}') {
         lexer.position = '\u{feff}'.len_utf8();
     }
@@ -17,7 +29,7 @@ pub(crate) fn lex(file: FileId, text: &str, symbols: &mut Interner) -> Vec<Token
     while let Some(token) = lexer.next(symbols) {
         tokens.push(token);
     }
-    tokens
+    (tokens, lexer.comments)
 }
 
 /// The lexer's position in `text`. Between calls, `position` is never at a line continuation.
@@ -27,6 +39,8 @@ struct Lexer<'a> {
     position: usize,
     starts_line: bool,
     spaced: bool,
+    /// The comments so far.
+    comments: Vec<Range<usize>>,
 }
 
 impl Lexer<'_> {
@@ -70,16 +84,16 @@ impl Lexer<'_> {
                     self.bump();
                 }
                 Some(b' ' | b'\t' | 0x0b | 0x0c) => self.bump(),
-                Some(b'/') => match self.peek_after() {
-                    Some(b'/') => self.skip_line_comment(),
-                    Some(b'*') => {
-                        let start = self.position;
-                        if !self.skip_block_comment() {
-                            return Some(start);
-                        }
+                Some(b'/') => {
+                    let start = self.position;
+                    match self.peek_after() {
+                        Some(b'/') => self.skip_line_comment(),
+                        Some(b'*') if self.skip_block_comment() => {}
+                        Some(b'*') => return Some(start),
+                        _ => return None,
                     }
-                    _ => return None,
-                },
+                    self.comments.push(start..self.position);
+                }
                 _ => return None,
             }
             self.spaced = true;

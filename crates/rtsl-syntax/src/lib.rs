@@ -13,6 +13,7 @@ mod number;
 mod parser;
 mod preprocessor;
 pub mod print;
+pub mod raw;
 mod symbol;
 mod token;
 mod word;

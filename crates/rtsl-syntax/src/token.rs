@@ -1,7 +1,8 @@
 //! Tokens, which the lexer produces and the preprocessor and parser consume.
 
-use rtsl_source::{Code, Span, diagnostic_codes};
+use rtsl_source::{Code, Diagnostic, Span, diagnostic_codes};
 
+use crate::message::shorten;
 use crate::symbol::Symbol;
 
 /// A token. Copies are cheap: the spelling is interned.
@@ -67,6 +68,31 @@ impl LexicalError {
             }
             LexicalError::UnterminatedComment => diagnostic_codes::UNTERMINATED_COMMENT,
             LexicalError::UnterminatedText => diagnostic_codes::UNTERMINATED_TEXT,
+        }
+    }
+
+    /// The diagnostic for this error in `text`, which lies at `span`.
+    pub fn diagnostic(self, span: Span, text: &str) -> Diagnostic {
+        let shown = shorten(text);
+        let new = |message: String| Diagnostic::new(self.code(), message);
+        match self {
+            LexicalError::UnexpectedCharacter => {
+                new(format!("unexpected character `{shown}`")).at(span, "no token begins with this")
+            }
+            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
+                new(format!("`{shown}` is not ASCII")).at(span, "outside a comment").note(
+                    "names are ASCII as in GLSL; other characters may appear in comments and in \
+                     the text of annotations",
+                )
+            }
+            LexicalError::UnterminatedComment => new("a comment that never ends".to_string())
+                .at(Span { end: span.start + 2, ..span }, "begins here")
+                .note("comments do not nest: the first `*/` ends a comment"),
+            LexicalError::UnterminatedText => {
+                new("text without its closing quotation mark".to_string())
+                    .at(span, "begins here")
+                    .suggest("add the mark", span.after(), "\"")
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ mod bench;
 mod command;
 mod commands;
 mod files;
+mod fmt;
 mod functions;
 mod guide;
 mod import;

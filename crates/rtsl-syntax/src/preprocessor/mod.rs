@@ -16,7 +16,6 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use rtsl_source::{Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes};
 
 use crate::include::IncludeLoader;
-use crate::message::shorten;
 use crate::symbol::{Interner, Symbol};
 use crate::token::{LexicalError, Punctuator, Token, TokenKind};
 use expansion::Input;
@@ -195,29 +194,7 @@ impl<'a> Preprocessor<'a> {
         if !self.reported.insert((token.span.file, token.span.start)) {
             return;
         }
-        let shown = shorten(self.map.text(token.span));
-        let new = |message: String| Diagnostic::new(error.code(), message);
-        let diagnostic = match error {
-            LexicalError::UnexpectedCharacter => new(format!("unexpected character `{shown}`"))
-                .at(token.span, "no token begins with this"),
-            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
-                new(format!("`{shown}` is not ASCII")).at(token.span, "outside a comment").note(
-                    "names are ASCII as in GLSL; other characters may appear in comments and in \
-                     the text of annotations",
-                )
-            }
-            LexicalError::UnterminatedComment => {
-                let start = Span { end: token.span.start + 2, ..token.span };
-                new("a comment that never ends".to_string())
-                    .at(start, "begins here")
-                    .note("comments do not nest: the first `*/` ends a comment")
-            }
-            LexicalError::UnterminatedText => {
-                new("text without its closing quotation mark".to_string())
-                    .at(token.span, "begins here")
-                    .suggest("add the mark", token.span.after(), "\"")
-            }
-        };
+        let diagnostic = error.diagnostic(token.span, self.map.text(token.span));
         self.report(diagnostic);
     }
 

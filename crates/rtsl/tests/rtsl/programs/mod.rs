@@ -14,8 +14,8 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
-    LaneBlock, Math, Method, Scalar, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, Diagnostics, Engine, EngineOptions, FileId,
+    Instance, Instances, LaneBlock, Math, Method, NoIncludes, Scalar, SourceMap, new_state,
 };
 use rtsl_testing::functions::Entropy;
 
@@ -194,5 +194,23 @@ proptest! {
     #[test]
     fn any_bytes_are_a_program_that_runs(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         check(&bytes, 7, &[interpreter(Math::Strict)]);
+    }
+}
+
+#[test]
+fn formatting_keeps_the_trees_of_random_programs() {
+    let tree = |text: &str| {
+        let mut sources = SourceMap::new();
+        let file = sources.add("random.rtsl", text);
+        let mut diagnostics = Diagnostics::default();
+        let unit = rtsl_syntax::parse(&mut sources, file, &mut NoIncludes, &mut diagnostics);
+        assert!(!diagnostics.has_errors(), "{text}");
+        rtsl_syntax::print::print(&unit)
+    };
+    for seed in 0..40 {
+        let text = generate::program(&Entropy::bytes(seed, 1500), Builtins::All).to_string();
+        let formatted = rtsl_format::format(FileId(0), &text).expect("it has no errors");
+        assert_eq!(tree(&formatted), tree(&text), "{text}");
+        assert_eq!(rtsl_format::format(FileId(0), &formatted).as_deref(), Ok(formatted.as_str()));
     }
 }
