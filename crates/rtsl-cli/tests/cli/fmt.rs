@@ -37,7 +37,8 @@ fn checks_change_nothing() {
         @@ -1 +1 @@
         -float twice( float x ){return 2.0*x;}
         +float twice(float x) { return 2.0 * x; }
-    "#]].assert_eq(&ran.output());
+    "#]]
+    .assert_eq(&ran.output());
     assert_eq!(std::fs::read_to_string(folder.0.path().join("a.rtsl")).unwrap(), LOOSE);
 }
 
