@@ -44,6 +44,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "rtsl-memory",
         ],
     ),
+    ("rtsl-ide", &["rtsl", "rtsl-source", "rtsl-spec", "rtsl-sema", "rtsl-syntax"]),
     ("rtsl-image", &["rtsl-source", "rtsl-math", "rtsl-memory"]),
     ("rtsl-bvh", &["rtsl-math", "rtsl-memory"]),
     ("rtsl-materialx", &["rtsl-source"]),

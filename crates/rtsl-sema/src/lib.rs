@@ -9,4 +9,5 @@
 
 pub mod check;
 pub mod hir;
+pub mod index;
 pub mod print;

@@ -23,6 +23,8 @@ pub struct TranslationUnit {
     pub imports: Vec<Import>,
     /// All items at file scope, in order.
     pub items: Vec<Item>,
+    /// The parts of the text that could not be parsed and are not in the tree, or not as a whole.
+    pub skipped: Vec<Span>,
 }
 
 /// `import microfacets.ggx as ggx;`: the names of another file, as parts of one name.

@@ -20,6 +20,8 @@ mod word;
 
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
 
+pub use parser::documentation::comment_before;
+
 use rtsl_source::{Diagnostics, FileId, SourceMap, deep_stack};
 
 /// Parses the translation unit that starts with `file`. Included files are added to `source_map`.

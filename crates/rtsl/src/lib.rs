@@ -49,6 +49,7 @@ pub use codegen::options::{Backend, EngineOptions, Math};
 pub use codegen::packet_kernel::{PacketKernel, PacketRun};
 pub use codegen::trace::{Recording, Trace, TraceDetail, TraceEntry, TraceKind};
 pub use codegen::variant::{KnownMembers, Variant};
+pub use compile::analysis::Analysis;
 pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
 pub use compile::library;
 pub use compile::loader::FileLoader;

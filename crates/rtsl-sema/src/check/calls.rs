@@ -17,6 +17,7 @@ use super::scope::Entity;
 use super::suggestions::suggest;
 use super::types::{FLOAT, INT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
+use crate::index::Symbol;
 
 /// The number of arguments of a call that diagnostics show.
 const SHOWN_ARGUMENTS: usize = 8;
@@ -83,12 +84,15 @@ impl Checker<'_> {
         arguments: &[ast::Expression],
         span: Span,
     ) -> Expression {
+        self.note_cursor(name);
         match self.callee(name) {
             Some(Entity::Struct(id)) => {
+                self.note_name(name, name_span, None);
                 let arguments = self.check_values(arguments);
                 return self.check_construct(Type::Struct(id), arguments, span);
             }
             Some(Entity::Enumeration(_)) => {
+                self.note_name(name, name_span, None);
                 let arguments = self.check_values(arguments);
                 return self.check_construct(INT, arguments, span);
             }
@@ -110,6 +114,7 @@ impl Checker<'_> {
             None => match builtin_type(name).or_else(|| self.generic_type(name)) {
                 Some(Type::Void | Type::Reference(_)) | None => {}
                 Some(ty) => {
+                    self.note_symbol(name_span, Symbol::Type(name.to_owned()), None);
                     let arguments = self.check_values(arguments);
                     return self.check_construct(ty, arguments, span);
                 }
@@ -169,6 +174,7 @@ impl Checker<'_> {
         arguments: Vec<Expression>,
         span: Span,
     ) -> Expression {
+        self.note_callee(name, name_span, &arguments, span);
         if arguments.iter().any(|argument| argument.ty == Type::Error) {
             self.note_unknown_uses(&arguments);
             if !self.is_function(name) {
@@ -247,6 +253,40 @@ impl Checker<'_> {
             levels.push(builtins::overloads(name).iter().map(Candidate::Builtin).collect());
         }
         levels
+    }
+
+    /// Notes for editors what a call could mean, and what it does.
+    fn note_callee(&mut self, name: &str, name_span: Span, arguments: &[Expression], span: Span) {
+        if self.index.is_none() {
+            return;
+        }
+        let target = self.choose_target(name, arguments).ok();
+        let levels = self.function_levels(name);
+        let chosen = target.as_ref().map(|target| match target {
+            Target::Function(id) => Candidate::Function(*id, self.function(*id)),
+            Target::Builtin(overload) => Candidate::Builtin(overload),
+        });
+        let call = self.call_note(name_span, span, arguments, &levels, chosen);
+        let first = levels.first().and_then(|level| level.first()).copied();
+        let meant = match target {
+            Some(Target::Function(id)) => Some(Ok(id)),
+            Some(Target::Builtin(overload)) => Some(Err(overload.builtin.name)),
+            None => first.map(|candidate| match candidate {
+                Candidate::Function(id, _) => Ok(id),
+                Candidate::Builtin(overload) => Err(overload.builtin.name),
+            }),
+        };
+        let last = name.rsplit('.').next().unwrap_or(name).len() as u32;
+        let part = Span { start: name_span.end.saturating_sub(last), ..name_span };
+        match meant {
+            Some(Ok(id)) => self.note_function(id, part),
+            Some(Err(builtin)) => self.note_builtin(builtin, part),
+            None => {}
+        }
+        self.note_module(name, name_span);
+        if let Some(index) = &mut self.index {
+            index.calls.push(call);
+        }
     }
 
     /// Resolves the callee. An error holds a diagnostic, or `None` if nothing has that name.

@@ -127,6 +127,7 @@ impl<'a> Checker<'a> {
         let id = StructId(self.module.structs.len() as u32);
         self.module.structs.push(Arc::new(Struct { name: declaration.name.name.clone(), fields }));
         self.measure_struct(id, declaration.span);
+        self.note_fields(id, declaration);
         // Unnamed structs have generated names that no text can write; those are not checked.
         if declaration
             .name

@@ -49,6 +49,7 @@ impl<'a> Checker<'a> {
             if !named.insert(&base.name) {
                 self.report_bases(format!("`{}` is named twice", base.name), base, "again here");
             } else if let Some(role) = Role::from_class(&base.name) {
+                self.note_base(base, None);
                 roles.push(role);
             } else {
                 self.check_parent(base, &mut bases);
@@ -83,12 +84,16 @@ impl<'a> Checker<'a> {
         let found = self.file.get(&base.name).map(|named| named.entity.clone());
         let found = found.or_else(|| self.class_of_base(&base.name));
         let index = match found {
-            Some(Entity::Class(index)) => index,
+            Some(Entity::Class(index)) => {
+                self.note_base(base, Some(self.classes[index].ast.name.span));
+                index
+            }
             Some(Entity::Error) => {
                 bases.unknown = true;
                 return;
             }
             Some(_) | None => {
+                self.note_base(base, None);
                 bases.unknown = true;
                 self.report_unknown_base(base);
                 return;

@@ -52,6 +52,7 @@ mod lvalues;
 mod members;
 mod modules;
 mod nan;
+mod notes;
 mod operators;
 mod order;
 mod places;
@@ -74,6 +75,7 @@ use rtsl_source::{Code, Diagnostic, Diagnostics, Span, deep_stack};
 use rtsl_syntax::ast;
 
 use crate::hir;
+use crate::index::Index;
 use classes::{ClassContext, ClassDeclaration};
 use functions::{FunctionContext, FunctionInfo};
 use generics::Generic;
@@ -144,15 +146,28 @@ pub fn check_unit_with(
         let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
         checker.modules = ModuleScopes::new(modules, uses);
         checker.prints = prints;
-        checker.bring_imports(&unit.imports);
-        for item in &unit.items {
-            checker.check_file_item(item);
-        }
-        checker.check_all_functions_defined();
-        checker.check_call_graph();
-        checker.check_roles();
+        checker.check_items(unit);
         *diagnostics = checker.diagnostics;
         checker.module
+    })
+}
+
+/// Checks one translation unit as [`check_unit_with`] does, and notes what its names mean. The unit may come from a text
+/// with errors.
+pub fn index_unit(
+    unit: &ast::TranslationUnit,
+    (modules, uses): (&[Module], &Uses),
+    prelude: &Prelude,
+    diagnostics: &mut Diagnostics,
+) -> (hir::Module, Index) {
+    deep_stack::run(|| {
+        let mut checker = Checker::new(Some(prelude), std::mem::take(diagnostics));
+        checker.index = Some(Box::default());
+        checker.modules = ModuleScopes::new(modules, uses);
+        checker.prints = Prints::Kept;
+        checker.check_items(unit);
+        *diagnostics = checker.diagnostics;
+        (checker.module, checker.index.map(|index| *index).unwrap_or_default())
     })
 }
 
@@ -205,6 +220,8 @@ struct Checker<'a> {
     /// The modules that the unit uses.
     modules: ModuleScopes<'a>,
     prints: Prints,
+    /// The notes for editors, if they are wanted.
+    index: Option<Box<Index>>,
 }
 
 impl<'a> Checker<'a> {
@@ -235,11 +252,23 @@ impl<'a> Checker<'a> {
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
             modules: ModuleScopes::default(),
             prints: Prints::Dropped,
+            index: None,
         };
         if prelude.is_none() {
             checker.add_spec_structs();
         }
         checker
+    }
+
+    /// Checks the items of a unit.
+    fn check_items(&mut self, unit: &'a ast::TranslationUnit) {
+        self.bring_imports(&unit.imports);
+        for item in &unit.items {
+            self.check_file_item(item);
+        }
+        self.check_all_functions_defined();
+        self.check_call_graph();
+        self.check_roles();
     }
 
     /// Adds a diagnostic, unless one with the same code and span was reported.

@@ -80,9 +80,7 @@ impl<'a> Checker<'a> {
             let own = names.filter(|(own, named)| {
                 !own.contains('.') && !matches!(named.entity, Entity::Module)
             });
-            let qualified = own.map(|(own, named)| {
-                (format!("{}.{own}", name.name), Named { span: import.span, ..named.clone() })
-            });
+            let qualified = own.map(|(own, named)| (format!("{}.{own}", name.name), named.clone()));
             let qualified: Vec<(String, Named)> = qualified.collect();
             self.file.extend(qualified);
         }

@@ -47,6 +47,13 @@ impl Checker<'_> {
     }
 
     fn check_name(&mut self, name: &str, span: Span) -> Expression {
+        self.note_cursor(name);
+        let value = self.value_of_name(name, span);
+        self.note_name(name, span, Some(&value.ty));
+        value
+    }
+
+    fn value_of_name(&mut self, name: &str, span: Span) -> Expression {
         match self.find(name).map(|named| named.entity.clone()) {
             Some(Entity::Local(id)) => self.local_expression(id, span),
             Some(Entity::Member(id)) => self.check_member_name(id, span),
@@ -255,6 +262,7 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let base = self.check_place(base);
+        self.note_part(&base.ty, &name.name);
         match base.ty {
             Type::Error => error_expression(span),
             Type::Struct(id) => self.check_field(base, id, name, span),
@@ -306,6 +314,7 @@ impl Checker<'_> {
             return error_expression(span);
         };
         let ty = declared.fields[index].1.clone();
+        self.note_field(id, index, name.span, &ty);
         if let ExpressionKind::Constant(values) = &base.kind
             && self.leaf_count(&ty) as usize <= FOLDED_LEAVES
         {

@@ -18,6 +18,7 @@ use super::suggestions::suggest;
 use super::super_calls::SUPER;
 use super::types::{FLOAT, INT, converts, from_spec, from_state, spec_struct};
 use crate::hir::{Expression, ExpressionKind, ReferenceCall, StateArgument, StateId, Type};
+use crate::index::Symbol;
 
 impl Checker<'_> {
     /// Checks `a.length()` or `kd.lookup(uv)`.
@@ -37,6 +38,7 @@ impl Checker<'_> {
             return self.check_named_call(&name, receiver.span.to(method.span), arguments, span);
         }
         let receiver = self.check_place(receiver);
+        self.note_part(&receiver.ty, &method.name);
         if let Type::Reference(role) = receiver.ty {
             return self.check_reference_call(receiver, role, method, arguments, span);
         }
@@ -165,6 +167,7 @@ impl Checker<'_> {
             self.check_unused_arguments(&named_arguments);
             return self.report_reference_arguments(method, &named, &arguments, span);
         };
+        self.note_symbol(method.span, Symbol::Method(chosen), None);
         self.note_reference_call(chosen, span);
         let mut states = self.positional_states(chosen, arguments, span);
         let mut failed = false;
@@ -217,6 +220,7 @@ impl Checker<'_> {
         let Some((variable, name_span, value)) = state_argument(argument) else { return false };
         let value = self.check_expression(value);
         let name = variable.name;
+        self.note_symbol(name_span, Symbol::State(variable), None);
         if !is_input(method, name) {
             self.report_no_input(method, name, name_span);
             return false;

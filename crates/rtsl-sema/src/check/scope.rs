@@ -98,6 +98,11 @@ impl Scopes {
         if is_body { self.levels[depth - 2].get(name) } else { None }
     }
 
+    /// The scopes, the innermost last.
+    pub(super) fn levels(&self) -> impl DoubleEndedIterator<Item = &Level> {
+        self.levels.iter()
+    }
+
     /// All visible names, the innermost first.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.levels.iter().rev().flat_map(|level| level.keys().map(String::as_str))

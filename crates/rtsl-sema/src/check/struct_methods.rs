@@ -33,6 +33,7 @@ impl Checker<'_> {
         }
         match choose(overloads.iter().map(Candidate::Builtin), &arguments) {
             Choice::One(Candidate::Builtin(overload)) => {
+                self.note_builtin(overload.builtin.name, method.span);
                 self.call_builtin(overload, arguments, span)
             }
             Choice::One(Candidate::Function(..)) | Choice::Ambiguous(..) | Choice::None => {

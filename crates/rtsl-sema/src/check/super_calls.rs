@@ -22,6 +22,7 @@ impl Checker<'_> {
         arguments: &[ast::Expression],
         span: Span,
     ) -> Expression {
+        self.note_inherited(&name.name);
         let arguments = self.check_arguments(arguments);
         if self.class.is_none() || self.function.kind != Kind::ClassFunction {
             self.report(
@@ -40,6 +41,7 @@ impl Checker<'_> {
         match self.choose_among(&name.name, &inherited, &arguments) {
             Ok(id) => {
                 self.function_info[id.0 as usize].called_by_super = true;
+                self.note_function(id, name.span);
                 self.call_function(id, arguments, span)
             }
             Err(diagnostic) => {

@@ -306,6 +306,7 @@ impl Checker<'_> {
     }
 
     fn resolve_type_name(&mut self, name: &ast::Identifier, place: TypePlace) -> Type {
+        self.note_type(name);
         match self.find(&name.name).map(|named| named.entity.clone()) {
             Some(Entity::Struct(id)) => return Type::Struct(id),
             Some(Entity::Enumeration(_)) => return INT,

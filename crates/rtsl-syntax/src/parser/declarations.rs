@@ -58,6 +58,7 @@ impl Parser<'_> {
                 self.recover_declarator();
                 let kind = ExpressionKind::Error;
                 let error = Expression { kind, span: assign.span.to(self.previous_span()) };
+                self.skipped.push(error.span);
                 (Some(Initializer::Expression(error)), Some(reported))
             }
         }

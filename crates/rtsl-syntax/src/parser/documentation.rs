@@ -6,7 +6,7 @@ const MAX_BYTES: usize = 1 << 14;
 
 /// Returns the comment that ends on the line before `offset` (or on its line), without comment
 /// marks: one `/* */` or a run of `//` lines. `None` if there is none or it is blank.
-pub(super) fn comment_before(text: &str, offset: usize) -> Option<String> {
+pub fn comment_before(text: &str, offset: usize) -> Option<String> {
     let window = text.floor_char_boundary(offset.saturating_sub(MAX_BYTES));
     let before = text.get(window..offset)?.trim_end_matches([' ', '\t']);
     let before = before.strip_suffix('\n').unwrap_or(before).trim_end_matches(['\r', ' ', '\t']);

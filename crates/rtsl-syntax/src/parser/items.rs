@@ -37,7 +37,8 @@ impl Parser<'_> {
             }
             self.ensure_progress(before);
         }
-        TranslationUnit { imports: std::mem::take(&mut self.imports), items }
+        let imports = std::mem::take(&mut self.imports);
+        TranslationUnit { imports, items, skipped: std::mem::take(&mut self.skipped) }
     }
 
     /// True at `import`, which is no keyword: a name follows, and then no declaration of that name.
@@ -205,6 +206,7 @@ impl Parser<'_> {
                 if self.position == before {
                     self.bump();
                 }
+                self.note_skipped(before);
             }
             self.ensure_progress(before);
         }
@@ -344,7 +346,10 @@ impl Parser<'_> {
             Ok(parameters) => parameters,
             // The body is parsed all the same, to report its errors.
             Err(_) => {
+                let before = self.position;
                 self.recover_parenthesis();
+                let skipped = open.span.to(self.tokens[before].span).to(self.previous_span());
+                self.skipped.push(skipped);
                 Vec::new()
             }
         };

@@ -9,7 +9,7 @@
 
 mod assertions;
 mod declarations;
-mod documentation;
+pub(crate) mod documentation;
 mod enumerations;
 mod expressions;
 mod items;
@@ -51,6 +51,7 @@ pub(crate) fn parse_tokens(
         unnamed_structs: 0,
         class: None,
         imports: Vec::new(),
+        skipped: Vec::new(),
     };
     parser.parse_translation_unit()
 }
@@ -81,6 +82,8 @@ struct Parser<'a> {
     class: Option<String>,
     /// The imports so far.
     imports: Vec<Import>,
+    /// The parts of the text that are not in the tree, so far.
+    skipped: Vec<Span>,
 }
 
 // The cursor.
@@ -379,6 +382,11 @@ impl Parser<'_> {
 
 // Recovery.
 impl Parser<'_> {
+    /// Notes that the tokens from the one at `before` up to the next are not in the tree.
+    fn note_skipped(&mut self, before: usize) {
+        self.skipped.push(self.tokens[before].span.to(self.previous_span()));
+    }
+
     /// Skips to the beginning of the next statement or member: past a `;` or a block, or before a
     /// `}`, a class or the end.
     fn recover_statement(&mut self) {

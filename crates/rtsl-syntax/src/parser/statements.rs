@@ -44,6 +44,7 @@ impl Parser<'_> {
             Ok(kind) => kind,
             Err(_) => {
                 self.recover_statement();
+                self.note_skipped(before);
                 if self.position == before && self.at(Punctuator::RightBrace) {
                     // The caller's loop ends at this token.
                     return Statement { kind: StatementKind::Empty, span: first.span };

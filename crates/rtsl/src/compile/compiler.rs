@@ -202,7 +202,7 @@ impl Compiler {
 }
 
 /// The texts whose places values have: all but those of the prelude.
-fn tracing(sources: &SourceMap) -> Tracing {
+pub(super) fn tracing(sources: &SourceMap) -> Tracing {
     let sources = sources.files().enumerate().map(|(index, (_, file))| {
         let source = || Source::new(file.name.clone(), file.text.clone());
         (index >= prelude_files()).then(|| Arc::new(source()))

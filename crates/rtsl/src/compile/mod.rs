@@ -2,6 +2,7 @@
 //! parser), `check_unit` (names, types, roles), `lower_class` (single-ray representation). Every text is compiled over
 //! the [`prelude`].
 
+pub(crate) mod analysis;
 pub(crate) mod compiler;
 pub mod library;
 mod library_file;

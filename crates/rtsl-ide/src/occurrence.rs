@@ -1,0 +1,144 @@
+//! The places at which something is declared and used: definitions, references, renaming.
+
+use rtsl::{FileId, Method, Span};
+use rtsl_sema::index::Symbol;
+
+use crate::declaration::{DeclarationId, DeclarationKind};
+use crate::document::{Document, Meaning};
+
+/// What is the same in all documents: a declaration by its file and offset, or a name of the language.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Key {
+    /// The name of the file, and the offset of the name in it.
+    Declared(String, u32),
+    /// The name of a state variable, function, method, role or type.
+    Language(String),
+}
+
+/// A place at which something is declared or used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Occurrence {
+    /// The name.
+    pub span: Span,
+    /// True if this declares it.
+    pub is_declaration: bool,
+}
+
+/// Returns what stands at an offset.
+pub fn key_at(document: &Document, offset: u32) -> Option<Key> {
+    let word = document.word(offset)?;
+    key_of(document, &word.meaning)
+}
+
+/// Returns the place where the word at an offset is declared: its name.
+pub fn definition(document: &Document, offset: u32) -> Option<Span> {
+    match document.word(offset)?.meaning {
+        Meaning::Declared(id) => {
+            let declaration = document.declarations.get(id);
+            // A module's declaration is its file.
+            match declaration.kind {
+                DeclarationKind::Module => module_file(document, id).or(Some(declaration.span)),
+                _ => Some(declaration.span),
+            }
+        }
+        Meaning::Language(Symbol::Builtin(_, declared)) => declared,
+        Meaning::Language(Symbol::Declared(span)) => Some(span),
+        Meaning::Language(_) => None,
+        Meaning::Macro(definition) => Some(definition),
+    }
+}
+
+/// The beginning of the file that a module is.
+fn module_file(document: &Document, id: DeclarationId) -> Option<Span> {
+    let text = &document.declarations.get(id).text;
+    let path = text.strip_prefix("import ")?.replace('.', "/") + ".rtsl";
+    let mut files = document.analysis.sources.files();
+    let (file, _) = files.find(|(_, file)| file.name.replace('\\', "/").ends_with(&path))?;
+    Some(Span::new(file, 0, 0))
+}
+
+/// Returns the places in all files of the document at which something occurs, in the order of the text.
+pub fn occurrences(document: &Document, key: &Key) -> Vec<Occurrence> {
+    let declared = document.declarations.iter().filter_map(|(id, declaration)| {
+        let own = key_of_declaration(document, id)?;
+        (own == *key).then_some(Occurrence { span: declaration.span, is_declaration: true })
+    });
+    let used = document.uses().iter().filter_map(|used| {
+        let own = key_of(document, &document.meaning(used))?;
+        (own == *key).then_some(Occurrence { span: used.span, is_declaration: false })
+    });
+    let mut found: Vec<Occurrence> = declared.chain(used).collect();
+    found.sort_by_key(|it| (it.span.file, it.span.start, !it.is_declaration));
+    found.dedup_by_key(|it| it.span);
+    found
+}
+
+/// The reason why something cannot be renamed; `None` if it can.
+pub fn rename_refusal(document: &Document, offset: u32) -> Option<String> {
+    let word = document.word(offset);
+    let refusal = match word.map(|word| word.meaning) {
+        None => "there is no name here",
+        Some(Meaning::Language(_)) => "this name belongs to the language",
+        Some(Meaning::Macro(_)) => "macros are not renamed, since their text may have any meaning",
+        Some(Meaning::Declared(id)) => {
+            let id = document.declarations.canonical(id);
+            let declaration = document.declarations.get(id);
+            let parent = declaration.parent.map(|id| document.declarations.get(id).kind);
+            let in_class = parent == Some(DeclarationKind::Class);
+            let is_method = in_class
+                && declaration.kind == DeclarationKind::Function
+                && Method::from_name(&declaration.name).is_some();
+            let file = &document.analysis.sources.file(declaration.span.file).name;
+            if is_method {
+                "renderers call this method by its name"
+            } else if declaration.kind == DeclarationKind::Constructor {
+                "hosts call the constructor by this name"
+            } else if declaration.kind == DeclarationKind::Module {
+                "a module has the name of its file"
+            } else if rtsl::library::file(file).is_some() {
+                "this is declared in the standard library"
+            } else {
+                return None;
+            }
+        }
+    };
+    Some(refusal.to_owned())
+}
+
+/// The reason why a text cannot be a new name; `None` if it can.
+pub fn name_refusal(name: &str) -> Option<String> {
+    use rtsl_syntax::raw::{RawKind, raw_tokens};
+    let tokens = raw_tokens(name);
+    let is_name = matches!(tokens.as_slice(), [token] if token.kind == RawKind::Name
+        && token.range == (0..name.len()));
+    if !is_name {
+        return Some(format!("`{name}` is no name"));
+    }
+    let is_reserved = name.starts_with("rt_") || name.contains("__");
+    is_reserved.then(|| format!("the name `{name}` belongs to the language"))
+}
+
+fn key_of(document: &Document, meaning: &Meaning) -> Option<Key> {
+    match meaning {
+        Meaning::Declared(id) => key_of_declaration(document, *id),
+        Meaning::Language(symbol) => Some(Key::Language(match symbol {
+            Symbol::Declared(span) => return Some(key_of_place(document, span.file, span.start)),
+            Symbol::State(variable) => variable.name.to_owned(),
+            Symbol::Builtin(name, _) => (*name).to_owned(),
+            Symbol::Method(method) => format!("{}.{}", method.role.class(), method.name),
+            Symbol::Role(role) => role.class().to_owned(),
+            Symbol::Type(name) => name.clone(),
+            Symbol::RayType(ray_type) => ray_type.name().to_owned(),
+        })),
+        Meaning::Macro(span) => Some(key_of_place(document, span.file, span.start)),
+    }
+}
+
+fn key_of_declaration(document: &Document, id: DeclarationId) -> Option<Key> {
+    let span = document.declarations.get(document.declarations.canonical(id)).span;
+    Some(key_of_place(document, span.file, span.start))
+}
+
+fn key_of_place(document: &Document, file: FileId, start: u32) -> Key {
+    Key::Declared(document.analysis.sources.file(file).name.clone(), start)
+}
