@@ -12,6 +12,7 @@ use crate::commands::fmt::FmtArguments;
 use crate::commands::help::HelpArguments;
 use crate::commands::import::ImportArguments;
 use crate::commands::info::InfoArguments;
+use crate::commands::lsp::LspArguments;
 use crate::commands::materialx::MaterialXArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::scene::SceneArguments;
@@ -62,6 +63,8 @@ pub enum Command {
     View(ViewArguments),
     /// Show information on this program and the machine, or on a class.
     Info(InfoArguments),
+    /// Serve an editor: the Language Server Protocol on standard input and output.
+    Lsp(LspArguments),
     /// Explain the code of an error or a warning.
     Explain(ExplainArguments),
     /// Print the help of a command, or a part of the book.

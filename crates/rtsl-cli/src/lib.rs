@@ -44,6 +44,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => commands::render::run(&arguments, &reporter),
         Command::Scene(arguments) => commands::scene::run(&arguments, &reporter),
         Command::Fmt(arguments) => commands::fmt::run(&arguments, &reporter),
+        Command::Lsp(arguments) => commands::lsp::run(&arguments),
         Command::Import(arguments) => commands::import::run(&arguments, &reporter),
         Command::MaterialX(arguments) => commands::materialx::run(&arguments, &reporter),
         Command::View(arguments) => commands::view::run(&arguments, &reporter),

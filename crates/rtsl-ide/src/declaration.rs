@@ -73,6 +73,8 @@ pub struct Declarations {
     pub list: Vec<Declaration>,
     /// By the spans of names and of headers.
     by_span: HashMap<Span, DeclarationId>,
+    /// Those directly inside each; at file scope those of `None`.
+    children: HashMap<Option<DeclarationId>, Vec<DeclarationId>>,
     /// The base classes of classes, as written.
     bases: HashMap<DeclarationId, Vec<String>>,
 }
@@ -110,7 +112,8 @@ impl Declarations {
         &self,
         parent: Option<DeclarationId>,
     ) -> impl Iterator<Item = (DeclarationId, &Declaration)> {
-        self.iter().filter(move |(_, declaration)| declaration.parent == parent)
+        let children = self.children.get(&parent).map_or(&[][..], Vec::as_slice);
+        children.iter().map(|id| (*id, self.get(*id)))
     }
 
     /// The names after the colon of a class.
@@ -395,6 +398,7 @@ impl Collector<'_> {
         documentation: Option<String>,
     ) -> DeclarationId {
         let id = DeclarationId(self.declarations.list.len());
+        self.declarations.children.entry(self.parent).or_default().push(id);
         self.declarations.by_span.entry(name.span).or_insert(id);
         self.declarations.by_span.entry(header).or_insert(id);
         self.declarations.list.push(Declaration {

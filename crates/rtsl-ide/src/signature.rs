@@ -63,7 +63,9 @@ fn signatures_of(document: &Document, name_end: u32) -> Vec<Signature> {
     let file = document.file();
     let ends_here = |span: rtsl::Span| span.file == file && span.end == name_end;
     if let Some(call) = document.analysis.index.calls.iter().find(|call| ends_here(call.name)) {
-        let mut signatures = call.candidates.clone();
+        let module = &document.analysis.module;
+        let all = call.candidates.iter().map(|callee| Signature::of(module, *callee));
+        let mut signatures: Vec<Signature> = all.collect();
         signatures.dedup();
         return signatures;
     }
@@ -77,7 +79,11 @@ fn signatures_of(document: &Document, name_end: u32) -> Vec<Signature> {
                 .filter(|it| it.role == method.role && it.name == method.name);
             let signature = |it: &rtsl_spec::builtins::ReferenceMethod| {
                 let parameters = it.parameters.iter().map(|(name, ty)| format!("{ty} {name}"));
-                signature(&format!("{} {}", it.result, it.name), parameters, Some(it.doc))
+                Signature::from_parts(
+                    &format!("{} {}", it.result, it.name),
+                    parameters,
+                    Some(it.doc),
+                )
             };
             alike.map(signature).collect()
         }
@@ -89,26 +95,8 @@ fn signatures_of(document: &Document, name_end: u32) -> Vec<Signature> {
             let fields =
                 document.declarations.inside(Some(id)).map(|(_, field)| field.text.clone());
             let documentation = declaration.documentation.as_deref();
-            vec![signature(&declaration.name, fields, documentation)]
+            vec![Signature::from_parts(&declaration.name, fields, documentation)]
         }
         Meaning::Language(_) | Meaning::Macro(_) => Vec::new(),
     }
-}
-
-fn signature(
-    before: &str,
-    parts: impl Iterator<Item = String>,
-    documentation: Option<&str>,
-) -> Signature {
-    let mut text = format!("{before}(");
-    let mut parameters = Vec::new();
-    for part in parts {
-        if !parameters.is_empty() {
-            text.push_str(", ");
-        }
-        parameters.push(text.len()..text.len() + part.len());
-        text.push_str(&part);
-    }
-    text.push(')');
-    Signature { text, parameters, documentation: documentation.map(str::to_owned) }
 }

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 
 use rtsl_source::Span;
-use rtsl_spec::builtins::ReferenceMethod;
+use rtsl_spec::builtins::{Overload, ReferenceMethod};
 use rtsl_spec::{RayType, Role, StateVariable};
 
-use crate::hir::{StructId, Type};
+use crate::hir::{Function, FunctionId, Module, Passing, StructId, Type};
+use crate::print::type_name;
 
 /// The name that stands for the word that is being typed: the checker notes what could stand in its place. Texts
 /// cannot declare it.
@@ -66,9 +67,16 @@ pub struct Call {
     /// The spans of the arguments.
     pub arguments: Vec<Span>,
     /// The functions of this name that could be meant, the nearest first.
-    pub candidates: Vec<Signature>,
-    /// The index of the one that is called, if the arguments determine it.
-    pub chosen: Option<usize>,
+    pub candidates: Vec<Callee>,
+}
+
+/// A function that a call could mean.
+#[derive(Clone, Copy, Debug)]
+pub enum Callee {
+    /// A function of the module.
+    Function(FunctionId),
+    /// A form of a built-in function.
+    Builtin(&'static Overload),
 }
 
 /// The header of a function.
@@ -80,6 +88,59 @@ pub struct Signature {
     pub parameters: Vec<std::ops::Range<usize>>,
     /// The documentation.
     pub documentation: Option<String>,
+}
+
+impl Signature {
+    /// The header of a function of this module, or of the language.
+    pub fn of(module: &Module, callee: Callee) -> Signature {
+        match callee {
+            Callee::Function(id) => {
+                Signature::of_function(module, &module.functions[id.0 as usize])
+            }
+            Callee::Builtin(overload) => Signature::of_builtin(overload),
+        }
+    }
+
+    /// A header whose parts before the parenthesis and inside it are these.
+    pub fn from_parts(
+        before: &str,
+        parts: impl Iterator<Item = String>,
+        documentation: Option<&str>,
+    ) -> Signature {
+        let mut text = format!("{before}(");
+        let mut parameters = Vec::new();
+        for part in parts {
+            if !parameters.is_empty() {
+                text.push_str(", ");
+            }
+            parameters.push(text.len()..text.len() + part.len());
+            text.push_str(&part);
+        }
+        text.push(')');
+        Signature { text, parameters, documentation: documentation.map(str::to_owned) }
+    }
+
+    fn of_function(module: &Module, function: &Function) -> Signature {
+        let locals = function.parameters.iter().zip(&function.locals);
+        let parts = locals.map(|(passing, local)| {
+            let passing = match passing {
+                Passing::In => "",
+                Passing::Out => "out ",
+                Passing::InOut => "inout ",
+            };
+            let part = format!("{passing}{} {}", type_name(module, &local.ty), local.name);
+            part.trim_end().to_owned()
+        });
+        let before = format!("{} {}", type_name(module, &function.result), function.name);
+        Signature::from_parts(&before, parts, function.documentation.as_deref())
+    }
+
+    fn of_builtin(overload: &Overload) -> Signature {
+        let shown = overload.to_string();
+        let (before, rest) = shown.split_once('(').unwrap_or((&shown, ")"));
+        let parts = rest.trim_end_matches(')').split(", ").filter(|part| !part.is_empty());
+        Signature::from_parts(before, parts.map(str::to_owned), Some(overload.builtin.doc))
+    }
 }
 
 /// What could stand at a place of a text.

@@ -9,6 +9,7 @@ pub mod fmt;
 pub mod help;
 pub mod import;
 pub mod info;
+pub mod lsp;
 pub mod materialx;
 pub mod pixel;
 pub mod render;

@@ -12,7 +12,8 @@ fn hinted(text: &str) -> String {
     for hint in hints(&document).iter().rev() {
         shown.insert_str(hint.offset as usize, &format!("‹{}›", hint.label));
     }
-    let lines: Vec<&str> = shown.lines().filter(|line| line.contains('‹')).collect();
+    let lines: Vec<&str> =
+        shown.lines().filter(|line| line.contains('‹')).map(str::trim_start).collect();
     lines.join("\n")
 }
 

@@ -17,7 +17,7 @@ use super::scope::Entity;
 use super::suggestions::suggest;
 use super::types::{FLOAT, INT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
-use crate::index::Symbol;
+use crate::index::{Call, Callee, Symbol};
 
 /// The number of arguments of a call that diagnostics show.
 const SHOWN_ARGUMENTS: usize = 8;
@@ -261,19 +261,20 @@ impl Checker<'_> {
             return;
         }
         let target = self.choose_target(name, arguments).ok();
-        let levels = self.function_levels(name);
-        let chosen = target.as_ref().map(|target| match target {
-            Target::Function(id) => Candidate::Function(*id, self.function(*id)),
-            Target::Builtin(overload) => Candidate::Builtin(overload),
+        let candidates = self.function_levels(name).into_iter().flatten().map(|it| match it {
+            Candidate::Function(id, _) => Callee::Function(id),
+            Candidate::Builtin(overload) => Callee::Builtin(overload),
         });
-        let call = self.call_note(name_span, span, arguments, &levels, chosen);
-        let first = levels.first().and_then(|level| level.first()).copied();
+        let candidates: Vec<Callee> = candidates.collect();
+        let first = candidates.first().copied();
+        let arguments = arguments.iter().map(|argument| argument.span).collect();
+        let call = Call { name: name_span, span, arguments, candidates };
         let meant = match target {
             Some(Target::Function(id)) => Some(Ok(id)),
             Some(Target::Builtin(overload)) => Some(Err(overload.builtin.name)),
             None => first.map(|candidate| match candidate {
-                Candidate::Function(id, _) => Ok(id),
-                Candidate::Builtin(overload) => Err(overload.builtin.name),
+                Callee::Function(id) => Ok(id),
+                Callee::Builtin(overload) => Err(overload.builtin.name),
             }),
         };
         let last = name.rsplit('.').next().unwrap_or(name).len() as u32;

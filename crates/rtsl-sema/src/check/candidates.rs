@@ -28,17 +28,6 @@ pub(super) enum Choice<'m> {
 }
 
 impl Candidate<'_> {
-    /// True if both are one function or one form of a built-in function.
-    pub(super) fn is(&self, other: Candidate<'_>) -> bool {
-        match (self, other) {
-            (Candidate::Function(id, _), Candidate::Function(other, _)) => *id == other,
-            (Candidate::Builtin(overload), Candidate::Builtin(other)) => {
-                std::ptr::eq(*overload, other)
-            }
-            _ => false,
-        }
-    }
-
     /// The number of parameters.
     pub(super) fn parameter_count(&self) -> usize {
         match self {

@@ -6,12 +6,11 @@ use rtsl_spec::{RayType, Role, lookup_state};
 use rtsl_syntax::ast;
 
 use super::Checker;
-use super::candidates::Candidate;
 use super::scope::{Entity, Named};
 use super::types::builtin_type;
-use crate::hir::{Expression, FunctionId, Passing, StructId, Type};
+use crate::hir::{FunctionId, StructId, Type};
 use crate::index::{
-    CURSOR, Call, Completion, CompletionPlace, Signature, Symbol, Use, VisibleName,
+    CURSOR, Callee, Completion, CompletionPlace, Signature, Symbol, Use, VisibleName,
 };
 
 impl Checker<'_> {
@@ -113,51 +112,6 @@ impl Checker<'_> {
         }
     }
 
-    /// The note of a call and of the functions that it could mean.
-    pub(super) fn call_note(
-        &self,
-        name: Span,
-        span: Span,
-        arguments: &[Expression],
-        levels: &[Vec<Candidate<'_>>],
-        chosen: Option<Candidate<'_>>,
-    ) -> Call {
-        let candidates: Vec<Candidate<'_>> = levels.iter().flatten().copied().collect();
-        let chosen = chosen.and_then(|chosen| candidates.iter().position(|it| it.is(chosen)));
-        let candidates = candidates.iter().map(|it| self.signature(*it)).collect();
-        let arguments = arguments.iter().map(|argument| argument.span).collect();
-        Call { name, span, arguments, candidates, chosen }
-    }
-
-    fn signature(&self, candidate: Candidate<'_>) -> Signature {
-        match candidate {
-            Candidate::Function(id, function) => {
-                let locals = function.parameters.iter().zip(&function.locals);
-                let parameters = locals.map(|(passing, local)| {
-                    let passing = match passing {
-                        Passing::In => "",
-                        Passing::Out => "out ",
-                        Passing::InOut => "inout ",
-                    };
-                    format!("{passing}{} {}", self.show(&local.ty), local.name)
-                        .trim_end()
-                        .to_owned()
-                });
-                let before = format!("{} {}", self.show(&function.result), function.name);
-                let documentation = self.function(id).documentation.clone();
-                signature(before, parameters.collect(), documentation)
-            }
-            Candidate::Builtin(overload) => {
-                let shown = overload.to_string();
-                let (before, rest) = shown.split_once('(').unwrap_or((&shown, ")"));
-                let inside = rest.trim_end_matches(')');
-                let parameters = inside.split(", ").filter(|it| !it.is_empty()).map(str::to_owned);
-                let documentation = Some(overload.builtin.doc.to_owned());
-                signature(before.to_owned(), parameters.collect(), documentation)
-            }
-        }
-    }
-
     /// Notes a name at the cursor, if it is one, with what could stand there.
     pub(super) fn note_cursor(&mut self, name: &str) {
         if self.index.is_none() {
@@ -203,7 +157,7 @@ impl Checker<'_> {
             .into_iter()
             .filter(|id| self.function_info[id.0 as usize].generation > generation);
         let mut signatures: Vec<Signature> =
-            above.map(|id| self.signature(Candidate::Function(id, self.function(id)))).collect();
+            above.map(|id| Signature::of(&self.module, Callee::Function(id))).collect();
         signatures.dedup();
         self.note_completion(CompletionPlace::Inherited(signatures));
     }
@@ -267,18 +221,4 @@ impl Checker<'_> {
         let shown = overloads.first().map(ToString::to_string);
         self.note_symbol(span, Symbol::Builtin(name, declared), shown);
     }
-}
-
-fn signature(before: String, parts: Vec<String>, documentation: Option<String>) -> Signature {
-    let mut text = before + "(";
-    let mut parameters = Vec::new();
-    for (index, part) in parts.iter().enumerate() {
-        if index > 0 {
-            text.push_str(", ");
-        }
-        parameters.push(text.len()..text.len() + part.len());
-        text.push_str(part);
-    }
-    text.push(')');
-    Signature { text, parameters, documentation }
 }

@@ -1,0 +1,51 @@
+//! The language server of RTSL: [`run`] speaks the Language Server Protocol 3.17 over standard input and output.
+//!
+//! One thread answers one message after another; analyses take milliseconds. Diagnostics are published when no message
+//! waits, so that each pause of typing has one analysis.
+//!
+//! # Source
+//!
+//! [`server`] has the loop over messages; [`workspace`] the texts, open ones and those on disk; [`answer`] the answers
+//! of `rtsl_ide` as messages; [`place`] offsets as positions and paths as URIs; [`library`] the files of the standard
+//! library, which editors open from a folder.
+
+mod answer;
+mod capabilities;
+mod library;
+mod place;
+mod server;
+mod workspace;
+
+use std::path::{Path, PathBuf};
+
+use lsp_server::Connection;
+
+pub use server::ServerError;
+
+/// What the server takes from its caller.
+pub struct ServerOptions {
+    /// Returns the folders in which a shader's includes and modules are searched.
+    pub search_path: Box<dyn Fn(&Path) -> Vec<PathBuf>>,
+    /// The folder to which files of the standard library are written for editors to show.
+    pub library_folder: PathBuf,
+}
+
+/// Serves an editor on standard input and output until it ends the connection.
+///
+/// # Errors
+/// If messages break the protocol, or cannot be read or written.
+pub fn run(options: ServerOptions) -> Result<(), ServerError> {
+    let (connection, threads) = Connection::stdio();
+    let result = serve(&connection, options);
+    drop(connection);
+    threads.join()?;
+    result
+}
+
+/// Serves an editor on a connection.
+///
+/// # Errors
+/// As [`run`].
+pub fn serve(connection: &Connection, options: ServerOptions) -> Result<(), ServerError> {
+    server::Server::start(connection, options)?.run()
+}

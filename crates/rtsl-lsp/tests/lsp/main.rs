@@ -1,0 +1,5 @@
+//! The language server by its messages: what an editor sends, and what it gets.
+
+mod client;
+mod messages;
+mod speed;

@@ -1,0 +1,82 @@
+//! Long texts: that they have answers at all. `cargo test -p rtsl-lsp --release speed -- --nocapture` prints times.
+
+use std::time::Instant;
+
+use serde_json::json;
+
+use crate::client::{Client, position_of};
+
+/// A class of 2,000 lines.
+fn long_text() -> String {
+    let mut text = "class Long : rt_Texture;\npublic float scale = 1.0;\n".to_owned();
+    for index in 0..199 {
+        text.push_str(&format!(
+            "// Function {index}.
+float part{index}(vec2 p, float x) {{
+    float sum = 0.0;
+    for (int i = 0; i < 4; ++i) {{
+        vec2 q = p * float(i) + vec2(x, scale);
+        if (length(q) > 1.0) sum += sin(q.x) * cos(q.y) + x;
+        else sum -= mix(q.x, q.y, 0.5);
+    }}
+    return sum;
+}}
+"
+        ));
+    }
+    text.push_str("void lookup() {\n    float v = 0.0;\n");
+    for index in 0..5 {
+        text.push_str(&format!("    v += part{index}(rt_TextureUV, v);\n"));
+    }
+    text.push_str("    rt_FloatTextureValue = v;\n}\n");
+    text
+}
+
+#[test]
+fn answers_for_long_texts() {
+    let text = long_text();
+    let mut client = Client::new(&[]);
+    assert_eq!(client.open("long.rtsl", &text), json!([]));
+    let document = json!({"textDocument": {"uri": client.uri("long.rtsl")}});
+    let place = position_of(&text, "part3(|rt_TextureUV");
+    let mut timed = |what: &str, ask: &mut dyn FnMut(&mut Client)| {
+        let start = Instant::now();
+        ask(&mut client);
+        println!("{what}: {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
+    };
+    let here = json!({"start": place, "end": place});
+    timed("diagnostics after a change", &mut |client| {
+        assert_eq!(client.change("long.rtsl", here.clone(), ""), json!([]));
+    });
+    for method in ["hover", "definition", "completion", "signatureHelp", "documentHighlight"] {
+        timed(method, &mut |client| {
+            let found = client.ask_at(
+                &format!("textDocument/{method}"),
+                "long.rtsl",
+                &text,
+                "part3(|rt_TextureUV",
+            );
+            assert!(found.get("error").is_none(), "{method}: {found}");
+        });
+    }
+    for method in ["documentSymbol", "foldingRange", "semanticTokens/full", "codeLens"] {
+        timed(method, &mut |client| {
+            let found = client.ask(&format!("textDocument/{method}"), document.clone());
+            assert!(!found.is_null() && found.get("error").is_none(), "{method}");
+        });
+    }
+    timed("inlayHint", &mut |client| {
+        let whole =
+            json!({"start": {"line": 0, "character": 0}, "end": {"line": 9999, "character": 0}});
+        let found = client.ask(
+            "textDocument/inlayHint",
+            json!({"textDocument": document["textDocument"], "range": whole}),
+        );
+        assert!(found.as_array().is_some_and(|hints| !hints.is_empty()));
+    });
+    timed("formatting", &mut |client| {
+        let options = json!({"tabSize": 4, "insertSpaces": true});
+        let asked = json!({"textDocument": document["textDocument"], "options": options});
+        assert!(client.ask("textDocument/formatting", asked).is_array());
+    });
+}
