@@ -18,6 +18,8 @@ mod token;
 mod word;
 
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
+pub use parser::qualifiers;
+pub use word::{keywords, type_names};
 
 use rtsl_source::{Diagnostics, FileId, SourceMap, deep_stack};
 
