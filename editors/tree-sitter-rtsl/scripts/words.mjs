@@ -64,7 +64,7 @@ function files() {
     const query = name === "highlights" ? highlights : read(`queries/${name}.scm`);
     texts[`../neovim/queries/rtsl/${name}.scm`] = copied(name, query);
   }
-  for (const name of ["highlights", "injections", "locals", "textobjects"]) {
+  for (const name of ["highlights", "injections", "locals", "tags", "textobjects"]) {
     const query = name === "highlights" ? highlights : read(`queries/${name}.scm`);
     texts[`../helix/queries/rtsl/${name}.scm`] = copied(name, forHelix(query));
   }

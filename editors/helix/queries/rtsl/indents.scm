@@ -14,7 +14,14 @@
   (annotation_list)
   (parenthesized_expression)
   (switch_case)
+  ; Lines that go on.
+  (expression_statement)
+  (declarator)
+  (return_statement)
 ] @indent
+
+; A statement after `case 0:` belongs to the case before it is there.
+(switch_case) @extend
 
 (if_statement
   consequence: (_) @indent
