@@ -22,7 +22,7 @@ fn markdown_files(folder: &Path) -> Vec<PathBuf> {
             let path = entry.expect("it can be read").path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if path.is_dir() {
-                if !name.starts_with('.') && name != "target" && name != "book" {
+                if !name.starts_with('.') && !["target", "book", "node_modules"].contains(&name.as_str()) {
                     folders.push(path);
                 }
             } else if name.ends_with(".md") {
