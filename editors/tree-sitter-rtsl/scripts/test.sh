@@ -1,6 +1,6 @@
 #!/bin/sh
-# The tests that need the command `tree-sitter`: that generated files are current, the corpus, the highlighting, and that
-# every shader is parsed without errors. `cargo test -p tree-sitter-rtsl` needs no Node.js and checks more texts.
+# The tests that need the command `tree-sitter`: that generated files are current, the corpus, the highlighting, and
+# that every shader is parsed without errors. `cargo test -p tree-sitter-rtsl` needs no Node.js and checks more texts.
 set -eu
 cd "$(dirname "$0")/.."
 

@@ -4,9 +4,9 @@ import { readFileSync } from "node:fs";
 import * as path from "node:path";
 
 interface Snippet {
-  prefix: string;
-  description: string;
-  body: string[];
+    prefix: string;
+    description: string;
+    body: string[];
 }
 
 // The tests run in `out/test`.
@@ -16,10 +16,10 @@ export const snippets = (): Record<string, Snippet> => JSON.parse(readFileSync(F
 
 /** The text of a snippet with its defaults. */
 export function expanded(snippet: Snippet): string {
-  const defaults = new Map<string, string>();
-  const text = snippet.body.join("\n").replace(/\$\{(\d+):([^}]*)\}/g, (_, number: string, value: string) => {
-    defaults.set(number, value);
-    return value;
-  });
-  return `${text.replace(/\$(\d+)/g, (_, number: string) => defaults.get(number) ?? "")}\n`;
+    const defaults = new Map<string, string>();
+    const text = snippet.body.join("\n").replace(/\$\{(\d+):([^}]*)\}/g, (_, number: string, value: string) => {
+        defaults.set(number, value);
+        return value;
+    });
+    return `${text.replace(/\$(\d+)/g, (_, number: string) => defaults.get(number) ?? "")}\n`;
 }

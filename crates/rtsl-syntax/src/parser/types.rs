@@ -148,8 +148,8 @@ impl Parser<'_> {
     }
 }
 
-/// The keywords that are qualifiers, for tools such as editors. `texture` is a qualifier, too, but no keyword, and those
-/// of precision have no effect.
+/// The keywords that are qualifiers, for tools such as editors. `texture` is a qualifier, too, but no keyword, and
+/// those of precision have no effect.
 pub fn qualifiers() -> impl Iterator<Item = &'static str> {
     Keyword::ALL.iter().filter(|(keyword, _)| qualifier(*keyword).is_some()).map(|(_, text)| *text)
 }

@@ -2,13 +2,13 @@
 
 /** A message to the page. */
 export type Message =
-  | { type: "picture"; source: string; status: string }
-  | { type: "status"; status: string }
-  | { type: "error"; text: string };
+    | { type: "picture"; source: string; status: string }
+    | { type: "status"; status: string }
+    | { type: "error"; text: string };
 
 /** The page. Its script runs only with this nonce. */
 export function page(nonce: string): string {
-  return `<!DOCTYPE html>
+    return `<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">

@@ -5,26 +5,26 @@ export type Role = (typeof ROLES)[number];
 
 /** A box with edges along the axes. */
 export interface Bounds {
-  low: [number, number, number];
-  high: [number, number, number];
+    low: [number, number, number];
+    high: [number, number, number];
 }
 
 /** What a preview shows. */
 export interface Subject {
-  /** The name of the class. */
-  name: string;
-  role: Role;
-  /** Parameters of the instance, in the format of scenes. */
-  parameters: string;
-  /** The bounds of a primitive; none if it has no method for them or they are not finite. */
-  bounds?: Bounds;
+    /** The name of the class. */
+    name: string;
+    role: Role;
+    /** Parameters of the instance, in the format of scenes. */
+    parameters: string;
+    /** The bounds of a primitive; none if it has no method for them or they are not finite. */
+    bounds?: Bounds;
 }
 
 /** Width and height of a picture in pixels, and samples for each. */
 export interface Quality {
-  width: number;
-  height: number;
-  samples: number;
+    width: number;
+    height: number;
+    samples: number;
 }
 
 /** The height to which the studio scales primitives. */
@@ -72,66 +72,71 @@ AttributeEnd`;
 
 const LOOK_AT = "LookAt 0 2.4 -6.2  0 0.8 0  0 1 0";
 
-const instance = (directive: string, subject: Subject) => `${directive} "${subject.name}" ${subject.parameters}`.trimEnd();
+const instance = (directive: string, subject: Subject) =>
+    `${directive} "${subject.name}" ${subject.parameters}`.trimEnd();
 
 /** The text of the scene that shows a class. */
 export function studioScene(subject: Subject, quality: Quality): string {
-  const camera = subject.role === "camera" ? instance("Camera", subject) : 'Camera "perspective" "float fov" 28';
-  const integrator =
-    subject.role === "integrator" ? instance("Integrator", subject) : 'Integrator "path" "integer maxdepth" 8';
-  const parts = [
-    LOOK_AT,
-    camera,
-    `Film "rgb" "integer xresolution" ${quality.width} "integer yresolution" ${quality.height}`,
-    `Sampler "zsobol" "integer pixelsamples" ${quality.samples}`,
-    integrator,
-    "WorldBegin",
-    ...world(subject),
-  ];
-  return `${parts.join("\n")}\n`;
+    const camera = subject.role === "camera" ? instance("Camera", subject) : 'Camera "perspective" "float fov" 28';
+    const integrator =
+        subject.role === "integrator" ? instance("Integrator", subject) : 'Integrator "path" "integer maxdepth" 8';
+    const parts = [
+        LOOK_AT,
+        camera,
+        `Film "rgb" "integer xresolution" ${quality.width} "integer yresolution" ${quality.height}`,
+        `Sampler "zsobol" "integer pixelsamples" ${quality.samples}`,
+        integrator,
+        "WorldBegin",
+        ...world(subject),
+    ];
+    return `${parts.join("\n")}\n`;
 }
 
 function world(subject: Subject): string[] {
-  switch (subject.role) {
-    case "material":
-      return [SKY, LAMP, FLOOR, instance("Material", subject), SHAPES];
-    case "texture":
-      return [
-        SKY,
-        LAMP,
-        FLOOR,
-        instance('Texture "subject" "spectrum"', subject),
-        'Material "diffuse" "texture reflectance" "subject"',
-        SHAPES,
-      ];
-    case "primitive":
-      return [SKY, LAMP, ...(subject.bounds ? [FLOOR] : []), placedPrimitive(subject)];
-    case "light":
-      // Nothing else shines. Lights with a place, which is the origin in those of the library, stand above the shapes.
-      return [
-        `AttributeBegin\n  Translate 0 3.6 -0.5\n  ${instance("LightSource", subject)}\nAttributeEnd`,
-        FLOOR,
-        STILL_LIFE,
-      ];
-    case "camera":
-    case "integrator":
-      return [SKY, LAMP, FLOOR, STILL_LIFE];
-  }
+    switch (subject.role) {
+        case "material":
+            return [SKY, LAMP, FLOOR, instance("Material", subject), SHAPES];
+        case "texture":
+            return [
+                SKY,
+                LAMP,
+                FLOOR,
+                instance('Texture "subject" "spectrum"', subject),
+                'Material "diffuse" "texture reflectance" "subject"',
+                SHAPES,
+            ];
+        case "primitive":
+            return [SKY, LAMP, ...(subject.bounds ? [FLOOR] : []), placedPrimitive(subject)];
+        case "light":
+            // Nothing else shines. Lights with a place, the origin in those of the library, stand above the shapes.
+            return [
+                `AttributeBegin\n  Translate 0 3.6 -0.5\n  ${instance("LightSource", subject)}\nAttributeEnd`,
+                FLOOR,
+                STILL_LIFE,
+            ];
+        case "camera":
+        case "integrator":
+            return [SKY, LAMP, FLOOR, STILL_LIFE];
+    }
 }
 
 /** The primitive on the floor, as high or as wide as fits. */
 function placedPrimitive(subject: Subject): string {
-  const lines = [
-    "AttributeBegin",
-    '  Material "coateddiffuse" "rgb reflectance" [0.6 0.32 0.12] "float roughness" 0.25',
-  ];
-  if (subject.bounds) {
-    const { low, high } = subject.bounds;
-    const extent = Math.max(...high.map((each, axis) => each - low[axis]), 1e-6);
-    const middle = (axis: number) => -(low[axis] + high[axis]) / 2;
-    const scale = SIZE / extent;
-    lines.push("  Rotate 20 0 1 0", `  Scale ${scale} ${scale} ${scale}`, `  Translate ${middle(0)} ${-low[1]} ${middle(2)}`);
-  }
-  lines.push(`  ${instance("Shape", subject)}`, "AttributeEnd");
-  return lines.join("\n");
+    const lines = [
+        "AttributeBegin",
+        '  Material "coateddiffuse" "rgb reflectance" [0.6 0.32 0.12] "float roughness" 0.25',
+    ];
+    if (subject.bounds) {
+        const { low, high } = subject.bounds;
+        const extent = Math.max(...high.map((each, axis) => each - low[axis]), 1e-6);
+        const middle = (axis: number) => -(low[axis] + high[axis]) / 2;
+        const scale = SIZE / extent;
+        lines.push(
+            "  Rotate 20 0 1 0",
+            `  Scale ${scale} ${scale} ${scale}`,
+            `  Translate ${middle(0)} ${-low[1]} ${middle(2)}`,
+        );
+    }
+    lines.push(`  ${instance("Shape", subject)}`, "AttributeEnd");
+    return lines.join("\n");
 }

@@ -15,7 +15,7 @@ fn keywords_and_types_are_those_of_the_compiler() {
     }
 }
 
-/// `words.json` is held to the compiler's tables by a test of the crate `rtsl`; `npm run words` writes it to these files.
+/// A test of the crate `rtsl` holds `words.json` to the compiler's tables; `npm run words` writes it to these files.
 #[test]
 fn words_of_the_language_are_highlighted() {
     let words = read(&folder().join("words.json"));
