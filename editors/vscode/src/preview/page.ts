@@ -19,7 +19,7 @@ body { padding: 0; margin: 0; height: 100vh; display: flex; flex-direction: colu
 main { flex: 1; min-height: 0; display: flex; align-items: center; justify-content: center; }
 img { max-width: 100%; max-height: 100%; width: 100%; height: 100%; object-fit: contain; }
 main.failed img { opacity: 0.25; }
-pre { position: absolute; inset: 0 0 1.6em; margin: 0; padding: 1em; overflow: auto; white-space: pre-wrap;
+pre { position: absolute; inset: 0 0 1.6em; margin: 0; padding: 1em; overflow: auto;
   font-family: var(--vscode-editor-font-family); font-size: var(--vscode-editor-font-size);
   color: var(--vscode-errorForeground); }
 footer { height: 1.6em; line-height: 1.6em; padding: 0 1em; color: var(--vscode-descriptionForeground); }
