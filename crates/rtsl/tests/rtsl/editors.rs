@@ -24,8 +24,7 @@ fn words_are_current() {
 }
 
 fn words() -> String {
-    let methods = SpecStruct::ALL.into_iter().flat_map(builtins::methods_of);
-    let lists: [(&str, Vec<String>); 9] = [
+    let lists: [(&str, Vec<String>); 8] = [
         ("keywords", owned(keywords())),
         ("qualifiers", owned(qualifiers())),
         ("types", type_names().collect()),
@@ -34,7 +33,6 @@ fn words() -> String {
         ("methods", owned(Method::ALL.into_iter().map(Method::name))),
         ("rayTypes", owned(RayType::ALL.into_iter().map(RayType::name))),
         ("functions", functions()),
-        ("structMethods", owned(methods.map(|each| each.name).collect::<BTreeSet<_>>())),
     ];
     let lists = lists.map(|(key, words)| format!("  \"{key}\": [{}\n  ]", lines(&words)));
     format!("{{\n{}\n}}\n", lists.join(",\n"))
