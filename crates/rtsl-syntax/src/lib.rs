@@ -19,6 +19,8 @@ mod token;
 mod word;
 
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
+pub use parser::qualifiers;
+pub use word::{keywords, type_names};
 
 pub use parser::documentation::comment_before;
 

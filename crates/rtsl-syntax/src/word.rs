@@ -42,6 +42,11 @@ macro_rules! keywords {
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(crate) enum Keyword { $($name),* }
 
+        impl Keyword {
+            /// All keywords with their texts.
+            pub(crate) const ALL: &'static [(Keyword, &'static str)] = &[$((Keyword::$name, $text)),*];
+        }
+
         fn keyword(text: &str) -> Option<Keyword> {
             match text { $($text => Some(Keyword::$name),)* _ => None }
         }
@@ -57,6 +62,25 @@ keywords! {
     Scratch "scratch" Struct "struct" Switch "switch" True "true" Uniform "uniform" While "while"
 }
 
+/// The keywords of the grammar in alphabetical order, for tools such as editors. The names of types, which GLSL has as
+/// keywords, are [`type_names`].
+pub fn keywords() -> impl Iterator<Item = &'static str> {
+    Keyword::ALL.iter().map(|(_, text)| *text)
+}
+
+/// The names of types that GLSL has as keywords. Other types, such as `color`, have ordinary names.
+pub fn type_names() -> impl Iterator<Item = String> {
+    let scalars = ["void", "bool", "int", "uint", "float"].into_iter().map(str::to_owned);
+    let vectors = VECTOR_STEMS
+        .into_iter()
+        .flat_map(|stem| VECTOR_SIZES.into_iter().map(move |size| format!("{stem}{size}")));
+    let matrices = VECTOR_SIZES.into_iter().flat_map(|columns| {
+        let other = VECTOR_SIZES.into_iter().map(move |rows| format!("mat{columns}x{rows}"));
+        std::iter::once(format!("mat{columns}")).chain(other)
+    });
+    scalars.chain(vectors).chain(matrices)
+}
+
 /// Classifies `text`.
 pub(crate) fn classify(text: &str) -> Word {
     if let Some(keyword) = keyword(text) {
@@ -70,8 +94,11 @@ pub(crate) fn classify(text: &str) -> Word {
     }
 }
 
+const VECTOR_STEMS: [&str; 4] = ["vec", "ivec", "uvec", "bvec"];
+const VECTOR_SIZES: [&str; 3] = ["2", "3", "4"];
+
 fn is_type(text: &str) -> bool {
-    let vector = ["vec", "ivec", "uvec", "bvec"].into_iter().find_map(|stem| rest(text, stem));
+    let vector = VECTOR_STEMS.into_iter().find_map(|stem| rest(text, stem));
     matches!(text, "void" | "bool" | "int" | "uint" | "float")
         || vector.is_some_and(is_vector_size)
         || rest(text, "mat").is_some_and(is_matrix_size)
@@ -82,7 +109,7 @@ fn rest<'a>(text: &'a str, stem: &str) -> Option<&'a str> {
 }
 
 fn is_vector_size(size: &str) -> bool {
-    matches!(size, "2" | "3" | "4")
+    VECTOR_SIZES.contains(&size)
 }
 
 fn is_matrix_size(size: &str) -> bool {
@@ -214,6 +241,17 @@ fn is_opaque(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn listed_words_are_classified_as_such() {
+        for name in type_names() {
+            assert_eq!(classify(&name), Word::Type, "{name}");
+        }
+        assert_eq!(type_names().count(), 5 + 4 * 3 + 3 * 4);
+        for text in keywords() {
+            assert!(matches!(classify(text), Word::Keyword(_)), "{text}");
+        }
+    }
 
     #[test]
     fn words_are_classified_as_in_glsl() {

@@ -18,6 +18,8 @@ mod prints;
 mod statements;
 mod types;
 
+pub use types::qualifiers;
+
 use rtsl_source::{
     Code, Diagnostic, Diagnostics, SourceMap, Span, deep_stack, diagnostic_codes as codes,
 };

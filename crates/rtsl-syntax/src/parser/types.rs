@@ -148,6 +148,12 @@ impl Parser<'_> {
     }
 }
 
+/// The keywords that are qualifiers, for tools such as editors. `texture` is a qualifier, too, but no keyword, and
+/// those of precision have no effect.
+pub fn qualifiers() -> impl Iterator<Item = &'static str> {
+    Keyword::ALL.iter().filter(|(keyword, _)| qualifier(*keyword).is_some()).map(|(_, text)| *text)
+}
+
 fn qualifier(keyword: Keyword) -> Option<Qualifier> {
     Some(match keyword {
         Keyword::Attribute => Qualifier::Attribute,

@@ -10,6 +10,7 @@ mod cpp;
 mod cpp_text;
 mod deep_texts;
 mod docs;
+mod editors;
 mod elements;
 mod enumerations;
 mod examples;

@@ -21,8 +21,9 @@ fn markdown_files(folder: &Path) -> Vec<PathBuf> {
         for entry in std::fs::read_dir(&folder).expect("the folder is there") {
             let path = entry.expect("it can be read").path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let made = ["target", "book", "node_modules"].contains(&name.as_str());
             if path.is_dir() {
-                if !name.starts_with('.') && name != "target" && name != "book" {
+                if !name.starts_with('.') && !made {
                     folders.push(path);
                 }
             } else if name.ends_with(".md") {

@@ -1,0 +1,7 @@
+; The text of a macro is tokens of the language.
+((preproc_define
+  value: (preproc_text) @injection.content)
+  (#set! injection.language "rtsl"))
+
+((comment) @injection.content
+  (#set! injection.language "comment"))
