@@ -12,6 +12,7 @@ mod info;
 mod integrators;
 mod materialx;
 mod memory_limits;
+mod neovim;
 mod printing;
 mod project_file;
 mod resume;
