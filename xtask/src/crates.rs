@@ -49,6 +49,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-scene", &["rtsl", "rtsl-image", "rtsl-materialx", "rtsl-math", "rtsl-memory"]),
     ("rtsl-render", &["rtsl", "rtsl-bvh", "rtsl-image", "rtsl-math", "rtsl-memory", "rtsl-scene"]),
     ("rtsl-contract", &["rtsl"]),
+    ("rtsl-debug", &["rtsl"]),
     ("rtsl-view", &["rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
     ("rtsl-capi", &["rtsl"]),
     (
@@ -56,6 +57,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "rtsl",
             "rtsl-contract",
+            "rtsl-debug",
             "rtsl-image",
             "rtsl-materialx",
             "rtsl-memory",

@@ -3,7 +3,7 @@
 //! Each register and each scalar of a local has an origin: the operation that made its value not finite of finite
 //! operands. Operations pass the origin on to their results. Values that a method has received have none, and neither
 //! have constants. An origin is told once its value leaves the method, as an output or in a request, so that what is
-//! computed and not used is not told.
+//! computed and not used is not told. That a value is made is told at once, too.
 
 use super::program::{Computed, Instruction, Program, Register};
 use crate::{Event, Observer, Spoilt};
@@ -79,7 +79,10 @@ impl<'a> Observed<'a> {
             _ if value.is_finite() => 0,
             Some(origin) => origin,
             None if operands().any(|it| is_as_bad(number(*it))) => 0,
-            None => executed as u32 + 1,
+            None => {
+                self.observer.made(Spoilt { value, place: computed.place.clone() });
+                executed as u32 + 1
+            }
         };
     }
 
