@@ -48,7 +48,7 @@ pub fn lines(recording: &Recording) -> String {
 /// Returns a warning about the first value that is not finite, with the text at its place.
 pub fn not_finite(recording: &Recording) -> Option<(SourceMap, Diagnostic)> {
     let found = recording.entries.iter().find_map(|entry| match entry.kind {
-        TraceKind::NotFinite(value) => Some((entry, value)),
+        TraceKind::NotFinite(value, _) => Some((entry, value)),
         _ => None,
     });
     let (entry, value) = found?;
@@ -114,7 +114,7 @@ impl JsonEntry {
             TraceKind::Call(reference, values) => ("call", None, reference, values),
             TraceKind::Return(values) => ("return", None, None, values),
             TraceKind::Note(text) => ("note", Some(text), None, Vec::new()),
-            TraceKind::NotFinite(value) => {
+            TraceKind::NotFinite(value, _) => {
                 ("notFinite", Some(format!("{value:?}")), None, Vec::new())
             }
             TraceKind::Statement => ("statement", None, None, Vec::new()),
@@ -122,7 +122,7 @@ impl JsonEntry {
             TraceKind::Known(values) => ("known", None, None, values),
             TraceKind::Enter(name, values) => ("enter", Some(name.to_string()), None, values),
             TraceKind::Leave(result) => ("leave", None, None, result.into_iter().collect()),
-            TraceKind::Made(value) => ("made", Some(format!("{value:?}")), None, Vec::new()),
+            TraceKind::Made(value, _) => ("made", Some(format!("{value:?}")), None, Vec::new()),
         };
         let values = values.iter().map(|value| (value.name().to_owned(), value.to_string()));
         JsonEntry {

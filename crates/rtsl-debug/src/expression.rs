@@ -21,6 +21,8 @@ const LOOP_BUDGET: u32 = 1 << 20;
 const CLASS: &str = "EvaluatedExpression";
 /// The start of the names that stand for state variables, which a class can't declare.
 const STATE: &str = "state_";
+/// The start of the names that stand for parts of structs.
+const PART: &str = "partOfStruct";
 
 /// Evaluates expressions, and keeps their code.
 #[derive(Default)]
@@ -145,6 +147,9 @@ fn check_form(text: &str) -> Result<(), String> {
             break;
         }
     }
+    if assigns(text) {
+        return Err("an expression can't set a variable: what has run stays as it is".to_owned());
+    }
     match text.trim() {
         "" => Err("the expression is empty".to_owned()),
         _ if open != 0 => Err("the brackets of the expression don't match".to_owned()),
@@ -152,7 +157,18 @@ fn check_form(text: &str) -> Result<(), String> {
     }
 }
 
-/// Returns the expression with other names for state variables, and the variables that it names.
+/// True if a text has an operator that sets a variable.
+fn assigns(text: &str) -> bool {
+    if text.contains("++") || text.contains("--") {
+        return true;
+    }
+    // Comparisons have `=`, too; shifts that assign begin as they do.
+    let others = text.replace("<<=", " =").replace(">>=", " =");
+    let others = ["==", "<=", ">=", "!="].iter().fold(others, |text, known| text.replace(known, ""));
+    others.contains('=')
+}
+
+/// Returns the expression with other names for state variables and parts of structs, and the values that it names.
 fn split_names(
     text: &str,
     scopes: &Scopes,
@@ -167,36 +183,34 @@ fn split_names(
             false => first.len_utf8(),
         };
         let (word, after) = rest.split_at(end);
-        let is_part = expression.trim_end().ends_with('.');
-        match scopes.find(word).filter(|_| is_name && !is_part) {
-            Some(value) => {
-                check_type(value)?;
-                let name = match word.starts_with("rt_") {
-                    true => format!("{STATE}{word}"),
-                    false => word.to_owned(),
-                };
-                expression += &name;
-                variables.insert(name, value.clone());
-            }
-            None => expression += word,
-        }
         rest = after;
+        let is_part = expression.trim_end().ends_with('.');
+        let Some(value) = scopes.find(word).filter(|_| is_name && !is_part) else {
+            expression += word;
+            continue;
+        };
+        let (value, name) = match holds_structs(value) {
+            true => {
+                let (part, after) = path::part_without_structs(scopes, value, rest)?;
+                rest = after;
+                (part, format!("{PART}{}", variables.len()))
+            }
+            false if word.starts_with("rt_") => (value.clone(), format!("{STATE}{word}")),
+            false => (value.clone(), word.to_owned()),
+        };
+        expression += &name;
+        variables.insert(name, value);
     }
     Ok((expression, variables))
 }
 
-fn check_type(value: &TracedValue) -> Result<(), String> {
+/// True for structs and arrays of them, which a class around an expression does not declare.
+pub(crate) fn holds_structs(value: &TracedValue) -> bool {
     let mut ty = value.ty();
     while let ParameterType::Array(element, _) = ty {
         ty = element;
     }
-    match ty {
-        ParameterType::Struct(name, _) => Err(format!(
-            "`{}` is of struct `{name}`: expressions can't have structs, but `{0}.field` alone has its value",
-            value.name()
-        )),
-        _ => Ok(()),
-    }
+    matches!(ty, ParameterType::Struct(..))
 }
 
 /// The text of a class whose method prints the value of an expression.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{Constant, ParameterType, Scalar, TracedValue, TracedVariable};
 
+use crate::expression::holds_structs;
 use crate::scopes::Scopes;
 
 /// The result of looking up a path.
@@ -27,17 +28,42 @@ pub(crate) fn find(scopes: &Scopes, text: &str) -> Found {
     let Some(mut value) = scopes.find(name).cloned() else { return Found::NoPath };
     while !rest.is_empty() {
         let Some((step, after)) = next_step(scopes, rest) else { return Found::NoPath };
-        let Some(part) = part(&value, &step) else {
-            return Found::NoPart(format!("`{}` has no part `{step}`", value.name()));
+        value = match step_to(&value, &step) {
+            Ok(part) => part,
+            Err(message) => return Found::NoPart(message),
         };
-        let name = match step.starts_with('[') {
-            true => format!("{}{step}", value.name()),
-            false => format!("{}.{step}", value.name()),
-        };
-        value = renamed(&part, name);
         rest = after;
     }
     Found::Value(value)
+}
+
+/// Returns a part of a value, with its path as the name.
+fn step_to(value: &TracedValue, step: &str) -> Result<TracedValue, String> {
+    let name = value.name();
+    let part = part(value, step).ok_or_else(|| format!("`{name}` has no part `{step}`"))?;
+    let name = match step.starts_with('[') {
+        true => format!("{name}{step}"),
+        false => format!("{name}.{step}"),
+    };
+    Ok(renamed(&part, name))
+}
+
+/// Follows the steps after a value up to a part that is no struct, and returns it with the text after them.
+pub(crate) fn part_without_structs<'a>(
+    scopes: &Scopes,
+    value: &TracedValue,
+    mut rest: &'a str,
+) -> Result<(TracedValue, &'a str), String> {
+    let mut value = value.clone();
+    while holds_structs(&value) {
+        let Some((step, after)) = next_step(scopes, rest) else {
+            let name = value.name();
+            return Err(format!("`{name}` is a struct: an expression can have its fields only"));
+        };
+        value = step_to(&value, &step)?;
+        rest = after;
+    }
+    Ok((value, rest))
 }
 
 /// Gives a value another name.

@@ -134,12 +134,13 @@ impl Replay {
 
     /// Returns what the statement at the position does when it runs.
     pub fn effects(&self) -> Vec<Effect> {
-        self.effects_at(self.position)
+        lines::statement_effects(&self.timeline, self.position)
     }
 
-    /// Returns what a statement does.
-    pub fn effects_at(&self, position: usize) -> Vec<Effect> {
-        lines::statement_effects(&self.timeline, position.min(self.len() - 1))
+    /// Returns the line that has run before the position in the same call.
+    pub fn previous_line(&self) -> Option<u32> {
+        let previous = self.timeline.stops[self.position].previous?;
+        Some(self.timeline.stops[previous].line)
     }
 
     /// Returns the value that is not finite that the statement at the position makes.
@@ -303,11 +304,12 @@ impl Replay {
         self.go(Way::Backwards, self.position.checked_sub(1))
     }
 
-    /// Moves back to the statement of the caller that makes the current call.
+    /// Moves back to the statement of the caller that makes the current call; to the first one of a call that the
+    /// renderer makes.
     pub fn step_back_out(&mut self) -> Stopped {
-        let call = self.timeline.stops[self.position].call;
-        let target = self.timeline.call(call).caller_stop;
-        self.go(Way::Backwards, target)
+        let Stop { call, .. } = self.timeline.stops[self.position];
+        let target = self.timeline.call(call).caller_stop.unwrap_or_else(|| self.first_of(call));
+        self.go(Way::Backwards, Some(target))
     }
 
     /// Moves back to the last occasion that ends a run.
@@ -323,9 +325,12 @@ impl Replay {
 
     /// Moves to the first statement of a call.
     pub fn jump_to_start_of(&mut self, frame: &Frame) -> Stopped {
-        let begin = self.timeline.call(frame.call).begin;
-        let first = self.timeline.stops.partition_point(|stop| stop.entry < begin);
-        self.jump(first)
+        self.jump(self.first_of(frame.call))
+    }
+
+    fn first_of(&self, call: CallId) -> usize {
+        let begin = self.timeline.call(call).begin;
+        self.timeline.stops.partition_point(|stop| stop.entry < begin)
     }
 
     /// Moves back to the statement that has given a variable of a call the value that it has now.

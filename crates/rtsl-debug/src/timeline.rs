@@ -1,6 +1,7 @@
 //! The calls and the stops of a recording.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use rtsl::{Place, Recording, TraceEntry, TraceKind};
@@ -40,6 +41,21 @@ pub struct NotFinite {
     pub value: f32,
     /// The operation.
     pub place: Option<Place>,
+}
+
+/// Formats it as a sentence.
+impl fmt::Display for NotFinite {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "this statement makes {:?} of finite numbers", self.value)?;
+        let operation = self
+            .place
+            .as_ref()
+            .and_then(|place| place.source.text.get(place.start as usize..place.end as usize));
+        match operation {
+            Some(operation) => write!(out, ": {operation}"),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A recording with its calls and stops.
@@ -117,7 +133,7 @@ impl Timeline {
         }
     }
 
-    /// Returns the stop nearest to a stop, after or before it, with a mark; of prints or of values not finite.
+    /// Returns the prints of the statements from a stop up to another.
     pub fn prints_between(&self, from: usize, to: usize) -> impl Iterator<Item = &TraceEntry> {
         self.prints.range(from..to.max(from)).map(|(_, entry)| &self.entries[*entry])
     }
@@ -129,8 +145,10 @@ struct Builder {
     open: Vec<CallId>,
     not_finite: BTreeMap<usize, NotFinite>,
     prints: BTreeMap<usize, usize>,
-    /// The stops whose statements have made values that are not finite last, by the operations.
-    made: BTreeMap<(usize, u32, u32), usize>,
+    /// The open calls that the renderer has made.
+    runs: Vec<CallId>,
+    /// The stops whose statements have made values that are not finite, by their runs and numbers.
+    made: BTreeMap<(CallId, u32), usize>,
     entries: usize,
 }
 
@@ -142,6 +160,7 @@ impl Builder {
             open: Vec::new(),
             not_finite: BTreeMap::new(),
             prints: BTreeMap::new(),
+            runs: Vec::new(),
             made: BTreeMap::new(),
             entries,
         }
@@ -149,11 +168,17 @@ impl Builder {
 
     fn add(&mut self, index: usize, entry: &TraceEntry) {
         match &entry.kind {
-            TraceKind::Call(..) => self.begin(index, true),
+            TraceKind::Call(reference, _) => {
+                self.begin(index, true);
+                if reference.is_none() {
+                    self.runs.extend(self.open.last());
+                }
+            }
             TraceKind::Enter(..) => self.begin(index, false),
             TraceKind::Return(_) | TraceKind::Leave(_) => {
                 if let Some(call) = self.open.pop() {
                     self.calls[call.0 as usize].end = index;
+                    self.runs.pop_if(|run| *run == call);
                 }
             }
             TraceKind::Statement => self.stop(index, entry),
@@ -162,13 +187,14 @@ impl Builder {
                     self.prints.insert(stop, index);
                 }
             }
-            TraceKind::Made(_) => {
-                if let (Some(stop), Some(place)) = (self.current_stop(), &entry.place) {
-                    self.made.insert(key(place), stop);
+            TraceKind::Made(_, number) => {
+                if let (Some(stop), Some(run)) = (self.current_stop(), self.runs.last()) {
+                    self.made.insert((*run, *number), stop);
                 }
             }
-            TraceKind::NotFinite(value) => {
-                let made = entry.place.as_ref().and_then(|it| self.made.get(&key(it)).copied());
+            TraceKind::NotFinite(value, number) => {
+                let run = self.runs.last();
+                let made = run.and_then(|run| self.made.get(&(*run, *number)).copied());
                 if let Some(stop) = made.or_else(|| self.current_stop()) {
                     let found = NotFinite { value: *value, place: entry.place.clone() };
                     self.not_finite.entry(stop).or_insert(found);
@@ -202,9 +228,4 @@ impl Builder {
     fn current_stop(&self) -> Option<usize> {
         self.open.iter().rev().find_map(|call| self.calls[call.0 as usize].last_stop)
     }
-}
-
-/// Distinguishes places.
-fn key(place: &Place) -> (usize, u32, u32) {
-    (Arc::as_ptr(&place.source) as usize, place.start, place.end)
 }

@@ -7,6 +7,8 @@ use crate::{Event, Place};
 pub struct Spoilt {
     /// The value.
     pub value: f32,
+    /// The number of the value among those that the run has made, from 1.
+    pub number: u32,
     /// The place of the operation that made it, or a value that it comes from, not finite; if it is known.
     pub place: Option<Place>,
 }

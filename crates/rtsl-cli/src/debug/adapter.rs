@@ -251,10 +251,7 @@ impl<W: Write> Adapter<W> {
                 }
                 self.tell("breakpoint", None, &[id])
             }
-            Reason::NotFinite(found) => {
-                let text = format!("this statement makes {:?}", found.value);
-                self.tell("exception", Some(&text), &[])
-            }
+            Reason::NotFinite(found) => self.tell("exception", Some(&found.to_string()), &[]),
             Reason::Print(text) => {
                 self.tell("exception", Some(&format!("this statement prints: {text}")), &[])
             }
@@ -515,16 +512,11 @@ impl Session {
 
     fn exception(&self) -> Result<Json, String> {
         match self.stopped.as_ref().map(|stopped| &stopped.reason) {
-            Some(Reason::NotFinite(found)) => {
-                let operation = found.place.as_ref().map_or("", |place| {
-                    place.source.text.get(place.start as usize..place.end as usize).unwrap_or("")
-                });
-                Ok(json!({
-                    "exceptionId": "notFinite",
-                    "description": format!("{:?} is made of finite numbers by `{operation}`", found.value),
-                    "breakMode": "always",
-                }))
-            }
+            Some(Reason::NotFinite(found)) => Ok(json!({
+                "exceptionId": "notFinite",
+                "description": found.to_string(),
+                "breakMode": "always",
+            })),
             Some(Reason::Print(text)) => Ok(json!({
                 "exceptionId": "print",
                 "description": text,

@@ -198,14 +198,14 @@ impl<W: Write> Terminal<W> {
                 writeln!(self.output, "breakpoint {}, whose condition fails: {error}", id.0)?;
             }
             Reason::NotFinite(found) => {
-                writeln!(self.output, "this statement makes {:?}", found.value)?;
+                writeln!(self.output, "{found}")?;
             }
             Reason::Print(_) => writeln!(self.output, "this statement prints")?,
         }
         self.show_position()
     }
 
-    /// Shows the line before, if it has run, and the current one.
+    /// Shows the line that has run before in the same call, and the current one.
     fn show_position(&mut self) -> io::Result<()> {
         let frame = self.frame();
         let position = self.replay.position();
@@ -213,10 +213,9 @@ impl<W: Write> Terminal<W> {
         let text = match (frame.source(), frame.line()) {
             (Some(source), Some(line)) => {
                 let effects = self.replay.line_effects(&frame);
-                let before = effects.range(..line).next_back().map(|(line, _)| *line);
-                let before = before.filter(|before| line - before <= LISTED);
-                let first = before.unwrap_or(line);
-                (first..=line).map(|at| self.line(source, at, line, &effects)).collect()
+                let before = self.replay.previous_line().filter(|before| *before != line);
+                let lines = before.into_iter().chain([line]);
+                lines.map(|at| self.line(source, at, line, &effects)).collect()
             }
             _ => String::new(),
         };

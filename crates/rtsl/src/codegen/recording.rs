@@ -47,8 +47,11 @@ pub enum TraceKind {
     Call(Option<String>, Vec<TracedValue>),
     /// The end of a method, with the state that it sets.
     Return(Vec<TracedValue>),
-    /// A value that leaves a method and is not finite, made at the place of the entry.
-    NotFinite(f32),
+    /// A value that leaves a method and is not finite, made at the place of the entry; with its number, as [`Made`]
+    /// has it.
+    ///
+    /// [`Made`]: TraceKind::Made
+    NotFinite(f32, u32),
     /// A remark of the host.
     Note(String),
     /// A statement, a condition or a step of a loop, which runs next; or the closing brace of a function.
@@ -61,8 +64,9 @@ pub enum TraceKind {
     Enter(Arc<str>, Vec<TracedValue>),
     /// The end of such a function, with its result.
     Leave(Option<TracedValue>),
-    /// A value that is not finite is made of finite ones at the place of the entry.
-    Made(f32),
+    /// A value that is not finite is made of finite ones at the place of the entry; with its number among those of the
+    /// run of the method that the renderer has called.
+    Made(f32, u32),
 }
 
 /// The entries of a trace that is being recorded.
@@ -129,13 +133,19 @@ impl Entries {
 
     /// Makes an entry part of what holds, in place of those that it makes obsolete.
     fn hold(&mut self, entry: TraceEntry) {
-        let is_of_call = |held: &TraceEntry| held.depth >= entry.depth;
-        let first = self.present.iter().rposition(|held| !is_of_call(held)).map_or(0, |it| it + 1);
+        let is_end = matches!(entry.kind, TraceKind::Return(_) | TraceKind::Leave(_));
+        // An entry of a call is one deeper than those that begin and end it.
+        let depth = if is_end { entry.depth } else { entry.depth.wrapping_sub(1) };
+        let is_begin = |held: &TraceEntry| {
+            held.depth == depth && matches!(held.kind, TraceKind::Call(..) | TraceKind::Enter(..))
+        };
+        let begin = self.present.iter().rposition(is_begin);
         match &entry.kind {
             TraceKind::Return(_) | TraceKind::Leave(_) => {
-                self.present.truncate(first);
+                self.present.truncate(begin.unwrap_or(0));
             }
             TraceKind::Statement | TraceKind::Assignment(..) | TraceKind::Known(_) => {
+                let first = begin.map_or(0, |begin| begin + 1);
                 let known = self.present[first..].iter().position(|held| entry.replaces(held));
                 if let Some(known) = known {
                     self.present.remove(first + known);
@@ -181,7 +191,7 @@ impl fmt::Display for TraceEntry {
             TraceKind::Return(values) if values.is_empty() => write!(out, "{method} returns"),
             TraceKind::Return(values) => write!(out, "{method} returns {}", listed(values)),
             TraceKind::Note(text) => out.write_str(text),
-            TraceKind::NotFinite(value) | TraceKind::Made(value) => {
+            TraceKind::NotFinite(value, _) | TraceKind::Made(value, _) => {
                 write!(out, "{method}: {value:?} is made here")
             }
             TraceKind::Statement => write!(out, "{method}"),

@@ -220,15 +220,15 @@ impl Observer for Observing<'_> {
         }
     }
 
-    fn made(&mut self, Spoilt { value, place }: Spoilt) {
+    fn made(&mut self, Spoilt { value, number, place }: Spoilt) {
         if self.trace.0.detail >= TraceDetail::Steps {
-            self.trace.entries().push(self.of, place, TraceKind::Made(value));
+            self.trace.entries().push(self.of, place, TraceKind::Made(value, number));
         }
     }
 
-    fn spoilt(&mut self, Spoilt { value, place }: Spoilt) {
+    fn spoilt(&mut self, Spoilt { value, number, place }: Spoilt) {
         if self.trace.has_calls() {
-            self.trace.entries().push(self.of, place, TraceKind::NotFinite(value));
+            self.trace.entries().push(self.of, place, TraceKind::NotFinite(value, number));
         }
     }
 }

@@ -13,7 +13,7 @@ use rtsl_ir::{
 
 use super::recording::TracedValue;
 use super::trace::Trace;
-use crate::link::reported_calls::{event_value, is_recorded};
+use crate::link::reported_calls::{event_value, is_recorded, known_at_reads};
 
 /// A method with its trace.
 #[derive(Clone, Debug)]
@@ -103,7 +103,10 @@ fn host_variables(
     kind: VariableKind,
 ) -> Vec<HostVariable> {
     let variables = variables.iter().map(|id| (*id, function.variable(*id)));
-    let wanted = variables.filter(|(_, it)| it.kind == kind && is_recorded(&it.name, it.len));
+    let known_later = known_at_reads(function);
+    let is_known = |name: &str| kind == VariableKind::Member && known_later.contains(name);
+    let wanted = variables
+        .filter(|(_, it)| it.kind == kind && is_recorded(&it.name, it.len) && !is_known(&it.name));
     let variable = |(id, it): (VariableId, &rtsl_ir::Variable)| HostVariable {
         id,
         components: it.len,

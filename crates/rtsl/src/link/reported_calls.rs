@@ -1,12 +1,12 @@
 //! Reports of the calls that one method makes of another, where both are traced.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl_ir::class::ParameterType;
 use rtsl_ir::{
-    Event, EventKind, EventValue, Index, Op, OpKind, ReferenceCall, Scalar, Value, ValueScope,
-    Variable, VariableId, VariableKind,
+    Event, EventKind, EventValue, Function, Index, Op, OpKind, ReferenceCall, Scalar, Value,
+    ValueScope, Variable, VariableId, VariableKind,
 };
 
 use super::linker::{Linker, Linking, Site};
@@ -106,13 +106,32 @@ fn read(site: &Site<'_>, kind: VariableKind) -> Vec<VariableId> {
         }
     });
     let all = (0..).map(VariableId).zip(&site.function.variables).zip(is_read);
-    let is_wanted = |it: &Variable| it.kind == kind && is_recorded(&it.name, it.len);
+    let known_later = known_at_reads(site.function);
+    let is_wanted = |it: &Variable| {
+        let is_known_later = kind == VariableKind::Member && known_later.contains(&*it.name);
+        it.kind == kind && is_recorded(&it.name, it.len) && !is_known_later
+    };
     let read = all.filter(|((_, it), is_read)| *is_read && is_wanted(it));
     read.map(|((id, _), _)| id).collect()
 }
 
 /// The number of scalars of the largest variables whose values are recorded.
 pub(crate) const RECORDED_SCALARS: u32 = 64;
+
+/// The members that a function reports when it reads them, since they may stand for textures.
+pub(crate) fn known_at_reads(function: &Function) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Report(event, _) = &op.kind
+            && event.kind == EventKind::Known
+            && event.place.is_some()
+        {
+            let members = event.values.iter().filter(|it| it.scope == ValueScope::Member);
+            names.extend(members.map(|value| value.name.clone()));
+        }
+    });
+    names
+}
 
 /// True if a variable is not too large, and no table of constants of the compiler, whose name has two underscores.
 pub(crate) fn is_recorded(name: &str, components: u32) -> bool {
