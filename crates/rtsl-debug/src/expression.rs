@@ -164,7 +164,8 @@ fn assigns(text: &str) -> bool {
     }
     // Comparisons have `=`, too; shifts that assign begin as they do.
     let others = text.replace("<<=", " =").replace(">>=", " =");
-    let others = ["==", "<=", ">=", "!="].iter().fold(others, |text, known| text.replace(known, ""));
+    let others =
+        ["==", "<=", ">=", "!="].iter().fold(others, |text, known| text.replace(known, ""));
     others.contains('=')
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rtsl::{TraceKind, TracedValue};
 
 use crate::frame::Frame;
-use crate::timeline::{CallId, Timeline};
+use crate::timeline::{CallId, Stop, Timeline};
 
 /// What a statement has done.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub enum Effect {
     Condition(bool),
     /// It has printed this.
     Print(String),
+    /// It has ended its function with this result.
+    Returns(TracedValue),
 }
 
 /// What the lines of a text have done when they ran last, in one call.
@@ -28,6 +30,7 @@ impl std::fmt::Display for Effect {
             Effect::Set(value) => write!(out, "{} = {value}", value.name()),
             Effect::Condition(value) => write!(out, "{value}"),
             Effect::Print(text) => write!(out, "prints \"{text}\""),
+            Effect::Returns(value) => write!(out, "returns {value}"),
         }
     }
 }
@@ -60,7 +63,20 @@ pub(crate) fn statement_effects(timeline: &Timeline, stop: usize) -> Vec<Effect>
     let entries = own_entries(timeline, stop.call, stop.entry + 1);
     let kinds = entries.map(|index| &timeline.entries[index].kind);
     let own = kinds.take_while(|kind| !matches!(kind, TraceKind::Statement));
-    own.filter_map(effect).collect()
+    let mut effects: Vec<Effect> = own.filter_map(effect).collect();
+    effects.extend(result_of(timeline, stop).map(Effect::Returns));
+    effects
+}
+
+/// Returns the result of the call, if the stop is its last.
+pub(crate) fn result_of(timeline: &Timeline, stop: Stop) -> Option<TracedValue> {
+    let end = timeline.call(stop.call).end;
+    let is_last = own_entries(timeline, stop.call, stop.entry + 1)
+        .all(|index| !matches!(timeline.entries[index].kind, TraceKind::Statement));
+    match &timeline.entries.get(end).filter(|_| is_last)?.kind {
+        TraceKind::Leave(result) => result.clone(),
+        _ => None,
+    }
 }
 
 /// The entries of a call from one on, without those of the calls that it makes.

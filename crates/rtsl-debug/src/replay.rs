@@ -385,7 +385,11 @@ impl Replay {
             Way::Backwards => (0, Reason::Start),
         };
         let target = target.unwrap_or(last);
-        let reason = if target == from { end.clone() } else { self.travel(way, target, end) };
+        let reason = match target == from {
+            true if from == last => end,
+            true => Reason::Step,
+            false => self.travel(way, target, end),
+        };
         let passed = match way {
             Way::Forwards if from < self.position => from..self.position,
             _ => 0..0,

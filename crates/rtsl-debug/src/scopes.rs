@@ -3,6 +3,7 @@
 use rtsl::{TraceKind, TracedValue, ValueScope};
 
 use crate::frame::Frame;
+use crate::lines::result_of;
 use crate::timeline::Timeline;
 
 /// The variables that a call sees, with the values that they have had last.
@@ -16,6 +17,8 @@ pub struct Scopes {
     pub state_read: Vec<TracedValue>,
     /// The state variables that the method has set.
     pub state_set: Vec<TracedValue>,
+    /// The result of the function, at its closing brace.
+    pub result: Option<TracedValue>,
     /// The results of the calls that the statement before has made, by their functions.
     pub results: Vec<(String, TracedValue)>,
 }
@@ -74,6 +77,8 @@ impl Scopes {
             keep_innermost(&mut scopes.locals);
         }
         scopes.results = results(timeline, frame);
+        let stop = timeline.stops.binary_search_by_key(&frame.entry, |stop| stop.entry);
+        scopes.result = stop.ok().and_then(|stop| result_of(timeline, timeline.stops[stop]));
         scopes
     }
 

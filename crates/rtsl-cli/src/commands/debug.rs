@@ -32,25 +32,30 @@ pub struct DebugArguments {
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
     pixel: Option<[usize; 2]>,
     /// The sample of the pixel, from 0.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "pixel")]
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "method")]
     sample: u32,
     /// The renderer, overriding the scene's integrator.
-    #[arg(long, value_enum, requires = "pixel")]
+    #[arg(long, value_enum, conflicts_with = "method")]
     renderer: Option<RendererName>,
     /// The integrator, overriding the scene's.
-    #[arg(long, value_name = "NAME", conflicts_with = "renderer", requires = "pixel")]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["renderer", "method"])]
     integrator: Option<String>,
     /// Samples per pixel, overriding the scene's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), requires = "pixel")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "method")]
     spp: Option<u32>,
     /// Columns and rows, overriding the scene's.
-    #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "pixel")]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with = "method")]
     size: Option<(usize, usize)>,
     /// The seed of the sampler, overriding the scene's.
-    #[arg(long, value_name = "N", requires = "pixel")]
+    #[arg(long, value_name = "N", conflicts_with = "method")]
     seed: Option<u64>,
     /// Set a parameter of the scene: `camera.fov=30`; may be repeated.
-    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE", requires = "pixel")]
+    #[arg(
+        short = 'D',
+        long = "define",
+        value_name = "NAME.PARAMETER=VALUE",
+        conflicts_with = "method"
+    )]
     defines: Vec<String>,
     /// The class, if the file has several.
     #[arg(long, conflicts_with = "pixel")]

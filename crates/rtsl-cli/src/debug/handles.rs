@@ -26,7 +26,7 @@ impl Handles {
 
     /// Returns the scopes of a call as the protocol has them.
     pub fn scopes(&mut self, replay: &Replay, scopes: Scopes, facts: &[(String, String)]) -> Json {
-        let Scopes { locals, members, state_read, state_set, results } = scopes;
+        let Scopes { locals, members, state_read, state_set, result, results } = scopes;
         let named = |values: Vec<TracedValue>| -> Variables {
             let named = |value: TracedValue| {
                 (value.name().to_owned(), Some(value.name().to_owned()), value)
@@ -40,9 +40,11 @@ impl Handles {
             };
             (name, None, value)
         });
+        let result = result.map(|value| ("result".to_owned(), None, value));
+        let results = result.into_iter().chain(results);
         let lists = [
             ("Locals", Some("locals"), named(locals)),
-            ("Results of calls", Some("returnValue"), results.collect()),
+            ("Results", Some("returnValue"), results.collect()),
             ("Members", None, named(members)),
             ("State read", None, named(state_read)),
             ("State set", None, named(state_set)),

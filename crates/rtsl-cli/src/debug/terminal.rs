@@ -226,7 +226,7 @@ impl<W: Write> Terminal<W> {
     fn line(&self, source: &str, line: u32, current: u32, effects: &LineEffects) -> String {
         let text = line_of(&self.replay, source, line);
         let beside = match line == current {
-            true => named_values(&text, &self.replay.scopes(&self.frame())),
+            true => values_at(&text, &self.replay.scopes(&self.frame())),
             false => effects.get(&line).map_or_else(String::new, |effects| listed(effects)),
         };
         let mark = if line == current { "->" } else { "  " };
@@ -313,8 +313,8 @@ impl<W: Write> Terminal<W> {
     }
 
     fn locals(&self) -> String {
-        let Scopes { locals, members, state_read, state_set, results } =
-            self.replay.scopes(&self.frame());
+        let scopes = self.replay.scopes(&self.frame());
+        let Scopes { locals, members, state_read, state_set, result, results } = scopes;
         let mut text = String::new();
         let mut list = |title: &str, values: Vec<(String, String)>| {
             if !values.is_empty() {
@@ -338,6 +338,8 @@ impl<W: Write> Terminal<W> {
             };
             (name, value.to_string())
         });
+        let result = result.map(|value| ("result".to_owned(), value.to_string()));
+        list("returned", result.into_iter().collect());
         list("results of calls", results.collect());
         text
     }
@@ -410,8 +412,8 @@ fn listed(effects: &[Effect]) -> String {
     effects.iter().map(Effect::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// The values of the variables that a line names, in its order.
-fn named_values(line: &str, scopes: &Scopes) -> String {
+/// The values of the variables that the current line names, in its order, and the result of a function at its end.
+fn values_at(line: &str, scopes: &Scopes) -> String {
     let code = line.split("//").next().unwrap_or_default();
     let is_of_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
     let mut shown: Vec<String> = Vec::new();
@@ -423,6 +425,7 @@ fn named_values(line: &str, scopes: &Scopes) -> String {
             }
         }
     }
+    shown.extend(scopes.result.iter().map(|value| format!("returns {value}")));
     shown.join(", ")
 }
 

@@ -104,7 +104,8 @@ pub fn walk(
 
 /// The variables of the innermost call.
 pub fn variables(replay: &Replay) -> String {
-    let Scopes { locals, members, state_read, state_set, results } = replay.scopes(&frame(replay));
+    let scopes = replay.scopes(&frame(replay));
+    let Scopes { locals, members, state_read, state_set, result, results } = scopes;
     let mut text = String::new();
     for (title, values) in [
         ("local", locals),
@@ -115,6 +116,9 @@ pub fn variables(replay: &Replay) -> String {
         for value in values {
             text += &format!("{title} {} = {value}\n", value.name());
         }
+    }
+    if let Some(value) = result {
+        text += &format!("returns {value}\n");
     }
     for (function, value) in results {
         text += &format!("result of {function}: {value}\n");

@@ -87,7 +87,7 @@ void lookup() {
         1.0); discard( -> error: the brackets of the expression don't match
         (k -> error: the brackets of the expression don't match
          -> error: the expression is empty
-        k = 2 -> 2
+        k = 2 -> error: an expression can't set a variable: what has run stays as it is
         square(2.0) -> error: `square(2.0)` can't be evaluated: there is no function `square`
         k; k -> error: an expression can't have `;`"#]]
     .assert_eq(&shown.collect::<Vec<_>>().join("\n"));

@@ -19,6 +19,13 @@ fn variables_so_far() {
         member count = 3
     "#]]
     .assert_eq(&variables(&replay));
+    walk(&mut replay, 2, Replay::step_in);
+    assert_eq!(place(&replay), "square:8 Summed.lookup:14");
+    expect![[r#"
+        local x = -1.0
+        member count = 3
+        returns 0.0
+    "#]].assert_eq(&variables(&replay));
     replay.jump(usize::MAX);
     expect![[r#"
         local sum = 1.0
@@ -145,7 +152,8 @@ void lookup() {
         local taken = [0.0, 5.0]
         state read rt_TextureUV = (0.25, 0.0)
         state set rt_FloatTextureValue = 2.0
-    "#]].assert_eq(&variables(&replay));
+    "#]]
+    .assert_eq(&variables(&replay));
 }
 
 /// What lines have done when they ran last.
