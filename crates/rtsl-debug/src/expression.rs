@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Constant, Engine,
-    EngineOptions, Instance, Instances, Method, ParameterType, Trace, TraceDetail, TraceKind,
-    TracedValue, Value, new_state, type_name,
+    Backend, CallArguments, CallMode, Compiler, CompilerOptions, Constant, Engine, EngineOptions,
+    Instance, Instances, Kernel, Method, ParameterType, Program, Scalar, Trace, TraceDetail,
+    TraceKind, TracedValue, Value, new_state, type_name,
 };
 
 use crate::path::{self, Found, is_of_name};
@@ -28,8 +28,8 @@ const PART: &str = "partOfStruct";
 #[derive(Default)]
 pub(crate) struct Evaluator {
     engine: Option<(Engine, Trace)>,
-    /// The classes, by their texts.
-    classes: BTreeMap<String, Arc<Class>>,
+    /// The expressions, by the texts of the classes around them.
+    compiled: BTreeMap<String, Compiled>,
 }
 
 impl Evaluator {
@@ -45,11 +45,8 @@ impl Evaluator {
         }
         check_form(text)?;
         let (expression, variables) = split_names(text, scopes)?;
-        let class = self.class(&class_text(&expression, &variables), text)?;
-        let parameters = variables.iter().map(|(name, value)| (name.as_str(), value_of(value)));
-        let refused = |errors: rtsl::Diagnostics| first_message(errors.iter());
-        let instance = Instance::new(&class, parameters).map_err(refused)?;
-        let value = self.call(&instance)?;
+        let compiled = self.compiled(&class_text(&expression, &variables), text)?;
+        let value = compiled.call(&variables)?;
         Ok(path::renamed(&value, text.trim().to_owned()))
     }
 
@@ -65,53 +62,16 @@ impl Evaluator {
         }
     }
 
-    fn class(&mut self, class: &str, text: &str) -> Result<Arc<Class>, String> {
-        if let Some(known) = self.classes.get(class) {
-            return Ok(known.clone());
+    fn compiled(&mut self, class: &str, text: &str) -> Result<&Compiled, String> {
+        if !self.compiled.contains_key(class) {
+            let (engine, trace) = self.engine()?;
+            let compiled = Compiled::new(class, text, &engine, trace)?;
+            if self.compiled.len() == KEPT {
+                self.compiled.pop_first();
+            }
+            self.compiled.insert(class.to_owned(), compiled);
         }
-        let compiler = Compiler::new(CompilerOptions {
-            traced: true,
-            loop_budget: Some(LOOP_BUDGET),
-            ..CompilerOptions::default()
-        });
-        let compilation = compiler.compile("expression", class);
-        let Some(unit) = &compilation.unit else {
-            let message = first_message(compilation.diagnostics.iter());
-            return Err(format!("`{}` can't be evaluated: {message}", text.trim()));
-        };
-        let compiled = unit.class(CLASS).map_err(|error| error.message)?.clone();
-        if self.classes.len() == KEPT {
-            self.classes.pop_first();
-        }
-        self.classes.insert(class.to_owned(), compiled.clone());
-        Ok(compiled)
-    }
-
-    fn call(&mut self, instance: &Arc<Instance>) -> Result<TracedValue, String> {
-        let (engine, trace) = self.engine()?;
-        let program = engine.program(instance);
-        let kernel = program.kernel(Method::Lookup, CallMode::Packet).map_err(|it| it.message)?;
-        trace.start();
-        let status = kernel.call(CallArguments {
-            state: &mut new_state(1),
-            scratch: &mut program.new_scratch(1),
-            count: 1,
-            mask: None,
-            accepted: None,
-            instances: Instances::One(&program.block(instance)),
-            host: &mut NoHost,
-        });
-        let recording = trace.take();
-        if status.budget_exhausted {
-            return Err(format!(
-                "the expression takes more than {LOOP_BUDGET} iterations of loops"
-            ));
-        }
-        let printed = recording.entries.into_iter().find_map(|entry| match entry.kind {
-            TraceKind::Print(_, values) => values.into_iter().next(),
-            _ => None,
-        });
-        printed.ok_or_else(|| "the expression has no value".to_owned())
+        Ok(&self.compiled[class])
     }
 
     fn engine(&mut self) -> Result<(Engine, Trace), String> {
@@ -128,6 +88,77 @@ impl Evaluator {
         };
         let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
         Ok(self.engine.insert((engine, trace)).clone())
+    }
+}
+
+/// An expression with its code.
+struct Compiled {
+    trace: Trace,
+    instance: Arc<Instance>,
+    program: Arc<Program>,
+    kernel: Arc<Kernel>,
+}
+
+impl Compiled {
+    fn new(class: &str, text: &str, engine: &Engine, trace: Trace) -> Result<Compiled, String> {
+        let compiler = Compiler::new(CompilerOptions {
+            traced: true,
+            loop_budget: Some(LOOP_BUDGET),
+            ..CompilerOptions::default()
+        });
+        let compilation = compiler.compile("expression", class);
+        let Some(unit) = &compilation.unit else {
+            let message = first_message(compilation.diagnostics.iter());
+            return Err(format!("`{}` can't be evaluated: {message}", text.trim()));
+        };
+        let class = unit.class(CLASS).map_err(|error| error.message)?;
+        let instance = Instance::new(class, std::iter::empty::<(&str, Value)>());
+        let instance = instance.map_err(|errors| first_message(errors.iter()))?;
+        let program = engine.program(&instance);
+        let kernel = program.kernel(Method::Lookup, CallMode::Packet).map_err(|it| it.message)?;
+        Ok(Compiled { trace, instance, program, kernel })
+    }
+
+    fn call(&self, variables: &BTreeMap<String, TracedValue>) -> Result<TracedValue, String> {
+        let mut scratch = self.program.new_scratch(1);
+        for (name, value) in variables {
+            let Some(first) = self.program.layout().scratch.get(name) else { continue };
+            for (index, word) in value.words.iter().enumerate() {
+                // Kernels represent true by all ones.
+                let word = if holds_bools(value.ty()) && *word != 0 { u32::MAX } else { *word };
+                scratch.words_mut(*first as usize + index)[0] = word;
+            }
+        }
+        self.trace.start();
+        let status = self.kernel.call(CallArguments {
+            state: &mut new_state(1),
+            scratch: &mut scratch,
+            count: 1,
+            mask: None,
+            accepted: None,
+            instances: Instances::One(&self.program.block(&self.instance)),
+            host: &mut NoHost,
+        });
+        let recording = self.trace.take();
+        if status.budget_exhausted {
+            return Err(format!(
+                "the expression takes more than {LOOP_BUDGET} iterations of loops"
+            ));
+        }
+        let printed = recording.entries.into_iter().find_map(|entry| match entry.kind {
+            TraceKind::Print(_, values) => values.into_iter().next(),
+            _ => None,
+        });
+        printed.ok_or_else(|| "the expression has no value".to_owned())
+    }
+}
+
+/// True for bools, and vectors and arrays of them.
+fn holds_bools(ty: &ParameterType) -> bool {
+    match ty {
+        ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => *scalar == Scalar::Bool,
+        ParameterType::Array(element, _) => holds_bools(element),
+        _ => false,
     }
 }
 
@@ -223,23 +254,12 @@ fn class_text(expression: &str, variables: &BTreeMap<String, TracedValue>) -> St
             ty => type_name(ty),
         };
         let (ty, sizes) = ty.split_at(ty.find('[').unwrap_or(ty.len()));
-        format!("public {ty} {name}{sizes};\n")
+        format!("scratch {ty} {name}{sizes};\n")
     };
     let members: String = variables.iter().map(declared).collect();
     format!(
         "class {CLASS} : rt_Texture;\n{members}void lookup() {{ print(\"{{}}\", ({expression})); }}\n"
     )
-}
-
-/// Converts a value to that of a parameter.
-fn value_of(value: &TracedValue) -> Value {
-    match value.scalar() {
-        Some(Constant::F32(value)) => Value::Float(value),
-        Some(Constant::I32(value)) => Value::Int(value),
-        Some(Constant::U32(value)) => Value::Uint(value),
-        Some(Constant::Bool(value)) => Value::Bool(value),
-        None => Value::List(value.parts().iter().map(value_of).collect()),
-    }
 }
 
 fn first_message<'a>(mut messages: impl Iterator<Item = &'a rtsl::Diagnostic>) -> String {

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use rtsl::{Recording, Source, SteppedLines, SteppedText, TraceKind, TracedValue};
 
-use crate::breakpoint::{Breakpoint, BreakpointId, Location, Pauses};
+use crate::breakpoint::{Breakpoint, BreakpointId, Location, Pauses, SetBreakpoint};
 use crate::expression::Evaluator;
 use crate::frame::Frame;
 use crate::lines::{self, Effect, LineEffects};
-use crate::scopes::Scopes;
+use crate::scopes::{ScopeWalk, Scopes};
 use crate::timeline::{CallId, NotFinite, Stop, Timeline};
 
 /// A walk over a recording.
@@ -19,7 +19,7 @@ pub struct Replay {
     skipped: u64,
     dropped: u64,
     position: usize,
-    breakpoints: Vec<Breakpoint>,
+    breakpoints: Vec<SetBreakpoint>,
     next_breakpoint: u32,
     pauses: Pauses,
     evaluator: Evaluator,
@@ -56,6 +56,15 @@ pub enum Reason {
     Start,
     /// There is nothing after.
     End,
+}
+
+/// The sizes of steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Granularity {
+    /// A statement, a condition or the step of a loop.
+    Statement,
+    /// All of a line.
+    Line,
 }
 
 /// A direction of movements.
@@ -179,8 +188,8 @@ impl Replay {
     // What ends runs.
 
     /// Returns the breakpoints.
-    pub fn breakpoints(&self) -> &[Breakpoint] {
-        &self.breakpoints
+    pub fn breakpoints(&self) -> impl Iterator<Item = &Breakpoint> {
+        self.breakpoints.iter().map(|set| &set.breakpoint)
     }
 
     /// Adds a breakpoint at the first line from `line` on that has a statement. `source` is the name of a text.
@@ -213,16 +222,48 @@ impl Replay {
     }
 
     fn add(&mut self, location: Location, condition: Option<String>) -> &Breakpoint {
-        let is_reached = (0..self.len()).any(|stop| self.is_at(stop, &location));
+        let at: Vec<usize> = (0..self.len()).filter(|stop| self.is_at(*stop, &location)).collect();
+        let is_reached = !at.is_empty();
+        let (stops, error) = match &condition {
+            None => (at, None),
+            Some(condition) => self.where_true(condition, at),
+        };
         let id = BreakpointId(self.next_breakpoint);
         self.next_breakpoint += 1;
-        self.breakpoints.push(Breakpoint { id, location, condition, is_reached });
-        &self.breakpoints[self.breakpoints.len() - 1]
+        let breakpoint = Breakpoint { id, location, condition, is_reached };
+        self.breakpoints.push(SetBreakpoint { breakpoint, stops, error });
+        &self.breakpoints[self.breakpoints.len() - 1].breakpoint
+    }
+
+    /// Returns the stops at which a condition is true, up to one at which it can't be evaluated, with that error.
+    fn where_true(&mut self, condition: &str, at: Vec<usize>) -> (Vec<usize>, Option<String>) {
+        let mut stops = Vec::new();
+        let mut walk: Option<ScopeWalk> = None;
+        for stop in at {
+            let frame = Frame::all(&self.timeline, stop).swap_remove(0);
+            let method = self.timeline.method_of(frame.call);
+            let mut going = match walk.take().filter(|it| it.can_reach(method, frame.entry)) {
+                Some(going) => going,
+                None => ScopeWalk::new(&self.timeline, method),
+            };
+            going.advance(&self.timeline, frame.entry);
+            let scopes = going.scopes(&self.timeline, &frame);
+            walk = Some(going);
+            match self.evaluator.is_true(condition, &scopes) {
+                Ok(true) => stops.push(stop),
+                Ok(false) => {}
+                Err(error) => {
+                    stops.push(stop);
+                    return (stops, Some(error));
+                }
+            }
+        }
+        (stops, None)
     }
 
     /// Removes the breakpoints that are not wanted.
-    pub fn retain_breakpoints(&mut self, is_wanted: impl FnMut(&Breakpoint) -> bool) {
-        self.breakpoints.retain(is_wanted);
+    pub fn retain_breakpoints(&mut self, mut is_wanted: impl FnMut(&Breakpoint) -> bool) {
+        self.breakpoints.retain(|set| is_wanted(&set.breakpoint));
     }
 
     /// Returns the further occasions that end runs.
@@ -237,22 +278,16 @@ impl Replay {
 
     // Movements.
 
-    /// Moves to the next line, into the functions that the current one calls.
-    pub fn step_in(&mut self) -> Stopped {
-        let target = (self.position + 1..self.len()).find(|stop| self.is_other_line(*stop));
+    /// Moves to the next statement or line, into the functions that the current one calls.
+    pub fn step_in(&mut self, size: Granularity) -> Stopped {
+        let target = (self.position + 1..self.len()).find(|stop| self.is_next(*stop, size));
         self.go(Way::Forwards, target)
     }
 
-    /// Moves to the next statement, which may be on the same line.
-    pub fn step_statement(&mut self) -> Stopped {
-        let target = Some(self.position + 1).filter(|stop| *stop < self.len());
-        self.go(Way::Forwards, target)
-    }
-
-    /// Moves to the next line of the same call, or that of its caller if it ends.
-    pub fn step_over(&mut self) -> Stopped {
+    /// Moves to the next statement or line of the same call, or that of its caller if it ends.
+    pub fn step_over(&mut self, size: Granularity) -> Stopped {
         let target = (self.position + 1..self.len())
-            .find(|stop| !self.is_inner(*stop) && self.is_other_line(*stop));
+            .find(|stop| !self.is_inner(*stop) && self.is_next(*stop, size));
         self.go(Way::Forwards, target)
     }
 
@@ -279,29 +314,24 @@ impl Replay {
         }
     }
 
-    /// Moves back to the line before in the same call, or to the call in its caller.
-    pub fn step_back(&mut self) -> Stopped {
-        let before = self.line_start(self.position);
-        let target = match before < self.position {
-            true => Some(before),
-            false => self.previous_outside_inner(before).map(|stop| self.line_start(stop)),
+    /// Moves back to the statement or line before in the same call, or to the call in its caller.
+    pub fn step_back(&mut self, size: Granularity) -> Stopped {
+        let first = self.first_of_step(self.position, size);
+        let target = match first < self.position {
+            true => Some(first),
+            false => self.previous_outside_inner(first).map(|it| self.first_of_step(it, size)),
         };
         self.go(Way::Backwards, target)
     }
 
-    /// Moves back to the line that ran before, which may be in a function that this line comes after.
-    pub fn step_back_in(&mut self) -> Stopped {
-        let before = self.line_start(self.position);
-        let target = match before < self.position {
-            true => Some(before),
-            false => before.checked_sub(1).map(|stop| self.line_start(stop)),
+    /// Moves back to the statement or line that ran before, which may be in a function that this line comes after.
+    pub fn step_back_in(&mut self, size: Granularity) -> Stopped {
+        let first = self.first_of_step(self.position, size);
+        let target = match first < self.position {
+            true => Some(first),
+            false => first.checked_sub(1).map(|stop| self.first_of_step(stop, size)),
         };
         self.go(Way::Backwards, target)
-    }
-
-    /// Moves back to the statement before, which may be on the same line.
-    pub fn step_statement_back(&mut self) -> Stopped {
-        self.go(Way::Backwards, self.position.checked_sub(1))
     }
 
     /// Moves back to the statement of the caller that makes the current call; to the first one of a call that the
@@ -399,56 +429,37 @@ impl Replay {
     }
 
     fn travel(&mut self, way: Way, target: usize, end: Reason) -> Reason {
-        let last = match way {
-            Way::Forwards => self.len() - 1,
-            Way::Backwards => 0,
+        let (range, is_last, last) = match way {
+            Way::Forwards => (self.position + 1..target + 1, false, self.len() - 1),
+            Way::Backwards => (target..self.position, true, 0),
         };
-        while self.position != target {
-            match way {
-                Way::Forwards => self.position += 1,
-                Way::Backwards => self.position -= 1,
-            }
-            if let Some(reason) = self.reason_here() {
-                return reason;
-            }
+        let stops = [
+            self.timeline.not_finite_in(range.clone(), is_last).filter(|_| self.pauses.not_finite),
+            self.timeline.print_in(range.clone(), is_last).filter(|_| self.pauses.print),
+        ];
+        let stops = stops.into_iter().flatten();
+        let breakpoints = self.breakpoints.iter();
+        let all = stops.chain(breakpoints.filter_map(|it| it.stop_in(range.clone(), is_last)));
+        let nearest = if is_last { all.max() } else { all.min() };
+        self.position = nearest.unwrap_or(target);
+        match self.reason_here() {
+            Some(reason) => reason,
+            None if target == last => end,
+            None => Reason::Step,
         }
-        // The last statement is the end of a run, and of a step if there is no further one.
-        if target == last && way == Way::Backwards {
-            end
-        } else {
-            self.reason_at_target(target, end)
-        }
-    }
-
-    fn reason_at_target(&self, target: usize, end: Reason) -> Reason {
-        if target == self.len() - 1 { end } else { Reason::Step }
     }
 
     /// The occasion at the position that ends a run.
-    fn reason_here(&mut self) -> Option<Reason> {
-        if let Some(found) =
-            self.timeline.not_finite(self.position).filter(|_| self.pauses.not_finite)
-        {
+    fn reason_here(&self) -> Option<Reason> {
+        let at = self.position;
+        if let Some(found) = self.timeline.not_finite(at).filter(|_| self.pauses.not_finite) {
             return Some(Reason::NotFinite(found.clone()));
         }
-        if let Some(text) = self.timeline.print(self.position).filter(|_| self.pauses.print) {
+        if let Some(text) = self.timeline.print(at).filter(|_| self.pauses.print) {
             return Some(Reason::Print(text.to_owned()));
         }
-        for index in 0..self.breakpoints.len() {
-            let Breakpoint { id, location, condition, .. } = &self.breakpoints[index];
-            if !self.is_at(self.position, location) {
-                continue;
-            }
-            let (id, condition) = (*id, condition.clone());
-            let Some(condition) = condition else { return Some(Reason::Breakpoint(id, None)) };
-            let frame = Frame::all(&self.timeline, self.position).swap_remove(0);
-            match self.evaluator.is_true(&condition, &Scopes::of(&self.timeline, &frame)) {
-                Ok(true) => return Some(Reason::Breakpoint(id, None)),
-                Ok(false) => {}
-                Err(error) => return Some(Reason::Breakpoint(id, Some(error))),
-            }
-        }
-        None
+        let here = self.breakpoints.iter().find(|it| it.stops.binary_search(&at).is_ok())?;
+        Some(Reason::Breakpoint(here.breakpoint.id, here.error_at(at).cloned()))
     }
 
     /// True if a stop is the first one at a location.
@@ -466,10 +477,10 @@ impl Replay {
         }
     }
 
-    /// True if a stop is not on the current line of the current call.
-    fn is_other_line(&self, stop: usize) -> bool {
+    /// True if a stop is not part of the current step.
+    fn is_next(&self, stop: usize, size: Granularity) -> bool {
         let (at, other) = (self.timeline.stops[self.position], self.timeline.stops[stop]);
-        at.call != other.call || at.line != other.line
+        size == Granularity::Statement || at.call != other.call || at.line != other.line
     }
 
     /// True if a stop is in a call that the current one makes.
@@ -484,9 +495,9 @@ impl Replay {
         of != call && known.begin < begin && begin < known.end
     }
 
-    /// The first stop of the line of a stop, in the same call.
-    fn line_start(&self, mut stop: usize) -> usize {
-        while !self.timeline.begins_line(stop) {
+    /// The first stop of the step of a stop: that of its line in the same call, or itself.
+    fn first_of_step(&self, mut stop: usize, size: Granularity) -> usize {
+        while size == Granularity::Line && !self.timeline.begins_line(stop) {
             stop = self.timeline.stops[stop].previous.unwrap_or(stop);
         }
         stop

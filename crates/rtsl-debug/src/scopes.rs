@@ -4,7 +4,7 @@ use rtsl::{TraceKind, TracedValue, ValueScope};
 
 use crate::frame::Frame;
 use crate::lines::result_of;
-use crate::timeline::Timeline;
+use crate::timeline::{CallId, Timeline};
 
 /// The variables that a call sees, with the values that they have had last.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,41 +37,81 @@ impl Scopes {
 
     /// Collects the variables of a call.
     pub(crate) fn of(timeline: &Timeline, frame: &Frame) -> Scopes {
-        let mut scopes = Scopes::default();
-        let method = timeline.method_of(frame.call);
-        // The calls from the method to the one whose entry is read.
-        let mut open = vec![method];
-        let mut index = timeline.call(method).begin;
-        while index < frame.entry {
-            let is_own = open.last() == Some(&frame.call);
-            match &timeline.entries[index].kind {
-                TraceKind::Call(_, state)
-                    if open.len() == 1 && timeline.call(method).begin == index =>
-                {
-                    state.iter().for_each(|value| set(&mut scopes.state_read, value.clone()));
-                }
-                // What other methods do is theirs.
-                TraceKind::Call(..) => {
-                    let end = timeline.call_at(index).map_or(index, |it| timeline.call(it).end);
-                    index = end.max(index);
-                }
-                TraceKind::Enter(_, parameters) => {
-                    open.extend(timeline.call_at(index));
-                    if open.last() == Some(&frame.call) {
-                        parameters.iter().for_each(|value| set(&mut scopes.locals, value.clone()));
-                    }
-                }
-                TraceKind::Leave(_) => {
-                    open.pop();
-                }
-                TraceKind::Known(values) => {
-                    values.iter().for_each(|value| scopes.know(value, is_own));
-                }
-                TraceKind::Assignment(part, whole) => scopes.assign(part, whole.as_ref(), is_own),
-                _ => {}
-            }
-            index += 1;
+        let mut walk = ScopeWalk::new(timeline, timeline.method_of(frame.call));
+        walk.advance(timeline, frame.entry);
+        walk.scopes(timeline, frame)
+    }
+}
+
+/// A walk over the entries of a method that collects variables. It goes on from where it is, so that the variables at
+/// all statements of a method cost no more than those at its end.
+pub(crate) struct ScopeWalk {
+    method: CallId,
+    /// The entry that is next.
+    index: usize,
+    /// The calls from the method to the one whose entries are next, with their locals.
+    open: Vec<(CallId, Vec<TracedValue>)>,
+    /// What is of the whole method.
+    shared: Scopes,
+}
+
+impl ScopeWalk {
+    pub fn new(timeline: &Timeline, method: CallId) -> ScopeWalk {
+        let index = timeline.call(method).begin;
+        ScopeWalk { method, index, open: Vec::new(), shared: Scopes::default() }
+    }
+
+    /// Returns true if the walk is part of a method, and not past an entry.
+    pub fn can_reach(&self, method: CallId, entry: usize) -> bool {
+        self.method == method && self.index <= entry
+    }
+
+    /// Goes on to an entry of the method.
+    pub fn advance(&mut self, timeline: &Timeline, entry: usize) {
+        while self.index < entry {
+            self.add(timeline);
+            self.index += 1;
         }
+    }
+
+    fn add(&mut self, timeline: &Timeline) {
+        match &timeline.entries[self.index].kind {
+            TraceKind::Call(_, state) if self.open.is_empty() => {
+                self.open.push((self.method, Vec::new()));
+                state.iter().for_each(|value| set(&mut self.shared.state_read, value.clone()));
+            }
+            // What other methods do is theirs.
+            TraceKind::Call(..) => {
+                let end = timeline.call_at(self.index).map(|call| timeline.call(call).end);
+                self.index = end.map_or(self.index, |end| end.max(self.index));
+            }
+            TraceKind::Enter(_, parameters) => {
+                let call = timeline.call_at(self.index).unwrap_or(self.method);
+                self.open.push((call, parameters.clone()));
+            }
+            TraceKind::Leave(_) => {
+                self.open.pop();
+            }
+            TraceKind::Known(values) => {
+                for value in values {
+                    let state = &mut self.shared.state_read;
+                    keep(&mut self.open, &mut self.shared.members, state, value);
+                }
+            }
+            TraceKind::Assignment(part, whole) => {
+                let value = whole.as_ref().unwrap_or(part);
+                let state = &mut self.shared.state_set;
+                keep(&mut self.open, &mut self.shared.members, state, value);
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns the variables that a call sees at the entry of the walk.
+    pub fn scopes(&self, timeline: &Timeline, frame: &Frame) -> Scopes {
+        let mut scopes = self.shared.clone();
+        let own = self.open.iter().find(|(call, _)| *call == frame.call);
+        scopes.locals = own.map_or_else(Vec::new, |(_, locals)| locals.clone());
         if let Some(place) = &frame.place {
             scopes.locals.retain(|value| value.variable.extent.contains(&place.start));
             keep_innermost(&mut scopes.locals);
@@ -81,24 +121,24 @@ impl Scopes {
         scopes.result = stop.ok().and_then(|stop| result_of(timeline, timeline.stops[stop]));
         scopes
     }
+}
 
-    fn know(&mut self, value: &TracedValue, is_own: bool) {
-        match value.variable.scope {
-            ValueScope::Local if is_own => set(&mut self.locals, value.clone()),
-            ValueScope::Local | ValueScope::Expression => {}
-            ValueScope::Member => set(&mut self.members, value.clone()),
-            ValueScope::State => set(&mut self.state_read, value.clone()),
+/// Keeps a value where its variable belongs.
+fn keep(
+    open: &mut [(CallId, Vec<TracedValue>)],
+    members: &mut Vec<TracedValue>,
+    state: &mut Vec<TracedValue>,
+    value: &TracedValue,
+) {
+    match value.variable.scope {
+        ValueScope::Local => {
+            if let Some((_, locals)) = open.last_mut() {
+                set(locals, value.clone());
+            }
         }
-    }
-
-    fn assign(&mut self, part: &TracedValue, whole: Option<&TracedValue>, is_own: bool) {
-        let value = whole.unwrap_or(part).clone();
-        match value.variable.scope {
-            ValueScope::Local if is_own => set(&mut self.locals, value),
-            ValueScope::Local | ValueScope::Expression => {}
-            ValueScope::Member => set(&mut self.members, value),
-            ValueScope::State => set(&mut self.state_set, value),
-        }
+        ValueScope::Member => set(members, value.clone()),
+        ValueScope::State => set(state, value.clone()),
+        ValueScope::Expression => {}
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{Place, Recording, TraceEntry, TraceKind};
@@ -123,6 +124,18 @@ impl Timeline {
     /// Returns the value that is not finite that the statement of a stop makes.
     pub fn not_finite(&self, stop: usize) -> Option<&NotFinite> {
         self.not_finite.get(&stop)
+    }
+
+    /// Returns the stop of the first value that is not finite in a range, or of the last one.
+    pub fn not_finite_in(&self, range: Range<usize>, is_last: bool) -> Option<usize> {
+        let mut stops = self.not_finite.range(range).map(|(stop, _)| *stop);
+        if is_last { stops.next_back() } else { stops.next() }
+    }
+
+    /// Returns the stop of the first print in a range, or of the last one.
+    pub fn print_in(&self, range: Range<usize>, is_last: bool) -> Option<usize> {
+        let mut stops = self.prints.range(range).map(|(stop, _)| *stop);
+        if is_last { stops.next_back() } else { stops.next() }
     }
 
     /// Returns the text that the statement of a stop prints.

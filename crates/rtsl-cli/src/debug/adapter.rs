@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
 
-use rtsl_debug::{Breakpoint, BreakpointId, Frame, Location, Pauses, Reason, Replay, Stopped};
+use rtsl_debug::{
+    Breakpoint, BreakpointId, Frame, Granularity, Location, Pauses, Reason, Replay, Stopped,
+};
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 
@@ -198,22 +200,22 @@ impl<W: Write> Adapter<W> {
     // Movements.
 
     fn movement(&mut self, request: &Request) -> Option<Result<Stopped, String>> {
-        let is_statement = || {
-            let arguments: StepArguments = arguments(request).unwrap_or_default();
-            arguments.granularity.as_deref() == Some("statement")
+        let arguments: StepArguments = arguments(request).unwrap_or_default();
+        // The protocol has statements where a client names nothing.
+        let size = match arguments.granularity.as_deref() {
+            Some("line") => Granularity::Line,
+            _ => Granularity::Statement,
         };
-        let movement: fn(&mut Replay) -> Stopped = match request.command.as_str() {
-            "next" | "stepIn" if is_statement() => Replay::step_statement,
-            "stepBack" if is_statement() => Replay::step_statement_back,
-            "next" => Replay::step_over,
-            "stepIn" => Replay::step_in,
-            "stepOut" => Replay::step_out,
-            "stepBack" => Replay::step_back,
-            "continue" => Replay::run,
-            "reverseContinue" => Replay::run_back,
+        let movement: &dyn Fn(&mut Replay) -> Stopped = match request.command.as_str() {
+            "next" => &|replay| replay.step_over(size),
+            "stepIn" => &|replay| replay.step_in(size),
+            "stepOut" => &Replay::step_out,
+            "stepBack" => &|replay| replay.step_back(size),
+            "continue" => &Replay::run,
+            "reverseContinue" => &Replay::run_back,
             "restartFrame" => return Some(self.restart_frame(request)),
             // A movement is at its end at once.
-            "pause" => |replay| replay.jump(replay.position()),
+            "pause" => &|replay| replay.jump(replay.position()),
             _ => return None,
         };
         Some(self.session().map(|session| movement(&mut session.replay)))

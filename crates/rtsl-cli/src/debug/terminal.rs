@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use rtsl_debug::Granularity::{Line, Statement};
 use rtsl_debug::{Effect, Frame, LineEffects, Location, Reason, Replay, Scopes, Stopped};
 
 use super::script::Commands;
@@ -98,15 +99,15 @@ impl<W: Write> Terminal<W> {
         let (word, rest) = command.split_once(char::is_whitespace).unwrap_or((command, ""));
         let rest = rest.trim();
         let moved = match word {
-            "s" | "step" => self.repeat(rest, Replay::step_in),
-            "n" | "next" => self.repeat(rest, Replay::step_over),
+            "s" | "step" => self.repeat(rest, |it| it.step_in(Line)),
+            "n" | "next" => self.repeat(rest, |it| it.step_over(Line)),
             "f" | "fin" | "finish" => self.repeat(rest, Replay::step_out),
-            "si" | "statement" => self.repeat(rest, Replay::step_statement),
+            "si" | "statement" => self.repeat(rest, |it| it.step_in(Statement)),
             "c" | "continue" => self.repeat(rest, Replay::run),
-            "rs" | "back-in" | "reverse-step" => self.repeat(rest, Replay::step_back_in),
-            "rn" | "back" | "reverse-next" => self.repeat(rest, Replay::step_back),
+            "rs" | "back-in" | "reverse-step" => self.repeat(rest, |it| it.step_back_in(Line)),
+            "rn" | "back" | "reverse-next" => self.repeat(rest, |it| it.step_back(Line)),
             "rf" | "back-out" | "reverse-finish" => self.repeat(rest, Replay::step_back_out),
-            "rsi" | "statement-back" => self.repeat(rest, Replay::step_statement_back),
+            "rsi" | "statement-back" => self.repeat(rest, |it| it.step_back_in(Statement)),
             "rc" | "reverse-continue" => self.repeat(rest, Replay::run_back),
             "start" => Ok(self.replay.jump(0)),
             "end" => Ok(self.replay.jump(usize::MAX)),
@@ -284,7 +285,7 @@ impl<W: Write> Terminal<W> {
     }
 
     fn breakpoints(&self) -> String {
-        let all = self.replay.breakpoints().iter().map(|it| {
+        let all = self.replay.breakpoints().map(|it| {
             let condition = it.condition.as_ref().map_or(String::new(), |it| format!(" if {it}"));
             format!("{}  {}{condition}\n", it.id.0, shown(&it.location))
         });
@@ -296,9 +297,9 @@ impl<W: Write> Terminal<W> {
             self.replay.retain_breakpoints(|_| false);
             return Ok(String::new());
         }
-        let (id, before) = (number(id)?, self.replay.breakpoints().len());
+        let (id, before) = (number(id)?, self.replay.breakpoints().count());
         self.replay.retain_breakpoints(|it| it.id.0 as usize != id);
-        match self.replay.breakpoints().len() < before {
+        match self.replay.breakpoints().count() < before {
             true => Ok(String::new()),
             false => Err(format!("there is no breakpoint {id}")),
         }

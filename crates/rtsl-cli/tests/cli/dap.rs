@@ -302,8 +302,6 @@ fn a_method_in_both_directions() {
         reverseContinue -> breakpoint: wave stripes.rtsl:5
         reverseContinue -> step (the start of the recording): Stripes.lookup stripes.rtsl:10"#]]
     .assert_eq(&stops.join("\n"));
-    let granularity = json!({ "threadId": 1, "granularity": "statement" });
-    assert_eq!(client.moves("next", granularity), "breakpoint: wave stripes.rtsl:5");
     let outputs = client.outputs();
     assert!(outputs[0].ends_with("stripes.rtsl:11: Stripes.lookup: brightness 0.87778884"));
     assert_eq!(
@@ -411,6 +409,28 @@ fn a_pixel_from_its_end_to_the_nan() {
         Some("there is no function `wave`")
     );
     assert_eq!(client.moves("stepIn", json!({})), "step: wave stripes.rtsl:5");
+    client.disconnect();
+}
+
+/// Steps are statements, as the protocol has it, unless the client asks for lines.
+#[test]
+fn sizes_of_steps() {
+    let folder = folder();
+    folder.write("stripes.rtsl", STRIPES.replace("float phase", "float one = 1.0; float phase"));
+    let mut client = Client::launched(&folder, method(&folder));
+    client.done("configurationDone", json!({}));
+    client.stop();
+    assert_eq!(client.moves("stepIn", json!({})), "step: wave stripes.rtsl:5");
+    assert_eq!(client.moves("next", json!({})), "step: wave stripes.rtsl:5");
+    assert_eq!(client.moves("stepBack", json!({})), "step: wave stripes.rtsl:5");
+    let line = json!({ "granularity": "line" });
+    assert_eq!(client.moves("next", line.clone()), "step: wave stripes.rtsl:6");
+    assert_eq!(client.moves("stepBack", line), "step: wave stripes.rtsl:5");
+    client.moves("stepOut", json!({}));
+    // Calls are stepped over in both directions.
+    let statement = json!({ "granularity": "statement" });
+    assert_eq!(client.moves("stepBack", statement.clone()), "step: Stripes.lookup stripes.rtsl:10");
+    assert_eq!(client.moves("next", statement), "step: Stripes.lookup stripes.rtsl:11");
     client.disconnect();
 }
 

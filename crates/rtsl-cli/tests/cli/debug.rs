@@ -243,5 +243,6 @@ fn wrong_uses() {
     expect![[r#"
         error[E0508]: `Empty` has no method `lookup`
          = note: `Empty` has no methods
-    "#]].assert_eq(&ran.errors());
+    "#]]
+    .assert_eq(&ran.errors());
 }

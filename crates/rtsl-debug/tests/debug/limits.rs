@@ -1,6 +1,7 @@
 //! Recordings that do not begin at the start, or are cut.
 
 use rtsl::{Recording, SteppedLines, TraceLimits};
+use rtsl_debug::Granularity::Line;
 use rtsl_debug::Replay;
 
 use crate::common::{SUMMED, place, replay, replay_with, variables, walk};
@@ -35,7 +36,7 @@ fn later_starts_have_what_holds() {
             compared += 1;
         }
         late.jump(0);
-        walk(&mut late, 2, Replay::step_in);
+        walk(&mut late, 2, |it| it.step_in(Line));
     }
     assert!(compared > 300, "{compared}");
 }

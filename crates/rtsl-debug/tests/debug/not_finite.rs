@@ -1,7 +1,8 @@
 //! Statements that make values that are not finite.
 
 use expect_test::expect;
-use rtsl_debug::{Pauses, Reason, Replay};
+use rtsl_debug::Granularity::Line;
+use rtsl_debug::{Pauses, Reason};
 
 use crate::common::{after, place, replay, walk};
 
@@ -46,5 +47,5 @@ fn backwards() {
         Spoilt.lookup:9
         Spoilt.lookup:8
     "#]]
-    .assert_eq(&walk(&mut replay, 2, Replay::step_back));
+    .assert_eq(&walk(&mut replay, 2, |it| it.step_back(Line)));
 }

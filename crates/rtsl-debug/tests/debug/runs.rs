@@ -1,9 +1,11 @@
 //! Runs to breakpoints and to prints.
 
 use expect_test::expect;
+use rtsl::TraceLimits;
+use rtsl_debug::Granularity::Line;
 use rtsl_debug::{Pauses, Reason, Replay};
 
-use crate::common::{SUMMED, place, replay, walk};
+use crate::common::{SUMMED, place, replay, replay_with, walk};
 
 #[test]
 fn lines_in_both_directions() {
@@ -81,6 +83,8 @@ fn conditions_that_fail_stop_with_the_error() {
         panic!("it is no condition");
     };
     assert_eq!(error, "`term + 1.0` is float, not a bool");
+    // It is evaluated no further.
+    assert_eq!(replay.run().reason, Reason::End);
 }
 
 #[test]
@@ -102,8 +106,8 @@ fn functions() {
 fn steps_end_at_breakpoints() {
     let mut replay = replay(SUMMED);
     replay.add_breakpoint("test.rtsl", 6, None).unwrap();
-    walk(&mut replay, 3, Replay::step_over);
-    assert!(matches!(replay.step_over().reason, Reason::Breakpoint(..)));
+    walk(&mut replay, 3, |it| it.step_over(Line));
+    assert!(matches!(replay.step_over(Line).reason, Reason::Breakpoint(..)));
     assert_eq!(place(&replay), "square:6 Summed.lookup:14");
 }
 
@@ -116,7 +120,7 @@ fn prints() {
     replay.set_pauses(Pauses { print: true, ..Pauses::default() });
     assert_eq!(replay.run_back().reason, Reason::Print("sum 1.0".to_owned()));
     assert_eq!(place(&replay), "Summed.lookup:20");
-    assert_eq!(replay.step_over().prints, ["test.rtsl:20: Summed.lookup: sum 1.0"]);
+    assert_eq!(replay.step_over(Line).prints, ["test.rtsl:20: Summed.lookup: sum 1.0"]);
 }
 
 /// A run from the start can end at the first statement, too.
@@ -126,4 +130,29 @@ fn the_first_statement() {
     replay.add_function_breakpoint("Summed.lookup", None);
     assert!(matches!(replay.run_from_start().reason, Reason::Breakpoint(..)));
     assert_eq!(replay.position(), 0);
+}
+
+/// The condition of a line that runs often takes time in proportion, in both directions.
+#[test]
+fn conditions_of_long_loops() {
+    let mut replay = replay_with(
+        "class Long : rt_Texture;
+float add(float a, float b) {
+    return a + b;
+}
+void lookup() {
+    float sum = 0.0;
+    for (int i = 0; i < 5000; i++) sum = add(sum, float(i));
+    rt_FloatTextureValue = sum;
+}",
+        0.25,
+        TraceLimits { skip: 0, keep: 1 << 20 },
+    );
+    replay.add_breakpoint("test.rtsl", 3, Some("b == 4321.0".to_owned())).unwrap();
+    assert!(matches!(replay.run().reason, Reason::Breakpoint(..)));
+    let caller = replay.frames().swap_remove(1);
+    assert_eq!(replay.evaluate("i", &caller).unwrap().to_string(), "4321");
+    replay.jump(usize::MAX);
+    assert!(matches!(replay.run_back().reason, Reason::Breakpoint(..)));
+    assert_eq!(replay.evaluate("i", &caller).unwrap().to_string(), "4321");
 }

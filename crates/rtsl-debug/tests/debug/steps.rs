@@ -1,6 +1,7 @@
 //! Movements by lines and statements.
 
 use expect_test::expect;
+use rtsl_debug::Granularity::{Line, Statement};
 use rtsl_debug::{Reason, Replay};
 
 use crate::common::{SUMMED, frame, place, replay, walk};
@@ -25,7 +26,7 @@ fn lines_with_calls() {
         square:8 Summed.lookup:14
         Summed.lookup:15
     "#]]
-    .assert_eq(&walk(&mut replay, 14, Replay::step_in));
+    .assert_eq(&walk(&mut replay, 14, |it| it.step_in(Line)));
 }
 
 #[test]
@@ -51,26 +52,26 @@ fn lines_over_calls() {
         Summed.lookup:21
         Summed.lookup:22: End
     "#]]
-    .assert_eq(&walk(&mut replay, 18, Replay::step_over));
+    .assert_eq(&walk(&mut replay, 18, |it| it.step_over(Line)));
 }
 
 #[test]
 fn steps_over_end_in_the_caller() {
     let mut replay = replay(SUMMED);
-    walk(&mut replay, 4, Replay::step_in);
+    walk(&mut replay, 4, |it| it.step_in(Line));
     assert_eq!(place(&replay), "square:5 Summed.lookup:14");
     expect![[r#"
         square:6 Summed.lookup:14
         square:8 Summed.lookup:14
         Summed.lookup:15
     "#]]
-    .assert_eq(&walk(&mut replay, 3, Replay::step_over));
+    .assert_eq(&walk(&mut replay, 3, |it| it.step_over(Line)));
 }
 
 #[test]
 fn a_function_is_left_forwards_and_backwards() {
     let mut replay = replay(SUMMED);
-    walk(&mut replay, 5, Replay::step_in);
+    walk(&mut replay, 5, |it| it.step_in(Line));
     assert_eq!(place(&replay), "square:6 Summed.lookup:14");
     let inside = replay.position();
     assert_eq!(walk(&mut replay, 1, Replay::step_out), "Summed.lookup:15\n");
@@ -86,14 +87,14 @@ fn a_function_is_left_forwards_and_backwards() {
 fn all_statements_backwards() {
     let mut replay = replay(SUMMED);
     let mut forwards = vec![place(&replay)];
-    while replay.step_statement().reason == Reason::Step {
+    while replay.step_in(Statement).reason == Reason::Step {
         forwards.push(place(&replay));
     }
     forwards.push(place(&replay));
     assert_eq!(forwards.len(), replay.len());
     let mut backwards = vec![place(&replay)];
     while replay.position() > 0 {
-        replay.step_statement_back();
+        replay.step_back_in(Statement);
         backwards.push(place(&replay));
     }
     backwards.reverse();
@@ -140,17 +141,17 @@ fn lines_backwards() {
     let mut replay = replay(SUMMED);
     let mut places = vec![place(&replay)];
     for _ in 0..12 {
-        replay.step_over();
+        replay.step_over(Line);
         places.push(place(&replay));
     }
     while places.pop().is_some_and(|expected| {
         assert_eq!(place(&replay), expected);
         replay.position() > 0
     }) {
-        replay.step_back();
+        replay.step_back(Line);
     }
     assert!(places.is_empty(), "{places:?}");
-    assert_eq!(replay.step_back().reason, Reason::Start);
+    assert_eq!(replay.step_back(Line).reason, Reason::Start);
 }
 
 #[test]
@@ -158,7 +159,7 @@ fn jumps() {
     let mut replay = replay(SUMMED);
     replay.jump(usize::MAX);
     assert_eq!(place(&replay), "Summed.lookup:22");
-    assert_eq!(replay.step_over().reason, Reason::End);
+    assert_eq!(replay.step_over(Line).reason, Reason::End);
     assert_eq!(place(&replay), "Summed.lookup:22");
     let call = frame(&replay);
     replay.jump_to_start_of(&call);

@@ -1,7 +1,7 @@
 //! The values of variables at statements.
 
 use expect_test::expect;
-use rtsl_debug::Replay;
+use rtsl_debug::Granularity::{Line, Statement};
 
 use crate::common::{SUMMED, frame, place, replay, variables, walk};
 
@@ -12,20 +12,21 @@ fn variables_so_far() {
         member count = 3
     "#]]
     .assert_eq(&variables(&replay));
-    walk(&mut replay, 4, Replay::step_in);
+    walk(&mut replay, 4, |it| it.step_in(Line));
     assert_eq!(place(&replay), "square:5 Summed.lookup:14");
     expect![[r#"
         local x = -1.0
         member count = 3
     "#]]
     .assert_eq(&variables(&replay));
-    walk(&mut replay, 2, Replay::step_in);
+    walk(&mut replay, 2, |it| it.step_in(Line));
     assert_eq!(place(&replay), "square:8 Summed.lookup:14");
     expect![[r#"
         local x = -1.0
         member count = 3
         returns 0.0
-    "#]].assert_eq(&variables(&replay));
+    "#]]
+    .assert_eq(&variables(&replay));
     replay.jump(usize::MAX);
     expect![[r#"
         local sum = 1.0
@@ -39,7 +40,7 @@ fn variables_so_far() {
 #[test]
 fn callers_have_the_values_of_their_calls() {
     let mut replay = replay(SUMMED);
-    walk(&mut replay, 4, Replay::step_in);
+    walk(&mut replay, 4, |it| it.step_in(Line));
     let caller = replay.frames().swap_remove(1);
     let scopes = replay.scopes(&caller);
     let names = scopes.locals.iter().map(|value| format!("{} = {value}", value.name()));
@@ -54,7 +55,7 @@ fn callers_have_the_values_of_their_calls() {
 #[test]
 fn results_of_calls() {
     let mut replay = replay(SUMMED);
-    walk(&mut replay, 4, Replay::step_over);
+    walk(&mut replay, 4, |it| it.step_over(Line));
     assert_eq!(place(&replay), "Summed.lookup:15");
     let results = replay.scopes(&frame(&replay)).results;
     let results: Vec<_> = results.iter().map(|(name, it)| format!("{name} = {it}")).collect();
@@ -92,7 +93,7 @@ void lookup() {
         if replay.position() + 1 == replay.len() {
             break;
         }
-        replay.step_statement();
+        replay.step_in(Statement);
     }
     expect![[r#"
         3: 
@@ -196,7 +197,7 @@ void lookup() {
     rt_FloatTextureValue = kept;
 }",
     );
-    replay.step_over();
+    replay.step_over(Line);
     assert_eq!(place(&replay), "Kept.lookup:10");
     expect![[r#"
         member scale = 2.0
