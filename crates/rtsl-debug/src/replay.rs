@@ -414,24 +414,25 @@ impl Replay {
             Way::Forwards => (self.len() - 1, Reason::End),
             Way::Backwards => (0, Reason::Start),
         };
-        let target = target.unwrap_or(last);
-        let reason = match target == from {
-            true if from == last => end,
-            true => Reason::Step,
-            false => self.travel(way, target, end),
+        let reason = match target {
+            Some(target) if target != from => self.travel(way, target).unwrap_or(Reason::Step),
+            Some(_) if from != last => Reason::Step,
+            _ if from == last => end,
+            _ => self.travel(way, last).unwrap_or(end),
         };
         let passed = match way {
-            Way::Forwards if from < self.position => from..self.position,
-            _ => 0..0,
+            Way::Forwards => from..self.position,
+            Way::Backwards => 0..0,
         };
         let prints = self.timeline.prints_between(passed.start, passed.end);
         Stopped { reason, prints: prints.map(ToString::to_string).collect() }
     }
 
-    fn travel(&mut self, way: Way, target: usize, end: Reason) -> Reason {
-        let (range, is_last, last) = match way {
-            Way::Forwards => (self.position + 1..target + 1, false, self.len() - 1),
-            Way::Backwards => (target..self.position, true, 0),
+    /// Moves towards a target, up to an occasion that ends a run; returns that occasion.
+    fn travel(&mut self, way: Way, target: usize) -> Option<Reason> {
+        let (range, is_last) = match way {
+            Way::Forwards => (self.position + 1..target + 1, false),
+            Way::Backwards => (target..self.position, true),
         };
         let stops = [
             self.timeline.not_finite_in(range.clone(), is_last).filter(|_| self.pauses.not_finite),
@@ -442,11 +443,7 @@ impl Replay {
         let all = stops.chain(breakpoints.filter_map(|it| it.stop_in(range.clone(), is_last)));
         let nearest = if is_last { all.max() } else { all.min() };
         self.position = nearest.unwrap_or(target);
-        match self.reason_here() {
-            Some(reason) => reason,
-            None if target == last => end,
-            None => Reason::Step,
-        }
+        self.reason_here()
     }
 
     /// The occasion at the position that ends a run.

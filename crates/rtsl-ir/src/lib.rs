@@ -65,6 +65,6 @@ pub use op::{
 };
 pub use place::{Place, Places, Source};
 pub use query::{PROPERTIES_OF_MATERIALS, Query, SURFACE, SURFACE_SCALARS, Scalars};
-pub use reported_value::{ReportedValue, scalar_count, shown};
+pub use reported_value::{MAX_REPORTED_SCALARS, ReportedValue, scalar_count, shown};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

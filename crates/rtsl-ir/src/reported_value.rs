@@ -6,6 +6,9 @@ use std::sync::Arc;
 use crate::class::ParameterType;
 use crate::{Constant, EventValue, Scalar};
 
+/// The number of scalars of the largest variables whose values are reported.
+pub const MAX_REPORTED_SCALARS: usize = 64;
+
 /// A value that was reported. Its scalars are in the order of the leaves of its type: the elements of an array of
 /// structs are apart, field by field.
 #[derive(Clone, Debug, PartialEq)]

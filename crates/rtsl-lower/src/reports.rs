@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl_ir::{
-    Event, EventKind, EventValue, OpKind, Place, Source, Value, ValueScope, scalar_count,
+    Event, EventKind, EventValue, MAX_REPORTED_SCALARS, OpKind, Place, Source, Value, ValueScope,
+    scalar_count,
 };
 use rtsl_sema::hir::{
     Expression, ExpressionKind, Function, Local, LocalId, Statement, StatementKind, Type,
@@ -125,7 +126,7 @@ impl<'m> Lowering<'m> {
         reported.add(part, values);
         if let Some(variable) = variable.filter(|_| !std::ptr::eq(root, target)) {
             let whole = value(&self.variable(variable).name, &root.ty);
-            if scalar_count(&whole.ty) <= REPORTED_SCALARS {
+            if scalar_count(&whole.ty) <= MAX_REPORTED_SCALARS {
                 let values = self.stored(variable);
                 reported.add(whole, &values);
             }
@@ -183,7 +184,7 @@ impl<'m> Lowering<'m> {
         for (index, local) in function.locals.iter().take(function.parameters.len()).enumerate() {
             let Some(variable) = self.frame.locals[index] else { continue };
             let value = self.local_value(LocalId(index as u32), local);
-            if scalar_count(&value.ty) <= REPORTED_SCALARS {
+            if scalar_count(&value.ty) <= MAX_REPORTED_SCALARS {
                 let values = self.stored(variable);
                 reported.add(value, &values);
             }
@@ -246,9 +247,6 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The number of scalars of the largest variables that are reported whole.
-const REPORTED_SCALARS: usize = 64;
-
 /// Values with their scalars.
 #[derive(Default)]
 struct Reported {
@@ -257,9 +255,10 @@ struct Reported {
 }
 
 impl Reported {
-    /// Adds a value, unless it has none that can be reported.
+    /// Adds a value, unless it is none that can be reported.
     fn add(&mut self, value: Arc<EventValue>, scalars: &[Value]) {
-        if !scalars.is_empty() && scalar_count(&value.ty) == scalars.len() {
+        let is_reported = (1..=MAX_REPORTED_SCALARS).contains(&scalars.len());
+        if is_reported && scalar_count(&value.ty) == scalars.len() {
             self.values.push(value);
             self.operands.extend_from_slice(scalars);
         }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl_ir::class::ParameterType;
 use rtsl_ir::{
-    Event, EventKind, EventValue, Function, Index, Op, OpKind, ReferenceCall, Scalar, Value,
-    ValueScope, Variable, VariableId, VariableKind,
+    Event, EventKind, EventValue, Function, Index, MAX_REPORTED_SCALARS, Op, OpKind, ReferenceCall,
+    Scalar, Value, ValueScope, Variable, VariableId, VariableKind,
 };
 
 use super::linker::{Linker, Linking, Site};
@@ -115,9 +115,6 @@ fn read(site: &Site<'_>, kind: VariableKind) -> Vec<VariableId> {
     read.map(|((id, _), _)| id).collect()
 }
 
-/// The number of scalars of the largest variables whose values are recorded.
-pub(crate) const RECORDED_SCALARS: u32 = 64;
-
 /// The members that a function reports when it reads them, since they may stand for textures.
 pub(crate) fn known_at_reads(function: &Function) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
@@ -135,7 +132,7 @@ pub(crate) fn known_at_reads(function: &Function) -> BTreeSet<String> {
 
 /// True if a variable is not too large, and no table of constants of the compiler, whose name has two underscores.
 pub(crate) fn is_recorded(name: &str, components: u32) -> bool {
-    components <= RECORDED_SCALARS && !name.contains("__")
+    components as usize <= MAX_REPORTED_SCALARS && !name.contains("__")
 }
 
 /// Describes a variable in the memory of the host.
