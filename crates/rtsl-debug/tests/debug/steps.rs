@@ -50,7 +50,7 @@ fn lines_over_calls() {
         Summed.lookup:13
         Summed.lookup:20
         Summed.lookup:21
-        Summed.lookup:22: End
+        Summed.lookup:22
     "#]]
     .assert_eq(&walk(&mut replay, 18, |it| it.step_over(Line)));
 }
