@@ -1,5 +1,5 @@
-//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract`, `rtsl-debug` and `rtsl-render`, and with the
-//! feature `view` over `rtsl-view`.
+//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract`, `rtsl-debug` and `rtsl-render`, and with
+//! the feature `view` over `rtsl-view`.
 //!
 //! Exit codes: 0 done; 1 the input has errors, which diagnostics report; 2 wrong usage. Diagnostics go to standard
 //! error, results to standard output or to the file that `-o` names.

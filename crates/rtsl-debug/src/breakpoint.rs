@@ -1,4 +1,4 @@
-//! What ends a run of the debugger.
+//! Breakpoints, and further occasions that end a run of the debugger.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What the statements of a call have done, line by line.
+//! The effects of the statements of a call, line by line.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use rtsl::{TraceKind, TracedValue};
 use crate::frame::Frame;
 use crate::timeline::{CallId, Stop, Timeline};
 
-/// What a statement has done.
+/// An effect of a statement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
     /// It has set a variable, or a part of one.
@@ -20,7 +20,7 @@ pub enum Effect {
     Returns(TracedValue),
 }
 
-/// What the lines of a text have done when they ran last, in one call.
+/// The effects of the lines of a text when they ran last, in one call.
 pub type LineEffects = BTreeMap<u32, Vec<Effect>>;
 
 /// Formats what it does: `t = 3.25`, `true`.

@@ -37,7 +37,7 @@ pub struct NothingRecorded {
 pub struct Stopped {
     /// The reason.
     pub reason: Reason,
-    /// What the statements have printed that a movement forwards has passed, with their places.
+    /// The prints of the statements that a movement forwards has passed, with their places.
     pub prints: Vec<String>,
 }
 

@@ -51,7 +51,7 @@ pub(crate) struct ScopeWalk {
     index: usize,
     /// The calls from the method to the one whose entries are next, with their locals.
     open: Vec<(CallId, Vec<TracedValue>)>,
-    /// What is of the whole method.
+    /// The variables of the whole method.
     shared: Scopes,
 }
 

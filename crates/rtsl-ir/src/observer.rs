@@ -25,7 +25,8 @@ pub trait Observer {
         let _ = made;
     }
 
-    /// Receives a value that is not finite and leaves the method. Each operation is told once for each time that it is executed.
+    /// Receives a value that is not finite and leaves the method. Each operation is told once for each time that it is
+    /// executed.
     fn spoilt(&mut self, spoilt: Spoilt) {
         let _ = spoilt;
     }

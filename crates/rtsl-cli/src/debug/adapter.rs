@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
 
 use rtsl_debug::{
-    Breakpoint, BreakpointId, Frame, Granularity, Location, Pauses, Reason, Replay, Stopped,
+    Breakpoint, BreakpointId, Granularity, Location, Pauses, Reason, Replay, Stopped,
 };
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 
-use super::handles::Handles;
 use super::launch::LaunchArguments;
 use super::protocol::{
     FunctionBreakpoint, InitializeArguments, InspectArguments, Outbox, Request,
     SetBreakpointsArguments, SetExceptionBreakpointsArguments, SetFunctionBreakpointsArguments,
     Source, SourceBreakpoint, StepArguments, read_message,
 };
-use super::sources::{name_at, path_of};
+use super::session::Session;
+use super::sources::name_at;
 use super::target::{Recorded, record};
 
 /// The only thread.
@@ -52,20 +52,6 @@ struct Adapter<W> {
     wanted: BTreeMap<String, Vec<SourceBreakpoint>>,
     wanted_functions: Vec<FunctionBreakpoint>,
     is_over: bool,
-}
-
-/// A recording that is debugged.
-struct Session {
-    replay: Replay,
-    title: String,
-    result: String,
-    handles: Handles,
-    /// The texts that the client knows by numbers, from 1.
-    texts: Vec<String>,
-    /// The breakpoints of each text, by the client's names.
-    of_text: BTreeMap<String, Vec<BreakpointId>>,
-    of_functions: Vec<BreakpointId>,
-    stopped: Option<Stopped>,
 }
 
 impl<W: Write> Adapter<W> {
@@ -462,70 +448,6 @@ impl<W: Write> Adapter<W> {
 
     fn session(&mut self) -> Result<&mut Session, String> {
         self.session.as_mut().ok_or_else(|| "nothing is launched".to_owned())
-    }
-}
-
-impl Session {
-    fn new(replay: Replay, title: String, result: String) -> Session {
-        Session {
-            replay,
-            title,
-            result,
-            handles: Handles::default(),
-            texts: Vec::new(),
-            of_text: BTreeMap::new(),
-            of_functions: Vec::new(),
-            stopped: None,
-        }
-    }
-
-    /// The call with a number; the innermost if none is given.
-    fn frame(&self, id: Option<i64>) -> Result<Frame, String> {
-        let mut frames = self.replay.frames();
-        let index = usize::try_from(id.unwrap_or(1)).ok().and_then(|id| id.checked_sub(1));
-        match index.filter(|index| *index < frames.len()) {
-            Some(index) => Ok(frames.swap_remove(index)),
-            None => Err("there is no such call".to_owned()),
-        }
-    }
-
-    /// A text as the protocol has it: with its file, or the number by which clients get it.
-    fn source(&mut self, name: &str) -> Json {
-        let short =
-            std::path::Path::new(name).file_name().map_or(name.into(), |it| it.to_string_lossy());
-        if let Some(path) = path_of(name) {
-            return json!({ "name": short, "path": path });
-        }
-        let known = self.texts.iter().position(|known| known == name);
-        let index = known.unwrap_or_else(|| {
-            self.texts.push(name.to_owned());
-            self.texts.len() - 1
-        });
-        json!({ "name": short, "path": name, "sourceReference": index + 1, "origin": "built in" })
-    }
-
-    fn text(&self, reference: Option<i64>) -> Result<Json, String> {
-        let index = reference.and_then(|it| usize::try_from(it).ok()?.checked_sub(1));
-        let name = index.and_then(|index| self.texts.get(index));
-        let source = name.and_then(|name| self.replay.source(name));
-        let source = source.ok_or("there is no such text")?;
-        Ok(json!({ "content": source.text, "mimeType": "text/x-rtsl" }))
-    }
-
-    fn exception(&self) -> Result<Json, String> {
-        match self.stopped.as_ref().map(|stopped| &stopped.reason) {
-            Some(Reason::NotFinite(found)) => Ok(json!({
-                "exceptionId": "notFinite",
-                "description": found.to_string(),
-                "breakMode": "always",
-            })),
-            Some(Reason::Print(text)) => Ok(json!({
-                "exceptionId": "print",
-                "description": text,
-                "breakMode": "always",
-            })),
-            _ => Err("the debugger has not stopped at an exception".to_owned()),
-        }
     }
 }
 

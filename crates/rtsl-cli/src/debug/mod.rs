@@ -5,6 +5,7 @@ mod handles;
 mod launch;
 mod protocol;
 mod script;
+mod session;
 mod sources;
 mod target;
 mod terminal;

@@ -2,11 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use rtsl::library;
 use rtsl_debug::Replay;
 
-/// Returns the path of a text, absolute; none if it is in no file.
+/// Returns the path of a text, absolute; none if it is in no file. A file that has the name of a text of the standard
+/// library by chance is another, unless it has the same text.
 pub fn path_of(name: &str) -> Option<PathBuf> {
-    std::fs::canonicalize(name).ok().filter(|path| path.is_file())
+    let path = std::fs::canonicalize(name).ok().filter(|path| path.is_file())?;
+    let is_same = |built_in: &str| std::fs::read_to_string(&path).is_ok_and(|it| it == built_in);
+    let is_other = library::file(name).is_some_and(|file| !is_same(file.text));
+    (!is_other).then_some(path)
 }
 
 /// Returns the name of the text that a path denotes: of a file, or of a text that is built in.

@@ -1,4 +1,4 @@
-//! What is debugged: a sample of a pixel, or one call of a method, which are recorded.
+//! Targets of the debugger: a sample of a pixel, or one call of a method, which are recorded.
 
 use rtsl::{Trace, TraceDetail, TraceLimits, render};
 use rtsl_debug::Replay;
@@ -14,7 +14,7 @@ pub const DEFAULT_KEPT: usize = 1 << 20;
 /// The greatest number of entries that can be recorded, about 2.5 GB.
 pub const MAX_KEPT: usize = 1 << 24;
 
-/// What is debugged.
+/// A run that is debugged.
 pub enum Target {
     /// A sample of a pixel.
     Pixel(Box<PixelTarget>),
@@ -36,7 +36,7 @@ pub struct PixelTarget {
 pub struct Recorded {
     /// The recording.
     pub replay: Replay,
-    /// What was recorded, in a few words.
+    /// A few words for the recorded call or pixel.
     pub title: String,
     /// Its results, as lines.
     pub result: String,

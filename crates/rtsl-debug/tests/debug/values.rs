@@ -157,7 +157,7 @@ void lookup() {
     .assert_eq(&variables(&replay));
 }
 
-/// What lines have done when they ran last.
+/// The effects of lines when they ran last.
 #[test]
 fn effects_of_lines() {
     let mut replay = replay(SUMMED);

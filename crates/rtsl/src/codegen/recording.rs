@@ -79,7 +79,7 @@ pub(super) struct Entries {
     count: u64,
     /// The number of entries kept by earlier recordings.
     kept_before: usize,
-    /// What holds of the entries skipped so far.
+    /// The entries skipped so far that still hold.
     present: Vec<TraceEntry>,
 }
 
