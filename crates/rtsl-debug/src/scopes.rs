@@ -4,6 +4,7 @@ use rtsl::{TraceKind, TracedValue, ValueScope};
 
 use crate::frame::Frame;
 use crate::lines::result_of;
+use crate::path::{is_of_name, renamed};
 use crate::timeline::{CallId, Timeline};
 
 /// The variables that a call sees, with the values that they have had last.
@@ -99,9 +100,12 @@ impl ScopeWalk {
                 }
             }
             TraceKind::Assignment(part, whole) => {
-                let value = whole.as_ref().unwrap_or(part);
+                let value = match whole {
+                    Some(whole) => whole.clone(),
+                    None => part_of_large(part),
+                };
                 let state = &mut self.shared.state_set;
-                keep(&mut self.open, &mut self.shared.members, state, value);
+                keep(&mut self.open, &mut self.shared.members, state, &value);
             }
             _ => {}
         }
@@ -120,6 +124,15 @@ impl ScopeWalk {
         let stop = timeline.stops.binary_search_by_key(&frame.entry, |stop| stop.entry);
         scopes.result = stop.ok().and_then(|stop| result_of(timeline, timeline.stops[stop]));
         scopes
+    }
+}
+
+/// Names a part of a variable that is too large to be recorded by what it is: the value of `table[i]` at its
+/// assignment, which `table[i]` need not have any more.
+fn part_of_large(part: &TracedValue) -> TracedValue {
+    match part.name().chars().all(is_of_name) {
+        true => part.clone(),
+        false => renamed(part, format!("{}, as set last", part.name())),
     }
 }
 

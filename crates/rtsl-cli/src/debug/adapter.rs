@@ -387,7 +387,7 @@ impl<W: Write> Adapter<W> {
         let mut ids = Vec::new();
         let mut answers = Vec::new();
         for SourceBreakpoint { line, condition } in breakpoints {
-            let wanted = u32::try_from(line - base + 1).unwrap_or(1);
+            let wanted = u32::try_from(line.saturating_sub(base).saturating_add(1)).unwrap_or(1);
             let condition = condition.clone().filter(|it| !it.trim().is_empty());
             let set = match &text {
                 Some(text) => session.replay.add_breakpoint(text, wanted, condition),

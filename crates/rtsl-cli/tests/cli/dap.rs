@@ -616,6 +616,11 @@ fn messages_that_are_wrong() {
     client.send_text("nonsense");
     assert!(client.event("output")["output"].as_str().unwrap().starts_with("no request: "));
     assert_eq!(client.refused("fly", json!({})), "the debugger has no `fly`");
+    // Lines that no text has.
+    let source = json!({ "path": path(&folder, "stripes.rtsl") });
+    let lines = json!([{ "line": i64::MIN }, { "line": i64::MAX }]);
+    let set = client.done("setBreakpoints", json!({ "source": source, "breakpoints": lines }));
+    assert_eq!(set["breakpoints"].as_array().unwrap().len(), 2);
     let error = client.refused("setBreakpoints", json!({ "source": 7 }));
     assert!(error.starts_with("`setBreakpoints`: "), "{error}");
     client.disconnect();

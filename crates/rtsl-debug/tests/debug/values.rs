@@ -207,3 +207,31 @@ void lookup() {
     "#]]
     .assert_eq(&variables(&replay));
 }
+
+/// Of a variable that is too large, there are the parts that were set, which say so.
+#[test]
+fn large_variables() {
+    let mut replay = replay(
+        "class Large : rt_Texture;
+void lookup() {
+    float table[100];
+    int k = int(rt_TextureUV.x * 8.0);
+    table[k] = 1.5;
+    k++;
+    table[3] = 2.5;
+    rt_FloatTextureValue = table[k] + table[3];
+}",
+    );
+    replay.jump(usize::MAX);
+    let call = frame(&replay);
+    expect![[r#"
+        local k = 3
+        local table[k], as set last = 1.5
+        local table[3], as set last = 2.5
+        state read rt_TextureUV = (0.25, 0.0)
+        state set rt_FloatTextureValue = 5.0
+    "#]]
+    .assert_eq(&variables(&replay));
+    let error = replay.evaluate("table[k]", &call).unwrap_err();
+    assert_eq!(error, "`table[k]` can't be evaluated: there is no `table` here");
+}
