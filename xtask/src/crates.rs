@@ -52,6 +52,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-scene", &["rtsl", "rtsl-image", "rtsl-materialx", "rtsl-math", "rtsl-memory"]),
     ("rtsl-render", &["rtsl", "rtsl-bvh", "rtsl-image", "rtsl-math", "rtsl-memory", "rtsl-scene"]),
     ("rtsl-contract", &["rtsl"]),
+    ("rtsl-debug", &["rtsl"]),
     ("rtsl-view", &["rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
     ("rtsl-capi", &["rtsl"]),
     (
@@ -59,6 +60,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "rtsl",
             "rtsl-contract",
+            "rtsl-debug",
             "rtsl-format",
             "rtsl-image",
             "rtsl-lsp",

@@ -32,6 +32,11 @@ pub struct SearchPath {
 }
 
 impl SearchPath {
+    /// Creates a search path of these folders.
+    pub fn of(search_path: Vec<PathBuf>) -> SearchPath {
+        SearchPath { search_path }
+    }
+
     /// Returns the search path of a file, with the folders that the project file beside it names. Faults of that are
     /// reported.
     ///

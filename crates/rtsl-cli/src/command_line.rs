@@ -6,6 +6,8 @@ use crate::arguments::Color;
 use crate::commands::bench::BenchArguments;
 use crate::commands::build::BuildArguments;
 use crate::commands::check::CheckArguments;
+use crate::commands::dap::DapArguments;
+use crate::commands::debug::DebugArguments;
 use crate::commands::eval::EvalArguments;
 use crate::commands::explain::ExplainArguments;
 use crate::commands::fmt::FmtArguments;
@@ -46,6 +48,10 @@ pub enum Command {
     Build(BuildArguments),
     /// Call one method on given values and print its results.
     Eval(EvalArguments),
+    /// Walk over a recorded call of a method, or sample of a pixel, forwards and backwards.
+    Debug(DebugArguments),
+    /// Serve the debugger to an editor, in the Debug Adapter Protocol.
+    Dap(DapArguments),
     /// Check the contracts between classes and renderers: sampling densities, bounds, energy conservation and others.
     Test(TestArguments),
     /// Measure the time of methods per ray, for each call mode and width, or the speed of an integrator or a scene.

@@ -1,5 +1,5 @@
-//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract` and `rtsl-render`, and with the feature
-//! `view` over `rtsl-view`.
+//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract`, `rtsl-debug` and `rtsl-render`, and with
+//! the feature `view` over `rtsl-view`.
 //!
 //! Exit codes: 0 done; 1 the input has errors, which diagnostics report; 2 wrong usage. Diagnostics go to standard
 //! error, results to standard output or to the file that `-o` names.
@@ -7,6 +7,7 @@
 mod arguments;
 mod command_line;
 mod commands;
+mod debug;
 mod eval;
 mod files;
 mod json;
@@ -39,6 +40,8 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::run(&arguments, &reporter),
         Command::Build(arguments) => commands::build::run(&arguments, &reporter, &spans),
         Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
+        Command::Debug(arguments) => commands::debug::run(&arguments, &reporter),
+        Command::Dap(arguments) => commands::dap::run(&arguments),
         Command::Test(arguments) => commands::test::run(&arguments, &reporter),
         Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),
         Command::Render(arguments) => commands::render::run(&arguments, &reporter),

@@ -48,7 +48,7 @@ pub fn lines(recording: &Recording) -> String {
 /// Returns a warning about the first value that is not finite, with the text at its place.
 pub fn not_finite(recording: &Recording) -> Option<(SourceMap, Diagnostic)> {
     let found = recording.entries.iter().find_map(|entry| match entry.kind {
-        TraceKind::NotFinite(value) => Some((entry, value)),
+        TraceKind::NotFinite(value, _) => Some((entry, value)),
         _ => None,
     });
     let (entry, value) = found?;
@@ -72,14 +72,14 @@ fn open_calls(entries: &[TraceEntry], of: &TraceEntry) -> Vec<String> {
     let mut open = Vec::new();
     for entry in entries.iter().take_while(|entry| !std::ptr::eq(*entry, of)) {
         match &entry.kind {
-            TraceKind::Call(..) => open.push(entry.method.as_str()),
+            TraceKind::Call(..) => open.push(&*entry.method),
             TraceKind::Return(_) => {
                 open.pop();
             }
             _ => {}
         }
     }
-    if open.last() == Some(&of.method.as_str()) {
+    if open.last() == Some(&&*of.method) {
         open.pop();
     }
     open.iter().rev().map(|method| format!("called by `{method}`")).collect()
@@ -109,25 +109,32 @@ impl JsonEntry {
     pub fn new(entry: &TraceEntry) -> JsonEntry {
         let TraceEntry { depth, lane, method, place, kind } = entry.clone();
         let (name, text, reference, values) = match kind {
-            TraceKind::Print(text) => ("print", Some(text), None, Vec::new()),
-            TraceKind::Assignment(name, value) => ("assignment", None, None, vec![(name, value)]),
+            TraceKind::Print(text, _) => ("print", Some(text), None, Vec::new()),
+            TraceKind::Assignment(part, _) => ("assignment", None, None, vec![part]),
             TraceKind::Call(reference, values) => ("call", None, reference, values),
             TraceKind::Return(values) => ("return", None, None, values),
             TraceKind::Note(text) => ("note", Some(text), None, Vec::new()),
-            TraceKind::NotFinite(value) => {
+            TraceKind::NotFinite(value, _) => {
                 ("notFinite", Some(format!("{value:?}")), None, Vec::new())
             }
+            TraceKind::Statement => ("statement", None, None, Vec::new()),
+            TraceKind::Condition(value) => ("condition", Some(value.to_string()), None, Vec::new()),
+            TraceKind::Known(values) => ("known", None, None, values),
+            TraceKind::Enter(name, values) => ("enter", Some(name.to_string()), None, values),
+            TraceKind::Leave(result) => ("leave", None, None, result.into_iter().collect()),
+            TraceKind::Made(value, _) => ("made", Some(format!("{value:?}")), None, Vec::new()),
         };
+        let values = values.iter().map(|value| (value.name().to_owned(), value.to_string()));
         JsonEntry {
             kind: name,
             depth,
             lane,
-            method,
+            method: method.to_string(),
             file: place.as_ref().map(|place| place.source.name.clone()),
             line: place.as_ref().map(Place::line),
             text,
             reference,
-            values: values.into_iter().collect(),
+            values: values.collect(),
         }
     }
 }

@@ -1,7 +1,11 @@
 //! Events that a traced function reports to the observer of its run.
 
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::Place;
 use crate::class::ParameterType;
-use crate::{Constant, Place, Scalar};
+use crate::reported_value::{ReportedValue, scalar_count, shown};
 
 /// A point of a function that reports values when it is reached.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,11 +13,11 @@ pub struct Event {
     /// The occasion.
     pub kind: EventKind,
     /// The method whose text this is, as `Class.method`.
-    pub method: String,
+    pub method: Arc<str>,
     /// The place in the text, if it has one.
     pub place: Option<Place>,
     /// The values, whose scalars are the operands of the operation in this order.
-    pub values: Vec<EventValue>,
+    pub values: Vec<Arc<EventValue>>,
 }
 
 /// The occasions of events.
@@ -21,21 +25,61 @@ pub struct Event {
 pub enum EventKind {
     /// A `print`, with the parts of its text before, between and after the values.
     Print(Vec<String>),
-    /// An assignment to a variable.
+    /// An assignment to a variable or a part of one: its value, then that of the whole variable if it is not too large.
     Assignment,
     /// The start of a method that another method calls through this reference.
     Call(String),
     /// The end of a method that another method calls.
     Return,
+    /// The statement, the condition or the step of a loop at the place, which runs next; or the closing brace of a
+    /// function, where all values are what they are at its end.
+    Statement,
+    /// The value of the condition at the place.
+    Condition,
+    /// The values of variables that nothing has assigned, such as members.
+    Known,
+    /// The start of a function of this name, which is no method, with its parameters.
+    Enter(String),
+    /// The end of such a function, with its result if it has one.
+    Leave,
 }
 
 /// A value that an event reports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventValue {
-    /// The variable; empty in a `print`.
+    /// The variable or the part of one, as written; empty for other values.
     pub name: String,
-    /// The type: a scalar, a vector, a matrix or a colour.
+    /// The type, without buffers and references.
     pub ty: ParameterType,
+    /// The kind of the variable.
+    pub scope: ValueScope,
+    /// The bytes of its text in which the variable is visible, which distinguish it from others of its name; all of
+    /// them if it is no variable of a function.
+    pub extent: Range<u32>,
+}
+
+impl EventValue {
+    /// The bytes of all texts.
+    pub const EVERYWHERE: Range<u32> = 0..u32::MAX;
+
+    /// Creates a value that is visible everywhere.
+    pub fn new(name: impl Into<String>, ty: ParameterType, scope: ValueScope) -> EventValue {
+        EventValue { name: name.into(), ty, scope, extent: EventValue::EVERYWHERE }
+    }
+}
+
+/// The kinds of variables whose values events report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ValueScope {
+    /// None: the value of an expression.
+    #[default]
+    Expression,
+    /// A parameter or a variable of a function.
+    Local,
+    /// A member of a class.
+    Member,
+    /// A state variable.
+    State,
 }
 
 impl Event {
@@ -46,23 +90,33 @@ impl Event {
             EventKind::Assignment => "assignment",
             EventKind::Call(_) => "call",
             EventKind::Return => "return",
+            EventKind::Statement => "statement",
+            EventKind::Condition => "condition",
+            EventKind::Known => "known",
+            EventKind::Enter(_) => "enter",
+            EventKind::Leave => "leave",
         }
     }
 
     /// Returns an event with this label; `None` if there is no such occasion.
     pub(crate) fn without_text(
         label: &str,
-        method: String,
-        values: Vec<EventValue>,
+        method: &str,
+        values: Vec<Arc<EventValue>>,
     ) -> Option<Event> {
         let kinds = [
             EventKind::Print(vec![String::new(); values.len() + 1]),
             EventKind::Assignment,
             EventKind::Call(String::new()),
             EventKind::Return,
+            EventKind::Statement,
+            EventKind::Condition,
+            EventKind::Known,
+            EventKind::Enter(String::new()),
+            EventKind::Leave,
         ];
         let of_kind =
-            |kind| Event { kind, method: method.clone(), place: None, values: values.clone() };
+            |kind| Event { kind, method: method.into(), place: None, values: values.clone() };
         kinds.into_iter().map(of_kind).find(|event| event.label() == label)
     }
 
@@ -79,66 +133,26 @@ impl Event {
     }
 
     /// Returns the names and the values as text.
-    pub fn shown(&self, mut words: &[u32]) -> impl Iterator<Item = (&str, String)> {
+    pub fn shown(&self, words: &[u32]) -> impl Iterator<Item = (&str, String)> {
+        self.split(words).map(|(value, words)| (value.name.as_str(), shown(&value.ty, words)))
+    }
+
+    /// Returns the values with their scalars.
+    pub fn reported(&self, words: &[u32]) -> impl Iterator<Item = ReportedValue> {
+        let values = self.split(words);
+        values.map(|(value, words)| ReportedValue { variable: value.clone(), words: words.into() })
+    }
+
+    /// Returns each value with its scalars.
+    fn split<'w>(
+        &self,
+        mut words: &'w [u32],
+    ) -> impl Iterator<Item = (&Arc<EventValue>, &'w [u32])> {
         self.values.iter().map(move |value| {
             let count = scalar_count(&value.ty).min(words.len());
             let (own, rest) = words.split_at(count);
             words = rest;
-            (value.name.as_str(), shown(&value.ty, own))
+            (value, own)
         })
-    }
-}
-
-/// Formats a value: `0.5`, `true`, `(1.0, 0.0, 0.5)`. Floats have the shortest text that reads back to the same bits.
-pub fn shown(ty: &ParameterType, words: &[u32]) -> String {
-    match *ty {
-        ParameterType::Matrix(_, rows) => {
-            let columns = words.chunks(usize::from(rows).max(1));
-            listed(columns.map(|column| vector(Scalar::F32, column)))
-        }
-        ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => vector(scalar, words),
-        _ => vector(Scalar::F32, words),
-    }
-}
-
-/// Returns the number of scalars of a value that events report.
-pub fn scalar_count(ty: &ParameterType) -> usize {
-    match *ty {
-        ParameterType::Scalar(_) => 1,
-        ParameterType::Vector(_, count) => count.into(),
-        ParameterType::Matrix(columns, rows) => usize::from(columns) * usize::from(rows),
-        ParameterType::Color => rtsl_spec::COLOR_COMPONENTS as usize,
-        _ => 0,
-    }
-}
-
-fn vector(scalar: Scalar, words: &[u32]) -> String {
-    let component = |word: &u32| match Constant::from_bits(scalar, *word) {
-        Constant::F32(value) => format!("{value:?}"),
-        other => other.to_string(),
-    };
-    match words {
-        [word] => component(word),
-        _ => listed(words.iter().map(component)),
-    }
-}
-
-fn listed(values: impl Iterator<Item = String>) -> String {
-    format!("({})", values.collect::<Vec<_>>().join(", "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_as_text() {
-        let words = |values: &[f32]| values.iter().map(|it| it.to_bits()).collect::<Vec<_>>();
-        assert_eq!(shown(&ParameterType::Scalar(Scalar::F32), &words(&[1e-8])), "1e-8");
-        assert_eq!(shown(&ParameterType::Color, &words(&[0.5, 1.0, f32::NAN])), "(0.5, 1.0, NaN)");
-        let matrix = shown(&ParameterType::Matrix(2, 2), &words(&[1.0, 2.0, 3.0, -0.0]));
-        assert_eq!(matrix, "((1.0, 2.0), (3.0, -0.0))");
-        assert_eq!(shown(&ParameterType::Vector(Scalar::Bool, 2), &[1, 0]), "(true, false)");
-        assert_eq!(shown(&ParameterType::Scalar(Scalar::I32), &[u32::MAX]), "-1");
     }
 }

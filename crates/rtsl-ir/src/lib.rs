@@ -42,6 +42,7 @@ mod observer;
 mod op;
 mod place;
 mod query;
+mod reported_value;
 mod signature;
 pub mod text;
 mod variable;
@@ -50,7 +51,7 @@ mod visit;
 
 pub use builder::Builder;
 pub use constants::ConstantPool;
-pub use event::{Event, EventKind, EventValue, scalar_count, shown};
+pub use event::{Event, EventKind, EventValue, ValueScope};
 pub use float_interval::FloatInterval;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use index_vec::{Id, IndexVec};
@@ -64,5 +65,6 @@ pub use op::{
 };
 pub use place::{Place, Places, Source};
 pub use query::{PROPERTIES_OF_MATERIALS, Query, SURFACE, SURFACE_SCALARS, Scalars};
+pub use reported_value::{MAX_REPORTED_SCALARS, ReportedValue, scalar_count, shown};
 pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

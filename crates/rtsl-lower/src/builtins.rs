@@ -49,12 +49,12 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        let (arguments, targets) = self.lower_arguments(function, arguments, &[])?;
-        let count = arguments.iter().map(Vec::len).max().unwrap_or(0);
+        let (values, targets) = self.lower_arguments(function, arguments, &[])?;
+        let count = values.iter().map(Vec::len).max().unwrap_or(0);
         let mut result = Vec::with_capacity(count);
-        let mut outputs: Vec<Option<Vec<Value>>> = vec![None; arguments.len()];
+        let mut outputs: Vec<Option<Vec<Value>>> = vec![None; values.len()];
         for component in 0..count {
-            let scalars = arguments.iter().map(|values| values[component % values.len()]);
+            let scalars = values.iter().map(|values| values[component % values.len()]);
             let returned = self.call_with_chain_rule(function, scalars.collect(), span)?;
             result.extend(returned.result);
             for (all, output) in outputs.iter_mut().zip(returned.outputs) {
@@ -63,7 +63,7 @@ impl<'m> Lowering<'m> {
                 }
             }
         }
-        self.copy_out(targets, outputs)?;
+        self.copy_out(targets, outputs, arguments)?;
         Ok(result)
     }
 

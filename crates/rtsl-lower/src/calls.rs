@@ -1,5 +1,7 @@
 //! Calls, which are inlined.
 
+use std::ops::Range;
+
 use rtsl_ir::Value;
 use rtsl_sema::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 use rtsl_source::Span;
@@ -29,6 +31,10 @@ pub(crate) struct Frame<'m> {
     pub jumps: Option<Jumps>,
     /// The number of calls around it.
     pub calls: u32,
+    /// The bytes of the text in which each local is visible, for traces.
+    pub extents: Vec<Range<u32>>,
+    /// The end of the statements around the one that is being lowered, for traces.
+    pub scope_end: u32,
 }
 
 impl Frame<'_> {
@@ -81,7 +87,7 @@ impl<'m> Lowering<'m> {
         let values = values.into_iter().zip(bound);
         let values = values.map(|(values, bound)| bound.unwrap_or(Argument::Values(values)));
         let returned = self.call(id, values.collect(), span)?;
-        self.copy_out(targets, returned.outputs)?;
+        self.copy_out(targets, returned.outputs, arguments)?;
         Ok(returned.result)
     }
 
@@ -156,14 +162,20 @@ impl<'m> Lowering<'m> {
 
     /// Writes the final values of `out` parameters from left to right, converted to the types of
     /// their destinations.
-    pub fn copy_out(&mut self, targets: Targets, outputs: Vec<Option<Vec<Value>>>) -> Lowered<()> {
-        for (target, output) in targets.into_iter().zip(outputs) {
+    pub fn copy_out(
+        &mut self,
+        targets: Targets,
+        outputs: Vec<Option<Vec<Value>>>,
+        arguments: &[Expression],
+    ) -> Lowered<()> {
+        for ((target, output), argument) in targets.into_iter().zip(outputs).zip(arguments) {
             if let (Some(target), Some(output)) = (target, output) {
                 let layout = self.layouts.layout(&target.ty, target.span)?;
                 let scalars = layout.scalars().zip(output);
                 let output: Vec<Value> =
                     scalars.map(|(scalar, value)| self.builder.convert(scalar, value)).collect();
                 self.write(&target, &output)?;
+                self.report_assignment(argument, &output);
             }
         }
         Ok(())
@@ -192,8 +204,11 @@ impl<'m> Lowering<'m> {
                 Argument::Reference(place) => self.frame.references.push((local, place)),
             }
         }
+        self.report_enter(function, span);
         self.lower_list(&function.body)?;
+        self.report_step(function.end);
         let returned = self.leave_frame(function)?;
+        self.report_leave(function, &returned.result);
         let callee = std::mem::replace(&mut self.frame, caller);
         self.release_locals(callee.locals.into_iter().flatten().chain(callee.result));
         self.leave();
@@ -238,6 +253,8 @@ impl<'m> Lowering<'m> {
             returned: self.new_flag(),
             jumps: None,
             calls: self.frame.calls + 1,
+            extents: vec![function.span.start..function.end.end; function.locals.len()],
+            scope_end: function.end.end,
         })
     }
 

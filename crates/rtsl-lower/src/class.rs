@@ -256,7 +256,9 @@ impl<'m> Maker<'m> {
             lowering.begin_filter(self.class.span)?;
         }
         lowering.frame = lowering.new_frame(id, self.class.span)?;
-        lowering.lower_list(&lowering.function(id).body)?;
+        let function = lowering.function(id);
+        lowering.lower_list(&function.body)?;
+        lowering.report_step(function.end);
         lowering.output_state()?;
         lowering.output_members()?;
         if method == Method::Intersect {
@@ -303,6 +305,8 @@ impl<'m> Maker<'m> {
                 returned,
                 jumps: None,
                 calls: 0,
+                extents: Vec::new(),
+                scope_end: 0,
             },
             looked_up: Vec::new(),
             visits: 0,

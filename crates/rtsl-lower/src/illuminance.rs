@@ -3,7 +3,7 @@
 //! The index counts from 0 in steps of 1 for every iteration of the body, so that it is uniform
 //! over all rays that are still in the loop.
 
-use rtsl_ir::{CompareOp, OpKind, Scalar, Value};
+use rtsl_ir::{CompareOp, OpKind, Scalar, Value, ValueScope};
 use rtsl_sema::hir::{Expression, Illuminance, Type};
 use rtsl_source::Span;
 use rtsl_spec::COLOR_COMPONENTS;
@@ -108,6 +108,7 @@ impl<'m> Lowering<'m> {
         span: Span,
     ) -> Lowered<()> {
         let Query { point, normal, cosine } = *query;
+        self.report_step(span);
         let sample = self.builder.push(OpKind::LightSample { index, point, normal, cosine });
         let mut values = sample.iter();
         let reaches = values.next().expect("a sample begins with whether it reaches");
@@ -120,6 +121,11 @@ impl<'m> Lowering<'m> {
             let variable = self.state_variable(state_id(name), span)?;
             let component: Vec<Value> = values.by_ref().take(len).collect();
             self.set_variable(variable, &component);
+            let ty = match len {
+                1 => Type::Scalar(Scalar::F32),
+                _ => Type::Vector(Scalar::F32, len as u8),
+            };
+            self.report_known(name, ValueScope::State, &ty, &component, span);
         }
         self.lower_when(reaches, span, |lowering| lowering.lower_list(&illuminance.body))
     }

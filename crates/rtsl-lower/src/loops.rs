@@ -1,6 +1,6 @@
 //! Loops: `for`, `while`, `do`.
 
-use rtsl_ir::Value;
+use rtsl_ir::{EventKind, Value};
 use rtsl_sema::hir::{Expression, Loop};
 use rtsl_source::Span;
 
@@ -23,7 +23,7 @@ impl<'m> Lowering<'m> {
             Some(condition) if !repeat.test_last => {
                 if repeat.declaration.is_none() && is_cheap(condition) {
                     // The condition is tested before the first iteration and at the end of each.
-                    let first = self.lower_scalar(condition)?;
+                    let first = self.lower_test(condition)?;
                     self.lower_when(first, span, |lowering| {
                         lowering.lower_rounds(repeat, carried, span)
                     })?;
@@ -62,10 +62,11 @@ impl<'m> Lowering<'m> {
     ) -> Lowered<()> {
         self.lower_repeat(&carried, span, |lowering| {
             let again = lowering.new_flag();
-            let test = lowering.lower_scalar(condition)?;
+            let test = lowering.lower_test(condition)?;
             if let Some(local) = repeat.declaration {
                 let variable = lowering.local_variable(local, span)?;
                 lowering.set_variable(variable, &[test]);
+                lowering.report_local(EventKind::Assignment, local, condition.span, &[test]);
             }
             lowering.lower_when(test, span, |lowering| {
                 lowering.lower_round(repeat)?;
@@ -107,16 +108,23 @@ impl<'m> Lowering<'m> {
         let again = self.new_flag();
         self.lower_when(going, span, |lowering| {
             if let Some(step) = &repeat.step {
+                lowering.report_step(step.span);
                 lowering.lower_expression(step)?;
             }
             let value = match condition {
-                Some(condition) => lowering.lower_scalar(condition)?,
+                Some(condition) => lowering.lower_test(condition)?,
                 None => lowering.builder.bool(true),
             };
             lowering.cells.set(again, value);
             Ok(())
         })?;
         Ok(self.cells.get(again))
+    }
+
+    /// Lowers the condition of a loop, which is a step.
+    fn lower_test(&mut self, condition: &'m Expression) -> Lowered<Value> {
+        self.report_step(condition.span);
+        self.lower_condition(condition)
     }
 
     /// Lowers a loop whose body returns the condition for another iteration. Cells that are not

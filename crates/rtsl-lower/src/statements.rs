@@ -1,6 +1,6 @@
 //! Statements.
 
-use rtsl_ir::{Constant, Value};
+use rtsl_ir::{Constant, EventKind, Value};
 use rtsl_sema::hir::{Expression, ExpressionKind, LocalId, Statement, StatementKind};
 use rtsl_source::Span;
 
@@ -102,9 +102,11 @@ impl<'m> Lowering<'m> {
             return Ok(());
         };
         self.enter(statement.span)?;
-        let condition = self.lower_scalar(condition)?;
-        let branch = |lowering: &mut Self, list: &'m [Statement]| {
-            lowering.lower_list(list)?;
+        self.report_statement(statement);
+        let condition = self.lower_condition(condition)?;
+        let ends = ends_of_branches(statement, otherwise);
+        let branch = |lowering: &mut Self, list: &'m [Statement], end: u32| {
+            lowering.lower_scope(list, end)?;
             if !always_jumps(list) {
                 lowering.lower_list(after)?;
             }
@@ -113,8 +115,8 @@ impl<'m> Lowering<'m> {
         self.lower_if(
             condition,
             statement.span,
-            |lowering| branch(lowering, then),
-            |lowering| branch(lowering, otherwise),
+            |lowering| branch(lowering, then, ends[0]),
+            |lowering| branch(lowering, otherwise, ends[1]),
         )?;
         self.leave();
         Ok(())
@@ -122,6 +124,7 @@ impl<'m> Lowering<'m> {
 
     fn lower_statement(&mut self, statement: &'m Statement) -> Lowered<()> {
         self.enter(statement.span)?;
+        self.report_statement(statement);
         match &statement.kind {
             StatementKind::Expression(value) => {
                 self.lower_expression(value)?;
@@ -129,22 +132,29 @@ impl<'m> Lowering<'m> {
             StatementKind::Declare(local, value) => {
                 self.lower_declaration(*local, value.as_ref(), statement)?;
             }
-            StatementKind::Block(list) => self.lower_list(list)?,
+            StatementKind::Block(list) => self.lower_scope(list, statement.span.end)?,
             StatementKind::If { condition, then, otherwise } => {
-                let condition = self.lower_scalar(condition)?;
+                let condition = self.lower_condition(condition)?;
+                let ends = ends_of_branches(statement, otherwise);
                 self.lower_if(
                     condition,
                     statement.span,
-                    |lowering| lowering.lower_list(then).map(|()| Vec::new()),
-                    |lowering| lowering.lower_list(otherwise).map(|()| Vec::new()),
+                    |lowering| lowering.lower_scope(then, ends[0]).map(|()| Vec::new()),
+                    |lowering| lowering.lower_scope(otherwise, ends[1]).map(|()| Vec::new()),
                 )?;
             }
             StatementKind::Switch { selector, cases } => {
-                self.lower_switch(selector, cases, statement.span)?;
+                self.in_scope(statement.span.end, |lowering| {
+                    lowering.lower_switch(selector, cases, statement.span)
+                })?;
             }
-            StatementKind::Loop(repeat) => self.lower_loop(repeat, statement.span)?,
+            StatementKind::Loop(repeat) => self.in_scope(statement.span.end, |lowering| {
+                lowering.lower_loop(repeat, statement.span)
+            })?,
             StatementKind::Illuminance(illuminance) => {
-                self.lower_illuminance(illuminance, statement.span)?;
+                self.in_scope(statement.span.end, |lowering| {
+                    lowering.lower_illuminance(illuminance, statement.span)
+                })?;
             }
             StatementKind::Print { pieces, arguments } => {
                 self.lower_print(pieces, arguments, statement.span)?;
@@ -162,6 +172,18 @@ impl<'m> Lowering<'m> {
             }
         }
         self.leave();
+        Ok(())
+    }
+
+    /// Lowers statements whose variables are visible up to an offset of the text.
+    fn lower_scope(&mut self, list: &'m [Statement], end: u32) -> Lowered<()> {
+        self.in_scope(end, |lowering| lowering.lower_list(list))
+    }
+
+    fn in_scope(&mut self, end: u32, lower: impl FnOnce(&mut Self) -> Lowered<()>) -> Lowered<()> {
+        let outer = std::mem::replace(&mut self.frame.scope_end, end);
+        lower(self)?;
+        self.frame.scope_end = outer;
         Ok(())
     }
 
@@ -188,9 +210,8 @@ impl<'m> Lowering<'m> {
             }
         };
         self.set_variable(variable, &values);
-        if value.is_some() {
-            self.report_local(local, statement.span, &values);
-        }
+        let kind = if value.is_some() { EventKind::Assignment } else { EventKind::Known };
+        self.report_local(kind, local, statement.span, &values);
         Ok(())
     }
 
@@ -238,6 +259,12 @@ impl<'m> Lowering<'m> {
         let continued = jumps.and_then(|jumps| jumps.continued);
         [Some(self.frame.returned), broke, continued].into_iter().flatten()
     }
+}
+
+/// The offsets up to which variables of the branches of an `if` are visible.
+fn ends_of_branches(statement: &Statement, otherwise: &[Statement]) -> [u32; 2] {
+    let end = statement.span.end;
+    [otherwise.first().map_or(end, |first| end.min(first.span.start)), end]
 }
 
 /// True if control never reaches the end of the list. Jumps out of inner loops do not count.

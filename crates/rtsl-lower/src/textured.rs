@@ -8,7 +8,7 @@
 //! reads likewise, and neither the data nor the reference is a parameter.
 
 use rtsl_ir::class::{Reference, ReferenceCount};
-use rtsl_ir::{BinaryOp, Constant, OpKind, ReferenceCall, ReferencePath, Value};
+use rtsl_ir::{BinaryOp, Constant, OpKind, ReferenceCall, ReferencePath, Value, ValueScope};
 use rtsl_sema::hir::{FunctionId, Member, MemberId, Type};
 use rtsl_source::Span;
 use rtsl_spec::{Direction, Method, Role, state_variables};
@@ -44,10 +44,16 @@ impl Lowering<'_> {
             |lowering| lowering.lower_lookup_of_textured(id, span),
             |lowering| lowering.lower_value_of_textured(id, span),
         )?;
+        self.report_textured(id, &values, span);
         if !self.writes_input_of_lookup() {
             self.looked_up.push((id, values.clone()));
         }
         Ok(values)
+    }
+
+    fn report_textured(&mut self, id: MemberId, values: &[Value], span: Span) {
+        let member = &self.class.members[id.0 as usize];
+        self.report_known(&member.name, ValueScope::Member, &member.ty, values, span);
     }
 
     /// Lowers a read of a parameter that a function computes.
@@ -67,6 +73,7 @@ impl Lowering<'_> {
         let member = &self.class.members[id.0 as usize];
         let values: Vec<Value> =
             result.into_iter().map(|value| self.clamp_to_range(member, value)).collect();
+        self.report_textured(id, &values, span);
         if !self.writes_input_of_lookup() {
             self.looked_up.push((id, values.clone()));
         }

@@ -211,7 +211,7 @@ mod tests {
     use std::sync::Arc;
 
     use rtsl_ir::class::ParameterType;
-    use rtsl_ir::{Event, EventKind, EventValue, Op, OpKind, Region};
+    use rtsl_ir::{Event, EventKind, EventValue, Op, OpKind, Region, ValueScope};
     use rtsl_testing::functions::HashHost;
 
     use super::*;
@@ -271,8 +271,8 @@ mod tests {
             ops.push(op);
             if let Some(value) = value {
                 let scalar = ParameterType::Scalar(rtsl_ir::Scalar::F32);
-                let values = vec![EventValue { name: String::new(), ty: scalar }];
-                let (kind, method) = (EventKind::Assignment, String::new());
+                let values = vec![Arc::new(EventValue::new("", scalar, ValueScope::Local))];
+                let (kind, method) = (EventKind::Assignment, "".into());
                 let event = Arc::new(Event { kind, method, place: None, values });
                 let kind = OpKind::Report(event, vec![value]);
                 ops.push(Op { results: Default::default(), precise: false, kind });

@@ -197,6 +197,8 @@ pub struct Function {
     pub body: Vec<Statement>,
     /// The span of the header.
     pub span: Span,
+    /// The span of the closing brace; that of the header for a prototype.
+    pub end: Span,
 }
 
 /// The passing mode of an argument.

@@ -47,7 +47,9 @@ pub use codegen::emit::{Emit, EmitRequest};
 pub use codegen::kernel::{Kernel, LeafKernel};
 pub use codegen::options::{Backend, EngineOptions, Math};
 pub use codegen::packet_kernel::{PacketKernel, PacketRun};
-pub use codegen::trace::{Recording, Trace, TraceDetail, TraceEntry, TraceKind};
+pub use codegen::recording::{Recording, TraceEntry, TraceKind, TracedValue};
+pub use codegen::stepped_lines::{SteppedLines, SteppedText};
+pub use codegen::trace::{Trace, TraceDetail, TraceLimits};
 pub use codegen::variant::{KnownMembers, Variant};
 pub use compile::analysis::Analysis;
 pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
@@ -98,7 +100,10 @@ pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Attribute, Class, Element, Parameter, ParameterTarget,
     ParameterType, Reference, ReferenceCount,
 };
-pub use rtsl_ir::{Constant, Place, Query, SURFACE_SCALARS, Scalar, Source, Variable, host};
+pub use rtsl_ir::{
+    Constant, EventValue as TracedVariable, Place, Query, SURFACE_SCALARS, Scalar, Source,
+    ValueScope, Variable, host,
+};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
 pub use rtsl_packet::line_work::LineWork;

@@ -131,7 +131,7 @@ fn request(arguments: &EvalArguments) -> Request {
 }
 
 /// Formats `name = value` lines with the values of the only ray.
-fn plain_text(answer: &Answer) -> String {
+pub fn plain_text(answer: &Answer) -> String {
     let mut text = String::new();
     if let Some(hit) = &answer.hit {
         text += &format!("hit = {}\n", plain_value(first_lane(hit)));

@@ -42,6 +42,8 @@ const TOPICS: &[Topic] = topics! {
     "cli" "the commands and their JSON" [
         "reference/command-line.md"
         "reference/command-line/eval.md"
+        "reference/command-line/debug.md"
+        "reference/command-line/dap.md"
         "reference/command-line/test.md"
         "reference/command-line/bench.md"
         "reference/command-line/render.md"

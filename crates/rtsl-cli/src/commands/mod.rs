@@ -3,6 +3,8 @@
 pub mod bench;
 pub mod build;
 pub mod check;
+pub mod dap;
+pub mod debug;
 pub mod eval;
 pub mod explain;
 pub mod fmt;

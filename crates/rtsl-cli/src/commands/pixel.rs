@@ -102,12 +102,12 @@ fn indented(recording: &Recording) -> String {
     trace::lines(recording).lines().map(|line| format!("  {line}\n")).collect()
 }
 
-fn color_text([red, green, blue]: [f32; 3]) -> String {
+pub fn color_text([red, green, blue]: [f32; 3]) -> String {
     format!("({red:?}, {green:?}, {blue:?})")
 }
 
 /// Parses a column and a row.
-fn parse_pixel(text: &str) -> Result<[usize; 2], String> {
+pub fn parse_pixel(text: &str) -> Result<[usize; 2], String> {
     let pixel = text
         .split_once(',')
         .and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
@@ -148,7 +148,7 @@ impl JsonPixel {
 /// The texts that shaders have printed.
 fn prints(recording: &Recording) -> Vec<String> {
     let texts = recording.entries.iter().filter_map(|entry| match &entry.kind {
-        TraceKind::Print(text) => Some(text.clone()),
+        TraceKind::Print(text, _) => Some(text.clone()),
         _ => None,
     });
     texts.collect()

@@ -116,7 +116,7 @@ pub struct RenderArguments {
 
 /// The renderers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum RendererName {
+pub enum RendererName {
     /// Traces paths by the materials' `BSDF`, `sampleBSDF` and `evaluatePDF`.
     Batch,
     /// Calls the materials' `shade`, with packets of rays from tiles, as `rtsl view` does.

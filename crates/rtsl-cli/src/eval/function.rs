@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rtsl::{
     ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Recording, Role,
-    Unit,
+    TraceEntry, TraceKind, Unit,
 };
 use serde_json::Value as JsonValue;
 
@@ -156,13 +156,28 @@ impl FunctionCall {
         answer.out = Some(out);
     }
 
-    /// Names the function in entries of the method that calls it.
-    pub fn name_entries(&self, recording: &mut Recording) {
-        for entry in &mut recording.entries {
-            let is_call = entry.method.split_once('.').is_some_and(|(class, _)| class == CLASS);
-            if is_call {
-                entry.method.clone_from(&self.function.name);
-            }
+    /// Names the function in entries of the method that calls it, and drops what that method does besides. `length` is
+    /// that of the text before the method.
+    pub fn name_entries(&self, recording: &mut Recording, length: usize) {
+        let is_of_caller = |entry: &TraceEntry| {
+            entry.method.split_once('.').is_some_and(|(class, _)| class == CLASS)
+        };
+        let has_steps =
+            recording.entries.iter().any(|entry| matches!(entry.kind, TraceKind::Enter(..)));
+        recording.entries.retain(|entry| {
+            let is_after_text =
+                entry.place.as_ref().is_some_and(|place| place.start as usize >= length);
+            let is_around = entry.place.is_none()
+                && has_steps
+                && matches!(
+                    entry.kind,
+                    TraceKind::Call(None, _) | TraceKind::Return(_) | TraceKind::Known(_)
+                );
+            let is_part = matches!(entry.kind, TraceKind::Enter(..) | TraceKind::Leave(_));
+            !is_of_caller(entry) || is_part || !(is_after_text || is_around)
+        });
+        for entry in recording.entries.iter_mut().filter(|entry| is_of_caller(entry)) {
+            entry.method = self.function.name.as_str().into();
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic, Method, Recording};
+use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic, Method, Recording, Trace};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
 
@@ -65,6 +65,9 @@ pub struct Request {
     pub host: HostRequest,
     /// The detail of the trace, if there is to be one.
     pub trace: Option<TraceName>,
+    /// The trace to which the call is recorded, in place of one of that detail.
+    #[serde(skip)]
+    pub recorder: Option<Trace>,
 }
 
 impl Request {

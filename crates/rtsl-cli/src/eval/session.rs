@@ -146,12 +146,13 @@ impl Session {
         compilation: &Compilation,
         evaluation: &mut Evaluation,
     ) -> Result<(), Refusal> {
-        let detail = match request.trace {
-            Some(name) => name.into(),
-            None if compilation.has_prints() => TraceDetail::Prints,
-            None => return Ok(()),
+        let trace = match (&request.recorder, request.trace) {
+            (Some(recorder), _) => recorder.clone(),
+            (None, Some(name)) => Trace::new(name.into()),
+            (None, None) if compilation.has_prints() => Trace::new(TraceDetail::Prints),
+            (None, None) => return Ok(()),
         };
-        let options = EngineOptions { trace: Some(Trace::new(detail)), ..engine_options(request)? };
+        let options = EngineOptions { trace: Some(trace), ..engine_options(request)? };
         let (engine, _) = Engine::new(options)?;
         let traced = match (&request.source, &request.file) {
             (None, Some(file)) => compiler(request, folders, true).compile_file(file),
@@ -224,7 +225,7 @@ impl Session {
         let call_request = call.request(request, method).map_err(Refusal::Request)?;
         run::run(&call_request, unit, engine, scene_folders, evaluation)?;
         call.take_results(&mut evaluation.answer);
-        evaluation.recording.iter_mut().for_each(|recording| call.name_entries(recording));
+        evaluation.recording.iter_mut().for_each(|it| call.name_entries(it, text.len()));
         Ok(())
     }
 

@@ -3,6 +3,8 @@
 mod bench;
 mod command;
 mod commands;
+mod dap;
+mod debug;
 mod files;
 mod fmt;
 mod functions;

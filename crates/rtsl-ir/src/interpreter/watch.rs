@@ -3,7 +3,7 @@
 //! Each register and each scalar of a local has an origin: the operation that made its value not finite of finite
 //! operands. Operations pass the origin on to their results. Values that a method has received have none, and neither
 //! have constants. An origin is told once its value leaves the method, as an output or in a request, so that what is
-//! computed and not used is not told.
+//! computed and not used is not told. That a value is made is told at once, too.
 
 use super::program::{Computed, Instruction, Program, Register};
 use crate::{Event, Observer, Spoilt};
@@ -37,26 +37,43 @@ impl Watch for Unobserved {
 /// An observer, with the origins of the run so far.
 pub(super) struct Observed<'a> {
     observer: &'a mut dyn Observer,
-    /// For each register, the instruction from which its value comes, counted from 1, or 0.
-    registers: Vec<u32>,
-    locals: Vec<u32>,
+    registers: Vec<Origin>,
+    locals: Vec<Origin>,
+    /// The number of values that are not finite and were made so far.
+    made: u32,
+}
+
+/// The origin of a value that is not finite.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+struct Origin {
+    /// The instruction, counted from 1; 0 for none.
+    instruction: u32,
+    /// The number of the value that it has made.
+    number: u32,
+}
+
+impl Origin {
+    const NONE: Origin = Origin { instruction: 0, number: 0 };
 }
 
 impl<'a> Observed<'a> {
     /// Begins a run with so many registers and scalars of locals.
     pub fn new(observer: &'a mut dyn Observer, registers: usize, locals: usize) -> Self {
-        Observed { observer, registers: vec![0; registers], locals: vec![0; locals] }
+        let (registers, locals) = (vec![Origin::NONE; registers], vec![Origin::NONE; locals]);
+        Observed { observer, registers, locals, made: 0 }
     }
 
     fn tell(&mut self, program: &Program, register: Register, registers: &[u32]) {
         let origin = std::mem::take(&mut self.registers[register as usize]);
-        let computed = program.observed.as_ref().zip(origin.checked_sub(1));
+        let computed = program.observed.as_ref().zip(origin.instruction.checked_sub(1));
         let computed = computed.and_then(|(it, index)| it.computed.get(index as usize)?.as_ref());
         if let Some(Computed { place, .. }) = computed {
             let value = f32::from_bits(registers[register as usize]);
-            self.observer.spoilt(Spoilt { value, place: place.clone() });
+            let (number, place) = (origin.number, place.clone());
+            self.observer.spoilt(Spoilt { value, number, place });
             // One operation is told once.
-            self.registers.iter_mut().filter(|it| **it == origin).for_each(|it| *it = 0);
+            let is_same = |it: &&mut Origin| it.instruction == origin.instruction;
+            self.registers.iter_mut().filter(is_same).for_each(|it| *it = Origin::NONE);
         }
     }
 
@@ -70,16 +87,21 @@ impl<'a> Observed<'a> {
         let value = number(computed.to);
         let operands = || computed.floats.iter().flatten();
         let spoilt = operands().filter(|it| !number(**it).is_finite());
-        let known = spoilt.map(|it| self.registers[*it as usize]).find(|origin| *origin != 0);
+        let known = spoilt.map(|it| self.registers[*it as usize]).find(|it| *it != Origin::NONE);
         let is_as_bad = |operand: f32| match value.is_nan() {
             true => operand.is_nan(),
             false => !operand.is_finite(),
         };
         self.registers[computed.to as usize] = match known {
-            _ if value.is_finite() => 0,
+            _ if value.is_finite() => Origin::NONE,
             Some(origin) => origin,
-            None if operands().any(|it| is_as_bad(number(*it))) => 0,
-            None => executed as u32 + 1,
+            None if operands().any(|it| is_as_bad(number(*it))) => Origin::NONE,
+            None => {
+                self.made = self.made.wrapping_add(1);
+                let (number, place) = (self.made, computed.place.clone());
+                self.observer.made(Spoilt { value, number, place });
+                Origin { instruction: executed as u32 + 1, number }
+            }
         };
     }
 

@@ -11,7 +11,7 @@ use crate::class::ParameterType;
 use crate::{
     BinaryOp, CompareOp, Constant, Event, EventValue, Function, Index, MAX_NESTING, Op, OpKind,
     Output, Query, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value,
-    Values, Variable, VariableId, VariableKind,
+    ValueScope, Values, Variable, VariableId, VariableKind,
 };
 
 /// Parses a function without verifying it: types may be inconsistent.
@@ -276,10 +276,9 @@ impl<'a> Parser<'a> {
             }
         }
         let ty = |value: &Value| ParameterType::Scalar(self.function.scalar(*value));
-        let values = operands.iter().map(|it| EventValue { name: String::new(), ty: ty(it) });
-        let values: Vec<EventValue> = values.collect();
-        let method = self.function.name.clone();
-        let event = Event::without_text(label, method, values)
+        let value = |it: &Value| EventValue::new("", ty(it), ValueScope::default());
+        let values: Vec<Arc<EventValue>> = operands.iter().map(|it| Arc::new(value(it))).collect();
+        let event = Event::without_text(label, &self.function.name, values)
             .ok_or_else(|| self.error_at(offset, format!("`{label}` is not an occasion")))?;
         Ok(OpKind::Report(Arc::new(event), operands))
     }

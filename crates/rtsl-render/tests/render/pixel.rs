@@ -26,7 +26,7 @@ fn compare(scene: &str, renderer: Renderer) {
     };
     let picture = render_scene(&request).unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     for (pixel, detail) in [
-        ([12, 8], TraceDetail::Lines),
+        ([12, 8], TraceDetail::Steps),
         ([3, 13], TraceDetail::Calls),
         ([17, 10], TraceDetail::Prints),
     ] {
@@ -187,7 +187,7 @@ fn calls_are_nested_and_name_objects() {
 fn values_that_are_not_finite_are_followed_to_their_operation() {
     let traced = traced(Renderer::Batch, [3, 1], TraceDetail::Calls);
     let first = traced.samples[0].recording.entries.iter().find_map(|entry| match entry.kind {
-        TraceKind::NotFinite(value) => Some((entry, value)),
+        TraceKind::NotFinite(value, _) => Some((entry, value)),
         _ => None,
     });
     let (entry, value) = first.expect("the texture divides by 0");

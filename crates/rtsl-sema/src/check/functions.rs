@@ -456,6 +456,7 @@ impl Checker<'_> {
             locals: signature.locals,
             body: Vec::new(),
             span: function.span,
+            end: function.body.as_ref().map_or(function.span, |body| last_byte(body.span)),
         }));
         self.function_info.push(FunctionInfo {
             has_body: function.body.is_some(),
@@ -609,6 +610,11 @@ impl Checker<'_> {
             });
         }
     }
+}
+
+/// The closing brace of a block.
+fn last_byte(span: Span) -> Span {
+    Span::new(span.file, span.end.saturating_sub(1).max(span.start), span.end)
 }
 
 fn constant_parameters(function: &ast::Function) -> Vec<bool> {

@@ -9,6 +9,8 @@ pub(crate) mod kernel_source;
 pub(crate) mod lane_storage;
 pub(crate) mod options;
 pub(crate) mod packet_kernel;
+pub(crate) mod recording;
+pub(crate) mod stepped_lines;
 pub(crate) mod touched;
 pub(crate) mod trace;
 pub(crate) mod traced_method;

@@ -4,10 +4,10 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rtsl_ir::{Event, EventKind, Observer, Place, Spoilt};
+use rtsl_ir::{Event, EventKind, Function, Observer, OpKind, Spoilt};
 
-/// The greatest number of entries that a trace keeps in all its recordings together; further ones are counted.
-const MAX_ENTRIES: usize = 1 << 18;
+use super::recording::{Entries, Recording, TraceKind, TracedValue};
+use super::stepped_lines::SteppedLines;
 
 /// The record of what methods do that run on the engine of these [options](crate::EngineOptions::trace). It records
 /// between [`Trace::start`] and [`Trace::take`]; clones share it.
@@ -46,7 +46,8 @@ pub struct Trace(Arc<Shared>);
 struct Shared {
     detail: TraceDetail,
     is_on: AtomicBool,
-    recording: Mutex<Recording>,
+    entries: Mutex<Entries>,
+    lines: Mutex<SteppedLines>,
 }
 
 /// The detail of a trace.
@@ -59,58 +60,37 @@ pub enum TraceDetail {
     Calls,
     /// Assignments to variables too.
     Lines,
+    /// Each statement before it runs, conditions, calls of functions that are no methods, and the operations that make
+    /// values that are not finite too: all that a debugger walks over.
+    Steps,
 }
 
-/// The entries of a trace, in the order of their execution.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
-    /// The entries.
-    pub entries: Vec<TraceEntry>,
-    /// The number of further entries, which are not kept.
-    pub dropped: u64,
-    depth: u32,
-    /// The number of entries of earlier recordings.
-    before: usize,
+/// The part of the entries that a trace keeps, in all its recordings together; others are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TraceLimits {
+    /// The number of entries before those that are kept. Of these, a recording has what still holds when it begins: the
+    /// calls that have not ended, and the values of their variables.
+    pub skip: u64,
+    /// The greatest number of entries that are kept. Each takes about 150 bytes.
+    pub keep: usize,
 }
 
-/// An entry of a trace.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TraceEntry {
-    /// The number of calls around it.
-    pub depth: u32,
-    /// The index of the ray within the call.
-    pub lane: u32,
-    /// The method, as `Class.method`.
-    pub method: String,
-    /// The place in the text, if it has one.
-    pub place: Option<Place>,
-    /// The occasion.
-    pub kind: TraceKind,
-}
-
-/// The occasions of entries.
-#[derive(Clone, Debug, PartialEq)]
-pub enum TraceKind {
-    /// A `print`, with its text.
-    Print(String),
-    /// An assignment: the variable and its value as text.
-    Assignment(String, String),
-    /// The start of a method: the reference through which it is called, if the renderer does not call it, and the state
-    /// that it reads with values as text.
-    Call(Option<String>, Vec<(String, String)>),
-    /// The end of a method, with the state that it sets.
-    Return(Vec<(String, String)>),
-    /// A value that leaves a method and is not finite, made at the place of the entry.
-    NotFinite(f32),
-    /// A remark of the host.
-    Note(String),
+impl Default for TraceLimits {
+    fn default() -> TraceLimits {
+        TraceLimits { skip: 0, keep: 1 << 18 }
+    }
 }
 
 impl Trace {
     /// Creates a record of these things.
     pub fn new(detail: TraceDetail) -> Trace {
-        let (is_on, recording) = (AtomicBool::new(false), Mutex::default());
-        Trace(Arc::new(Shared { detail, is_on, recording }))
+        Trace::with_limits(detail, TraceLimits::default())
+    }
+
+    /// Creates a record of a part of these things.
+    pub fn with_limits(detail: TraceDetail, limits: TraceLimits) -> Trace {
+        let (is_on, entries) = (AtomicBool::new(false), Mutex::new(Entries::new(limits)));
+        Trace(Arc::new(Shared { detail, is_on, entries, lines: Mutex::default() }))
     }
 
     /// Begins to record.
@@ -121,16 +101,35 @@ impl Trace {
     /// Stops recording and returns what is recorded.
     pub fn take(&self) -> Recording {
         self.0.is_on.store(false, Ordering::Relaxed);
-        let mut recording = self.recording();
-        let before = recording.before + recording.entries.len();
-        std::mem::replace(&mut recording, Recording { before, ..Recording::default() })
+        self.entries().take()
     }
 
     /// Records a remark of the host, if calls are recorded.
     pub fn note(&self, text: impl FnOnce() -> String) {
         if self.is_on() && self.has_calls() {
-            self.recording().push(("", 0), None, TraceKind::Note(text()));
+            self.entries().push((&"".into(), 0), None, TraceKind::Note(text()));
         }
+    }
+
+    /// Returns the lines with statements of all methods that were prepared with this trace, of
+    /// [`TraceDetail::Steps`], whether or not they have run.
+    pub fn stepped_lines(&self) -> SteppedLines {
+        self.0.lines.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Adds the lines of a method that is prepared with this trace.
+    pub(crate) fn prepare(&self, function: &Function) {
+        if self.0.detail < TraceDetail::Steps {
+            return;
+        }
+        let mut lines = self.0.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        function.body.for_each_op(&mut |op| {
+            if let OpKind::Report(event, _) = &op.kind
+                && let (EventKind::Statement, Some(place)) = (&event.kind, &event.place)
+            {
+                lines.add(place);
+            }
+        });
     }
 
     /// True between [`Trace::start`] and [`Trace::take`].
@@ -143,95 +142,108 @@ impl Trace {
         self.0.detail >= TraceDetail::Calls
     }
 
-    /// Records the start of a method that a host calls.
-    pub(crate) fn begin_call(&self, method: &str, lane: u32, values: Vec<(String, String)>) {
+    /// Records the start of a method that a host calls, with the state and the members that it reads.
+    pub(crate) fn begin_call(
+        &self,
+        of: (&Arc<str>, u32),
+        state: Vec<TracedValue>,
+        members: Vec<TracedValue>,
+    ) {
         if self.has_calls() {
-            self.recording().begin_call((method, lane), None, values);
+            let mut entries = self.entries();
+            entries.begin(of, None, TraceKind::Call(None, state));
+            if self.0.detail >= TraceDetail::Steps && !members.is_empty() {
+                entries.push(of, None, TraceKind::Known(members));
+            }
         }
     }
 
     /// Records its end.
-    pub(crate) fn end_call(&self, method: &str, lane: u32, values: Vec<(String, String)>) {
+    pub(crate) fn end_call(&self, of: (&Arc<str>, u32), values: Vec<TracedValue>) {
         if self.has_calls() {
-            self.recording().end_call((method, lane), values);
+            self.entries().end(of, None, TraceKind::Return(values));
         }
     }
 
     /// Returns the observer of a run of a method for a ray.
-    pub(crate) fn observer<'a>(&'a self, method: &'a str, lane: u32) -> impl Observer + 'a {
-        Observing { trace: self, method, lane }
+    pub(crate) fn observer<'a>(&'a self, of: (&'a Arc<str>, u32)) -> impl Observer + 'a {
+        Observing { trace: self, of }
     }
 
-    fn recording(&self) -> MutexGuard<'_, Recording> {
-        self.0.recording.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Recording {
-    fn begin_call(
-        &mut self,
-        of: (&str, u32),
-        reference: Option<String>,
-        values: Vec<(String, String)>,
-    ) {
-        self.push(of, None, TraceKind::Call(reference, values));
-        self.depth += 1;
-    }
-
-    fn end_call(&mut self, of: (&str, u32), values: Vec<(String, String)>) {
-        self.depth = self.depth.saturating_sub(1);
-        self.push(of, None, TraceKind::Return(values));
-    }
-
-    fn push(&mut self, (method, lane): (&str, u32), place: Option<Place>, kind: TraceKind) {
-        if self.before + self.entries.len() < MAX_ENTRIES {
-            let (depth, method) = (self.depth, method.to_owned());
-            self.entries.push(TraceEntry { depth, lane, method, place, kind });
-        } else {
-            self.dropped += 1;
-        }
+    fn entries(&self) -> MutexGuard<'_, Entries> {
+        self.0.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The observer of a run.
 struct Observing<'a> {
     trace: &'a Trace,
-    method: &'a str,
-    lane: u32,
+    /// The method that the host has called, and the index of the ray.
+    of: (&'a Arc<str>, u32),
 }
 
 impl Observer for Observing<'_> {
     fn event(&mut self, event: &Event, words: &[u32]) {
-        let Event { kind, method, place, .. } = event;
-        let of = (method.as_str(), self.lane);
-        let values = || {
-            let shown = event.shown(words).map(|(name, value)| (name.to_owned(), value));
-            shown.collect::<Vec<_>>()
-        };
-        let detail = self.trace.0.detail;
-        let mut recording = self.trace.recording();
-        match kind {
+        if self.trace.0.detail < detail_of(&event.kind) {
+            return;
+        }
+        let of = (&event.method, self.of.1);
+        let place = event.place.clone();
+        let mut values = event.reported(words);
+        let mut entries = self.trace.entries();
+        match &event.kind {
             EventKind::Print(_) => {
-                recording.push(of, place.clone(), TraceKind::Print(event.text(words)));
+                let kind = TraceKind::Print(event.text(words), values.collect());
+                entries.push(of, place, kind);
             }
-            EventKind::Assignment if detail >= TraceDetail::Lines => {
-                for (name, value) in values() {
-                    recording.push(of, place.clone(), TraceKind::Assignment(name, value));
+            EventKind::Assignment => {
+                if let Some(part) = values.next() {
+                    entries.push(of, place, TraceKind::Assignment(part, values.next()));
                 }
             }
-            EventKind::Call(reference) if detail >= TraceDetail::Calls => {
-                recording.begin_call(of, Some(reference.clone()), values());
+            EventKind::Call(reference) => {
+                let kind = TraceKind::Call(Some(reference.clone()), values.collect());
+                entries.begin(of, None, kind);
             }
-            EventKind::Return if detail >= TraceDetail::Calls => recording.end_call(of, values()),
-            EventKind::Assignment | EventKind::Call(_) | EventKind::Return => {}
+            EventKind::Return => entries.end(of, None, TraceKind::Return(values.collect())),
+            EventKind::Statement => entries.push(of, place, TraceKind::Statement),
+            EventKind::Condition => {
+                let is_true = words.first().is_some_and(|word| *word != 0);
+                entries.push(of, place, TraceKind::Condition(is_true));
+            }
+            EventKind::Known => entries.push(of, place, TraceKind::Known(values.collect())),
+            EventKind::Enter(function) => {
+                let kind = TraceKind::Enter(function.as_str().into(), values.collect());
+                entries.begin(of, place, kind);
+            }
+            EventKind::Leave => entries.end(of, place, TraceKind::Leave(values.next())),
         }
     }
 
-    fn spoilt(&mut self, Spoilt { value, place }: Spoilt) {
-        if self.trace.has_calls() {
-            let of = (self.method, self.lane);
-            self.trace.recording().push(of, place, TraceKind::NotFinite(value));
+    fn made(&mut self, Spoilt { value, number, place }: Spoilt) {
+        if self.trace.0.detail >= TraceDetail::Steps {
+            self.trace.entries().push(self.of, place, TraceKind::Made(value, number));
         }
+    }
+
+    fn spoilt(&mut self, Spoilt { value, number, place }: Spoilt) {
+        if self.trace.has_calls() {
+            self.trace.entries().push(self.of, place, TraceKind::NotFinite(value, number));
+        }
+    }
+}
+
+/// The least detail of a trace that has events of a kind.
+fn detail_of(kind: &EventKind) -> TraceDetail {
+    match kind {
+        EventKind::Print(_) => TraceDetail::Prints,
+        EventKind::Call(_) | EventKind::Return => TraceDetail::Calls,
+        EventKind::Assignment => TraceDetail::Lines,
+        EventKind::Statement
+        | EventKind::Condition
+        | EventKind::Known
+        | EventKind::Enter(_)
+        | EventKind::Leave => TraceDetail::Steps,
     }
 }
 
@@ -248,31 +260,4 @@ impl fmt::Debug for Trace {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Trace({:?})", self.0.detail)
     }
-}
-
-/// Formats an entry in one line, without its depth.
-impl fmt::Display for TraceEntry {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(place) = &self.place {
-            write!(out, "{}:{}: ", place.source.name, place.line())?;
-        }
-        let method = &self.method;
-        match &self.kind {
-            TraceKind::Print(text) => write!(out, "{method}: {text}"),
-            TraceKind::Assignment(name, value) => write!(out, "{name} = {value}"),
-            TraceKind::Call(None, values) => write!(out, "{method}({})", listed(values)),
-            TraceKind::Call(Some(reference), values) => {
-                write!(out, "{method}({}) of `{reference}`", listed(values))
-            }
-            TraceKind::Return(values) if values.is_empty() => write!(out, "{method} returns"),
-            TraceKind::Return(values) => write!(out, "{method} returns {}", listed(values)),
-            TraceKind::Note(text) => out.write_str(text),
-            TraceKind::NotFinite(value) => write!(out, "{method}: {value:?} is made here"),
-        }
-    }
-}
-
-fn listed(values: &[(String, String)]) -> String {
-    let each = values.iter().map(|(name, value)| format!("{name} = {value}"));
-    each.collect::<Vec<_>>().join(", ")
 }

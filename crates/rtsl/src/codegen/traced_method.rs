@@ -2,33 +2,40 @@
 
 use std::collections::BTreeSet;
 
+use std::sync::Arc;
+
 use rtsl_ir::class::ParameterType;
 use rtsl_ir::host::Host;
 use rtsl_ir::{
-    Function, Interpreter, OpKind, Outcome, Scalar, Storage, VariableId, VariableKind, shown,
+    EventValue, Function, Interpreter, OpKind, Outcome, Scalar, Storage, ValueScope, VariableId,
+    VariableKind,
 };
 
+use super::recording::TracedValue;
 use super::trace::Trace;
+use crate::link::reported_calls::{event_value, is_recorded, known_at_reads};
 
 /// A method with its trace.
 #[derive(Clone, Debug)]
 pub(crate) struct TracedMethod {
     trace: Trace,
     /// `Class.method`.
-    name: String,
+    name: Arc<str>,
     /// The state that it reads.
-    inputs: Vec<StateOfMethod>,
+    inputs: Vec<HostVariable>,
+    /// The members that it reads.
+    members: Vec<HostVariable>,
     /// The state that it sets.
-    outputs: Vec<StateOfMethod>,
+    outputs: Vec<HostVariable>,
     has_accepted: bool,
 }
 
-/// A state variable of a method.
+/// A variable in the memory of the host.
 #[derive(Clone, Debug)]
-struct StateOfMethod {
-    variable: VariableId,
-    name: String,
+struct HostVariable {
+    id: VariableId,
     components: u32,
+    value: Arc<EventValue>,
 }
 
 impl TracedMethod {
@@ -39,23 +46,15 @@ impl TracedMethod {
                 read.insert(variable);
             }
         });
+        trace.prepare(function);
         let written = function.outputs.iter().map(|output| output.variable).collect();
-        let state = |variables: BTreeSet<VariableId>| {
-            let variables = variables.into_iter().map(|id| (id, function.variable(id)));
-            let state = variables.filter(|(_, it)| it.kind == VariableKind::State);
-            let named = state.map(|(variable, it)| StateOfMethod {
-                variable,
-                name: it.name.clone(),
-                components: it.len,
-            });
-            named.collect()
-        };
         let is_accepted = |id: &VariableId| function.variable(*id).kind == VariableKind::Accepted;
         TracedMethod {
             has_accepted: BTreeSet::iter(&written).any(is_accepted),
-            name: function.name.clone(),
-            inputs: state(read),
-            outputs: state(written),
+            name: function.name.as_str().into(),
+            inputs: host_variables(function, &read, VariableKind::State),
+            members: host_variables(function, &read, VariableKind::Member),
+            outputs: host_variables(function, &written, VariableKind::State),
             trace,
         }
     }
@@ -71,18 +70,18 @@ impl TracedMethod {
         if !self.trace.is_on() {
             return interpreter.run(lane, storage, host);
         }
-        let inputs = self
-            .trace
-            .has_calls()
-            .then(|| values(&self.inputs, |it, component| storage.load(it.variable, component)));
-        self.trace.begin_call(&self.name, lane, inputs.unwrap_or_default());
+        let of = (&self.name, lane);
+        if self.trace.has_calls() {
+            let load = |it: &HostVariable, component| storage.load(it.id, component);
+            self.trace.begin_call(of, values(&self.inputs, load), values(&self.members, load));
+        }
         let mut kept = KeptOutputs { storage, outputs: Vec::new() };
-        let observer = &mut self.trace.observer(&self.name, lane);
+        let observer = &mut self.trace.observer(of);
         let outcome = interpreter.run_observed(lane, &mut kept, host, observer);
         let set = kept.outputs;
         let mut outputs = values(&self.outputs, |it, component| {
             let of = |(variable, index, _): &&(VariableId, u32, u32)| {
-                *variable == it.variable && *index == component
+                *variable == it.id && *index == component
             };
             set.iter().find(of).map_or(0, |(_, _, bits)| *bits)
         });
@@ -90,24 +89,49 @@ impl TracedMethod {
             if !outcome.accepted {
                 outputs.clear();
             }
-            outputs.insert(0, ("hit".to_owned(), outcome.accepted.to_string()));
+            outputs.insert(0, hit(outcome.accepted));
         }
-        self.trace.end_call(&self.name, lane, outputs);
+        self.trace.end_call(of, outputs);
         outcome
     }
 }
 
-/// Formats the values of state variables.
+/// The variables of a kind among those of a function that can be recorded.
+fn host_variables(
+    function: &Function,
+    variables: &BTreeSet<VariableId>,
+    kind: VariableKind,
+) -> Vec<HostVariable> {
+    let variables = variables.iter().map(|id| (*id, function.variable(*id)));
+    let known_later = known_at_reads(function);
+    let is_known = |name: &str| kind == VariableKind::Member && known_later.contains(name);
+    let wanted = variables
+        .filter(|(_, it)| it.kind == kind && is_recorded(&it.name, it.len) && !is_known(&it.name));
+    let variable = |(id, it): (VariableId, &rtsl_ir::Variable)| HostVariable {
+        id,
+        components: it.len,
+        value: Arc::new(event_value(it)),
+    };
+    wanted.map(variable).collect()
+}
+
+/// That a ray hits, as a value.
+fn hit(accepted: bool) -> TracedValue {
+    let ty = ParameterType::Scalar(Scalar::Bool);
+    let variable = EventValue::new("hit", ty, ValueScope::State);
+    TracedValue { variable: Arc::new(variable), words: [accepted.into()].into() }
+}
+
+/// Reads variables.
 fn values(
-    state: &[StateOfMethod],
-    bits: impl Fn(&StateOfMethod, u32) -> u32,
-) -> Vec<(String, String)> {
-    let values = state.iter().map(|it| {
-        let words: Vec<u32> = (0..it.components).map(|component| bits(it, component)).collect();
-        let ty = ParameterType::Vector(Scalar::F32, it.components.min(u8::MAX.into()) as u8);
-        (it.name.clone(), shown(&ty, &words))
-    });
-    values.collect()
+    variables: &[HostVariable],
+    bits: impl Fn(&HostVariable, u32) -> u32,
+) -> Vec<TracedValue> {
+    let value = |it: &HostVariable| TracedValue {
+        variable: it.value.clone(),
+        words: (0..it.components).map(|component| bits(it, component)).collect(),
+    };
+    variables.iter().map(value).collect()
 }
 
 /// The storage of a call, whose outputs are kept for the trace.

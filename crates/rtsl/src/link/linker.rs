@@ -439,7 +439,7 @@ impl Linker {
     }
 
     /// Loads a scalar of a member, that of the chosen light or object.
-    fn load_member(
+    pub(super) fn load_member(
         &mut self,
         site: &mut Site<'_>,
         variable: VariableId,

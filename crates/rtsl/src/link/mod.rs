@@ -20,7 +20,7 @@ pub(crate) mod numbers;
 pub(crate) mod outputs;
 mod passed_values;
 pub(crate) mod prepared_surface;
-mod reported_calls;
+pub(crate) mod reported_calls;
 pub(crate) mod search;
 pub(crate) mod sequences;
 pub(crate) mod stage;
