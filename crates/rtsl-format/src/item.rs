@@ -231,17 +231,18 @@ impl<'t, 'a> Reader<'t, 'a> {
     /// begins items, or whatever follows the call of a macro on the next line.
     fn begins_another(&self, start: usize) -> bool {
         let token = self.peek();
-        if self.position == start || token.newlines_before_all() == 0 {
+        if self.position == start {
             return false;
         }
-        let is_keyword = token.kind == RawKind::Keyword;
-        let begins = ["if", "for", "while", "switch", "do", "case", "default", "return", "class"];
-        if is_keyword && begins.contains(&token.text) {
-            return true;
-        }
-        let is_word = matches!(token.kind, RawKind::Keyword | RawKind::Type | RawKind::Name);
         let is_call = self.at(start).kind == RawKind::Name && self.at(start + 1).is("(");
-        is_word && is_call && self.after_closing(start + 1) == self.position
+        let follows_call = is_call && self.after_closing(start + 1) == self.position;
+        let is_on_next_line = token.newlines_before_all() > 0;
+        if follows_call {
+            let kinds = [RawKind::Keyword, RawKind::Type, RawKind::Name];
+            return is_on_next_line && kinds.contains(&token.kind);
+        }
+        let begins = ["if", "for", "while", "switch", "do", "case", "default", "return", "class"];
+        token.kind == RawKind::Keyword && begins.contains(&token.text)
     }
 
     /// Reads the block after a head that begins at `start`.

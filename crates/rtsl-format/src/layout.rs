@@ -10,7 +10,7 @@
 
 use crate::lines::Lines;
 use crate::node::{Element, Node, NodeKind};
-use crate::token::Token;
+use crate::token::{Token, Trivia};
 use crate::{INDENT, MAX_WIDTH};
 
 /// The greatest width of arguments that share lines with others.
@@ -110,7 +110,7 @@ impl<'t, 'a> Layout<'t, 'a> {
                 self.lines.push(" ");
             } else {
                 self.lines.begin(if trivia.is_directive { 0 } else { indent });
-                self.lines.push(trivia.text);
+                self.lines.push(&shifted(trivia, indent));
                 self.lines.begin(indent);
             }
         }
@@ -484,4 +484,22 @@ impl Node {
             _ => false,
         }
     }
+}
+
+/// Returns a comment of several lines with its lines after the first indented as the first will be, if they begin with
+/// a star; directives and other comments stay as they are.
+pub(crate) fn shifted(trivia: &Trivia<'_>, indent: usize) -> String {
+    let text = trivia.text;
+    let mut lines = text.lines();
+    let first = lines.next().unwrap_or_default();
+    let has_stars = text.lines().skip(1).all(|line| line.trim_start().starts_with('*'));
+    if trivia.is_directive || !has_stars {
+        return text.replace("\r\n", "\n");
+    }
+    lines.fold(first.to_owned(), |mut shifted, line| {
+        shifted.push('\n');
+        shifted.extend(std::iter::repeat_n(' ', indent + 1));
+        shifted.push_str(line.trim());
+        shifted
+    })
 }

@@ -73,6 +73,7 @@ pub(crate) fn parse(tokens: &[Token<'_>], range: Range<usize>) -> Option<Node> {
         position: first,
         end: range.end,
         first,
+        last: range.end.saturating_sub(1),
         depth: 0,
         open_conditionals: 0,
         is_too_deep: false,
@@ -103,6 +104,8 @@ struct Parser<'t, 'a> {
     end: usize,
     /// The first token of the statement: the comments before it are not part of the statement.
     first: usize,
+    /// The last token of the statement.
+    last: usize,
     depth: usize,
     /// The number of `?` whose `:` is still to come, in the innermost brackets.
     open_conditionals: usize,
@@ -368,15 +371,14 @@ impl<'t, 'a> Parser<'t, 'a> {
     }
 
     fn token(&self, index: usize) -> Node {
-        let width = if index == self.first {
-            let token = &self.tokens[index];
-            if token.after.is_some() || token.text.contains('\n') {
-                ENDLESS
-            } else {
-                columns(token.text)
-            }
-        } else {
-            width_of(self.tokens, index)
+        let token = &self.tokens[index];
+        // The comments before the statement and after it do not make it longer.
+        let ends_inside = token.after.is_some() && index != self.last;
+        let width = match index == self.first {
+            _ if ends_inside || token.text.contains('\n') => ENDLESS,
+            true => columns(token.text),
+            false if token.after.is_some() && token.before.is_empty() => columns(token.text),
+            false => width_of(self.tokens, index),
         };
         Node { kind: NodeKind::Token(index), width }
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::item::{Block, Contents, Control, Item};
-use crate::layout::Layout;
+use crate::layout::{Layout, shifted};
 use crate::node::{self, ENDLESS, Node};
 use crate::token::Token;
 use crate::{INDENT, MAX_WIDTH};
@@ -62,7 +62,7 @@ impl Printer<'_, '_> {
             if !is_inline {
                 self.layout.lines.begin(if trivia.is_directive { 0 } else { indent });
             }
-            self.layout.lines.push(&shifted(trivia.text, trivia.is_directive, indent));
+            self.layout.lines.push(&shifted(trivia, indent));
             is_inline = trivia.is_inline;
             if is_inline {
                 self.layout.lines.push(" ");
@@ -156,7 +156,7 @@ impl Printer<'_, '_> {
             }
             let column = if trivia.is_directive { 0 } else { indent + INDENT };
             self.layout.lines.begin(column);
-            self.layout.lines.push(&shifted(trivia.text, trivia.is_directive, column));
+            self.layout.lines.push(&shifted(trivia, column));
         }
         self.layout.lines.begin(indent);
     }
@@ -454,21 +454,4 @@ impl Printer<'_, '_> {
             self.flat_item(item);
         }
     }
-}
-
-/// Returns a comment of several lines with its lines after the first indented as the first will be, if they begin with
-/// a star; directives and other comments stay as they are.
-fn shifted(text: &str, is_directive: bool, indent: usize) -> String {
-    let mut lines = text.lines();
-    let first = lines.next().unwrap_or_default();
-    let has_stars = text.lines().skip(1).all(|line| line.trim_start().starts_with('*'));
-    if is_directive || !has_stars {
-        return text.replace("\r\n", "\n");
-    }
-    lines.fold(first.to_owned(), |mut shifted, line| {
-        shifted.push('\n');
-        shifted.extend(std::iter::repeat_n(' ', indent + 1));
-        shifted.push_str(line.trim());
-        shifted
-    })
 }

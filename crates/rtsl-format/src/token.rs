@@ -84,8 +84,9 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn token(&mut self, kind: RawKind, start: usize, end: usize) {
-        let newlines = self.newlines_up_to(start);
         let before = std::mem::take(&mut self.before);
+        let follows_line = before.last().is_some_and(|trivia| !trivia.is_inline);
+        let newlines = self.newlines_up_to(start).max(usize::from(follows_line));
         let text = &self.text[start..end];
         self.tokens.push(Token { text, kind, start, before, newlines, after: None });
         self.end = end;
@@ -105,6 +106,8 @@ impl<'a> Reader<'a> {
         }
         let text = self.text[start..end].trim_end();
         let is_inline = piece.kind == RawKind::BlockComment && !ends_line && !text.contains('\n');
+        // Others get lines of their own, wherever they stand.
+        let newlines = if is_inline { newlines } else { newlines.max(1) };
         self.before.push(Trivia { text, is_directive, newlines, is_inline });
     }
 
@@ -116,7 +119,11 @@ impl<'a> Reader<'a> {
 /// True if only comments stand between the first of these pieces and the end of its line.
 fn ends_line(text: &str, pieces: &[RawToken]) -> bool {
     for pair in pieces.windows(2) {
-        if text[pair[0].range.end..pair[1].range.start].contains('\n') {
+        let between = &text[pair[0].range.end..pair[1].range.start];
+        // A comment of several lines gets lines of its own.
+        let has_lines =
+            pair[1].kind == RawKind::BlockComment && text[pair[1].range.clone()].contains('\n');
+        if between.contains('\n') || has_lines {
             return true;
         }
         if !matches!(pair[1].kind, RawKind::LineComment | RawKind::BlockComment) {
