@@ -66,7 +66,7 @@ class Result(Mapping[str, Any]):
             origin, direction, distance = (np.asarray(self._state[name], np.float32) for name in _RAY)
             with np.errstate(invalid="ignore"):
                 self._state["rt_HitPoint"] = origin + distance[..., np.newaxis] * direction
-        return self._state["rt_HitPoint"]
+        return np.asarray(self._state["rt_HitPoint"])
 
     @property
     def state(self) -> Dict[str, Any]:
@@ -219,14 +219,14 @@ class BoundMethod:
             )
         given = {name: value for name, value in zip(positional, values) if value is not None}
         known = _variables(self._role())
-        names = {**{name: name for name in known}, **{snake_case(name): name for name in known}}
+        aliases = {**{name: name for name in known}, **{snake_case(name): name for name in known}}
         if self._name == "generateRay":
             # The pixels of a square picture: cameras fit their angle of view to its sides.
-            state = {"rt_du": 1.0, "rt_dv": 1.0, **{names.get(name, name): it for name, it in state.items()}}
+            state = {"rt_du": 1.0, "rt_dv": 1.0, **{aliases.get(name, name): it for name, it in state.items()}}
         for name, value in state.items():
-            variable = names.get(name)
+            variable = aliases.get(name)
             if variable is None:
-                raise TypeError(f"{snake_case(self._name)}() has no argument `{name}`{meant(name, names)}")
+                raise TypeError(f"{snake_case(self._name)}() has no argument `{name}`{meant(name, aliases)}")
             if variable in given:
                 raise TypeError(f"{snake_case(self._name)}() has two values for `{name}`")
             given[variable] = value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 from dataclasses import dataclass, field
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from . import _rtsl
 from ._engine import default_engine
 from ._errors import Diagnostic
 from ._names import POSITIONAL, meant, snake_case
+
+if TYPE_CHECKING:
+    from ._instance import Instance
 
 
 @dataclass(frozen=True)
@@ -179,7 +182,7 @@ class Class:
         """The names of scratch members with their types."""
         return self._handle.scratch()
 
-    def __call__(self, **values: Any) -> "Any":
+    def __call__(self, **values: Any) -> "Instance":
         """Makes an instance with these values of parameters."""
         from ._instance import Instance
 

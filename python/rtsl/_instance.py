@@ -24,12 +24,15 @@ class Instance:
 
     _class: Class
     _values: Dict[str, Any]
+    _made: Optional[_rtsl.Instance]
+    _made_of: Tuple[Tuple[int, ...], List[_rtsl.Instance]]
+    _methods: Optional[Dict[str, MethodInfo]]
 
     def __init__(self, class_: Class, values: Dict[str, Any]) -> None:
         object.__setattr__(self, "_class", class_)
         object.__setattr__(self, "_values", dict(values))
         object.__setattr__(self, "_made", None)
-        object.__setattr__(self, "_made_of", None)
+        object.__setattr__(self, "_made_of", ((), []))
         object.__setattr__(self, "_methods", None)
         self._native()
 
@@ -37,13 +40,13 @@ class Instance:
         """Returns the instance of the extension module for the values as they are now."""
         referred: List[_rtsl.Instance] = []
         natives = {name: _native_value(value, referred) for name, value in self._values.items()}
-        made_of = tuple(id(it) for it in referred)
-        if self._made is None or self._made_of[0] != made_of:
+        made, made_of = self._made, tuple(id(it) for it in referred)
+        if made is None or self._made_of[0] != made_of:
             made = self._class._handle.instance(natives)
             object.__setattr__(self, "_made", made)
             # The referred instances are kept, so that nothing else has their identities.
             object.__setattr__(self, "_made_of", (made_of, referred))
-        return self._made
+        return made
 
     def _set(self, values: Dict[str, Any]) -> None:
         earlier = dict(self._values), self._made
@@ -74,9 +77,11 @@ class Instance:
     @property
     def methods(self) -> Dict[str, MethodInfo]:
         """The methods by name, with the state that they read and set."""
-        if self._methods is None:
-            object.__setattr__(self, "_methods", methods_of(self._native().methods(default_engine())))
-        return self._methods  # type: ignore[return-value]
+        methods = self._methods
+        if methods is None:
+            methods = methods_of(self._native().methods(default_engine()))
+            object.__setattr__(self, "_methods", methods)
+        return methods
 
     def rays(self, width: int, height: int, **options: Any) -> Result:
         """Returns the rays of a camera through the centres of the pixels of a picture, in rows from the top, in the
@@ -201,7 +206,7 @@ def _native_array(array: np.ndarray) -> np.ndarray:
     if wanted is None:
         raise TypeError(f"an array of {array.dtype} is no value of a parameter")
     if array.dtype.kind in "iu" and array.size > 0:
-        limits = np.iinfo(wanted)  # type: ignore[arg-type]
+        limits = np.iinfo(wanted)
         if array.min() < limits.min or array.max() > limits.max:
             raise ValueError("an array of integers has numbers of more than 32 bits")
     return np.ascontiguousarray(array, dtype=wanted).reshape(-1)

@@ -72,14 +72,7 @@ class SceneText:
 
 class Composer:
     def begin(
-        self,
-        engine: Engine,
-        parts: Dict[str, Any],
-        settings: Dict[str, Any],
-        aovs: List[str],
-        *,
-        first_sample: int = 0,
-        noise: Optional[float] = None,
+        self, engine: Engine, parts: Dict[str, Any], settings: Dict[str, Any]
     ) -> Tuple[PartialRender, str]: ...
 
 class PartialRender:

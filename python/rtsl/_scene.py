@@ -300,14 +300,13 @@ class Scene:
         engine, width = given.pop("engine", None), given.pop("width", None)
         if engine is None:
             engine = default_engine() if width is None else self._engine_of(width)
-        aovs, noise = [str(it) for it in given.pop("aovs", ())], given.pop("noise", None)
+        settings["aovs"] = [str(it) for it in given.pop("aovs", ())]
+        settings["noise"], settings["first_sample"] = given.pop("noise", None), first_sample
         if given:
             raise TypeError(f"no keyword {', '.join(f'`{it}`' for it in given)}")
         if settings["spp"] is not None and settings["spp"] < 1:
             raise ValueError("`spp` is at least 1")
-        render, messages = self._composer.begin(
-            engine, self._parts(), settings, aovs, first_sample=first_sample, noise=noise
-        )
+        render, messages = self._composer.begin(engine, self._parts(), settings)
         if messages:
             warnings.warn(messages.rstrip(), SceneWarning, stacklevel=3)
         return PartialRender(render)
@@ -320,21 +319,20 @@ class Scene:
     def _parts(self) -> Dict[str, Any]:
         if self.camera is None and self._text is None:
             raise SceneError("the scene has no camera: `scene.add(rtsl.library.Pinhole())`")
-        native = lambda it: None if it is None else it._native()  # noqa: E731
         shapes = [
             (
-                native(it.instance), native(it.material), native(it.emission), native(it.alpha),
+                _native(it.instance), _native(it.material), _native(it.emission), _native(it.alpha),
                 _rows(it.transform), it.flipped,
             )
             for it in self._placed
             if it.role == "primitive"
         ]
-        lights = [(native(it.instance), _rows(it.transform)) for it in self._placed if it.role == "light"]
+        lights = [(_native(it.instance), _rows(it.transform)) for it in self._placed if it.role == "light"]
         camera = self.camera
         return {
             "text": self._text,
-            "camera": None if camera is None else (native(camera.instance), _rows(camera.transform)),
-            "integrator": native(self.integrator),
+            "camera": None if camera is None else (_native(camera.instance), _rows(camera.transform)),
+            "integrator": _native(self.integrator),
             "shapes": shapes,
             "lights": lights,
             "ambient": vector(self.ambient),
@@ -420,6 +418,10 @@ def _passes(samples: int, is_watched: bool) -> Iterator[int]:
         end = min(samples, end + step if is_watched else samples)
         step = min(_LARGEST_PASS, end)
         yield end
+
+
+def _native(instance: Optional[Instance]) -> Optional[_rtsl.Instance]:
+    return None if instance is None else instance._native()
 
 
 def _rows(transform: Transform) -> List[List[float]]:

@@ -39,6 +39,10 @@ struct GivenSettings {
     seed: Option<u64>,
     max_depth: Option<u32>,
     renderer: Option<String>,
+    aovs: Vec<String>,
+    noise: Option<f32>,
+    /// The sample of each pixel with which the render begins.
+    first_sample: u32,
 }
 
 /// The parts of a scene.
@@ -80,20 +84,17 @@ impl PyComposer {
         PyComposer { state: Mutex::default() }
     }
 
-    /// Prepares a scene for a render that begins with a sample of each pixel. Returns the render and warnings.
-    #[pyo3(signature = (engine, parts, settings, aovs, *, first_sample=0, noise=None))]
+    /// Prepares a scene for a render. Returns the render and warnings.
     fn begin(
         &self,
         py: Python<'_>,
         engine: Py<PyEngine>,
         parts: GivenParts,
         settings: GivenSettings,
-        aovs: Vec<String>,
-        first_sample: u32,
-        noise: Option<f32>,
     ) -> PyResult<(PyPartialRender, String)> {
+        let aovs: Vec<Aov> = settings.aovs.iter().map(|name| Aov::from_name(name)).collect();
+        let (first_sample, noise) = (settings.first_sample, settings.noise);
         let composition = composition(py, parts, settings)?;
-        let aovs: Vec<Aov> = aovs.iter().map(|name| Aov::from_name(name)).collect();
         let made = engine.get().engine.clone();
         let is_same = |last: &&Last| last.engine.is(&engine);
         let prepared = py.detach(|| {
