@@ -33,7 +33,7 @@ from ._llvm import info, suggest_installed, warn_without_llvm
 from ._image import Image
 from ._mesh import mesh
 from ._scene import PartialRender, Placed, Scene, Thing
-from . import library, transforms
+from . import library, mitsuba, notebook, transforms
 
 __version__: str = _rtsl.__version__
 
@@ -70,6 +70,8 @@ __all__ = [
     "info",
     "library",
     "mesh",
+    "mitsuba",
+    "notebook",
     "set_default_engine",
     "transforms",
 ]

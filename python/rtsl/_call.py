@@ -184,7 +184,7 @@ class BoundMethod:
     ) -> Result:
         engine = engine or default_engine()
         native = self._instance._native()
-        plan = native.call_plan(engine, self._name)
+        plan = self._plan(engine, native)
         earlier, given = self._given(arguments, state)
         known = _variables(self._role())
         lanes = Lanes()
@@ -205,6 +205,14 @@ class BoundMethod:
             engine, native, plan, lanes, shape, earlier, given,
             wanted=wanted, mask=mask, out=dict(out or {}), host=host, threads=threads,
         )
+
+    def _plan(self, engine: _rtsl.Engine, native: _rtsl.Instance) -> Dict[str, Any]:
+        """Returns what calls pass, which the extension module tells once for each instance and engine."""
+        plans = self._instance._plans
+        known = plans.get(self._name)
+        if known is None or known[0] is not engine or known[1] is not native:
+            known = plans[self._name] = (engine, native, native.call_plan(engine, self._name))
+        return known[2]
 
     def _given(self, arguments: Tuple[Any, ...], state: Dict[str, Any]) -> Tuple[List[Result], Dict[str, Any]]:
         """Returns the earlier results among the arguments, and the state that they set, by the names of the language."""

@@ -12,7 +12,7 @@ from ._classes import Class, MethodInfo, methods_of, shown
 from ._engine import default_engine
 from ._names import meant, snake_case
 
-_OWN = ("_class", "_values", "_made", "_made_of", "_methods")
+_OWN = ("_class", "_values", "_made", "_made_of", "_methods", "_plans")
 
 
 class Instance:
@@ -27,6 +27,8 @@ class Instance:
     _made: Optional[_rtsl.Instance]
     _made_of: Tuple[Tuple[int, ...], List[_rtsl.Instance]]
     _methods: Optional[Dict[str, MethodInfo]]
+    #: What calls of methods pass, with the engine and the instance of the extension module that it was told for.
+    _plans: Dict[str, Tuple[_rtsl.Engine, _rtsl.Instance, Dict[str, Any]]]
 
     def __init__(self, class_: Class, values: Dict[str, Any]) -> None:
         object.__setattr__(self, "_class", class_)
@@ -34,6 +36,7 @@ class Instance:
         object.__setattr__(self, "_made", None)
         object.__setattr__(self, "_made_of", ((), []))
         object.__setattr__(self, "_methods", None)
+        object.__setattr__(self, "_plans", {})
         self._native()
 
     def _native(self) -> _rtsl.Instance:
