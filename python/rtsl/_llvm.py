@@ -11,7 +11,7 @@ import warnings
 from typing import Any, Dict, List
 
 from . import _rtsl
-from ._errors import InterpreterWarning
+from ._errors import Error, InterpreterWarning
 
 #: The package that ships LLVM as a shared library; the extra `llvm` installs it.
 PACKAGE = "karellen-llvm-core"
@@ -41,12 +41,15 @@ def warn_without_llvm() -> None:
     if _warned.is_set():
         return
     _warned.set()
-    if "error" in _rtsl.llvm_info():
-        warnings.warn(
-            "no LLVM was found, so RTSL runs on its interpreter, hundreds of times slower: " + remedy(),
-            InterpreterWarning,
-            stacklevel=3,
-        )
+    if "error" not in _rtsl.llvm_info():
+        return
+    chosen = os.environ.get("RTSL_LLVM")
+    if chosen:
+        # Engines report it as an error: nobody asked for the interpreter.
+        text = f"RTSL_LLVM names `{chosen}`, which is no LLVM that RTSL can use"
+    else:
+        text = f"no LLVM was found, so that RTSL runs on its interpreter, hundreds of times slower: {remedy()}"
+    warnings.warn(text, InterpreterWarning, stacklevel=3)
 
 
 def remedy() -> str:
@@ -64,12 +67,16 @@ def info() -> Dict[str, Any]:
     from ._engine import default_engine
 
     found = _rtsl.llvm_info()
+    try:
+        width = default_engine().width
+    except Error:
+        width = None
     return {
         "rtsl": _rtsl.__version__,
         "llvm": found.get("version"),
         "path": found.get("path") and str(found["path"]),
         "processor": found.get("processor"),
-        "width": default_engine().width,
+        "width": width,
         "threads": os.cpu_count(),
         "remedy": None if "version" in found else f"{found['error']}\n{remedy()}",
     }

@@ -1,6 +1,9 @@
 """Compiling texts, and what is known of their classes."""
 
+import os
 import pathlib
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -91,3 +94,23 @@ def test_info_tells_what_was_found():
     info = rtsl.info()
     assert info["rtsl"] == rtsl.__version__
     assert (info["llvm"] is None) == (info["remedy"] is not None)
+
+
+def in_new_process(program, **variables):
+    environment = {**os.environ, **variables}
+    done = subprocess.run(
+        [sys.executable, "-W", "always", "-c", program], capture_output=True, text=True, env=environment, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def test_machines_without_llvm_are_told_so(tmp_path: pathlib.Path):
+    program = """
+import rtsl
+engine = rtsl.Engine(backend="interpreter")
+print(rtsl.library.Sphere().intersect((0, 0, -3), (0, 0, 1), engine=engine).hit_distance, rtsl.info()["llvm"])
+"""
+    done = in_new_process(program, RTSL_LLVM=str(tmp_path / "missing.so"))
+    assert done.stdout.split() == ["2.0", "None"]
+    assert done.stderr.count("InterpreterWarning") == 1 and "missing.so" in done.stderr

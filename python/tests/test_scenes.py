@@ -200,14 +200,15 @@ def test_other_threads_run_while_a_scene_renders():
 
     thread = threading.Thread(target=count)
     thread.start()
-    scene.render(size=(128, 128), spp=64, threads=1)
+    scene.render(size=(64, 64), spp=48, threads=1)
     end.set()
     thread.join()
     assert counted[0] > 1000
 
 
-def test_progress_is_told(capsys):
-    ball_scene().render(size=(96, 96), spp=400, progress=True)
+def test_progress_is_told(capsys, monkeypatch):
+    monkeypatch.setattr("rtsl._progress._EVERY", 0.0)
+    ball_scene().render(size=(64, 64), spp=40, progress=True)
     assert "%" in capsys.readouterr().err
     ball_scene().render(**SMALL)
     assert capsys.readouterr().err == ""
