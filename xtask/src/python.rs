@@ -1,5 +1,6 @@
 //! `cargo xtask python`: the tests of the Python package, with a build of this checkout.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::shell::{Command, Failure, Result, root, say};
@@ -26,18 +27,17 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let folder = target().join("python");
     let python = environment(&folder)?;
     say("build of the Python package");
-    let wheels = folder.join("wheels");
-    let _ = std::fs::remove_dir_all(&wheels);
-    let manifest = root().join("crates/rtsl-python/Cargo.toml");
-    let build = ["-m", "maturin", "build", "--quiet", "--profile", "dev", "--manifest-path"];
-    Command::new(&python).args(build).args([&manifest]).args(["--out"]).args([&wheels]).run()?;
-    let wheel = only_wheel(&wheels)?;
-    let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
-    Command::new(&python).args(install).args([&wheel]).run()?;
+    // As users install it, but with the profile of tests, whose crates are built already.
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
+    let options = ["--no-build-isolation", "--force-reinstall", "./python"];
+    let install = Command::new(&python).args(install).args(options);
+    let install = install.env("MATURIN_PEP517_ARGS", "--profile dev");
+    // Where pip finds maturin.
+    install.env("PATH", path_with(python.parent().unwrap_or(&folder))?).run()?;
     say("tests of the Python package");
     // From the root, so that the installed package is tested and not the files in `python`.
-    let all: &[String] = &["python/tests".to_owned()];
-    let chosen = if arguments.is_empty() { all } else { arguments };
+    let all = &["python/tests", "--pyargs", "rtsl"].map(str::to_owned);
+    let chosen = if arguments.is_empty() { all.as_slice() } else { arguments };
     let test = ["-m", "pytest", "-c", "python/pyproject.toml", "--rootdir", "python"];
     Command::new(&python).args(test).args(chosen).toolchain_llvm().run()?;
     if !arguments.is_empty() {
@@ -46,6 +46,13 @@ pub fn run(arguments: &[String]) -> Result<()> {
     say("notebooks");
     let execute = ["python/examples/execute.py", "--check"];
     Command::new(&python).args(execute).toolchain_llvm().run()
+}
+
+/// Returns the folders of programs with one before them.
+fn path_with(first: &Path) -> Result<OsString> {
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let folders = [first.to_owned()].into_iter().chain(std::env::split_paths(&others));
+    std::env::join_paths(folders).map_err(|error| Failure(format!("PATH: {error}")))
 }
 
 /// The folder of builds.
@@ -68,12 +75,4 @@ fn environment(folder: &Path) -> Result<PathBuf> {
             .map_err(|error| Failure(format!("{}: {error}", complete.display())))?;
     }
     Ok(python)
-}
-
-/// Returns the wheel that was built.
-fn only_wheel(folder: &Path) -> Result<PathBuf> {
-    let files = std::fs::read_dir(folder);
-    let files = files.map_err(|error| Failure(format!("{}: {error}", folder.display())))?;
-    let mut wheels = files.flatten().map(|file| file.path());
-    wheels.next().ok_or_else(|| Failure(format!("{} has no wheel", folder.display())))
 }

@@ -18,7 +18,7 @@ use rtsl::{
 };
 
 use crate::array_host::{ArrayHost, HostAnswers};
-use crate::columns::{Input, LaneAxis, Output};
+use crate::columns::{Input, LaneAxis, Output, VectorInput};
 use crate::engine::PyEngine;
 use crate::error::Exception;
 use crate::instance::PyInstance;
@@ -113,6 +113,10 @@ fn variable(name: &str) -> PyResult<&'static StateVariable> {
 enum Fill<'a> {
     /// A value for each lane.
     Lanes(Input<'a, f32>),
+    /// Values of this component and the two that follow it.
+    Vectors(VectorInput<'a>),
+    /// That of a component before.
+    Done,
     /// The same for all lanes.
     Value(f32),
     /// The reciprocals of another component.
@@ -157,11 +161,26 @@ impl<'a> StatePlan<'a> {
     }
 
     fn set_input(&mut self, variable: &StateVariable, columns: Vec<Input<'a, f32>>) {
+        if let Some(vectors) = Input::vectors(&columns) {
+            self.set_vectors(variable, vectors);
+            return;
+        }
         for (component, column) in components(variable).zip(columns) {
             self.given[component as usize] = true;
             let fill = column.uniform().map_or_else(|| Fill::Lanes(column), Fill::Value);
             self.fills[component as usize] = Some(fill);
         }
+    }
+
+    /// Sets all components of a vector at once.
+    fn set_vectors(&mut self, variable: &StateVariable, vectors: VectorInput<'a>) {
+        let range = variable.first_component as usize..components(variable).end as usize;
+        self.given[range.clone()].fill(true);
+        self.needed[range.clone()].fill(true);
+        for fill in &mut self.fills[range.clone()] {
+            *fill = Some(Fill::Done);
+        }
+        self.fills[range.start] = Some(Fill::Vectors(vectors));
     }
 
     /// Computes what hosts compute for every ray: the reciprocal of its direction and the point of its hit.
@@ -189,7 +208,7 @@ impl<'a> StatePlan<'a> {
         match &fill {
             Fill::ReciprocalOf(of) => self.needed[*of as usize] = true,
             Fill::PointOn(ray) => ray.iter().for_each(|it| self.needed[*it as usize] = true),
-            Fill::Lanes(_) | Fill::Value(_) => {}
+            Fill::Lanes(_) | Fill::Vectors(_) | Fill::Done | Fill::Value(_) => {}
         }
         self.fills[component as usize] = Some(fill);
     }
@@ -363,7 +382,11 @@ impl ArrayCall<'_> {
             let component = *component as usize;
             match fill {
                 Fill::Value(value) if *is_changed => state.floats_mut(component).fill(*value),
-                Fill::Value(_) => {}
+                Fill::Value(_) | Fill::Done => {}
+                Fill::Vectors(input) => {
+                    let parts = state.vectors_mut::<3>(component);
+                    input.read(first, count, parts.map(|it| &mut it[..count]));
+                }
                 Fill::Lanes(input) => {
                     input.read(first, &mut state.floats_mut(component)[..count]);
                 }

@@ -91,6 +91,41 @@ impl<'a, T: Copy + Element> Input<'a, T> {
     }
 }
 
+impl<'a> Input<'a, f32> {
+    /// Returns three columns as vectors, if a row has their numbers side by side.
+    pub fn vectors(columns: &[Input<'a, f32>]) -> Option<VectorInput<'a>> {
+        let [x, y, z] = columns else { return None };
+        let follows = |one: &Input<'a, f32>, other: &Input<'a, f32>| {
+            let (one, other) = (&one.0, &other.0);
+            one.stride == ROW as isize && one.start.addr() + size_of::<f32>() == other.start.addr()
+        };
+        let Input(Column { start, stride, lanes, borrowed }) = *x;
+        let column = Column { start, stride, lanes, borrowed };
+        let is_vector = follows(x, y) && follows(y, z) && column.place(0).is_aligned();
+        is_vector.then_some(VectorInput(column))
+    }
+}
+
+/// The bytes of a row of three numbers.
+const ROW: usize = 3 * size_of::<f32>();
+
+/// Rows of three numbers without gaps.
+pub struct VectorInput<'a>(Column<'a, f32>);
+
+impl VectorInput<'_> {
+    /// Reads the rows from `first` on, component by component.
+    pub fn read(&self, first: usize, count: usize, [x, y, z]: [&mut [f32]; 3]) {
+        self.0.check(first, count);
+        let start = self.0.place(first).cast::<[f32; 3]>();
+        // Safety: the rows exist, are adjacent and aligned, and are borrowed for reading.
+        let rows = unsafe { std::slice::from_raw_parts(start, count) };
+        // In one loop, which becomes shuffles of vectors: a loop for each component takes twice as long.
+        for (((row, x), y), z) in rows.iter().zip(x).zip(y).zip(z) {
+            (*x, *y, *z) = (row[0], row[1], row[2]);
+        }
+    }
+}
+
 /// A column that is written.
 pub struct Output<'a, T>(Column<'a, T>);
 
@@ -121,6 +156,13 @@ impl<'a, T: Copy + Element> Output<'a, T> {
     /// Writes the lanes from `first` on, which no other thread writes.
     pub fn write(&self, first: usize, values: &[T]) {
         self.0.check(first, values.len());
+        let start = self.0.place(first);
+        if self.0.stride == size_of::<T>() as isize && start.is_aligned() {
+            // Safety: the lanes exist, are adjacent and aligned, are borrowed for writing, and belong to this thread.
+            let lanes = unsafe { std::slice::from_raw_parts_mut(start, values.len()) };
+            lanes.copy_from_slice(values);
+            return;
+        }
         for (index, value) in values.iter().enumerate() {
             // Safety: the lane exists, is borrowed for writing, and belongs to this thread.
             unsafe { self.0.place(first + index).write_unaligned(*value) };
