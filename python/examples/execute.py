@@ -22,7 +22,8 @@ def execute(path: pathlib.Path, is_checked: bool) -> None:
     """Executes a notebook. Raises CellExecutionError if a cell does."""
     notebook = nbformat.read(path, as_version=4)
     start = time.monotonic()
-    NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(FOLDER)}}).execute()
+    resources = {"metadata": {"path": str(FOLDER)}}
+    NotebookClient(notebook, timeout=120, kernel_name="python3", resources=resources).execute()
     for cell in notebook.cells:
         # Times of execution, and widgets, which show nothing without a kernel.
         cell.metadata.pop("execution", None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
@@ -78,7 +79,7 @@ class Lanes:
 
 def rows_of(array: np.ndarray, shape: Shape, components: int) -> np.ndarray:
     """Returns the array with a row for each ray of a shape."""
-    count = int(np.prod(shape, dtype=np.int64))
+    count = math.prod(shape)
     leading = array.shape if components == 1 else array.shape[:-1]
     if leading == ():
         return np.broadcast_to(array.reshape(1, components), (count, components))
@@ -95,7 +96,7 @@ def mask_rows(mask: Any, shape: Shape) -> Optional[np.ndarray]:
     array = np.asarray(mask)
     if array.dtype != np.bool_:
         raise TypeError(f"a mask is an array of bools, not of {array.dtype}")
-    count = int(np.prod(shape, dtype=np.int64))
+    count = math.prod(shape)
     return np.broadcast_to(array, shape).reshape(count, 1).view(np.uint8)
 
 
@@ -115,7 +116,7 @@ def output_array(given: Any, shape: Shape, components: int, name: str) -> np.nda
 
 def output_rows(array: np.ndarray, shape: Shape, components: int) -> np.ndarray:
     """Returns a view of an array for results with a row for each ray."""
-    count = int(np.prod(shape, dtype=np.int64))
+    count = math.prod(shape)
     rows = array.reshape(count, components)
     if count > 0 and not np.may_share_memory(rows, array):
         raise ValueError(f"an array for results of strides {array.strides} has no row for each ray")

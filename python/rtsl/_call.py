@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
+import math
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple
 
 import numpy as np
@@ -215,7 +217,7 @@ class BoundMethod:
         return known[2]
 
     def _given(self, arguments: Tuple[Any, ...], state: Dict[str, Any]) -> Tuple[List[Result], Dict[str, Any]]:
-        """Returns the earlier results among the arguments, and the state that they set, by the names of the language."""
+        """Returns the earlier results among the arguments, and the state that they set by the names of the language."""
         earlier = [it for it in arguments if isinstance(it, Result)]
         values = [it for it in arguments if not isinstance(it, Result)]
         positional = self._positional()
@@ -226,8 +228,7 @@ class BoundMethod:
                 f"{len(values)} were given"
             )
         given = {name: value for name, value in zip(positional, values) if value is not None}
-        known = _variables(self._role())
-        aliases = {**{name: name for name in known}, **{snake_case(name): name for name in known}}
+        aliases = _aliases(self._role())
         if self._name == "generateRay":
             # The pixels of a square picture: cameras fit their angle of view to its sides.
             state = {"rt_du": 1.0, "rt_dv": 1.0, **{aliases.get(name, name): it for name, it in state.items()}}
@@ -267,7 +268,7 @@ class BoundMethod:
         host: Optional[Host],
         threads: Optional[int],
     ) -> Result:
-        count = int(np.prod(shape, dtype=np.int64))
+        count = math.prod(shape)
         outputs = {}
         for name, components in plan["sets"]:
             given_out = out.pop(name, None)
@@ -324,11 +325,14 @@ def _state_of(results: List[Result]) -> Dict[str, Any]:
     return state
 
 
-_VARIABLES: Dict[str, Dict[str, int]] = {}
-
-
+@functools.lru_cache(maxsize=None)
 def _variables(role: str) -> Dict[str, int]:
     """Returns the state variables of a role with the numbers of their components."""
-    if role not in _VARIABLES:
-        _VARIABLES[role] = dict(_rtsl.state_variables(role))
-    return _VARIABLES[role]
+    return dict(_rtsl.state_variables(role))
+
+
+@functools.lru_cache(maxsize=None)
+def _aliases(role: str) -> Dict[str, str]:
+    """Returns the names of the language of a role's state variables, by these and the names in Python."""
+    names = _variables(role)
+    return {**{name: name for name in names}, **{snake_case(name): name for name in names}}

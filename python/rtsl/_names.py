@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import re
 from typing import Dict, Iterable, Tuple
 
@@ -30,6 +31,7 @@ POSITIONAL: Dict[Tuple[str, str], Tuple[str, ...]] = {
 }
 
 
+@functools.lru_cache(maxsize=None)
 def snake_case(name: str) -> str:
     """Returns the name of a method or a state variable as Python writes names.
 

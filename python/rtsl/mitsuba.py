@@ -39,7 +39,7 @@ def register(name: str = "rtsl") -> None:
 
     variant = mi.variant()
     if variant is None or not variant.endswith("_rgb"):
-        raise RuntimeError(f"RTSL's colours are RGB: set a variant such as `llvm_ad_rgb` or `scalar_rgb`, not {variant}")
+        raise RuntimeError(f"RTSL's colours are RGB: set a variant such as `llvm_ad_rgb`, not `{variant}`")
     if not variant.startswith("scalar"):
         import drjit as dr
 

@@ -38,7 +38,8 @@ def test_vectors_colors_and_choices():
     enum Way { Left = -1, Right = 1 };
     public vec2 v; public mat2 m; public uint bits; public bool on; public Way way; public float row[3]; public color c;
     void lookup() { rt_FloatTextureValue = v.x + m[1][0] + row[2] + float(bits) + float(way) + (on ? 0.5 : 0.0); }"""
-    a = rtsl.compile(text).A(v=(1, 2), m=np.array([[1, 2], [3, 4.0]]), bits=4_000_000_000, on=True, way="Left", row=[0] * 3, c=0)
+    a_class = rtsl.compile(text).A
+    a = a_class(v=(1, 2), m=np.array([[1, 2], [3, 4.0]]), bits=4_000_000_000, on=True, way="Left", row=[0] * 3, c=0)
     np.testing.assert_array_equal(a.v, [1, 2])
     np.testing.assert_array_equal(a.m, [[1, 2], [3, 4]])
     assert (a.bits, a.on, a.way) == (4_000_000_000, True, "Left")

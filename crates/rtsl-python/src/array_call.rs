@@ -39,7 +39,10 @@ const STACK_BYTES: usize = 16 << 20;
 /// State and results are arrays by the names of variables, with a row for each ray; scratch has a column for each ray.
 /// A mask and the accepted hits are bytes of 0 and 1.
 #[pyfunction]
-#[pyo3(signature = (engine, instance, method, lanes, inputs, outputs, *, scratch=None, scratch_out=None, hit=None, mask=None, host=None, threads=None))]
+#[pyo3(signature = (
+    engine, instance, method, lanes, inputs, outputs, *, scratch=None, scratch_out=None, hit=None,
+    mask=None, host=None, threads=None
+))]
 #[allow(clippy::too_many_arguments, reason = "the keywords of one call of Python")]
 pub fn call(
     py: Python<'_>,
@@ -275,7 +278,9 @@ impl ArrayCall<'_> {
     fn run(&self, threads: Option<usize>) -> PyResult<()> {
         let chunks = self.lanes.div_ceil(CHUNK);
         let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = threads.unwrap_or_else(processors).clamp(1, chunks.max(1));
+        // The system takes long to tell its processors, compared with a call for a few rays.
+        let wanted = if chunks > 1 { threads.unwrap_or_else(processors) } else { 1 };
+        let threads = wanted.clamp(1, chunks.max(1));
         std::thread::scope(|scope| {
             for _ in 1..threads {
                 let thread = std::thread::Builder::new().stack_size(STACK_BYTES);

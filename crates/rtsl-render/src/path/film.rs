@@ -426,7 +426,7 @@ mod tests {
         ];
         let size = |features: &Features| BatchFilm::memory((17, 8), features).0 / 3 / 64;
         let sizes = kept.each_ref().map(size);
-        assert_eq!(sizes, [33, 49, 41, 97], "bytes for each of the 64 pixels of 3 tiles");
+        assert_eq!(sizes, [34, 50, 42, 98], "bytes for each of the 64 pixels of 3 tiles");
         assert!(BatchFilm::memory((usize::MAX, usize::MAX), &kept[3]) == Amount(u64::MAX));
     }
 
