@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::shell::{Command, Failure, Result, root, say};
 
-/// What the tests use, besides the package.
+/// The packages that the tests use, besides that of this repository.
 const PACKAGES: &[&str] = &[
     "maturin>=1.9,<2",
     "numpy",

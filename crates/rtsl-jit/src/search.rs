@@ -1,8 +1,8 @@
 //! The search for libLLVM.
 //!
 //! The order: `RTSL_LLVM`, which excludes all other locations; the libraries that the host suggests; the system's, the
-//! newest first; the library inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as the last resort, since that
-//! alone takes longer than loading LLVM.
+//! newest first; the library inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as
+//! the last resort, since that alone takes longer than loading LLVM.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -260,7 +260,7 @@ struct ArrayCall<'a> {
     problem: Mutex<Option<String>>,
 }
 
-/// What a thread needs for its chunks.
+/// The memory of a thread for its chunks.
 struct ChunkMemory {
     state: LaneBlock,
     scratch: LaneBlock,

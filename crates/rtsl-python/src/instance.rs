@@ -57,8 +57,8 @@ impl PyInstance {
         describe_methods(py, &engine.program(&self.instance))
     }
 
-    /// What a call of the method passes: the state that it reads and sets, the scratch arrays, and whether it leaves
-    /// scratch to the host.
+    /// The values that a call of the method passes: the state that it reads and sets, the scratch arrays, and whether it
+    /// leaves scratch to the host.
     fn call_plan<'py>(
         &self,
         py: Python<'py>,

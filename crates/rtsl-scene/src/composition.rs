@@ -30,7 +30,7 @@ pub struct Composition {
     pub shapes: Vec<ComposedShape>,
     /// The lights.
     pub lights: Vec<PlacedLight>,
-    /// What is added to the value of `ambient()`.
+    /// The summand of the value of `ambient()`.
     pub ambient: [f32; 3],
 }
 

@@ -251,8 +251,8 @@ impl BatchScene {
     }
 }
 
-/// Returns the renderer of a scene: the one that its settings select, or else the batch renderer if all surfaces support
-/// it.
+/// Returns the renderer of a scene: the one that its settings select, or else the batch renderer if all surfaces
+/// support it.
 pub fn renderer_of(engine: &Engine, scene: &Scene) -> Renderer {
     match scene.settings.renderer {
         Some(renderer) => renderer,
