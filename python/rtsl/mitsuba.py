@@ -132,14 +132,14 @@ def _plugins(mi: Any) -> Tuple[type, type]:
     def state_of(si: Any) -> Dict[str, Any]:
         return {**surface(si), "rt_RayDirection": _rows(-si.to_world(si.wi))}
 
-    class RtslBsdf(mi.BSDF):  # type: ignore[misc, name-defined]
+    class RtslBsdf(mi.BSDF):  # type: ignore[misc]
         def __init__(self, properties: Any) -> None:
             mi.BSDF.__init__(self, properties)
             self.instance = _instance_of(properties, "material")
             flags = mi.BSDFFlags
-            parts = (flags.DiffuseReflection, flags.DiffuseTransmission, flags.GlossyReflection)
-            parts += (flags.GlossyTransmission, flags.DeltaReflection, flags.DeltaTransmission)
-            parts += (flags.FrontSide, flags.BackSide, flags.SpatiallyVarying, flags.Anisotropic)
+            parts = [flags.DiffuseReflection, flags.DiffuseTransmission, flags.GlossyReflection]
+            parts += [flags.GlossyTransmission, flags.DeltaReflection, flags.DeltaTransmission]
+            parts += [flags.FrontSide, flags.BackSide, flags.SpatiallyVarying, flags.Anisotropic]
             self.m_flags = sum(int(part) for part in parts)
             self.m_components = [self.m_flags]
 
@@ -185,7 +185,7 @@ def _plugins(mi: Any) -> Tuple[type, type]:
         def to_string(self) -> str:
             return f"RtslBsdf[{self.instance!r}]"
 
-    class RtslTexture(mi.Texture):  # type: ignore[misc, name-defined]
+    class RtslTexture(mi.Texture):  # type: ignore[misc]
         def __init__(self, properties: Any) -> None:
             mi.Texture.__init__(self, properties)
             self.instance = _instance_of(properties, "texture")
