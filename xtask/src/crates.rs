@@ -55,6 +55,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-debug", &["rtsl"]),
     ("rtsl-view", &["rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
     ("rtsl-capi", &["rtsl"]),
+    ("rtsl-python", &["rtsl", "rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
     (
         "rtsl-cli",
         &[
@@ -180,7 +181,7 @@ fn direct<'a>(
 /// go into the last one.
 const COLUMNS: &[&[&str]] = &[
     &["rtsl-math", "rtsl-bvh", "rtsl-render", "rtsl-view"],
-    &["rtsl-memory", "rtsl-image", "rtsl-scene"],
+    &["rtsl-memory", "rtsl-image", "rtsl-scene", "rtsl-python"],
     &["rtsl-source", "rtsl-syntax", "rtsl-sema", "rtsl-lower", "rtsl-cli"],
     &["rtsl-opt", "rtsl-stages", "rtsl"],
     &["rtsl-spec", "rtsl-ir", "rtsl-cpp", "rtsl-contract"],

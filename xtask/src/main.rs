@@ -7,6 +7,7 @@ mod crates;
 mod long;
 mod package;
 mod prose;
+mod python;
 mod shell;
 
 use std::process::ExitCode;
@@ -24,9 +25,10 @@ The daily commands of RTSL's developers.
   crates             renews the picture of the crates in the manual
   book [ARGUMENTS]   builds the manual with mdBook; `book serve` shows it in a browser
   package [--verify] makes the packages that would be published; --verify builds each from its package
+  python [TEST...]   the tests and notebooks of the Python package, in a virtual environment that is made once
   long [PART...]     the tests that take too long for every day; `long --help` lists the parts
 
-Commands print what they call. `test`, `bless` and `long` use the LLVM of the Rust toolchain, unless the
+Commands print what they call. `test`, `bless`, `python` and `long` use the LLVM of the Rust toolchain, unless the
 environment variable RTSL_LLVM names another.
 
 Before a pull request: `cargo xtask check`, then `cargo xtask test`.
@@ -61,6 +63,7 @@ fn run(arguments: &[String]) -> Result<()> {
         "crates" if rest.is_empty() => crates::draw(),
         "book" => book(rest),
         "package" => package::run(rest),
+        "python" => python::run(rest),
         "long" => long::run(rest),
         "check" | "crates" => Err(Failure(format!("`cargo xtask {command}` takes no arguments"))),
         other => {

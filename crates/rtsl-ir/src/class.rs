@@ -69,6 +69,11 @@ pub struct Element<'a> {
 }
 
 impl Class {
+    /// Returns the role in which the class has the method; `None` if it is of no role that has it.
+    pub fn role_of(&self, method: Method) -> Option<Role> {
+        self.roles.iter().copied().find(|role| method.roles().contains(role))
+    }
+
     /// Returns the class's element parameter, if it has one.
     pub fn element(&self) -> Option<Element<'_>> {
         self.parameters.iter().find_map(|parameter| {

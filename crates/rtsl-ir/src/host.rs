@@ -9,6 +9,8 @@ use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Query;
 
+pub use crate::plain_host::{PlainHost, PlainLight};
+
 /// The greatest number of rays in one request.
 pub const MAX_LANES: usize = 16;
 

@@ -41,6 +41,7 @@ mod names;
 mod observer;
 mod op;
 mod place;
+mod plain_host;
 mod query;
 mod reported_value;
 mod signature;

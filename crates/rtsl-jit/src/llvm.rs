@@ -42,6 +42,12 @@ impl Llvm {
         LOADED.get_or_init(load).clone()
     }
 
+    /// Names libraries that the search tries before those of the system, the best first, such as one that a host is
+    /// installed with. `RTSL_LLVM` still overrides them. They have no effect after the first [`Llvm::load`].
+    pub fn suggest(paths: Vec<PathBuf>) {
+        search::suggest(paths);
+    }
+
     /// Releases memory held only for further compilations: the library's code, if one is loaded. The next compilation
     /// takes some milliseconds longer.
     pub fn release_memory() {

@@ -1,11 +1,24 @@
 //! The search for libLLVM.
 //!
-//! The order: `RTSL_LLVM`, which excludes all other locations; the system's libraries, the newest first; the library
-//! inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as the last resort, since that
-//! alone takes longer than loading LLVM.
+//! The order: `RTSL_LLVM`, which excludes all other locations; the libraries that the host suggests; the system's, the
+//! newest first; the library inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as
+//! the last resort, since that alone takes longer than loading LLVM.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+
+/// The libraries that the host suggests.
+static SUGGESTED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Sets the libraries that the host suggests, the best first.
+pub fn suggest(paths: Vec<PathBuf>) {
+    *SUGGESTED.lock().unwrap_or_else(PoisonError::into_inner) = paths;
+}
+
+fn suggested_libraries() -> Vec<PathBuf> {
+    SUGGESTED.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
 
 /// The candidate libraries, lazily and in order.
 pub enum Candidates {
@@ -20,8 +33,12 @@ pub fn candidates() -> Candidates {
     match std::env::var_os("RTSL_LLVM").filter(|value| !value.is_empty()) {
         Some(value) => Candidates::Chosen(chosen(Path::new(&value))),
         None => {
-            let variables: [fn() -> Vec<PathBuf>; 3] =
-                [system_libraries, toolchain_libraries, asked_toolchain_libraries];
+            let variables: [fn() -> Vec<PathBuf>; 4] = [
+                suggested_libraries,
+                system_libraries,
+                toolchain_libraries,
+                asked_toolchain_libraries,
+            ];
             Candidates::Found(Box::new(variables.into_iter().flat_map(|variable| variable())))
         }
     }

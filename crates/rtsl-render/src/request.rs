@@ -428,13 +428,8 @@ impl LoadedScene {
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
     pub(crate) fn choose_renderer(&mut self) {
-        let LoadedScene { scene, engine, .. } = self;
-        let has_shade = |scene: &Scene| path::has_shade(engine, scene);
-        scene.settings.renderer = Some(match scene.settings.renderer {
-            Some(renderer) => renderer,
-            None if has_shade(scene) => Renderer::Interactive,
-            None => Renderer::Batch,
-        });
+        let renderer = path::renderer_of(&self.engine, &self.scene);
+        self.scene.settings.renderer = Some(renderer);
     }
 }
 

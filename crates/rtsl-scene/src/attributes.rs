@@ -7,13 +7,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Method, Numbers, ParameterType, Role, Scalar, Value,
-    diagnostic_codes as codes,
+    AttributeTable, Class, Diagnostic, Instance, Method, Numbers, ParameterType, Role, Scalar,
+    Value, diagnostic_codes as codes,
 };
 
 use crate::reader::{Parameter, Values};
+use crate::scene::Scene;
 
 /// The functions by which a class interpolates between the vertices of a face: the indices of up to four vertices, and
 /// their weights.
@@ -29,6 +31,34 @@ const DIVERGENCE: &str =
     "0.5 * (gradient((computeNormal(), normalize(rt_GeometricNormal).x), rt_HitPoint).x
 + gradient((computeNormal(), normalize(rt_GeometricNormal).y), rt_HitPoint).y
 + gradient((computeNormal(), normalize(rt_GeometricNormal).z), rt_HitPoint).z)";
+
+/// Gives the shapes and shaders of a scene the list of the attributes that they share.
+///
+/// # Errors
+/// If the attributes do not fit each other.
+pub fn share_attributes(scene: &mut Scene) -> Result<(), Diagnostic> {
+    let alpha = scene.objects.iter().filter_map(|object| object.alpha.as_ref());
+    let shapes = || scene.objects.iter().map(|object| &*object.primitive);
+    let readers = scene.materials.iter().chain(alpha).map(|it| &**it).chain(shapes());
+    let table = AttributeTable::new(readers, shapes())?;
+    if table.is_empty() {
+        return Ok(());
+    }
+    let mut shared = BTreeMap::new();
+    let mut share = |instance: &mut Arc<Instance>, is_shape: bool| {
+        if is_shape || instance.reads_attributes() {
+            let with = || instance.with_attributes(&table);
+            let with = shared.entry(Arc::as_ptr(instance)).or_insert_with(with).clone();
+            *instance = with;
+        }
+    };
+    scene.materials.iter_mut().for_each(|material| share(material, false));
+    for object in &mut scene.objects {
+        share(&mut object.primitive, true);
+        object.alpha.iter_mut().for_each(|alpha| share(alpha, false));
+    }
+    Ok(())
+}
 
 /// The attributes that shaders of a scene read: the numbers of scalars of their types, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -7,6 +7,7 @@ mod area;
 mod arguments;
 mod attributes;
 mod classes;
+mod composition;
 mod curvature;
 mod description;
 pub mod export;
@@ -24,9 +25,11 @@ mod settings;
 mod shutter;
 mod source;
 pub mod spectrum;
+mod standard;
 mod vector;
 
 pub use attributes::WantedAttributes;
+pub use composition::{ComposedShape, Composer, Composition};
 pub use description::{
     DescribedClass, Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition,
     SceneOptions, ShapeUse,

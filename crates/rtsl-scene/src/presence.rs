@@ -6,8 +6,10 @@ use std::sync::Arc;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, CallMode, Class, Engine, EngineOptions, Instance, Instances, Method,
-    Value, lookup_state, new_state,
+    Role, Value, lookup_state, new_state,
 };
+
+use crate::scene::{Scene, SceneObject};
 
 /// The class of alpha textures of shapes whose material has holes.
 pub const PRESENCE_CLASS: &str = "Presence";
@@ -39,9 +41,27 @@ struct Made {
 }
 
 impl Presences {
+    /// True if materials of a scene may have holes.
+    pub fn are_in(scene: &Scene) -> bool {
+        scene.materials.iter().any(|it| has_presence(it))
+    }
+
+    /// Gives shapes the alpha that their materials have. Materials that are shapes themselves have none. `class` is that
+    /// of [`PRESENCE_TEXT`].
+    pub fn add_to(&mut self, scene: &mut Scene, class: &Arc<Class>) {
+        self.retain(&scene.materials);
+        let is_shape =
+            |object: &SceneObject| object.primitive.class().roles.contains(&Role::Material);
+        for object in scene.objects.iter_mut().filter(|object| !is_shape(object)) {
+            let material = &scene.materials[object.material as usize];
+            if has_presence(material) {
+                object.alpha = self.alpha_of(class, material, object.alpha.as_ref());
+            }
+        }
+    }
+
     /// Returns the alpha of shapes that have this material and this alpha of their own; `None` if all of them is there.
-    /// `class` is that of [`PRESENCE_TEXT`].
-    pub fn alpha_of(
+    fn alpha_of(
         &mut self,
         class: &Arc<Class>,
         material: &Arc<Instance>,
@@ -58,10 +78,14 @@ impl Presences {
     }
 
     /// Forgets the materials that are not among these.
-    pub fn retain(&mut self, materials: &[Arc<Instance>]) {
+    fn retain(&mut self, materials: &[Arc<Instance>]) {
         let there: BTreeSet<usize> = materials.iter().map(|it| Arc::as_ptr(it).addr()).collect();
         self.made.retain(|[material, _], _| there.contains(material));
     }
+}
+
+fn has_presence(material: &Instance) -> bool {
+    material.class().methods.contains_key(&Method::Presence)
 }
 
 fn presence_of(

@@ -26,20 +26,30 @@ pub fn new_state(lanes: usize) -> LaneBlock {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn set_defaults(state: &mut LaneBlock, role: Role) {
-    for row in rows().iter().filter(|row| row.role.is_none_or(|it| it == role)) {
-        let Some(variable) = lookup_state(row.name) else { continue };
-        for component in 0..variable.ty.components() {
+    for (component, value) in default_components(role) {
+        state.floats_mut(component as usize).fill(value);
+    }
+}
+
+/// Returns the components of the state that [`set_defaults`] sets for a role, with their values.
+pub fn default_components(role: Role) -> impl Iterator<Item = (u32, f32)> {
+    let of_role = rows().iter().filter(move |row| row.role.is_none_or(|it| it == role));
+    of_role.flat_map(|row| {
+        let variable = lookup_state(row.name);
+        let components = variable.map_or(0, |variable| variable.ty.components());
+        let first = variable.map_or(0, |variable| variable.first_component);
+        (0..components).filter_map(move |component| {
             let value = match row.default {
                 StateDefault::Constant(value) => value,
                 StateDefault::Components(values) => values[component as usize],
                 StateDefault::Variable(_)
                 | StateDefault::Grey(_)
                 | StateDefault::Luminance(_)
-                | StateDefault::Tangent(_) => continue,
+                | StateDefault::Tangent(_) => return None,
             };
-            state.floats_mut((variable.first_component + component) as usize).fill(value);
-        }
-    }
+            Some((first + component, value))
+        })
+    })
 }
 
 #[cfg(test)]

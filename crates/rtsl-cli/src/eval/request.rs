@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use rtsl::host::{PlainHost, PlainLight};
 use rtsl::{Compilation, DEFAULT_LOOP_BUDGET, Diagnostic, Method, Recording, Trace};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
@@ -112,6 +113,20 @@ pub struct Light {
     /// The density per solid angle; 0, a delta, if not given.
     #[serde(default)]
     pub pdf: f32,
+}
+
+impl From<&HostRequest> for PlainHost {
+    fn from(request: &HostRequest) -> PlainHost {
+        let HostRequest { trace, occluded, ambient, rand, .. } = *request;
+        let light = |light: &Light| PlainLight {
+            direction: light.direction,
+            distance: light.distance,
+            color: light.color,
+            pdf: light.pdf,
+        };
+        let lights = request.lights.iter().map(light).collect();
+        PlainHost { trace, occluded, ambient, rand, lights }
+    }
 }
 
 fn infinity() -> f32 {

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rtsl::host::PlainHost;
 use rtsl::{
     CallArguments, CallMode, Class, Diagnostic, Engine, Instance, Instances, LaneBlock, LaneMask,
-    LoopOwners, Messages, Method, ParameterType, Program, Role, Scalar, StateVariable, Unit, Value,
+    LoopOwners, Messages, Method, ParameterType, Program, Scalar, StateVariable, Unit, Value,
     diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
 use rtsl_render::batch::Evaluation as SceneEvaluation;
@@ -15,7 +16,6 @@ use rtsl_scene::{LoadOptions, load_scene};
 use serde_json::Value as JsonValue;
 
 use super::function::FunctionCall;
-use super::host::PlainHost;
 use super::request::{Evaluation, Request, Values};
 use super::values::{self, Lanes, PlaceWords, ValueError};
 use crate::json::Json;
@@ -70,7 +70,7 @@ pub fn run(
     let scratch_values = parse_lanes(&request.scratch);
     let lanes = count_lanes(request, state_values.values().chain(scratch_values.values()))?;
     let mut state = new_state(lanes);
-    if let Some(role) = role_of(class, method) {
+    if let Some(role) = class.role_of(method) {
         set_defaults(&mut state, role);
     }
     set_state(&mut state, &state_values)?;
@@ -109,7 +109,7 @@ pub fn run(
                 mask: None,
                 accepted: Some(&mut accepted),
                 instances: Instances::One(&block),
-                host: &mut PlainHost(&request.host),
+                host: &mut PlainHost::from(&request.host),
             })
         }
     };
@@ -158,11 +158,6 @@ fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>
             Err(Refusal::Request(message))
         }
     }
-}
-
-/// Returns the role in which the class has the method.
-pub fn role_of(class: &Class, method: Method) -> Option<Role> {
-    class.roles.iter().copied().find(|role| method.roles().contains(role))
 }
 
 fn parse_lanes(values: &Values) -> BTreeMap<&str, Lanes> {

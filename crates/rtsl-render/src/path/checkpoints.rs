@@ -95,13 +95,38 @@ fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointEr
         path: checkpoints.path.clone(),
         reason: error.to_string(),
     };
-    let mut numbers = FilmNumbers::with_room_for(film).map_err(no_memory)?;
-    for tile in 0..film.tiles().len() {
-        // Tiles are copied one by one: the state of each is consistent, and that suffices.
-        numbers.add(&film.record(tile), film.features());
-    }
+    let numbers = FilmNumbers::of(film).map_err(no_memory)?;
     let fingerprint = checkpoints.fingerprint.clone();
     Checkpoint { fingerprint, sections: numbers.sections() }.write(&checkpoints.path)
+}
+
+/// Returns the sums of a film in the form of a checkpoint with this fingerprint.
+///
+/// # Errors
+/// If there is not enough memory.
+pub fn to_bytes(film: &BatchFilm, fingerprint: Fingerprint) -> Result<Vec<u8>, OutOfMemory> {
+    let numbers = FilmNumbers::of(film)?;
+    let mut bytes = Vec::new();
+    let checkpoint = Checkpoint { fingerprint, sections: numbers.sections() };
+    // Writing to memory does not fail.
+    let _ = checkpoint.write_to(&mut bytes);
+    Ok(bytes)
+}
+
+/// Sets a film to the sums of [`to_bytes`].
+///
+/// # Errors
+/// If the bytes are damaged, or belong to another render, as a sentence.
+pub fn from_bytes(film: &BatchFilm, expected: &Fingerprint, bytes: &[u8]) -> Result<(), String> {
+    let checkpoint = Checkpoint::from_bytes(bytes).map_err(|damage| damage.to_string())?;
+    if let Some(difference) = checkpoint.fingerprint.difference(expected) {
+        return Err(format!("they belong to another render: {difference}"));
+    }
+    let numbers = FilmNumbers::from_sections(checkpoint.sections, film)?;
+    for tile in 0..film.tiles().len() {
+        numbers.give(tile, &mut film.record(tile), film.features());
+    }
+    Ok(())
 }
 
 /// Restores a film from a checkpoint; without one the film stays unchanged. Returns true if there was one.
@@ -134,6 +159,16 @@ impl FilmNumbers {
         let of_hit = if features.first_hits { of_hit } else { Amount(0) };
         let of_pixel = Amount::of::<f64>(4 + features.components()) + of_hit;
         (of_tile + of_pixel.times(LANES)).times(tiles)
+    }
+
+    /// Copies the numbers of a film.
+    fn of(film: &BatchFilm) -> Result<Self, OutOfMemory> {
+        let mut numbers = FilmNumbers::with_room_for(film)?;
+        for tile in 0..film.tiles().len() {
+            // Tiles are copied one by one: the state of each is consistent, and that suffices.
+            numbers.add(&film.record(tile), film.features());
+        }
+        Ok(numbers)
     }
 
     /// Reserves memory for a film's numbers.

@@ -101,6 +101,23 @@ impl Features {
             }
         }
     }
+
+    /// Adds sums of outputs, pixel by pixel, to those of the samples before. Values that are not means are those of the
+    /// first sample.
+    pub fn append_outputs(&self, sums: &mut [f64], later: &[f64], are_first: bool) {
+        let Some(components) = Some(self.components()).filter(|count| *count > 0) else { return };
+        for (sums, later) in sums.chunks_exact_mut(components).zip(later.chunks_exact(components)) {
+            for output in &self.outputs {
+                for component in output.components() {
+                    if output.ty.is_mean() {
+                        sums[component] += later[component];
+                    } else if are_first {
+                        sums[component] = later[component];
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The first surface of a path.
@@ -159,6 +176,17 @@ impl FirstHitSums {
     /// Without samples.
     pub const NONE: FirstHitSums =
         FirstHitSums { distance: [0.0; LANES], hits: [0; LANES], object: [-1.0; LANES] };
+
+    /// Adds the sums of the samples that follow.
+    pub fn append(&mut self, later: &FirstHitSums, are_first: bool) {
+        for pixel in 0..LANES {
+            self.distance[pixel] += later.distance[pixel];
+            self.hits[pixel] += later.hits[pixel];
+            if are_first {
+                self.object[pixel] = later.object[pixel];
+            }
+        }
+    }
 
     /// Adds the first hits of successive samples of the pixel of a lane.
     pub fn add(&mut self, lane: usize, samples: &[FirstHit], are_first: bool) {

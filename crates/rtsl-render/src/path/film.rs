@@ -27,6 +27,8 @@ pub struct BatchFilm {
     /// The noise at which a tile needs no more samples.
     noise_target: Option<f32>,
     imaging: Imaging,
+    /// The index of the first sample of each pixel.
+    first: u32,
 }
 
 /// The state of a tile.
@@ -38,7 +40,9 @@ pub struct TileRecord {
     pub first_hits: Option<Box<FirstHitSums>>,
     /// The sums of the components of outputs, pixel by pixel.
     pub outputs: Vec<f64>,
-    /// The samples of each pixel.
+    /// The index of the first sample of each pixel; that of the picture's unless the film has a part of them.
+    first: u32,
+    /// The index after the last sample of each pixel.
     pub taken: u32,
     /// The number of samples that were not finite and count as black.
     pub dropped: u64,
@@ -68,12 +72,13 @@ pub struct TileWork {
 const MIN_SAMPLES: u32 = 32;
 
 impl TileRecord {
-    fn new(features: &Features) -> Self {
+    fn new(features: &Features, first: u32) -> Self {
         TileRecord {
             sums: SampleSums::NONE,
             first_hits: features.first_hits.then(|| Box::new(FirstHitSums::NONE)),
             outputs: vec![0.0; LANES * features.components()],
-            taken: 0,
+            first,
+            taken: first,
             dropped: 0,
             time: Duration::ZERO,
             work: None,
@@ -109,7 +114,7 @@ impl TileRecord {
 
     /// Adds the features of samples, of which there are `count` for each pixel.
     fn take_features(&mut self, samples: TileResults<'_>, count: usize, features: &Features) {
-        let are_first = self.taken == 0;
+        let are_first = self.taken == self.first;
         if let Some(sums) = &mut self.first_hits {
             for (lane, samples) in samples.first_hits.chunks_exact(count.max(1)).enumerate() {
                 sums.add(lane, samples, are_first);
@@ -124,17 +129,41 @@ impl TileRecord {
         }
     }
 
+    /// Adds the sums of the samples that follow.
+    fn append(&mut self, later: &TileRecord, features: &Features) {
+        let are_first = self.count() == 0;
+        for pixel in 0..LANES {
+            let (sum, added) = (self.sums.color(pixel), later.sums.color(pixel));
+            self.sums
+                .set_color(pixel, std::array::from_fn(|channel| sum[channel] + added[channel]));
+            self.sums.squares[pixel] += later.sums.squares[pixel];
+        }
+        if let (Some(sums), Some(added)) = (&mut self.first_hits, &later.first_hits) {
+            sums.append(added, are_first);
+        }
+        features.append_outputs(&mut self.outputs, &later.outputs, are_first);
+        self.dropped += later.dropped;
+        self.time += later.time;
+        self.taken = later.taken;
+        self.is_done = later.is_done;
+    }
+
     /// Returns the mean of a pixel.
     pub fn mean(&self, lane: usize) -> [f64; 3] {
-        self.sums.color(lane).map(|channel| channel / f64::from(self.taken.max(1)))
+        self.sums.color(lane).map(|channel| channel / f64::from(self.count().max(1)))
+    }
+
+    /// Returns the number of samples of each pixel.
+    pub fn count(&self) -> u32 {
+        self.taken - self.first
     }
 
     /// Returns the variance of a pixel's mean luminance.
     pub fn variance(&self, lane: usize) -> f64 {
-        let count = f64::from(self.taken);
+        let count = f64::from(self.count());
         let mean = luminance(self.sums.color(lane)) / count;
         let spread = (self.sums.squares[lane] / count - mean * mean).max(0.0);
-        if self.taken > 1 { spread / (count - 1.0) } else { 0.0 }
+        if self.count() > 1 { spread / (count - 1.0) } else { 0.0 }
     }
 
     /// The noise of a tile relative to visibility: the root mean square of its pixels' standard errors, divided by the
@@ -166,18 +195,45 @@ impl BatchFilm {
         noise_target: Option<f32>,
     ) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
-        let record = |_: &Tile| Mutex::new(TileRecord::new(&features));
+        let record = |_: &Tile| Mutex::new(TileRecord::new(&features, 0));
         let mut records = reserved(tiles.len())?;
         features.check_room(tiles.len())?;
         records.extend(tiles.iter().map(record));
         let imaging = Imaging::default();
-        Ok(BatchFilm { width, height, tiles, records, features, noise_target, imaging })
+        let first = 0;
+        Ok(BatchFilm { width, height, tiles, records, features, noise_target, imaging, first })
+    }
+
+    /// Makes the sample of this index the first of each pixel, for a film with a part of a picture's samples.
+    #[must_use]
+    pub fn beginning_with(mut self, first: u32) -> Self {
+        self.first = first;
+        for record in &mut self.records {
+            let record = record.get_mut().unwrap_or_else(PoisonError::into_inner);
+            (record.first, record.taken) = (first, first);
+        }
+        self
     }
 
     /// Sets the response to radiance.
     #[must_use]
     pub fn with_imaging(self, imaging: Imaging) -> Self {
         BatchFilm { imaging, ..self }
+    }
+
+    /// Returns the index of the first sample of each pixel.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
+    /// Adds the sums of a tile in a film of the samples that follow those of this one; returns false if they do not.
+    pub fn append(&self, tile: usize, later: &BatchFilm) -> bool {
+        let (record, later) = (&mut *self.record(tile), &*later.record(tile));
+        let follows = record.taken == later.first;
+        if follows && !record.is_done {
+            record.append(later, &self.features);
+        }
+        follows
     }
 
     /// Returns the tiles.
@@ -216,7 +272,7 @@ impl BatchFilm {
             record.take(samples, time, (&self.imaging, &self.features));
             // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
             if let Some(target) = self.noise_target
-                && record.taken >= MIN_SAMPLES
+                && record.count() >= MIN_SAMPLES
                 && record.taken.is_multiple_of(SAMPLES_IN_WAVEFRONT)
             {
                 let lanes = self.tiles[tile].lanes(self.width, self.height);
@@ -269,7 +325,7 @@ impl BatchFilm {
             let (components, count) = (output.components(), self.features.components());
             self.for_each_pixel(|record, lane, index| {
                 let sums = &record.outputs[lane * count..][components.clone()];
-                let divisor = if ty.is_mean() { f64::from(record.taken.max(1)) } else { 1.0 };
+                let divisor = if ty.is_mean() { f64::from(record.count().max(1)) } else { 1.0 };
                 let values = image.pixel_mut(index).iter_mut().zip(sums);
                 values.for_each(|(value, sum)| *value = (sum / divisor) as f32);
             });
@@ -294,7 +350,8 @@ impl BatchFilm {
 
     /// Returns the average number of samples per pixel.
     pub fn mean_samples(&self) -> f64 {
-        let sum: u64 = (0..self.records.len()).map(|tile| u64::from(self.record(tile).taken)).sum();
+        let count = |tile| u64::from(self.record(tile).count());
+        let sum: u64 = (0..self.records.len()).map(count).sum();
         sum as f64 / self.records.len().max(1) as f64
     }
 
@@ -314,10 +371,10 @@ fn value(aov: &Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> f32 {
         // Without a hit the object is -1, which no class has.
         Aov::Class if hits.object[lane] < 0.0 => -1.0,
         Aov::Class => classes.get(hits.object[lane] as usize).copied().unwrap_or(-1.0),
-        Aov::Samples => record.taken as f32,
+        Aov::Samples => record.count() as f32,
         Aov::Variance => record.variance(lane) as f32,
         Aov::Time => {
-            let samples = f64::from(record.taken.max(1)) * LANES as f64;
+            let samples = f64::from(record.count().max(1)) * LANES as f64;
             (record.time.as_nanos() as f64 / samples) as f32
         }
         Aov::Nodes => {
@@ -369,7 +426,7 @@ mod tests {
         ];
         let size = |features: &Features| BatchFilm::memory((17, 8), features).0 / 3 / 64;
         let sizes = kept.each_ref().map(size);
-        assert_eq!(sizes, [33, 49, 41, 97], "bytes for each of the 64 pixels of 3 tiles");
+        assert_eq!(sizes, [34, 50, 42, 98], "bytes for each of the 64 pixels of 3 tiles");
         assert!(BatchFilm::memory((usize::MAX, usize::MAX), &kept[3]) == Amount(u64::MAX));
     }
 

@@ -1,22 +1,22 @@
 //! Rendering an image: wavefronts of all tiles, pass by pass, on all threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use rtsl::Messages;
 use rtsl_bvh::LANES;
-use rtsl_memory::OutOfMemory;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
 use super::film::{BatchFilm, TileWork};
 use super::memory::BatchMemory;
+use super::partial_render::{Part, PartialRender};
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::wavefront::{SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};
 use crate::checkpoint::CheckpointError;
-use crate::compiled::object_classes::ObjectClasses;
-use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::execution::{Execution, Optimise, Rendered};
 use crate::progress::TilesDone;
 use crate::statistics::RayCounts;
@@ -52,11 +52,17 @@ pub struct BatchRendered {
 /// If a shader exceeds its budget of loop iterations, threads cannot be started, or the checkpoint cannot be resumed.
 pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
     let threads = RenderThreads::new(options.execution.threads)?;
-    let job = Job::new(scene, options)?;
-    let _span = tracing::debug_span!("render", threads = threads.count()).entered();
-    let start = Instant::now();
-    let (cancelled, rays) = job.run(&threads, start);
-    job.finish(start.elapsed(), cancelled, rays, threads.count())
+    let mut partial = PartialRender::new(scene, 0, options.noise_target)?;
+    if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
+        restore(partial.film(), checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
+    }
+    let whole = partial.whole(scene);
+    let writer = options.checkpoints.map(CheckpointWriter::new);
+    let cancelled = partial.render_on(&threads, scene, &whole, options, writer.as_ref())?;
+    let is_kept = |writer: &&CheckpointWriter<'_>| cancelled || writer.is_periodic();
+    let checkpoint_error =
+        writer.as_ref().filter(is_kept).and_then(|it| it.write_last(partial.film()).err());
+    Ok(BatchRendered { checkpoint_error, ..partial.rendered(scene)? })
 }
 
 /// The time after which the rest of a render is estimated.
@@ -67,45 +73,30 @@ const JUDGED_AFTER: Duration = Duration::from_millis(50);
 /// times as long to compile as all before them (Zen 5).
 const LONG_REST: f64 = 5.0;
 
-/// A render in progress.
-struct Job<'a> {
-    scene: &'a BatchScene,
-    options: BatchOptions<'a>,
-    film: BatchFilm,
-    errors: RuntimeErrors,
-    writer: Option<CheckpointWriter<'a>>,
-    done: AtomicUsize,
-    skipped: AtomicUsize,
+/// A part in progress.
+pub struct Job<'a> {
+    pub scene: &'a BatchScene,
+    pub options: BatchOptions<'a>,
+    pub film: &'a BatchFilm,
+    pub errors: &'a RuntimeErrors,
+    /// The writer of checkpoints, if there are any.
+    pub writer: Option<&'a CheckpointWriter<'a>>,
+    /// The number of wavefronts done.
+    pub done: AtomicUsize,
+    /// The number of those that were not needed.
+    pub skipped: AtomicUsize,
 }
 
-impl<'a> Job<'a> {
-    fn new(scene: &'a BatchScene, options: BatchOptions<'a>) -> Result<Self, Messages> {
-        let settings = &scene.compiled.settings;
-        let features = scene.aovs.features.clone();
-        let size = (settings.width, settings.height);
-        let film = BatchFilm::new(size, features, options.noise_target)
-            .map_err(|error| Messages::one(error.diagnostic()))?
-            .with_imaging(settings.imaging);
-        if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
-            restore(&film, checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
-        }
-        Ok(Job {
-            scene,
-            options,
-            film,
-            errors: RuntimeErrors::default(),
-            writer: options.checkpoints.map(CheckpointWriter::new),
-            done: AtomicUsize::new(0),
-            skipped: AtomicUsize::new(0),
-        })
-    }
-
-    /// Renders all passes. Returns true if it ended early, and the number of rays traced.
-    fn run(&self, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
+impl Job<'_> {
+    /// Renders all passes of a part. Returns true if it ended early, and the number of rays traced.
+    pub fn run(&self, part: &Part, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
         let settings = &self.scene.compiled.settings;
-        let samples = settings.sampler.samples_per_pixel();
-        let tiles = self.film.tiles().len();
-        let order = TileOrder::new(tiles, settings.width.div_ceil(TILE));
+        let Part { tiles: Range { start: first_tile, end: end_tile }, samples: of_part } = part;
+        assert!(*end_tile <= self.film.tiles().len(), "the picture has these tiles");
+        let samples = of_part.end.saturating_sub(of_part.start);
+        let tiles = end_tile.saturating_sub(*first_tile);
+        let row = settings.width.div_ceil(TILE);
+        let order = TileOrder::new(tiles, if tiles.is_multiple_of(row) { row } else { 1 });
         let together = tiles_of_wavefront(samples, tiles, threads.count());
         let groups = tiles.div_ceil(together);
         let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * groups;
@@ -121,10 +112,11 @@ impl<'a> Job<'a> {
             |memory, index| {
                 // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
                 let (pass, group) = (index / groups, index % groups);
-                let first = pass as u32 * SAMPLES_IN_WAVEFRONT;
-                let wavefront = (first, samples.min(first + SAMPLES_IN_WAVEFRONT));
+                let first = of_part.start + pass as u32 * SAMPLES_IN_WAVEFRONT;
+                let wavefront = (first, of_part.end.min(first + SAMPLES_IN_WAVEFRONT));
                 let places = group * together..tiles.min((group + 1) * together);
-                let tiles: Vec<usize> = places.map(|place| order.tile(place)).collect();
+                let tiles: Vec<usize> =
+                    places.map(|place| first_tile + order.tile(place)).collect();
                 let was_needed = self.render_wavefront(memory, &tiles, wavefront);
                 self.tell(was_needed, count);
             },
@@ -190,8 +182,8 @@ impl<'a> Job<'a> {
                 self.film.add(index, samples.first, memory.samples.of_tile(start..end), time);
                 start = end;
             }
-            if let Some(writer) = &self.writer {
-                writer.write_if_due(&self.film);
+            if let Some(writer) = self.writer {
+                writer.write_if_due(self.film);
             }
         }
         true
@@ -199,38 +191,5 @@ impl<'a> Job<'a> {
 
     fn must_stop(&self, start: Instant) -> bool {
         self.options.execution.must_stop(start) || self.errors.any()
-    }
-
-    fn finish(
-        self,
-        time: Duration,
-        cancelled: bool,
-        rays: RayCounts,
-        threads: usize,
-    ) -> Result<BatchRendered, Messages> {
-        let Job { scene, film, errors, writer, .. } = self;
-        let (scene, aovs) = (&scene.compiled, &scene.aovs.aovs);
-        if errors.any() {
-            return Err(exhausted_budgets(scene, &errors));
-        }
-        let is_kept = |writer: &&CheckpointWriter<'_>| cancelled || writer.is_periodic();
-        let checkpoint_error =
-            writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
-        let classes = ObjectClasses::of(scene);
-        let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
-        let aovs = aovs.iter().map(|(aov, ty)| film.aov((aov, *ty), &class_indices));
-        let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
-        let rendered = Rendered {
-            image: film.image().map_err(no_memory)?,
-            aovs: aovs.collect::<Result<_, _>>().map_err(no_memory)?,
-            object_classes: classes.names,
-            rays,
-            dropped_samples: film.dropped(),
-            not_finite: errors.not_finite(),
-            time,
-            threads,
-            cancelled,
-        };
-        Ok(BatchRendered { rendered, mean_samples: film.mean_samples(), checkpoint_error })
     }
 }

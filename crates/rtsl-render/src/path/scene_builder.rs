@@ -11,7 +11,7 @@ use rtsl::{
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
-use rtsl_scene::Scene;
+use rtsl_scene::{Renderer, Scene};
 
 use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
@@ -136,6 +136,34 @@ impl BatchScene {
         BatchSceneBuilder::new(builder).aovs(aovs).build(scene, messages)
     }
 
+    /// Prepares a scene whose values may change, for pictures with these AOVs. What did not change since an earlier
+    /// state, which is given with its scene, is used again. Warnings go to `messages`.
+    ///
+    /// # Errors
+    /// As for [`BatchSceneBuilder::build`].
+    pub fn of_changing(
+        scene: &Scene,
+        engine: &Engine,
+        aovs: &[Aov],
+        earlier: Option<(&BatchScene, &Scene)>,
+        messages: &mut Messages,
+    ) -> Result<Self, Messages> {
+        let builder = SceneBuilder::new(engine);
+        let builder = match earlier {
+            Some((earlier, of)) if scene.has_same_shapes(of) => {
+                builder.same_shapes(&earlier.compiled)
+            }
+            Some((earlier, _)) => builder.moved_shapes(&earlier.compiled),
+            None => builder,
+        };
+        let builder = BatchSceneBuilder::new(builder).aovs(aovs).changing_values();
+        let builder = match earlier {
+            Some((earlier, _)) => builder.earlier(earlier),
+            None => builder,
+        };
+        builder.build(scene, messages)
+    }
+
     /// Finds out how much light the lights send, by which they are selected.
     fn select_lights(&mut self) -> Result<(), Messages> {
         let errors = RuntimeErrors::default();
@@ -223,8 +251,18 @@ impl BatchScene {
     }
 }
 
+/// Returns the renderer of a scene: the one that its settings select, or else the batch renderer if all surfaces
+/// support it.
+pub fn renderer_of(engine: &Engine, scene: &Scene) -> Renderer {
+    match scene.settings.renderer {
+        Some(renderer) => renderer,
+        None if has_shade(engine, scene) => Renderer::Interactive,
+        None => Renderer::Batch,
+    }
+}
+
 /// True if surfaces of a scene have only `shade`.
-pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
+fn has_shade(engine: &Engine, scene: &Scene) -> bool {
     scene.objects.iter().any(|object| {
         let material = match is_own_material(object) {
             true => &object.primitive,

@@ -5,12 +5,9 @@ use rtsl_bvh::{LANES, lanes_of};
 use rtsl_scene::{Renderer, Scene};
 
 use super::tile_sample::TileSample;
+use crate::compiled::CompiledScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::compiled::{CompiledScene, SceneBuilder};
-use crate::path::{
-    BatchMemory, BatchScene, BatchSceneBuilder, PathTracer, SAMPLES_IN_WAVEFRONT,
-    tiles_of_wavefront,
-};
+use crate::path::{BatchMemory, BatchScene, PathTracer, SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};
 use crate::statistics::LaneUse;
 use crate::tiles::{CameraRays, TileSamples};
 
@@ -31,29 +28,18 @@ impl SessionRenderer {
     /// Prepares a scene for its integrator. What did not change since an earlier state is used again.
     ///
     /// # Errors
-    /// As for [`BatchSceneBuilder::build`].
+    /// As for [`BatchScene::of_changing`].
     pub fn new(
         scene: &Scene,
         engine: &Engine,
         earlier: Option<(&SessionRenderer, &Scene)>,
         messages: &mut Messages,
     ) -> Result<SessionRenderer, Messages> {
-        let builder = SceneBuilder::new(engine);
-        let builder = match earlier {
-            Some((earlier, of)) if scene.has_same_shapes(of) => {
-                builder.same_shapes(earlier.compiled())
-            }
-            Some((earlier, _)) => builder.moved_shapes(earlier.compiled()),
-            None => builder,
-        };
-        let builder = BatchSceneBuilder::new(builder).changing_values();
-        let builder = match earlier {
-            Some((earlier, _)) => builder.earlier(&earlier.scene),
-            None => builder,
-        };
+        let earlier = earlier.map(|(earlier, of)| (&*earlier.scene, of));
+        let prepared = BatchScene::of_changing(scene, engine, &[], earlier, messages)?;
         let is_interactive =
             scene.integrator.is_none() && scene.settings.renderer == Some(Renderer::Interactive);
-        Ok(SessionRenderer { scene: Box::new(builder.build(scene, messages)?), is_interactive })
+        Ok(SessionRenderer { scene: Box::new(prepared), is_interactive })
     }
 
     /// The scene.

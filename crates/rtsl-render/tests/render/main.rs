@@ -22,6 +22,7 @@ mod mesh;
 mod moving;
 mod not_finite;
 mod outputs;
+mod parts;
 mod pbrt_scenes;
 mod pixel;
 mod presence;

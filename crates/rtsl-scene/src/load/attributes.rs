@@ -1,15 +1,13 @@
 //! Attributes of the shapes of a scene.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{
-    AttributeTable, Class, Diagnostic, Instance, Numbers, Value, diagnostic_codes as codes,
-};
+use rtsl::{Class, Diagnostic, Numbers, Value, diagnostic_codes as codes};
 
 use super::{Arguments, Loader};
 use crate::attributes::{
-    CURVATURE, Counts, GivenAttribute, WantedAttributes, derived_text, texture_text,
+    CURVATURE, Counts, GivenAttribute, WantedAttributes, derived_text, share_attributes,
+    texture_text,
 };
 use crate::classes::Found;
 use crate::curvature::curvature_of;
@@ -188,33 +186,13 @@ impl Loader<'_, '_> {
         if self.wanted.is_empty() {
             return Some(());
         }
-        let alpha = scene.objects.iter().filter_map(|object| object.alpha.as_ref());
-        let shapes = || scene.objects.iter().map(|object| &*object.primitive);
-        let readers = scene.materials.iter().chain(alpha).map(|it| &**it).chain(shapes());
-        let table = match AttributeTable::new(readers, shapes()) {
-            Ok(table) => table,
+        match share_attributes(scene) {
+            Ok(()) => Some(()),
             Err(problem) => {
                 self.diagnostics.push(problem);
-                return None;
+                None
             }
-        };
-        if table.is_empty() {
-            return Some(());
         }
-        let mut shared = BTreeMap::new();
-        let mut share = |instance: &mut Arc<Instance>, is_shape: bool| {
-            if is_shape || instance.reads_attributes() {
-                let with = || instance.with_attributes(&table);
-                let with = shared.entry(Arc::as_ptr(instance)).or_insert_with(with).clone();
-                *instance = with;
-            }
-        };
-        scene.materials.iter_mut().for_each(|material| share(material, false));
-        for object in &mut scene.objects {
-            share(&mut object.primitive, true);
-            object.alpha.iter_mut().for_each(|alpha| share(alpha, false));
-        }
-        Some(())
     }
 }
 

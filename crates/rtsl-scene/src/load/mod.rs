@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Method, Role, Span, Value, diagnostic_codes as codes,
+    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
     most_similar,
 };
 use rtsl_math::Transform;
@@ -277,18 +277,12 @@ impl<'a, 'f> Loader<'a, 'f> {
         indices
     }
 
-    /// Gives shapes the alpha that their materials have. Materials that are shapes themselves have none.
+    /// Gives shapes the alpha that their materials have.
     fn add_presences(&mut self, scene: &mut Scene) {
-        self.presences.retain(&scene.materials);
-        let is_shape =
-            |object: &SceneObject| object.primitive.class().roles.contains(&Role::Material);
-        for object in scene.objects.iter_mut().filter(|object| !is_shape(object)) {
-            let material = &scene.materials[object.material as usize];
-            if material.class().methods.contains_key(&Method::Presence)
-                && let Some(class) = self.classes.of_text(PRESENCE_TEXT, PRESENCE_CLASS, None)
-            {
-                object.alpha = self.presences.alpha_of(&class, material, object.alpha.as_ref());
-            }
+        if Presences::are_in(scene)
+            && let Some(class) = self.classes.of_text(PRESENCE_TEXT, PRESENCE_CLASS, None)
+        {
+            self.presences.add_to(scene, &class);
         }
     }
 

@@ -7,26 +7,13 @@ use rtsl::{Diagnostic, Instance, Value, diagnostic_codes as codes};
 use super::Loader;
 use crate::classes::Found;
 use crate::settings::Settings;
-
-/// The class of shapes without a material.
-const DEFAULT_MATERIAL: &str = "Lambertian";
-
-/// The integrator of scenes that name none, or one that paths take the place of.
-const PATH_TRACER: &str = "Path";
-
-/// The integrator that shows what `shade` of materials computes.
-const WHITTED: &str = "Whitted";
+use crate::standard::{DEFAULT_MATERIAL, PATH_TRACER, WHITTED, path_tracer_arguments};
 
 impl Loader<'_, '_> {
     /// Makes the path tracer of the standard library.
     pub(super) fn path_tracer(&mut self, settings: &Settings) -> Option<Arc<Instance>> {
-        let arguments = vec![
-            ("maxDepth", Value::Int(settings.max_depth as i32)),
-            ("rouletteThreshold", Value::Float(settings.roulette_threshold)),
-            ("regularize", Value::Bool(settings.regularize)),
-        ];
         let found = self.classes.find_standard(PATH_TRACER);
-        self.instance_of((PATH_TRACER, found), arguments)
+        self.instance_of((PATH_TRACER, found), path_tracer_arguments(settings))
     }
 
     /// Makes the integrator of the standard library that shows what `shade` computes.

@@ -12,7 +12,7 @@ use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
 use super::gzip;
 
 /// A source of files.
-pub trait FileSource {
+pub trait FileSource: Sync {
     /// Returns the contents of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
@@ -193,7 +193,7 @@ impl<C> MemoryFiles<C> {
     }
 }
 
-impl<C: AsRef<[u8]>> FileSource for MemoryFiles<C> {
+impl<C: AsRef<[u8]> + Sync> FileSource for MemoryFiles<C> {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         Ok(self.contents(path)?.as_ref().to_vec())
     }

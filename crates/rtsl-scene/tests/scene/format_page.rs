@@ -1,10 +1,10 @@
 //! The page of pbrt's names and parameters: each row is given to the reader, and its last column is what that says.
 //! `UPDATE_EXPECT=1` prints the column.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use rtsl_scene::reader::FileSource;
 use rtsl_scene::{LoadOptions, SceneSource};
@@ -16,7 +16,7 @@ const PAGE: &str =
 
 /// The files that rows name, and the scene, which changes from row to row.
 struct Files {
-    scene: RefCell<String>,
+    scene: Mutex<String>,
     others: BTreeMap<PathBuf, Vec<u8>>,
 }
 
@@ -33,14 +33,14 @@ impl Files {
             ("paint.bsdf", paint::paint(1)),
         ];
         let others = files.into_iter().map(|(path, bytes)| (PathBuf::from(path), bytes)).collect();
-        Files { scene: RefCell::default(), others }
+        Files { scene: Mutex::default(), others }
     }
 }
 
 impl FileSource for Files {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         if path == Path::new(SCENE) {
-            return Ok(self.scene.borrow().clone().into_bytes());
+            return Ok(self.scene.lock().unwrap().clone().into_bytes());
         }
         self.others.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
     }
@@ -66,7 +66,7 @@ impl<'f> Reader<'f> {
 
     /// The first lines of the messages of loading a scene.
     fn messages(&mut self, text: &str) -> Vec<String> {
-        self.files.scene.replace(text.to_owned());
+        *self.files.scene.lock().unwrap() = text.to_owned();
         self.source = self.source.read_again();
         let messages = match self.source.load() {
             Ok(loaded) => loaded.warnings.to_text(false),

@@ -47,7 +47,6 @@ use self::table::{Measurement, Row};
 use self::timing::{Times, time_in_turn};
 use self::vectors::widest_arithmetic;
 use super::shader::{choose_class, compile_file, compiler, engine, instance, traced_compiler};
-use crate::eval::role_of;
 use crate::files::write_result;
 use crate::names::find_method;
 use crate::outcome::{CommandResult, Failure, Outcome};
@@ -251,7 +250,7 @@ impl MethodInputs {
     ) -> Result<MethodInputs, Failure> {
         let lanes = arguments.lanes as usize;
         let packets = program.packet_kernel(method, CallMode::Packet)?;
-        let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
+        let role = program.class().role_of(method).unwrap_or(Role::Primitive);
         let mut rays = RaySource::new(program, objects, (method, role), settings, arguments.seed)?;
         let most_rounds = ROUNDS_PER_RAY * lanes as u64;
         let inputs = |rays: &mut RaySource<'_>| {

@@ -1,25 +1,55 @@
 //! A host that answers every ray alike.
 
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 
-use super::request::HostRequest;
+/// A host that answers every ray alike, for tools that call single methods without a scene.
+///
+/// ```
+/// use rtsl_ir::host::{Host, PlainHost};
+///
+/// let mut host = PlainHost { ambient: [0.1; 3], ..PlainHost::default() };
+/// assert_eq!((host.ambient(), host.light_count()), ([0.1; 3], 0));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlainHost {
+    /// The radiance along every ray.
+    pub trace: [f32; 3],
+    /// True if every ray is occluded.
+    pub occluded: bool,
+    /// Ambient light.
+    pub ambient: [f32; 3],
+    /// The value of `rand()`.
+    pub rand: f32,
+    /// The lights of `illuminance`.
+    pub lights: Vec<PlainLight>,
+}
 
-/// Answers with the values of the request.
-pub struct PlainHost<'a>(pub &'a HostRequest);
+/// A light that is the same at every point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainLight {
+    /// The unit vector towards it.
+    pub direction: [f32; 3],
+    /// Its distance.
+    pub distance: f32,
+    /// Its radiance, or the whole contribution if the density is 0.
+    pub color: [f32; 3],
+    /// The density per solid angle; 0 for a delta.
+    pub pdf: f32,
+}
 
-impl Host for PlainHost<'_> {
+impl Host for PlainHost {
     fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
-        for (component, value) in radiance.iter_mut().zip(self.0.trace) {
+        for (component, value) in radiance.iter_mut().zip(self.trace) {
             component.fill(value);
         }
     }
 
     fn occluded(&mut self, lanes: LaneSet, _: &RayLanes) -> u32 {
-        if self.0.occluded { lanes.active } else { 0 }
+        if self.occluded { lanes.active } else { 0 }
     }
 
     fn light_count(&mut self) -> u32 {
-        self.0.lights.len() as u32
+        self.lights.len() as u32
     }
 
     fn light_sample(
@@ -29,7 +59,7 @@ impl Host for PlainHost<'_> {
         query: &LightQueryLanes,
         light: &mut LightLanes,
     ) -> u32 {
-        let Some(source) = self.0.lights.get(index as usize) else { return 0 };
+        let Some(source) = self.lights.get(index as usize) else { return 0 };
         let mut reached = 0;
         for lane in lanes.iter() {
             let normal = query.normal.each_ref().map(|component| component[lane]);
@@ -48,11 +78,11 @@ impl Host for PlainHost<'_> {
     }
 
     fn ambient(&mut self) -> [f32; 3] {
-        self.0.ambient
+        self.ambient
     }
 
     fn rand(&mut self, _: LaneSet, values: &mut LaneFloats) {
-        values.fill(self.0.rand);
+        values.fill(self.rand);
     }
 }
 

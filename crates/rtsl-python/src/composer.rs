@@ -1,0 +1,205 @@
+//! Scenes made of parts that Python gives, prepared for renders.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::prelude::*;
+use rtsl::{Engine, Instance, Messages};
+use rtsl_image::Aov;
+use rtsl_math::Transform;
+use rtsl_render::Renderer;
+use rtsl_render::batch::{BatchScene, renderer_of};
+use rtsl_scene::{ComposedShape, Composer, Composition, PlacedLight, Scene, Settings};
+
+use crate::engine::PyEngine;
+use crate::error::Exception;
+use crate::instance::PyInstance;
+use crate::partial_render::PyPartialRender;
+use crate::scene_text::PySceneText;
+
+/// A matrix, row by row.
+type Rows = [[f64; 4]; 4];
+
+/// A shape: the primitive, its material, a material whose emission it gives off, its alpha texture, its place, and
+/// whether its normals are flipped.
+type ShapeParts = (
+    Py<PyInstance>,
+    Option<Py<PyInstance>>,
+    Option<Py<PyInstance>>,
+    Option<Py<PyInstance>>,
+    Rows,
+    bool,
+);
+
+/// The settings that Python gives, in place of those of the scene.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct GivenSettings {
+    size: Option<(usize, usize)>,
+    spp: Option<u32>,
+    seed: Option<u64>,
+    max_depth: Option<u32>,
+    renderer: Option<String>,
+    aovs: Vec<String>,
+    noise: Option<f32>,
+    /// The sample of each pixel with which the render begins.
+    first_sample: u32,
+}
+
+/// The parts of a scene.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct GivenParts {
+    text: Option<Py<PySceneText>>,
+    camera: Option<(Py<PyInstance>, Rows)>,
+    integrator: Option<Py<PyInstance>>,
+    shapes: Vec<ShapeParts>,
+    lights: Vec<(Py<PyInstance>, Rows)>,
+    ambient: [f32; 3],
+}
+
+/// Makes scenes of parts and prepares them. What did not change since the last one is used again.
+#[pyclass(name = "Composer", module = "rtsl._rtsl", frozen)]
+pub struct PyComposer {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    composer: Composer,
+    last: Option<Last>,
+}
+
+/// The scene that was prepared last.
+struct Last {
+    engine: Py<PyEngine>,
+    scene: Scene,
+    prepared: Arc<BatchScene>,
+    aovs: Vec<Aov>,
+}
+
+#[pymethods]
+impl PyComposer {
+    #[new]
+    fn new() -> PyComposer {
+        PyComposer { state: Mutex::default() }
+    }
+
+    /// Prepares a scene for a render. Returns the render and warnings.
+    fn begin(
+        &self,
+        py: Python<'_>,
+        engine: Py<PyEngine>,
+        parts: GivenParts,
+        settings: GivenSettings,
+    ) -> PyResult<(PyPartialRender, String)> {
+        let aovs: Vec<Aov> = settings.aovs.iter().map(|name| Aov::from_name(name)).collect();
+        let (first_sample, noise) = (settings.first_sample, settings.noise);
+        let composition = composition(py, parts, settings)?;
+        let made = engine.get().engine.clone();
+        let is_same = |last: &&Last| last.engine.is(&engine);
+        let prepared = py.detach(|| {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let State { composer, last } = &mut *state;
+            let mut messages = Messages::default();
+            let mut scene = composer.compose(composition)?;
+            scene.settings.renderer = Some(renderer_of(&made, &scene));
+            if let Some(problem) = scene.settings.size_problem() {
+                return Ok(Err(problem));
+            }
+            let prepared =
+                prepare(&made, &scene, &aovs, last.as_ref().filter(is_same), &mut messages)?;
+            let render = PyPartialRender::new(prepared.clone(), first_sample, noise)?;
+            Ok(Ok((scene, prepared, render, messages)))
+        });
+        let prepared = prepared.map_err(|it: Messages| Exception::Scene.of_messages(&it))?;
+        let (scene, prepared, render, messages) =
+            prepared.map_err(|problem| Exception::Scene.with_text(&problem))?;
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.last = Some(Last { engine, scene, prepared, aovs });
+        Ok((render, messages.to_text(false)))
+    }
+}
+
+/// Prepares a scene, or returns the last one if it is the same.
+fn prepare(
+    engine: &Engine,
+    scene: &Scene,
+    aovs: &[Aov],
+    last: Option<&Last>,
+    messages: &mut Messages,
+) -> Result<Arc<BatchScene>, Messages> {
+    let is_same = |last: &&Last| {
+        last.aovs == aovs
+            && last.scene.settings == scene.settings
+            && last.scene.camera_to_world == scene.camera_to_world
+            && last.scene.has_same_integrator(scene)
+            && last.scene.has_same_shapes(scene)
+            && last.scene.has_same_shading(scene)
+    };
+    if let Some(last) = last.filter(is_same) {
+        return Ok(last.prepared.clone());
+    }
+    let earlier = last.map(|last| (&*last.prepared, &last.scene));
+    BatchScene::of_changing(scene, engine, aovs, earlier, messages).map(Arc::new)
+}
+
+fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyResult<Composition> {
+    let GivenParts { text, camera, integrator, shapes, lights, ambient } = parts;
+    let base = text.map(|text| text.bind(py).get().scene());
+    let settings = base.as_ref().map_or_else(Settings::default, |base| base.settings.clone());
+    let instance = |it: &Py<PyInstance>| it.bind(py).get().instance.clone();
+    let optional =
+        |it: &Option<Py<PyInstance>>| -> Option<Arc<Instance>> { it.as_ref().map(instance) };
+    let shape =
+        |(primitive, material, emitter, alpha, place, flipped): &ShapeParts| ComposedShape {
+            primitive: instance(primitive),
+            material: optional(material),
+            emitter: optional(emitter),
+            alpha: optional(alpha),
+            transform: transform(place),
+            reverse_orientation: *flipped,
+        };
+    let light = |(light, place): &(Py<PyInstance>, Rows)| PlacedLight {
+        light: instance(light),
+        transform: transform(place),
+    };
+    Ok(Composition {
+        settings: with_given(settings, given)?,
+        integrator: optional(&integrator),
+        camera: camera.map(|(camera, place)| (instance(&camera), transform(&place))),
+        shapes: shapes.iter().map(shape).collect(),
+        lights: lights.iter().map(light).collect(),
+        base,
+        ambient,
+    })
+}
+
+fn with_given(mut settings: Settings, given: GivenSettings) -> PyResult<Settings> {
+    if let Some((width, height)) = given.size {
+        settings.set_size(width.max(1), height.max(1));
+    }
+    if let Some(samples) = given.spp {
+        settings.set_samples_per_pixel(samples);
+    }
+    settings.sampler.seed = given.seed.unwrap_or(settings.sampler.seed);
+    settings.max_depth = given.max_depth.unwrap_or(settings.max_depth);
+    if let Some(name) = given.renderer {
+        let all = [Renderer::Interactive, Renderer::Batch];
+        let Some(renderer) = all.into_iter().find(|it| it.name() == name) else {
+            let message = format!("there is no renderer `{name}`: interactive, batch");
+            return Err(Exception::Scene.with_text(&message));
+        };
+        settings.renderer = Some(renderer);
+    }
+    Ok(settings)
+}
+
+fn transform(rows: &Rows) -> Transform {
+    let mut columns = [0.0; 16];
+    for (row, numbers) in rows.iter().enumerate() {
+        for (column, number) in numbers.iter().enumerate() {
+            columns[4 * column + row] = *number;
+        }
+    }
+    Transform::from_columns(&columns)
+}

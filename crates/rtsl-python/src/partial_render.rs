@@ -1,0 +1,169 @@
+//! Renders that Python advances part by part.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rtsl::Messages;
+use rtsl_render::batch::{BatchOptions, BatchScene, Part, PartialRender};
+use rtsl_render::{Execution, TilesDone};
+
+use crate::error::Exception;
+use crate::picture::PyPicture;
+
+/// The interval of telling the progress and of looking for interrupts.
+const TOLD_EVERY: Duration = Duration::from_millis(50);
+
+/// A render in progress, with its scene.
+#[pyclass(name = "PartialRender", module = "rtsl._rtsl", frozen)]
+pub struct PyPartialRender {
+    scene: Arc<BatchScene>,
+    render: Mutex<PartialRender>,
+    tiles: usize,
+    samples: u32,
+}
+
+#[pymethods]
+impl PyPartialRender {
+    /// The number of tiles of the picture, of 8 by 8 pixels in rows.
+    #[getter]
+    fn tiles(&self) -> usize {
+        self.tiles
+    }
+
+    /// The samples of each pixel of the whole picture.
+    #[getter]
+    fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Renders samples of tiles. `listener` is called on this thread with the number of pieces of work done and that
+    /// of all. Returns false if the time was over before.
+    ///
+    /// An interrupt ends the render after the samples in progress, which are kept.
+    #[pyo3(signature = (tiles, samples, *, threads=None, seconds=None, listener=None))]
+    fn render(
+        &self,
+        py: Python<'_>,
+        tiles: (usize, usize),
+        samples: (u32, u32),
+        threads: Option<usize>,
+        seconds: Option<f64>,
+        listener: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<bool> {
+        let part = Part { tiles: tiles.0..tiles.1.min(self.tiles), samples: samples.0..samples.1 };
+        if part.tiles.start > part.tiles.end {
+            return Err(Exception::Scene.with_text("the picture does not have these tiles"));
+        }
+        let time_limit = seconds.map(Duration::try_from_secs_f64).transpose();
+        let time_limit = time_limit
+            .map_err(|error| Exception::Scene.with_text(&format!("a time limit: {error}")))?;
+        let cancel = AtomicBool::new(false);
+        let (done, of) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let progress = |tiles: TilesDone| {
+            of.store(tiles.of, Ordering::Relaxed);
+            done.store(tiles.done, Ordering::Relaxed);
+        };
+        let execution =
+            Execution { threads, cancel: Some(&cancel), time_limit, ..Execution::default() };
+        let options =
+            BatchOptions { execution, progress: Some(&progress), ..BatchOptions::default() };
+        let listener = listener.map(Bound::unbind);
+        let tell = || -> PyResult<()> {
+            Python::attach(|py| {
+                py.check_signals()?;
+                let of = of.load(Ordering::Relaxed);
+                match listener.as_ref().filter(|_| of > 0) {
+                    Some(listener) => {
+                        listener.call1(py, (done.load(Ordering::Relaxed), of)).map(drop)
+                    }
+                    None => Ok(()),
+                }
+            })
+        };
+        let ended = py.detach(|| {
+            std::thread::scope(|scope| {
+                let (end, ended) = mpsc::sync_channel(1);
+                let part = &part;
+                scope.spawn(move || {
+                    let result = self.lock().render(&self.scene, part, options);
+                    // The receiver waits for it.
+                    let _ = end.send(result);
+                });
+                let mut told = Ok(());
+                loop {
+                    match ended.recv_timeout(TOLD_EVERY) {
+                        Ok(result) => return told.map(|()| Some(result)),
+                        // The thread panics when the scope ends.
+                        Err(RecvTimeoutError::Disconnected) => return told.map(|()| None),
+                        Err(RecvTimeoutError::Timeout) if told.is_ok() => {
+                            told = tell();
+                            cancel.fetch_or(told.is_err(), Ordering::Relaxed);
+                        }
+                        Err(RecvTimeoutError::Timeout) => {}
+                    }
+                }
+            })
+        })?;
+        tell()?;
+        let Some(ended) = ended else { return Ok(false) };
+        let cancelled = ended.map_err(|messages| Exception::Scene.of_messages(&messages))?;
+        Ok(!cancelled)
+    }
+
+    /// The time that its parts took, in seconds.
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.lock().time().as_secs_f64()
+    }
+
+    /// Adds the sums of another render, whose samples follow, of these tiles.
+    fn add(&self, other: &PyPartialRender, tiles: (usize, usize)) -> PyResult<()> {
+        if std::ptr::eq(self, other) {
+            return Err(Exception::Scene.with_text("a render is not added to itself"));
+        }
+        let added = self.lock().add(&other.lock(), tiles.0..tiles.1);
+        added.map_err(|messages| Exception::Scene.of_messages(&messages))
+    }
+
+    /// The sums of the samples so far.
+    fn sums<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let sums = py.detach(|| self.lock().sums(&self.scene));
+        let sums = sums.map_err(|messages| Exception::Scene.of_messages(&messages))?;
+        Ok(PyBytes::new(py, &sums))
+    }
+
+    /// Continues with sums of a render of the same scene.
+    fn restore(&self, py: Python<'_>, sums: &[u8]) -> PyResult<()> {
+        let restored = py.detach(|| self.lock().restore(&self.scene, sums));
+        restored.map_err(|messages| Exception::Scene.of_messages(&messages))
+    }
+
+    /// The picture of the samples so far.
+    fn picture(&self, py: Python<'_>) -> PyResult<PyPicture> {
+        let rendered = py.detach(|| self.lock().rendered(&self.scene));
+        let rendered = rendered.map_err(|it| Exception::Scene.of_messages(&it))?;
+        Ok(PyPicture::new(rendered, self.scene.compiled.settings.clone()))
+    }
+}
+
+impl PyPartialRender {
+    /// Begins a render with the sample `first` of each pixel.
+    pub fn new(
+        scene: Arc<BatchScene>,
+        first: u32,
+        noise_target: Option<f32>,
+    ) -> Result<PyPartialRender, Messages> {
+        let render = PartialRender::new(&scene, first, noise_target)?;
+        let Part { tiles, samples } = render.whole(&scene);
+        let (tiles, samples) = (tiles.end, samples.end);
+        Ok(PyPartialRender { scene, render: Mutex::new(render), tiles, samples })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, PartialRender> {
+        self.render.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

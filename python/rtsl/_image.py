@@ -1,0 +1,79 @@
+"""Rendered pictures."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Optional, Union
+
+import numpy as np
+
+from . import _rtsl
+
+
+class Image:
+    """A picture of linear colours, with images of other quantities (AOVs) by name.
+
+    In a notebook it shows itself.
+    """
+
+    def __init__(self, picture: _rtsl.Picture) -> None:
+        self._picture = picture
+        self._pixels: Optional[np.ndarray] = None
+        self._aovs: Optional[Dict[str, np.ndarray]] = None
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """The colours in linear sRGB as 32-bit floats: rows from the top, columns, channels."""
+        if self._pixels is None:
+            self._pixels = self._picture.pixels()
+        return self._pixels
+
+    @property
+    def aovs(self) -> Dict[str, np.ndarray]:
+        """The AOVs by name: rows, columns, and channels if there are several."""
+        if self._aovs is None:
+            self._aovs = self._picture.aovs()
+        return self._aovs
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.aovs[name]
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.pixels.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def statistics(self) -> Dict[str, Any]:
+        """Figures of the render: `seconds`, `samples` of a pixel, `rays`, `threads` and others."""
+        return self._picture.statistics()
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> np.ndarray:
+        array = self.pixels if dtype is None else self.pixels.astype(dtype)
+        return array.copy() if copy else array
+
+    def png(self, *, exposure: float = 0.0, view: str = "standard") -> bytes:
+        """Returns the picture as a PNG file; `view` is `standard`, `filmic` or `raw`."""
+        return self._picture.png(exposure, view)
+
+    def _repr_png_(self) -> bytes:
+        return self.png()
+
+    def save(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        *,
+        exposure: float = 0.0,
+        view: str = "standard",
+    ) -> None:
+        """Writes the picture and its AOVs: as displayed to a PNG and files beside it, or linear to one EXR."""
+        self._picture.save(os.fspath(path), exposure, view)
+
+    def __repr__(self) -> str:
+        names = f", AOVs {', '.join(self.aovs)}" if self.aovs else ""
+        return f"<Image of {self.width} by {self.height} pixels{names}>"
