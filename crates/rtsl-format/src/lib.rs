@@ -7,7 +7,7 @@
 //! # Style
 //!
 //! - Lines have at most 120 columns and are indented by four columns for each block; `case` stands below `switch`.
-//! - Statements that fit on a line are on one line. [`layout`] has the rules for others.
+//! - Statements that fit on a line are on one line. `layout` has the rules for others.
 //! - Blocks and bodies of control statements stay on one line where their author wrote them on one, if they fit.
 //! - At most one blank line stands between lines, and none at the ends of blocks.
 //! - Comments are kept as they are and indented like what follows them; those at the ends of consecutive lines are
@@ -15,8 +15,8 @@
 //!
 //! # Source
 //!
-//! [`token`] splits the text, [`balance`] checks its brackets, [`item`] finds statements and [`node`] the structure of
-//! each; [`printer`] writes items, [`layout`] what does not fit on a line, and [`lines`] keeps the result.
+//! `token` splits the text, `balance` checks its brackets, `item` finds statements and `node` the structure of
+//! each; `printer` writes items, `layout` what does not fit on a line, and `lines` keeps the result.
 
 mod balance;
 mod item;

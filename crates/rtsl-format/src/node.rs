@@ -261,8 +261,8 @@ impl<'t, 'a> Parser<'t, 'a> {
         let is_annotation =
             matches!(&first.kind, NodeKind::Group { open, .. } if self.tokens[*open].is("["));
         let mut parts = vec![first];
-        while is_word && !is_braces && !is_annotation {
-            let Some(token) = self.peek() else { break };
+        let takes_parts = is_word && !is_braces && !is_annotation;
+        while let Some(token) = self.peek().filter(|_| takes_parts) {
             match token.text {
                 "(" | "[" => {
                     let group = self.group();

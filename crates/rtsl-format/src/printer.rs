@@ -283,14 +283,14 @@ impl Printer<'_, '_> {
 
     /// Splits off the last token if it is `text`.
     fn without_last(&self, range: Range<usize>, text: &str) -> (Range<usize>, Option<usize>) {
-        match range.len() > 0 && self.tokens[range.end - 1].is(text) {
+        match !range.is_empty() && self.tokens[range.end - 1].is(text) {
             true => (range.start..range.end - 1, Some(range.end - 1)),
             false => (range, None),
         }
     }
 }
 
-// What stands on one line because its author wrote it so.
+// Items on one line, as their author wrote them.
 impl Printer<'_, '_> {
     /// The number of columns of an item on one line; `None` if it has several.
     fn flat_width(&self, item: &Item) -> Option<usize> {

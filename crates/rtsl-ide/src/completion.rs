@@ -1,4 +1,4 @@
-//! What could be typed at a place.
+//! Completion: the words that could be typed at a place.
 
 use rtsl::{Direction, IncludeLoader, Method, Role, state_variables};
 use rtsl_sema::hir::Type;
@@ -11,7 +11,7 @@ use crate::document::Document;
 use crate::hover::{builtin_text, role_text, roles_of, state_text};
 use crate::semantic::SemanticKind;
 
-/// What could be typed.
+/// A word that could be typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CompletionItem {
     /// The text that is shown, and inserted unless `insert` says otherwise.
@@ -127,7 +127,7 @@ fn items_at(
     if cursor.is_annotation_key() {
         return annotation_keys();
     }
-    // Where a word alone would end in an error, what probably follows is added.
+    // The text that probably follows is added if the word alone would end in an error.
     for rest in ["", "()", ";", " x;", ");", "() { }"] {
         let text = format!("{}{CURSOR}{rest}{}", &text[..cursor.start], &text[cursor.end..]);
         let document = Document::new(name, &text, loader);
@@ -144,7 +144,7 @@ fn items_at(
     if begins_item { file_items() } else { Vec::new() }
 }
 
-/// What begins the items of a file.
+/// The words that begin the items of a file.
 fn file_items() -> Vec<CompletionItem> {
     let mut items = keywords(&FILE_ITEMS);
     items.extend(TYPES.iter().map(|name| item(name, SemanticKind::Type, 1)));
@@ -299,7 +299,7 @@ fn roles() -> Vec<CompletionItem> {
     Role::ALL.into_iter().map(role).collect()
 }
 
-/// What begins declarations: qualifiers, types, and the methods that the class does not have yet.
+/// The words that begin declarations: qualifiers, types, and the methods that the class does not have yet.
 fn declarations(document: &Document, found: &Completion) -> Vec<CompletionItem> {
     let mut items = keywords(&DECLARATIONS);
     items.extend(TYPES.iter().map(|name| item(name, SemanticKind::Type, 1)));
@@ -365,7 +365,7 @@ fn bases(document: &Document, found: &Completion) -> Vec<CompletionItem> {
     items
 }
 
-/// What may follow a dot.
+/// The names that may follow a dot.
 fn parts(ty: &Type, shown: &str, fields: &[(String, String)]) -> Vec<CompletionItem> {
     match ty {
         Type::Reference(role) => {

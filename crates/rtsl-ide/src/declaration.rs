@@ -159,7 +159,7 @@ impl Declarations {
         alike.map_or(id, |(first, _)| first)
     }
 
-    /// What a declaration of a class replaces in a class that it inherits from.
+    /// The declaration that one of a class replaces in a class that it inherits from.
     fn inherited(&self, id: DeclarationId) -> Option<DeclarationId> {
         let declaration = self.get(id);
         let class = declaration.parent.filter(|it| self.get(*it).kind == DeclarationKind::Class)?;
@@ -464,7 +464,7 @@ fn extent_of(item: &Item) -> Span {
     }
 }
 
-/// What annotations say about a value, in Markdown.
+/// The description of a value by its annotations, in Markdown.
 fn documentation_of(annotations: &[Annotation]) -> Option<String> {
     let text = |key: &str| {
         annotations.iter().find(|it| it.key.name == key).and_then(|it| match &it.value {

@@ -19,7 +19,7 @@ pub struct Document {
     uses: Vec<Use>,
 }
 
-/// What an offset of a text stands on.
+/// The word at an offset of a text.
 #[derive(Clone, Debug)]
 pub struct Word {
     /// The word.

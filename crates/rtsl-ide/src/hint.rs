@@ -1,4 +1,4 @@
-//! What a text does not say: implicit conversions, values that are the same for all rays, contracted operations.
+//! Facts that a text does not show: implicit conversions, values that are the same for all rays, contracted operations.
 
 use std::collections::BTreeSet;
 

@@ -6,7 +6,7 @@ use rtsl_sema::index::Symbol;
 use crate::declaration::{DeclarationId, DeclarationKind};
 use crate::document::{Document, Meaning};
 
-/// What is the same in all documents: a declaration by its file and offset, or a name of the language.
+/// An identity that is the same in all documents: a declaration by its file and offset, or a name of the language.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Key {
     /// The name of the file, and the offset of the name in it.

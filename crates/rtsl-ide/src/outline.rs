@@ -19,7 +19,7 @@ pub struct OutlineEntry {
     pub span: Span,
     /// The whole declaration.
     pub extent: Span,
-    /// What is declared inside, without the variables of functions.
+    /// The declarations inside, without the variables of functions.
     pub children: Vec<OutlineEntry>,
 }
 

@@ -1,7 +1,6 @@
-//! The variables of a function that are the same for all rays of a packet, when a renderer calls the method for rays and
-//! one object.
+//! The variables of a function that are the same for all rays of a packet, in calls for rays and one object.
 //!
-//! What is told is a lower bound: the compiler, which looks at values after its passes, may find more.
+//! These are a part: the compiler, which looks at values after its passes, may find more.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! What the server can do, as it tells editors.
+//! The capabilities of the server, as it tells editors.
 
 use lsp_types::{
     CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CodeLensOptions,

@@ -5,8 +5,8 @@
 //!
 //! # Source
 //!
-//! [`server`] has the loop over messages; [`workspace`] the texts, open ones and those on disk; [`answer`] the answers
-//! of `rtsl_ide` as messages; [`place`] offsets as positions and paths as URIs; [`library`] the files of the standard
+//! `server` has the loop over messages; `workspace` the texts, open ones and those on disk; `answer` the answers
+//! of `rtsl_ide` as messages; `place` offsets as positions and paths as URIs; `library` the files of the standard
 //! library, which editors open from a folder.
 
 mod answer;
@@ -22,10 +22,13 @@ use lsp_server::Connection;
 
 pub use server::ServerError;
 
-/// What the server takes from its caller.
+/// A function from a shader to the folders in which its includes and modules are searched.
+pub type SearchPath = Box<dyn Fn(&Path) -> Vec<PathBuf>>;
+
+/// The parts of the server that its caller gives.
 pub struct ServerOptions {
     /// Returns the folders in which a shader's includes and modules are searched.
-    pub search_path: Box<dyn Fn(&Path) -> Vec<PathBuf>>,
+    pub search_path: SearchPath,
     /// The folder to which files of the standard library are written for editors to show.
     pub library_folder: PathBuf,
 }

@@ -85,7 +85,7 @@ impl<'t> Lines<'t> {
     }
 }
 
-/// What a path in a URI does not contain as it is.
+/// The characters that are encoded in the path of a URI.
 const ENCODED: &AsciiSet = &CONTROLS
     .add(b' ')
     .add(b'"')

@@ -8,9 +8,9 @@ use lsp_types::{TextDocumentContentChangeEvent, Uri};
 use rtsl::{FileLoader, IncludeError, IncludeLoader, IncludedFile};
 use rtsl_ide::Document;
 
-use crate::ServerOptions;
 use crate::library::LibraryFolder;
 use crate::place::{Encoding, Lines, path_of};
+use crate::{SearchPath, ServerOptions};
 
 /// The greatest number of files in folders that are looked at.
 const MAX_FILES: usize = 10_000;
@@ -24,7 +24,7 @@ pub struct Workspace {
     folders: Vec<PathBuf>,
     /// The folder of the library's files.
     pub library: LibraryFolder,
-    search_path: Box<dyn Fn(&Path) -> Vec<PathBuf>>,
+    search_path: SearchPath,
     /// The unit of columns.
     pub encoding: Encoding,
 }

@@ -13,15 +13,15 @@ use crate::print::type_name;
 /// cannot declare it.
 pub const CURSOR: &str = "rt_Cursor";
 
-/// The notes about a text and the modules that it uses. Text that is checked several times, such as an inherited method,
-/// has several notes.
+/// The notes about a text and the modules that it uses. Text that is checked several times, such as an inherited
+/// method, has several notes.
 #[derive(Clone, Debug, Default)]
 pub struct Index {
     /// The uses of names, except in declarations.
     pub uses: Vec<Use>,
     /// The calls of functions.
     pub calls: Vec<Call>,
-    /// What could stand in the place of [`CURSOR`].
+    /// The names that could stand in the place of [`CURSOR`].
     pub completion: Option<Completion>,
     /// The names of fields in the declarations of their structs.
     pub(crate) fields: HashMap<(StructId, u32), Span>,
@@ -41,7 +41,7 @@ pub struct Use {
 /// The meaning of a name.
 #[derive(Clone, Debug)]
 pub enum Symbol {
-    /// What is declared in a text: the span of its name, or of the header of a function.
+    /// A declaration in a text: the span of its name, or of the header of a function.
     Declared(Span),
     /// A state variable.
     State(&'static StateVariable),
@@ -143,7 +143,7 @@ impl Signature {
     }
 }
 
-/// What could stand at a place of a text.
+/// The names that could stand at a place of a text.
 #[derive(Clone, Debug)]
 pub struct Completion {
     /// The place.

@@ -1,4 +1,4 @@
-//! What could be typed, and the functions that a call could mean.
+//! Completion, and the functions that a call could mean.
 
 use expect_test::{Expect, expect};
 use rtsl_ide::{complete, signature_help};

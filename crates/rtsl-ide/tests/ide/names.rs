@@ -1,4 +1,4 @@
-//! What names mean: hover, definitions, references, renaming.
+//! The meaning of names: hover, definitions, references, renaming.
 
 use expect_test::{Expect, expect};
 use rtsl_ide::{definition, hover, key_at, name_refusal, occurrences, rename_refusal};

@@ -1,4 +1,4 @@
-//! What names mean: hover, definition, references, renaming.
+//! The meaning of names: hover, definition, references, renaming.
 
 use std::collections::{BTreeSet, HashMap};
 

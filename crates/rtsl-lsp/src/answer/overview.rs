@@ -1,4 +1,4 @@
-//! What an editor shows of a whole text: symbols, folds, colours, hints, commands.
+//! Views of a whole text: symbols, folds, colours, hints, commands.
 
 use lsp_types::{
     CodeLens, CodeLensParams, Command, DocumentSymbol, DocumentSymbolParams,

@@ -1,4 +1,4 @@
-//! What is wrong with a text, and what mends it: diagnostics, fixes, formatting.
+//! Diagnostics of a text, the edits that mend it, and formatting.
 
 use std::collections::HashMap;
 

@@ -368,7 +368,7 @@ fn overviews_of_a_text() {
     );
     let found = client.ask("textDocument/semanticTokens/full", document.clone());
     let data = found["data"].as_array().expect("numbers");
-    assert!(data.len() % 5 == 0 && data.len() > 100, "{}", data.len());
+    assert!(data.len().is_multiple_of(5) && data.len() > 100, "{}", data.len());
     let found = client.ask("textDocument/codeLens", document.clone());
     check(
         &client,

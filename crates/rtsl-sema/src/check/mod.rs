@@ -152,8 +152,8 @@ pub fn check_unit_with(
     })
 }
 
-/// Checks one translation unit as [`check_unit_with`] does, and notes what its names mean. The unit may come from a text
-/// with errors.
+/// Checks one translation unit as [`check_unit_with`] does, and notes what its names mean. The unit may come from a
+/// text with errors.
 pub fn index_unit(
     unit: &ast::TranslationUnit,
     (modules, uses): (&[Module], &Uses),

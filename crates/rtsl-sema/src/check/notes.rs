@@ -190,8 +190,8 @@ impl Checker<'_> {
                 self.function.locals.get(id.0 as usize).map(|local| self.show(&local.ty))
             }
             Entity::Member(id) => {
-                let members = self.class.iter().flat_map(|class| &class.members);
-                members.skip(id.0 as usize).next().map(|member| self.show(&member.ty))
+                let member = self.class.as_ref().and_then(|it| it.members.get(id.0 as usize));
+                member.map(|member| self.show(&member.ty))
             }
             Entity::Constant(ty, _) => Some(self.show(ty)),
             Entity::Functions(ids) => {

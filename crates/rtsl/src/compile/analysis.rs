@@ -19,7 +19,7 @@ use super::compiler::tracing;
 use super::modules::ModuleLoader;
 use super::prelude::{prelude, prelude_files};
 
-/// What is known about a text. Its types are those of the compiler's stages, which change with every release.
+/// The analysis of a text. Its types are those of the compiler's stages, which change with every release.
 #[derive(Debug)]
 pub struct Analysis {
     /// The files of the compilation: the prelude, the text, and what it includes and imports.
