@@ -78,13 +78,30 @@ impl Settings {
     }
 }
 
+/// Makes numbers of texts, since some editors ask their users for texts alone.
+fn make_numbers(value: &mut Json) {
+    match value {
+        Json::String(text) => {
+            if let Ok(number) = text.trim().parse::<u64>() {
+                *value = number.into();
+            }
+        }
+        Json::Array(values) => values.iter_mut().for_each(make_numbers),
+        _ => {}
+    }
+}
+
 impl LaunchArguments {
     /// Reads the arguments.
     ///
     /// # Errors
     /// If one of them is wrong.
     pub fn read(arguments: &Json) -> Result<LaunchArguments, String> {
-        let arguments = if arguments.is_null() { serde_json::json!({}) } else { arguments.clone() };
+        let mut arguments =
+            if arguments.is_null() { serde_json::json!({}) } else { arguments.clone() };
+        for name in ["pixel", "sample", "size", "samples", "seed", "skip", "keep"] {
+            arguments.get_mut(name).into_iter().for_each(make_numbers);
+        }
         serde_json::from_value(arguments).map_err(|error| format!("`launch`: {error}"))
     }
 

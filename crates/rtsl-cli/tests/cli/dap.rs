@@ -438,7 +438,7 @@ fn sizes_of_steps() {
 #[test]
 fn texts_that_are_built_in() {
     let folder = folder();
-    let launch = json!({ "scene": "ball.pbrt", "pixel": [21, 12], "cwd": path(&folder, "") });
+    let launch = json!({ "scene": "ball.pbrt", "pixel": ["21", "12"], "cwd": path(&folder, "") });
     let mut client = Client::launched(&folder, launch);
     let loaded = client.done("loadedSources", json!({}));
     let sources = loaded["sources"].as_array().unwrap();
