@@ -206,10 +206,12 @@ impl<'t, 'a> Reader<'t, 'a> {
 
     fn simple_or_block(&mut self) -> Item {
         let start = self.position;
+        let call_end = self.call_end(start);
         let mut has_value = false;
         loop {
             let token = self.peek();
-            if token.is_end() || token.is("}") || self.begins_another(start) {
+            let is_first = self.position == start;
+            if token.is_end() || token.is("}") || (!is_first && self.begins_another(call_end)) {
                 return Item::Simple(start..self.position);
             }
             match token.text {
@@ -227,19 +229,19 @@ impl<'t, 'a> Reader<'t, 'a> {
         }
     }
 
-    /// True at a token that begins another item though no semicolon ends the one from `start` on: a keyword that only
-    /// begins items, or whatever follows the call of a macro on the next line.
-    fn begins_another(&self, start: usize) -> bool {
-        let token = self.peek();
-        if self.position == start {
-            return false;
-        }
+    /// The end of the call of a function or macro with which an item begins.
+    fn call_end(&self, start: usize) -> Option<usize> {
         let is_call = self.at(start).kind == RawKind::Name && self.at(start + 1).is("(");
-        let follows_call = is_call && self.after_closing(start + 1) == self.position;
-        let is_on_next_line = token.newlines_before_all() > 0;
-        if follows_call {
+        is_call.then(|| self.after_closing(start + 1))
+    }
+
+    /// True at a token that begins another item though no semicolon ends the one before: a keyword that only begins
+    /// items, or whatever follows the call of a macro on the next line.
+    fn begins_another(&self, call_end: Option<usize>) -> bool {
+        let token = self.peek();
+        if call_end == Some(self.position) {
             let kinds = [RawKind::Keyword, RawKind::Type, RawKind::Name];
-            return is_on_next_line && kinds.contains(&token.kind);
+            return token.newlines_before_all() > 0 && kinds.contains(&token.kind);
         }
         let begins = ["if", "for", "while", "switch", "do", "case", "default", "return", "class"];
         token.kind == RawKind::Keyword && begins.contains(&token.text)

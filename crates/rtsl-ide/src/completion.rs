@@ -4,6 +4,8 @@ use rtsl::{Direction, IncludeLoader, Method, Role, state_variables};
 use rtsl_sema::hir::Type;
 use rtsl_sema::index::{CURSOR, Completion, CompletionPlace, VisibleName};
 use rtsl_spec::builtins::{self, REFERENCE_METHODS, SpecStruct, Usable};
+use rtsl_spec::{ANNOTATION_KEYS, AnnotationKey, AnnotationKind};
+use rtsl_syntax::{DIRECTIVES, type_names};
 
 use crate::cursor::Cursor;
 use crate::declaration::DeclarationKind;
@@ -36,22 +38,6 @@ pub struct Completions {
     /// The items.
     pub items: Vec<CompletionItem>,
 }
-
-const ANNOTATION_KEYS: [(&str, &str, &str); 13] = [
-    ("label", "label \"$0\"", "The name that interfaces show."),
-    ("doc", "doc \"$0\"", "A description."),
-    ("unit", "unit \"$0\"", "The unit of the number."),
-    ("group", "group \"$0\"", "The group of parameters to which it belongs."),
-    ("widget", "widget \"$0\"", "The control that interfaces show."),
-    ("min", "min $0", "The least value that hosts may set."),
-    ("max", "max $0", "The greatest value that hosts may set."),
-    ("softmin", "softmin $0", "The least value of a slider."),
-    ("softmax", "softmax $0", "The greatest value of a slider."),
-    ("step", "step $0", "The distance between values."),
-    ("hidden", "hidden", "Interfaces do not show it."),
-    ("element", "element \"$0\"", "Marks the element parameter, with the buffer that it counts."),
-    ("stride", "stride $0", "The number of entries of the buffer for each element."),
-];
 
 const STATEMENTS: [(&str, &str); 12] = [
     ("if", "if ($1) {\n    $0\n}"),
@@ -87,17 +73,6 @@ const FILE_ITEMS: [(&str, &str); 5] = [
     ("const", "const "),
     ("struct", "struct $1 {\n    $0\n};"),
     ("enum", "enum $1 { $0 };"),
-];
-
-const DIRECTIVES: [&str; 11] = [
-    "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "pragma",
-    "error",
-];
-
-const TYPES: [&str; 30] = [
-    "float", "vec2", "vec3", "vec4", "color", "int", "ivec2", "ivec3", "ivec4", "bool", "bvec2",
-    "bvec3", "bvec4", "uint", "uvec2", "uvec3", "uvec4", "mat2", "mat3", "mat4", "mat2x2",
-    "mat2x3", "mat2x4", "mat3x2", "mat3x3", "mat3x4", "mat4x2", "mat4x3", "mat4x4", "void",
 ];
 
 /// Returns what could be typed at an offset of a text, whose includes and modules come from `loader`.
@@ -147,7 +122,7 @@ fn items_at(
 /// The words that begin the items of a file.
 fn file_items() -> Vec<CompletionItem> {
     let mut items = keywords(&FILE_ITEMS);
-    items.extend(TYPES.iter().map(|name| item(name, SemanticKind::Type, 1)));
+    items.extend(types(1));
     items
 }
 
@@ -205,7 +180,7 @@ fn values(document: &Document, found: &Completion, function: Option<&str>) -> Ve
     items.extend(states(&found.roles, method));
     items.extend(functions(method));
     items.extend(document.macros.names().map(|name| item(name, SemanticKind::Macro, 3)));
-    items.extend(TYPES.iter().map(|name| item(name, SemanticKind::Type, 4)));
+    items.extend(types(4));
     items.extend(["true", "false"].map(|name| item(name, SemanticKind::Keyword, 4)));
     items.extend(keywords(&STATEMENTS));
     items
@@ -302,7 +277,7 @@ fn roles() -> Vec<CompletionItem> {
 /// The words that begin declarations: qualifiers, types, and the methods that the class does not have yet.
 fn declarations(document: &Document, found: &Completion) -> Vec<CompletionItem> {
     let mut items = keywords(&DECLARATIONS);
-    items.extend(TYPES.iter().map(|name| item(name, SemanticKind::Type, 1)));
+    items.extend(types(1));
     items.extend(roles());
     let structs = found.names.iter().filter(|name| {
         matches!(name.kind, "a struct" | "an enumeration") && !name.name.contains('.')
@@ -440,14 +415,28 @@ fn of_module(found: &Completion, module: &str) -> Vec<CompletionItem> {
 }
 
 fn annotation_keys() -> Vec<CompletionItem> {
-    let key = |(label, insert, doc): &(&str, &str, &str)| CompletionItem {
-        documentation: Some((*doc).to_owned()),
-        insert: Some((*insert).to_owned()),
-        ..item(label, SemanticKind::Property, 0)
+    let key = |key: &AnnotationKey| {
+        let name = key.name;
+        let insert = match key.kind {
+            AnnotationKind::Text => format!("{name} \"$0\""),
+            AnnotationKind::Number => format!("{name} $0"),
+            AnnotationKind::Flag => name.to_owned(),
+        };
+        let documentation = Some(key.doc.to_owned());
+        CompletionItem {
+            documentation,
+            insert: Some(insert),
+            ..item(name, SemanticKind::Property, 0)
+        }
     };
     ANNOTATION_KEYS.iter().map(key).collect()
 }
 
 fn directives() -> Vec<CompletionItem> {
     DIRECTIVES.iter().map(|name| item(name, SemanticKind::Macro, 0)).collect()
+}
+
+fn types(rank: u8) -> impl Iterator<Item = CompletionItem> {
+    let names = type_names().chain(["color".to_owned()]);
+    names.map(move |name| item(&name, SemanticKind::Type, rank))
 }

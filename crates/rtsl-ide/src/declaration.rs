@@ -66,6 +66,9 @@ pub enum DeclarationKind {
     Module,
 }
 
+/// The greatest number of classes that inherit from each other, as the compiler accepts them.
+const MAX_CHAIN: usize = 16;
+
 /// The declarations, those of the text first, in its order.
 #[derive(Debug, Default)]
 pub struct Declarations {
@@ -137,7 +140,7 @@ impl Declarations {
     pub fn canonical(&self, id: DeclarationId) -> DeclarationId {
         let mut id = self.first_alike(id);
         // Classes that inherit from each other are errors, and end the search here.
-        for _ in 0..32 {
+        for _ in 0..MAX_CHAIN {
             let Some(above) = self.inherited(id) else { return id };
             id = self.first_alike(above);
         }
@@ -159,36 +162,32 @@ impl Declarations {
         alike.map_or(id, |(first, _)| first)
     }
 
-    /// The declaration that one of a class replaces in a class that it inherits from.
+    /// The declaration that one of a class replaces in the nearest class above that has it.
     fn inherited(&self, id: DeclarationId) -> Option<DeclarationId> {
         let declaration = self.get(id);
-        let class = declaration.parent.filter(|it| self.get(*it).kind == DeclarationKind::Class)?;
-        let bases = self.bases(class).iter().map(|base| base.rsplit('.').next().unwrap_or(base));
-        let parent = bases.filter_map(|base| self.class(base)).find(|parent| *parent != class)?;
         let is_function = declaration.kind == DeclarationKind::Function;
-        let replaced = self.inside(Some(parent)).find(|(_, it)| {
+        let replaces = |it: &Declaration| {
             let both_functions = is_function && it.kind == DeclarationKind::Function;
             it.name == declaration.name
                 && (!both_functions || it.parameters == declaration.parameters)
-        });
-        // A class may inherit it from further above.
-        replaced.map(|(found, _)| found).or_else(|| self.inherited_by(parent, declaration))
-    }
-
-    fn inherited_by(&self, class: DeclarationId, like: &Declaration) -> Option<DeclarationId> {
-        let mut class = class;
-        for _ in 0..32 {
-            let bases =
-                self.bases(class).iter().map(|base| base.rsplit('.').next().unwrap_or(base));
-            class = bases.filter_map(|base| self.class(base)).next()?;
-            let found = self
-                .inside(Some(class))
-                .find(|(_, it)| it.name == like.name && it.parameters == like.parameters);
-            if let Some((found, _)) = found {
+        };
+        let mut class =
+            declaration.parent.filter(|it| self.get(*it).kind == DeclarationKind::Class)?;
+        // Classes that inherit from each other are errors, and end the search here.
+        for _ in 0..MAX_CHAIN {
+            class = self.parent_class(class)?;
+            let replaced = self.inside(Some(class)).find(|(_, it)| replaces(it));
+            if let Some((found, _)) = replaced {
                 return Some(found);
             }
         }
         None
+    }
+
+    /// The class from which a class inherits.
+    fn parent_class(&self, class: DeclarationId) -> Option<DeclarationId> {
+        let names = self.bases(class).iter().map(|base| base.rsplit('.').next().unwrap_or(base));
+        names.filter_map(|name| self.class(name)).find(|parent| *parent != class)
     }
 
     /// The class of this name.

@@ -8,7 +8,8 @@ use rtsl::Span;
 use rtsl_sema::hir::{
     Expression, ExpressionKind, Function, LocalId, Module, Statement, StatementKind, Storage,
 };
-use rtsl_spec::builtins::{Lowering, Usable};
+use rtsl_spec::Direction;
+use rtsl_spec::builtins::{self, Builtin, Lowering, Usable};
 
 use crate::visit;
 
@@ -130,13 +131,10 @@ impl Rates<'_> {
             }
             // The operands of `&&`, `||` and `?:` run for some rays; what a call passes out is unknown.
             ExpressionKind::Call(_, arguments) => {
-                assigned.extend(arguments.iter().filter_map(root_of_place).map(|it| (it, true)));
+                assigned.extend(arguments.iter().filter_map(root).map(|it| (it, true)));
             }
-            ExpressionKind::Builtin(call) if call.arguments.len() > 1 => {
-                let out = call.arguments.iter().filter_map(root_of_place);
-                assigned.extend(
-                    out.filter(|_| passes_out(call.builtin.signatures)).map(|it| (it, true)),
-                );
+            ExpressionKind::Builtin(call) if passes_out(call.builtin) => {
+                assigned.extend(call.arguments.iter().filter_map(root).map(|it| (it, true)));
             }
             _ => {}
         });
@@ -226,11 +224,8 @@ fn root(place: &Expression) -> Option<LocalId> {
     }
 }
 
-/// The variable that an argument may pass out.
-fn root_of_place(argument: &Expression) -> Option<LocalId> {
-    root(argument)
-}
-
-fn passes_out(signatures: &[&str]) -> bool {
-    signatures.iter().any(|signature| signature.contains("out "))
+/// True if some form of a built-in function has an `out` parameter.
+fn passes_out(builtin: &Builtin) -> bool {
+    let parameters = builtins::overloads(builtin.name).iter().flat_map(|it| &it.parameters);
+    parameters.into_iter().any(|parameter| parameter.direction != Direction::In)
 }

@@ -45,12 +45,11 @@ pub enum SemanticKind {
     Number,
     Text,
     Comment,
-    Operator,
 }
 
 impl SemanticKind {
     /// All kinds, in the order of their names for editors.
-    pub const ALL: [SemanticKind; 17] = [
+    pub const ALL: [SemanticKind; 16] = [
         SemanticKind::Keyword,
         SemanticKind::Type,
         SemanticKind::Class,
@@ -67,7 +66,6 @@ impl SemanticKind {
         SemanticKind::Number,
         SemanticKind::Text,
         SemanticKind::Comment,
-        SemanticKind::Operator,
     ];
 }
 

@@ -48,10 +48,7 @@ pub struct Class {
     pub is_traced: bool,
 }
 
-/// The annotation that marks the element parameter and names its buffer.
-pub const ELEMENT: &str = "element";
-/// The annotation that gives the number of buffer entries per object.
-pub const STRIDE: &str = "stride";
+pub use rtsl_spec::{ELEMENT, STRIDE};
 
 /// The annotation with the choices of a parameter whose type is an enumeration: `Linear = 0, Smooth = 1`.
 pub const CHOICES: &str = "choices";

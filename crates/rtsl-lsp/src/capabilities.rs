@@ -87,6 +87,5 @@ fn token_type(kind: SemanticKind) -> SemanticTokenType {
         SemanticKind::Number => SemanticTokenType::NUMBER,
         SemanticKind::Text => SemanticTokenType::STRING,
         SemanticKind::Comment => SemanticTokenType::COMMENT,
-        SemanticKind::Operator => SemanticTokenType::OPERATOR,
     }
 }

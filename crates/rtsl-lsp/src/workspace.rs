@@ -157,12 +157,15 @@ impl Workspace {
         Overlay { open: &self.open, files }
     }
 
-    /// The URIs and analyses of all texts that contain a word: open ones, and shaders of the folders.
-    pub fn documents_with(&mut self, word: &str) -> Vec<(Uri, Rc<Document>)> {
+    /// The URIs and analyses of all texts that may contain what is wanted: open ones, and shaders of the folders.
+    pub fn documents_where(
+        &mut self,
+        is_wanted: impl Fn(&str) -> bool,
+    ) -> Vec<(Uri, Rc<Document>)> {
         let open: Vec<Uri> = self.open.values().map(|open| open.uri.clone()).collect();
         let mut documents = Vec::new();
         for uri in open {
-            let contains = self.text(&uri).is_some_and(|text| text.contains(word));
+            let contains = self.text(&uri).is_some_and(&is_wanted);
             if contains && let Some(document) = self.document(&uri) {
                 documents.push((uri, document));
             }
@@ -173,7 +176,7 @@ impl Workspace {
             if is_open {
                 continue;
             }
-            let Some(text) = small_text(&path).filter(|text| text.contains(word)) else { continue };
+            let Some(text) = small_text(&path).filter(|text| is_wanted(text)) else { continue };
             let document = Document::new(&name_of(&uri), &text, &mut self.loader(&uri));
             documents.push((uri, Rc::new(document)));
         }

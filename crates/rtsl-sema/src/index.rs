@@ -62,10 +62,6 @@ pub enum Symbol {
 pub struct Call {
     /// The name of the function.
     pub name: Span,
-    /// The whole call.
-    pub span: Span,
-    /// The spans of the arguments.
-    pub arguments: Vec<Span>,
     /// The functions of this name that could be meant, the nearest first.
     pub candidates: Vec<Callee>,
 }

@@ -7,12 +7,14 @@
 //!
 //! This crate does not depend on the syntax, the IR or any host.
 
+mod annotations;
 pub mod builtins;
 mod ray_type;
 mod roles;
 mod state;
 mod types;
 
+pub use annotations::{ANNOTATION_KEYS, AnnotationKey, AnnotationKind, ELEMENT, STRIDE};
 pub use ray_type::RayType;
 pub use roles::{Method, Role};
 pub use state::{

@@ -20,6 +20,7 @@ mod word;
 
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
 pub use parser::qualifiers;
+pub use preprocessor::directive::DIRECTIVES;
 pub use word::{keywords, type_names};
 
 pub use parser::documentation::comment_before;

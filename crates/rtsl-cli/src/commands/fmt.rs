@@ -1,13 +1,12 @@
 //! `rtsl fmt`: one style for the white space of shaders.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rtsl::{Diagnostic, SourceMap, diagnostic_codes as codes};
+use rtsl::SourceMap;
 use similar::TextDiff;
 
-use crate::files::write_result;
+use crate::files::{read_text, text_of, unreadable, write_result};
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
@@ -123,22 +122,8 @@ fn is_standard_input(path: &Path) -> bool {
 }
 
 fn read(file: &Path) -> Result<String, Failure> {
-    let mut bytes = Vec::new();
-    let input: std::io::Result<Box<dyn Read>> = match is_standard_input(file) {
-        true => Ok(Box::new(std::io::stdin())),
-        false => std::fs::File::open(file).map(|opened| Box::new(opened) as Box<dyn Read>),
-    };
-    let length = input.and_then(|input| input.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    match length {
-        Ok(length) if length as u64 > MAX_BYTES => {
-            Err(unreadable(file, &format!("it has more than {MAX_BYTES} bytes")))
-        }
-        Ok(_) => String::from_utf8(bytes).map_err(|_| unreadable(file, "it is not UTF-8")),
-        Err(error) => Err(unreadable(file, &error.to_string())),
+    match is_standard_input(file) {
+        true => text_of(std::io::stdin().lock(), file, MAX_BYTES),
+        false => read_text(file, MAX_BYTES),
     }
-}
-
-fn unreadable(file: &Path, reason: &str) -> Failure {
-    let message = format!("`{}` cannot be read: {reason}", file.display());
-    Failure::from(Diagnostic::new(codes::UNREADABLE_FILE, message))
 }

@@ -122,7 +122,7 @@ fn key_and_name(document: &Document, offset: u32) -> Option<(Key, String)> {
 fn everywhere(workspace: &mut Workspace, key: &Key, name: &str) -> Vec<(Location, Occurrence)> {
     let mut found = Vec::new();
     let mut seen = BTreeSet::new();
-    for (uri, document) in workspace.documents_with(name) {
+    for (uri, document) in workspace.documents_where(|text| text.contains(name)) {
         for occurrence in rtsl_ide::occurrences(&document, key) {
             let location = location_of(workspace, &document, &uri, occurrence.span);
             let Some(location) = location else { continue };

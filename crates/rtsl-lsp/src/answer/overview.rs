@@ -66,7 +66,12 @@ pub fn workspace_symbols(
     const MAX_SYMBOLS: usize = 500;
     let mut symbols = Vec::new();
     let wanted = asked.query.to_lowercase();
-    for (uri, document) in workspace.documents_with("") {
+    // Everything is no answer to a question.
+    if wanted.is_empty() {
+        return Ok(None);
+    }
+    let contains = |text: &str| text.to_lowercase().contains(&wanted);
+    for (uri, document) in workspace.documents_where(contains) {
         let own = document.declarations.iter().map(|(_, it)| it).filter(|it| {
             let is_inside = matches!(it.kind, DeclarationKind::Local | DeclarationKind::Argument);
             let is_own = it.span.file == document.file() && !is_inside;

@@ -55,10 +55,9 @@ fn kind(kind: SemanticKind) -> CompletionItemKind {
         SemanticKind::Property => CompletionItemKind::FIELD,
         SemanticKind::Module => CompletionItemKind::MODULE,
         SemanticKind::Macro => CompletionItemKind::CONSTANT,
-        SemanticKind::Number
-        | SemanticKind::Text
-        | SemanticKind::Comment
-        | SemanticKind::Operator => CompletionItemKind::TEXT,
+        SemanticKind::Number | SemanticKind::Text | SemanticKind::Comment => {
+            CompletionItemKind::TEXT
+        }
     }
 }
 

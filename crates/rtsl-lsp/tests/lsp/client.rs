@@ -36,7 +36,7 @@ impl Client {
         }
         let (connection, other) = Connection::memory();
         let root = folder.path().to_owned();
-        let library_folder = root.join(".library");
+        let library_folder = root.join(".cache");
         let server = std::thread::spawn(move || {
             let search_path = Box::new(move |_: &Path| vec![root.join("include")]);
             serve(&other, ServerOptions { search_path, library_folder }).expect("it serves");

@@ -37,7 +37,7 @@ fn check(client: &Client, found: &Value, expected: Expect) {
 }
 
 #[test]
-fn the_server_says_what_it_can_do() {
+fn requests_that_the_server_does_not_have_are_refused() {
     let mut client = Client::new(&[]);
     let found = client.ask("textDocument/nothing", json!({}));
     check(
@@ -204,7 +204,7 @@ fn hover_and_definition() {
     // The prelude is written to the library's folder.
     let found = client.ask_at("textDocument/definition", "wave.rtsl", WAVE, "si|n(x)");
     let uri = found["uri"].as_str().expect("a place");
-    assert!(uri.contains("/.library/") && uri.ends_with(".rtsl"), "{uri}");
+    assert!(uri.contains("/.cache/") && uri.ends_with(".rtsl"), "{uri}");
     let path = uri.strip_prefix("file://").expect("a file");
     assert!(std::fs::read_to_string(path).expect("it is written").contains("float sin(float"));
     assert_eq!(

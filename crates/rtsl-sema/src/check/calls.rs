@@ -174,7 +174,7 @@ impl Checker<'_> {
         arguments: Vec<Expression>,
         span: Span,
     ) -> Expression {
-        self.note_callee(name, name_span, &arguments, span);
+        self.note_callee(name, name_span, &arguments);
         if arguments.iter().any(|argument| argument.ty == Type::Error) {
             self.note_unknown_uses(&arguments);
             if !self.is_function(name) {
@@ -256,7 +256,7 @@ impl Checker<'_> {
     }
 
     /// Notes for editors what a call could mean, and what it does.
-    fn note_callee(&mut self, name: &str, name_span: Span, arguments: &[Expression], span: Span) {
+    fn note_callee(&mut self, name: &str, name_span: Span, arguments: &[Expression]) {
         if self.index.is_none() {
             return;
         }
@@ -267,8 +267,7 @@ impl Checker<'_> {
         });
         let candidates: Vec<Callee> = candidates.collect();
         let first = candidates.first().copied();
-        let arguments = arguments.iter().map(|argument| argument.span).collect();
-        let call = Call { name: name_span, span, arguments, candidates };
+        let call = Call { name: name_span, candidates };
         let meant = match target {
             Some(Target::Function(id)) => Some(Ok(id)),
             Some(Target::Builtin(overload)) => Some(Err(overload.builtin.name)),

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_ir::class::{Annotation, AnnotationValue, CHOICES, ELEMENT, STRIDE};
+use rtsl_ir::class::{Annotation, AnnotationValue, CHOICES};
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Code, Diagnostic, diagnostic_codes as codes};
+use rtsl_spec::{ANNOTATION_KEYS, AnnotationKind};
 use rtsl_syntax::ast::{self, Qualifier};
 
 use super::Checker;
@@ -15,37 +16,12 @@ use super::scope::{Entity, Named};
 use super::types::{TypePlace, holds_reference};
 use crate::hir::{Expression, FunctionId, Member, MemberId, Storage, Type};
 
-/// The keys of annotations that hosts know, and the kind of value of each.
-const ANNOTATIONS: [(&str, AnnotationKind); 13] = [
-    ("label", AnnotationKind::Text),
-    ("doc", AnnotationKind::Text),
-    ("unit", AnnotationKind::Text),
-    ("group", AnnotationKind::Text),
-    ("widget", AnnotationKind::Text),
-    ("min", AnnotationKind::Number),
-    ("max", AnnotationKind::Number),
-    ("softmin", AnnotationKind::Number),
-    ("softmax", AnnotationKind::Number),
-    ("step", AnnotationKind::Number),
-    ("hidden", AnnotationKind::Flag),
-    (ELEMENT, AnnotationKind::Text),
-    (STRIDE, AnnotationKind::Number),
-];
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum AnnotationKind {
-    Text,
-    Number,
-    Flag,
-}
-
-impl AnnotationKind {
-    fn expected(self) -> &'static str {
-        match self {
-            AnnotationKind::Text => "text in double quotes",
-            AnnotationKind::Number => "a number",
-            AnnotationKind::Flag => "no value",
-        }
+/// A value of this kind, in messages.
+fn expected(kind: AnnotationKind) -> &'static str {
+    match kind {
+        AnnotationKind::Text => "text in double quotes",
+        AnnotationKind::Number => "a number",
+        AnnotationKind::Flag => "no value",
     }
 }
 
@@ -325,15 +301,15 @@ impl Checker<'_> {
             }
         };
         let key = &annotation.key;
-        match ANNOTATIONS.iter().find(|(name, _)| *name == key.name) {
+        match ANNOTATION_KEYS.iter().find(|known| known.name == key.name) {
             None => self.report_unknown_annotation(key),
-            Some((_, kind)) if *kind != found => {
+            Some(known) if known.kind != found => {
                 self.report(
                     Diagnostic::new(
                         codes::ANNOTATION_VALUE,
-                        format!("`{}` takes {}", key.name, kind.expected()),
+                        format!("`{}` takes {}", key.name, expected(known.kind)),
                     )
-                    .at(key.span, format!("found {}", found.expected())),
+                    .at(key.span, format!("found {}", expected(found))),
                 );
                 return None;
             }
@@ -353,7 +329,7 @@ impl Checker<'_> {
     }
 
     fn report_unknown_annotation(&mut self, key: &ast::Identifier) {
-        let known = ANNOTATIONS.map(|(name, _)| name);
+        let known = ANNOTATION_KEYS.map(|key| key.name);
         let diagnostic = Diagnostic::new(
             codes::UNKNOWN_ANNOTATION,
             format!("hosts do not know the annotation `{}`", key.name),

@@ -8,7 +8,8 @@ use crate::message::shorten;
 use crate::number::{Number, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
 
-const DIRECTIVES: [&str; 14] = [
+/// The names of directives.
+pub const DIRECTIVES: [&str; 14] = [
     "define",
     "undef",
     "if",

@@ -6,7 +6,7 @@
 //! inclusions.
 
 mod condition;
-mod directive;
+pub(crate) mod directive;
 mod expansion;
 mod files;
 mod macros;

@@ -6,9 +6,9 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use rtsl::{Compiler, Diagnostic, SourceMap, diagnostic_codes as codes};
+use rtsl::{Compiler, Diagnostic, SourceMap};
 
-use crate::files::write_result;
+use crate::files::{read_text, write_result};
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
 
@@ -46,7 +46,7 @@ pub enum Form {
 /// Translates the program, checks the result, and writes it.
 pub fn run(arguments: &ImportArguments, reporter: &Reporter) -> CommandResult {
     let path = &arguments.program;
-    let text = read(path)?;
+    let text = read_text(path, GREATEST_PROGRAM)?;
     let name = arguments.name.clone().unwrap_or_else(|| class_name(path));
     if !is_name(&name) {
         return Err(Failure::Usage(format!("`{name}` is no name of a class")));
@@ -72,19 +72,6 @@ pub fn run(arguments: &ImportArguments, reporter: &Reporter) -> CommandResult {
     }
     write_result(arguments.output.as_deref(), imported.text.as_bytes())?;
     Ok(Outcome::Done)
-}
-
-fn read(path: &Path) -> Result<String, Failure> {
-    let unreadable = |reason: String| {
-        let message = format!("`{}` cannot be read: {reason}", path.display());
-        Failure::from(Diagnostic::new(codes::UNREADABLE_FILE, message))
-    };
-    let size = std::fs::metadata(path).map_err(|error| unreadable(error.to_string()))?.len();
-    if size > GREATEST_PROGRAM {
-        return Err(unreadable(format!("it is longer than {GREATEST_PROGRAM} bytes")));
-    }
-    let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8".to_owned()))
 }
 
 fn is_name(text: &str) -> bool {
