@@ -1,6 +1,7 @@
 //! The work of packet code by lines of the source.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rtsl_ir::Value;
 
@@ -13,7 +14,7 @@ use crate::profile::Count;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineWork {
     /// The name of the source; empty for work whose line is not known.
-    pub source: String,
+    pub source: Arc<str>,
     /// The line, from 1; 0 if it is not known.
     pub line: u32,
     /// The estimated time for which the execution units of a machine are busy, in thousandths of a cycle.
@@ -28,7 +29,7 @@ pub struct LineWork {
 
 impl LineWork {
     /// Adds the work of the same line in another run.
-    pub(crate) fn add(&mut self, other: &LineWork) {
+    pub fn add(&mut self, other: &LineWork) {
         self.source.clone_from(&other.source);
         self.line = other.line;
         self.millicycles += other.millicycles;
@@ -39,6 +40,7 @@ impl LineWork {
 }
 
 /// The lines of a kernel's values.
+#[derive(Clone, Debug)]
 pub(crate) struct Lines {
     /// By value, the index of its line among [`Lines::none`]; empty if the kernel has no places.
     of: Vec<usize>,
@@ -60,7 +62,7 @@ impl Lines {
         indices.entry((String::new(), 0)).or_default();
         indices.values_mut().zip(0..).for_each(|(index, next)| *index = next);
         let none = indices.keys().map(|(source, line)| LineWork {
-            source: source.clone(),
+            source: source.as_str().into(),
             line: *line,
             ..LineWork::default()
         });

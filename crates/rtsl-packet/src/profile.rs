@@ -300,6 +300,7 @@ impl Work {
 }
 
 /// The varying conditions of a kernel.
+#[derive(Clone, Debug)]
 pub(crate) struct Conditions {
     /// By value: the mask whose [`OpKind::Any`] the value is.
     masks: Vec<Option<Value>>,

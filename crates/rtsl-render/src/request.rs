@@ -372,7 +372,7 @@ impl LoadedScene {
             integrator: request.integrator.clone(),
             input_memory: request.input_memory,
             texture_memory: request.texture_memory,
-            traced: request.engine.trace.is_some(),
+            traced: request.engine.trace.is_some() || request.engine.costs.is_some(),
         };
         let mut source = SceneSource::read(&request.scene, files, &options);
         let mut loaded = source.load()?;

@@ -45,6 +45,7 @@ mod type_name;
 pub use codegen::callback::Callback;
 pub use codegen::emit::{Emit, EmitRequest};
 pub use codegen::kernel::{Kernel, LeafKernel};
+pub use codegen::line_costs::{LineCosts, TextCosts};
 pub use codegen::options::{Backend, EngineOptions, Math};
 pub use codegen::packet_kernel::{PacketKernel, PacketRun};
 pub use codegen::recording::{Recording, TraceEntry, TraceKind, TracedValue};

@@ -339,5 +339,6 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         // Most code here runs once; the results are the same.
         optimization: OptLevel::O1,
         trace: None,
+        costs: None,
     })
 }

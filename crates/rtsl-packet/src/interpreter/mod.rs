@@ -58,32 +58,49 @@ pub struct Outcome {
     pub profile: Profile,
 }
 
-/// Runs a verified kernel for all rays of a call.
-pub fn run(
-    kernel: &Kernel,
-    rays: Rays<'_>,
-    storage: &mut dyn Storage,
-    host: &mut dyn Host,
-) -> Outcome {
-    let mut execution = Execution {
-        kernel,
-        rays,
-        storage,
-        host,
-        conditions: Conditions::of(kernel),
-        lines: Lines::of(kernel),
-        values: IndexVec::filled(kernel.values.len(), [0; MAX_LANES]),
-        locals: memory::locals(kernel),
-        base: 0,
-        chunk: 0,
-        active: 0,
-        nearest: None,
-        outcome: Outcome::default(),
-    };
-    execution.outcome.profile = Profile::new(&execution.conditions, rays.count);
-    execution.outcome.profile.lines = execution.lines.none();
-    execution.run();
-    execution.outcome
+/// A verified kernel, prepared for runs.
+#[derive(Clone, Debug)]
+pub struct Interpreter {
+    kernel: Kernel,
+    conditions: Conditions,
+    lines: Lines,
+}
+
+impl Interpreter {
+    /// Prepares a kernel.
+    pub fn new(kernel: Kernel) -> Interpreter {
+        let (conditions, lines) = (Conditions::of(&kernel), Lines::of(&kernel));
+        Interpreter { kernel, conditions, lines }
+    }
+
+    /// The kernel.
+    pub fn kernel(&self) -> &Kernel {
+        &self.kernel
+    }
+
+    /// Runs the kernel for all rays of a call.
+    pub fn run(&self, rays: Rays<'_>, storage: &mut dyn Storage, host: &mut dyn Host) -> Outcome {
+        let Interpreter { kernel, conditions, lines } = self;
+        let mut execution = Execution {
+            kernel,
+            rays,
+            storage,
+            host,
+            conditions,
+            lines,
+            values: IndexVec::filled(kernel.values.len(), [0; MAX_LANES]),
+            locals: memory::locals(kernel),
+            base: 0,
+            chunk: 0,
+            active: 0,
+            nearest: None,
+            outcome: Outcome::default(),
+        };
+        execution.outcome.profile = Profile::new(conditions, rays.count);
+        execution.outcome.profile.lines = lines.none();
+        execution.run();
+        execution.outcome
+    }
 }
 
 /// A value's bits by lane; those of a uniform value are in all of them.
@@ -95,8 +112,8 @@ struct Execution<'a> {
     rays: Rays<'a>,
     storage: &'a mut dyn Storage,
     host: &'a mut dyn Host,
-    conditions: Conditions,
-    lines: Lines,
+    conditions: &'a Conditions,
+    lines: &'a Lines,
     values: IndexVec<Value, Lanes>,
     /// The memory of each variable; empty for those that are not locals.
     locals: IndexVec<VariableId, Vec<Lanes>>,

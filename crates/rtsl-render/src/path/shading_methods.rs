@@ -185,7 +185,7 @@ impl ShadingMethod {
             staged: staged.map(Box::new),
             interpreted: OnceLock::new(),
         };
-        if scene.engine.llvm().is_none() {
+        if !scene.engine.runs_packets() {
             let made = made(None);
             made.interpreted()?;
             return Ok(made);
@@ -197,7 +197,7 @@ impl ShadingMethod {
         Ok(made(Some(staged)))
     }
 
-    /// Returns the stages, if there is machine code.
+    /// Returns the stages, if there is packet code.
     pub fn staged(&self) -> Option<&StagedMethod> {
         self.staged.as_deref()
     }

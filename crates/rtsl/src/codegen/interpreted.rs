@@ -1,20 +1,17 @@
 //! Methods on the interpreter, called like machine code.
 
 use rtsl_abi::{
-    CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
-    Layout, LeafArguments, Objects, Signature, check_stack,
+    CallArguments, CallError, CallMode, CallStatus, HostArguments, Layout, LeafArguments, Objects,
+    Signature,
 };
 use rtsl_ir::host::Host;
 use rtsl_ir::{Function, Interpreter, Outcome, PrepareError, Storage, VariableId, VariableKind};
 use rtsl_packet::kernel::HIT_DISTANCE;
-use rtsl_spec::state_component_count;
 
+use super::lane_calls;
 use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
 use super::trace::Trace;
 use super::traced_method::TracedMethod;
-
-/// The stack of a call, in builds without optimisation. The interpreter does not recurse.
-const FRAME_BYTES: usize = 32 << 10;
 
 /// A method that runs ray by ray.
 #[derive(Clone, Debug)]
@@ -58,7 +55,7 @@ impl InterpretedKernel {
     /// Runs the method for all lanes of the call, in order.
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         self.signature.check(&call)?;
-        check_stack(FRAME_BYTES)?;
+        lane_calls::check_stack()?;
         Ok(self.run(call))
     }
 
@@ -73,32 +70,7 @@ impl InterpretedKernel {
 
     /// Runs the method for all rays of a host's arrays, whose values it copies.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
-        self.signature.check_host(&call, 1)?;
-        check_stack(FRAME_BYTES)?;
-        let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
-        let components: Vec<u32> = self.signature.state.iter().collect();
-        let mut own_state = LaneBlock::sparse(state_component_count() as usize, &components, count);
-        let mut own_scratch = LaneBlock::new(self.signature.scratch_arrays as usize, count);
-        state.copy_to(&mut own_state, count);
-        scratch.copy_to(&mut own_scratch, count);
-        let mask = mask.map(|mask| LaneMask::from_fn(count, |lane| mask[lane] != 0));
-        let mut hits = LaneMask::new(count);
-        let status = self.run(CallArguments {
-            state: &mut own_state,
-            scratch: &mut own_scratch,
-            count,
-            mask: mask.as_ref(),
-            accepted: Some(&mut hits),
-            instances,
-            host,
-        });
-        state.copy_from(&own_state, count);
-        scratch.copy_from(&own_scratch, count);
-        if let Some(accepted) = accepted.filter(|_| self.signature.accepts) {
-            let words = accepted.iter_mut().zip(hits.words());
-            words.for_each(|(accepted, hit)| *accepted = hit.cast_signed());
-        }
-        Ok(status)
+        lane_calls::with_copies(&self.signature, call, |call| self.run(call))
     }
 
     fn store_each(&self, call: CallArguments<'_>) -> CallStatus {
@@ -123,24 +95,9 @@ impl InterpretedKernel {
 
     /// Makes the tests of a call in the call mode `leaf`, one after another.
     pub fn make_tests(&self, call: LeafArguments<'_>, objects: &Objects) -> CallStatus {
-        self.signature.check_leaf(&call, objects.len());
-        let LeafArguments { state, scratch, count, tests, host } = call;
-        let mut status = CallStatus::default();
-        for test in tests {
-            let call = CallArguments {
-                state: &mut *state,
-                scratch: &mut *scratch,
-                count: count as usize,
-                mask: None,
-                accepted: None,
-                instances: Instances::Range(objects, test.first),
-                host: &mut *host,
-            };
-            let made = self.keep_nearest(call, test.ray as usize);
-            test.set_nearest(made.nearest);
-            status.budget_exhausted |= made.budget_exhausted;
-        }
-        status
+        lane_calls::make_tests(&self.signature, call, objects, |call, ray| {
+            self.keep_nearest(call, ray)
+        })
     }
 
     /// Tests each object with the unchanged ray of a lane, and stores the outputs of the closest hit.

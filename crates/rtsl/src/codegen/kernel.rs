@@ -9,6 +9,7 @@ use rtsl_abi::{
 use rtsl_ir::host::Host;
 use rtsl_jit::CompiledKernel;
 
+use super::counted::CountedKernel;
 use super::interpreted::InterpretedKernel;
 
 /// A method that is called for many rays. Machine code and the interpreter are called alike and give the same bits.
@@ -52,14 +53,15 @@ pub struct Kernel {
 enum Kind {
     Compiled(CompiledKernel),
     Interpreted(Box<InterpretedKernel>),
+    Counted(Box<CountedKernel>),
 }
 
-/// Calls the interpreter. The arguments are separate, because those of calls of machine code would otherwise be written
+/// Calls an interpreter. The arguments are separate, because those of calls of machine code would otherwise be written
 /// to memory as well, where only this function reads them.
 #[cold]
 #[inline(never)]
 fn interpret(
-    kernel: &InterpretedKernel,
+    kernel: &Kind,
     (state, scratch): (&mut LaneBlock, &mut LaneBlock),
     count: usize,
     mask: Option<&LaneMask>,
@@ -67,7 +69,12 @@ fn interpret(
     instances: Instances<'_>,
     host: &mut dyn Host,
 ) -> Result<CallStatus, CallError> {
-    kernel.try_call(CallArguments { state, scratch, count, mask, accepted, instances, host })
+    let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
+    match kernel {
+        Kind::Compiled(kernel) => kernel.try_call(call),
+        Kind::Interpreted(kernel) => kernel.try_call(call),
+        Kind::Counted(kernel) => kernel.try_call(call),
+    }
 }
 
 impl Kernel {
@@ -77,6 +84,10 @@ impl Kernel {
 
     pub(crate) fn interpreted(kernel: InterpretedKernel) -> Kernel {
         Kernel { kind: Kind::Interpreted(Box::new(kernel)) }
+    }
+
+    pub(crate) fn counted(kernel: CountedKernel) -> Kernel {
+        Kernel { kind: Kind::Counted(Box::new(kernel)) }
     }
 
     /// Runs the method for all rays of the call.
@@ -103,7 +114,7 @@ impl Kernel {
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.try_call(call),
-            Kind::Interpreted(kernel) => {
+            kernel => {
                 let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
                 interpret(kernel, (state, scratch), count, mask, accepted, instances, host)
             }
@@ -154,6 +165,7 @@ impl Kernel {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call_host(call),
             Kind::Interpreted(kernel) => kernel.call_host(call),
+            Kind::Counted(kernel) => kernel.call_host(call),
         }
     }
 
@@ -162,7 +174,7 @@ impl Kernel {
     pub fn address(&self) -> Option<*const std::ffi::c_void> {
         match &self.kind {
             Kind::Compiled(kernel) => Some(kernel.address()),
-            Kind::Interpreted(_) => None,
+            Kind::Interpreted(_) | Kind::Counted(_) => None,
         }
     }
 
@@ -179,6 +191,10 @@ impl Kernel {
                 kernel.signature().check_leaf_objects(&objects);
                 LeafKind::Interpreted(kernel.clone(), objects)
             }
+            Kind::Counted(kernel) => {
+                kernel.signature().check_leaf_objects(&objects);
+                LeafKind::Counted(kernel.clone(), objects)
+            }
         };
         LeafKernel { kind }
     }
@@ -188,6 +204,7 @@ impl Kernel {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.signature().state,
             Kind::Interpreted(kernel) => kernel.signature().state,
+            Kind::Counted(kernel) => kernel.signature().state,
         }
     }
 
@@ -195,7 +212,7 @@ impl Kernel {
     pub fn is_compiled(&self) -> bool {
         match self.kind {
             Kind::Compiled(_) => true,
-            Kind::Interpreted(_) => false,
+            Kind::Interpreted(_) | Kind::Counted(_) => false,
         }
     }
 }
@@ -238,6 +255,7 @@ pub struct LeafKernel {
 enum LeafKind {
     Compiled(rtsl_jit::LeafKernel),
     Interpreted(Box<InterpretedKernel>, Arc<Objects>),
+    Counted(Box<CountedKernel>, Arc<Objects>),
 }
 
 impl LeafKernel {
@@ -252,6 +270,7 @@ impl LeafKernel {
         match &self.kind {
             LeafKind::Compiled(kernel) => kernel.call(call),
             LeafKind::Interpreted(kernel, objects) => kernel.make_tests(call, objects),
+            LeafKind::Counted(kernel, objects) => kernel.make_tests(call, objects),
         }
     }
 
@@ -259,7 +278,7 @@ impl LeafKernel {
     pub fn objects(&self) -> &Arc<Objects> {
         match &self.kind {
             LeafKind::Compiled(kernel) => kernel.objects(),
-            LeafKind::Interpreted(_, objects) => objects,
+            LeafKind::Interpreted(_, objects) | LeafKind::Counted(_, objects) => objects,
         }
     }
 }

@@ -25,6 +25,7 @@ use rtsl_source::{Diagnostic, Diagnostics};
 use rtsl_spec::{Method, lookup_state};
 
 use super::callback::Callback;
+use super::counted::CountedKernel;
 use super::interpreted::InterpretedKernel;
 use super::kernel::Kernel;
 use super::kernel_source::KernelSource;
@@ -37,6 +38,9 @@ use crate::link::linked_method::LinkedMethod;
 use crate::link::linker;
 use crate::link::outputs::Outputs;
 use crate::{errors, nesting};
+
+/// Rays at a time of kernels whose work is recorded, if no width is asked for: the same on every machine.
+const COUNTED_WIDTH: u32 = 8;
 
 /// Compiles methods of linked classes to kernels.
 #[derive(Debug)]
@@ -56,7 +60,7 @@ impl KernelCompiler {
     pub fn new(options: EngineOptions) -> Result<(KernelCompiler, Diagnostics), Diagnostic> {
         let mut warnings = Diagnostics::new();
         let llvm = match options.backend {
-            _ if options.trace.is_some() => None,
+            _ if options.trace.is_some() || options.costs.is_some() => None,
             Backend::Interpreter => None,
             Backend::Jit => Some(Llvm::load().map_err(|error| errors::no_llvm(&error))?),
             Backend::Auto => match Llvm::load() {
@@ -69,7 +73,11 @@ impl KernelCompiler {
                 }
             },
         };
-        let width = options.width.unwrap_or_else(|| llvm.as_deref().map_or(1, natural_width));
+        let width = options.width.unwrap_or_else(|| match (&llvm, &options.costs) {
+            (Some(llvm), _) => natural_width(llvm),
+            (None, Some(_)) => COUNTED_WIDTH,
+            (None, None) => 1,
+        });
         if !KernelSource::WIDTHS.contains(&width) {
             return Err(errors::unknown_width(width));
         }
@@ -229,9 +237,16 @@ impl KernelCompiler {
     /// one.
     pub fn kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
         let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
-        nesting::with_stack_for(nesting, || match &self.llvm {
-            Some(llvm) => self.compiled(sources, llvm),
-            _ => sources.iter().map(|source| self.interpreted(*source)).collect(),
+        nesting::with_stack_for(nesting, || match (&self.llvm, &self.options.costs) {
+            (Some(llvm), _) => self.compiled(sources, llvm),
+            (None, Some(costs)) if self.options.trace.is_none() => {
+                let counted = |source: &KernelSource<'_>| {
+                    let packets = self.packet_kernel(*source)?;
+                    Ok(Kernel::counted(CountedKernel::new(packets, costs)))
+                };
+                sources.iter().map(counted).collect()
+            }
+            (None, _) => sources.iter().map(|source| self.interpreted(*source)).collect(),
         })
     }
 

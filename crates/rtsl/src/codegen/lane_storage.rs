@@ -138,6 +138,8 @@ pub(crate) struct CallStorage<'a> {
     variables: &'a LaneVariables,
     /// See [`LaneVariables::shared_inputs`].
     shared: Vec<Vec<u32>>,
+    /// The lane whose ray all lanes share, in the call mode `leaf`; 0 in others.
+    ray: usize,
     state: &'a mut LaneBlock,
     scratch: &'a mut LaneBlock,
     accepted: Option<&'a mut LaneMask>,
@@ -165,7 +167,7 @@ impl<'a> CallStorage<'a> {
         instances: Instances<'a>,
     ) -> Self {
         let shared = variables.shared_inputs(ray, state, scratch);
-        CallStorage { variables, shared, state, scratch, accepted, instances }
+        CallStorage { variables, shared, ray, state, scratch, accepted, instances }
     }
 
     /// Returns the variables of one lane.
@@ -290,6 +292,7 @@ impl rtsl_packet::interpreter::Storage for CallStorage<'_> {
     }
 
     fn store(&mut self, variable: VariableId, component: u32, ray: u32, bits: u32) {
-        self.store(variable, component, ray as usize, bits);
+        // Kernels that keep the nearest hit store for ray 0.
+        self.store(variable, component, self.ray + ray as usize, bits);
     }
 }

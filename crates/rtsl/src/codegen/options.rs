@@ -2,6 +2,7 @@
 
 use rtsl_jit::OptLevel;
 
+use super::line_costs::LineCosts;
 use super::trace::Trace;
 
 /// The exactness of arithmetic.
@@ -81,4 +82,7 @@ pub struct EngineOptions {
     /// The record of what methods do. With one, the engine runs everything on the interpreter, without optimisation and
     /// with the same results. Classes must be [compiled for it](crate::CompilerOptions::traced).
     pub trace: Option<Trace>,
+    /// The record of the work of lines. With one, and without a trace, the engine runs everything on the interpreter of
+    /// packet code, 8 rays at a time if no width is given, and with the same results.
+    pub costs: Option<LineCosts>,
 }

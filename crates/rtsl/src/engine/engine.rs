@@ -110,6 +110,13 @@ impl Engine {
         self.compiler.llvm()
     }
 
+    /// True if kernels run packet code: as machine code, or on the interpreter that counts its work. Only packet code
+    /// runs the stages of integrators; without it whole methods ask a host.
+    pub fn runs_packets(&self) -> bool {
+        let EngineOptions { trace, costs, .. } = self.options();
+        self.llvm().is_some() || costs.is_some() && trace.is_none()
+    }
+
     /// Returns the program of an instance: its class, linked with the classes of the instances that it refers to.
     /// Instances of the same classes share it.
     pub fn program(&self, instance: &Instance) -> Arc<Program> {

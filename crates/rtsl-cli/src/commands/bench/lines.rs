@@ -6,12 +6,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{
-    Backend, CallMode, EngineOptions, Instance, LineWork, Method, Profile, Program, Source, Variant,
-};
+use rtsl::{Backend, CallMode, EngineOptions, Instance, Method, Profile, Program, Source, Variant};
 use serde::Serialize;
 
 use super::call::count;
+use super::line_table::{json_lines, table, total};
 use super::objects::Objects;
 use super::settings::Setting;
 use super::{BenchArguments, MethodInputs};
@@ -67,9 +66,12 @@ impl Lines<'_> {
 }
 
 /// The kernel whose lines are shown.
+#[derive(Serialize)]
 struct Head<'a> {
     class: &'a str,
     method: &'static str,
+    /// Named as in the other lines of the command.
+    #[serde(rename = "shape")]
     mode: &'static str,
     width: u32,
 }
@@ -86,106 +88,20 @@ fn plain_text(
     profile: &Profile,
     sources: &BTreeMap<String, Arc<Source>>,
 ) -> String {
-    let total = total(profile);
+    let total = total(&profile.lines);
     let Head { class, method, mode, width } = head;
     let mut text = format!(
         "{class}.{method}: {} rays, {mode}, {width} at a time; about {:.1} cycles a ray\n",
         profile.rays,
-        total / profile.rays.max(1) as f64,
+        total as f64 / 1000.0 / profile.rays.max(1) as f64,
     );
-    let mut source = None;
-    for work in profile.lines.iter().filter(|work| work.millicycles > 0) {
-        if source != Some(&work.source) {
-            source = Some(&work.source);
-            let name = if work.line == 0 { "(no line)" } else { &work.source };
-            text += &format!("   cost active  diverge  {name}\n");
-        }
-        let share = Share::new(work, total);
-        let line = sources
-            .get(&work.source)
-            .and_then(|source| source.text.lines().nth(work.line.checked_sub(1)? as usize));
-        let row = format!(
-            "{:>6.1}% {} {} {:>5}  {}",
-            100.0 * share.cost,
-            percent(share.active, 6),
-            percent(share.diverged, 8),
-            if work.line == 0 { String::new() } else { work.line.to_string() },
-            line.unwrap_or_default(),
-        );
-        text += row.trim_end();
-        text.push('\n');
+    for lines in profile.lines.chunk_by(|a, b| a.source == b.source) {
+        let source = lines.first().and_then(|line| sources.get(&*line.source));
+        text += &table(lines, source.map(|it| &**it), total);
     }
     text
 }
 
-fn percent(share: Option<f64>, width: usize) -> String {
-    let shown = share.map_or(String::new(), |share| format!("{:.1}%", 100.0 * share));
-    format!("{shown:>width$}")
-}
-
-/// The estimated time of all lines, in cycles.
-fn total(profile: &Profile) -> f64 {
-    profile.lines.iter().map(|work| work.millicycles).sum::<u64>() as f64 / 1000.0
-}
-
-/// The shares of a line.
-struct Share {
-    /// Of the time.
-    cost: f64,
-    /// Of the lanes that are on; `None` if all rays share its work.
-    active: Option<f64>,
-    /// Of the conditions, at which rays diverged; `None` if it has none.
-    diverged: Option<f64>,
-}
-
-impl Share {
-    fn new(work: &LineWork, total: f64) -> Share {
-        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        Share {
-            cost: work.millicycles as f64 / 1000.0 / total.max(f64::MIN_POSITIVE),
-            active: share(work.lanes.active, work.lanes.executed),
-            diverged: share(work.divergences, work.conditions),
-        }
-    }
-}
-
-/// A line as JSON.
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct JsonLine<'a> {
-    class: &'a str,
-    method: &'a str,
-    /// Named as in the other lines of the command.
-    shape: &'a str,
-    width: u32,
-    file: Option<&'a str>,
-    line: Option<u32>,
-    cycles_per_ray: f64,
-    cost: f64,
-    active_lanes: Option<f64>,
-    conditions: u64,
-    diverged: u64,
-}
-
 fn json_text(head: &Head<'_>, profile: &Profile) -> String {
-    let total = total(profile);
-    let lines = profile.lines.iter().filter(|work| work.millicycles > 0).map(|work| {
-        let share = Share::new(work, total);
-        let is_known = work.line > 0;
-        let line = JsonLine {
-            class: head.class,
-            method: head.method,
-            shape: head.mode,
-            width: head.width,
-            file: is_known.then_some(&work.source),
-            line: is_known.then_some(work.line),
-            cycles_per_ray: work.millicycles as f64 / 1000.0 / profile.rays.max(1) as f64,
-            cost: share.cost,
-            active_lanes: share.active,
-            conditions: work.conditions,
-            diverged: work.divergences,
-        };
-        serde_json::to_string(&line).unwrap_or_default() + "\n"
-    });
-    lines.collect()
+    json_lines(head, &profile.lines, total(&profile.lines), profile.rays)
 }

@@ -10,12 +10,14 @@ mod coverage;
 mod host;
 mod inputs;
 mod integrator;
+mod line_table;
 mod lines;
 mod objects;
 mod peak;
 mod random;
 mod rays;
 mod scene;
+mod scene_lines;
 mod settings;
 mod subject;
 mod table;
@@ -59,7 +61,10 @@ const ROUNDS_PER_RAY: u64 = 1 << 14;
 pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     let arguments = &arguments.with_project_files(reporter)?;
     if scene::is_scene(&arguments.file) {
-        return scene::run(arguments, reporter);
+        return match arguments.lines {
+            true => scene_lines::run(arguments, reporter),
+            false => scene::run(arguments, reporter),
+        };
     }
     let compiler = match arguments.lines {
         true => traced_compiler(&arguments.search_path),

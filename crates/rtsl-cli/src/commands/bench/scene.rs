@@ -42,7 +42,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
 }
 
 /// Rejects arguments that apply to methods only.
-fn check(arguments: &BenchArguments) -> Result<(), Failure> {
+pub fn check(arguments: &BenchArguments) -> Result<(), Failure> {
     let given = [
         ("a method", arguments.method.is_some()),
         ("`--scene`", arguments.in_scene.is_some()),
@@ -57,7 +57,7 @@ fn check(arguments: &BenchArguments) -> Result<(), Failure> {
     }
 }
 
-fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'static> {
+pub fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'static> {
     let SceneArguments { size, threads, defines, input, repetitions: _ } = arguments.scene.clone();
     RenderRequest {
         scene: arguments.file.clone(),

@@ -47,7 +47,7 @@ pub struct Integrator {
     program: Arc<Program>,
     /// `radiance` on the interpreter.
     kernel: Kernel,
-    /// The stages, if there is machine code.
+    /// The stages, if there is packet code.
     pub staged: Option<StagedMethod>,
     block: InstanceBlock,
     /// The columns of the components of kept outputs.
@@ -89,7 +89,7 @@ impl Integrator {
         })
     }
 
-    /// Compiles the stages for a scene; returns `None` if the engine makes no machine code.
+    /// Compiles the stages for a scene; returns `None` if the engine runs no packet code.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
@@ -102,8 +102,8 @@ impl Integrator {
     ) -> Result<Option<StagedMethod>, Diagnostic> {
         let integrator = (&self.program, instance);
         let staged = engine
-            .llvm()
-            .map(|_| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));
+            .runs_packets()
+            .then(|| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));
         staged.transpose()
     }
 
