@@ -4,6 +4,7 @@
 //! them can be repeated by hand.
 
 mod crates;
+mod features;
 mod long;
 mod package;
 mod prose;
@@ -19,7 +20,7 @@ The daily commands of RTSL's developers.
 
     cargo xtask COMMAND [ARGUMENTS]
 
-  check              formatting, lints, API documentation, prose, dependencies between the crates
+  check              formatting, lints, API documentation, prose, dependencies and their features
   test [ARGUMENTS]   all tests; with arguments, `cargo test ARGUMENTS`
   bless [ARGUMENTS]  as test, but writes the expectations, and lists the files that changed
   crates             renews the picture of the crates in the manual
@@ -75,6 +76,8 @@ fn run(arguments: &[String]) -> Result<()> {
 fn check() -> Result<()> {
     say("dependencies between the crates");
     crates::check()?;
+    say("features of dependencies");
+    features::check()?;
     say("prose");
     prose::check()?;
     say("format");
@@ -86,9 +89,10 @@ fn check() -> Result<()> {
 }
 
 fn test(arguments: &[String]) -> Result<()> {
-    // The members that are no default members too, in one call, so that dependencies are built once.
-    let all: &[String] = &["--workspace".to_owned()];
-    let arguments = if arguments.is_empty() { all } else { arguments };
+    // The members that are no default members too, in one call, so that dependencies are built once. The bindings of
+    // Python, whose tests are those of the Python package, ask for other features of dependencies.
+    let all = ["--workspace", "--exclude", "rtsl-python"].map(str::to_owned);
+    let arguments = if arguments.is_empty() { &all[..] } else { arguments };
     cargo(["test"]).args(arguments).toolchain_llvm().run()
 }
 

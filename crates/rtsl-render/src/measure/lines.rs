@@ -3,7 +3,7 @@
 //! The interpreter of packet code runs the same kernels as a render, for some tiles of the picture. It counts the
 //! operations of each line, with an estimate of the time for which they keep the execution units of a machine busy.
 
-use rtsl::{Engine, EngineOptions, LineCosts, Messages, TextCosts, Trace};
+use rtsl::{Engine, EngineOptions, LineCosts, Messages, TextCosts};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{Scene, SceneSource};
 
@@ -39,8 +39,8 @@ impl SceneLines {
     }
 }
 
-/// Measures the lines of a scene on the disk. The request's progress is ignored; the engine takes 8 rays at a time if it
-/// has no width.
+/// Measures the lines of a scene on the disk. The progress of the request is ignored. The engine takes 8 rays at a time
+/// if it has no width.
 ///
 /// # Errors
 /// Any error of the scene, its shaders, or the machine.
@@ -62,7 +62,7 @@ pub fn measure_lines(request: &RenderRequest<'_>) -> Result<SceneLines, Messages
 pub(crate) fn lines_of(
     mut source: SceneSource<'_>,
     engine: EngineOptions,
-    threads: &RenderThreads,
+    threads: Option<usize>,
     prepare: impl FnOnce(&mut Scene),
 ) -> Result<SceneLines, Messages> {
     let costs = LineCosts::default();
@@ -70,11 +70,11 @@ pub(crate) fn lines_of(
     prepare(&mut scene);
     let (engine, _) = Engine::new(engine_of(&engine, &costs)).map_err(Messages::one)?;
     let scene = BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})?;
-    lines_of_scene(&scene, &costs, threads)
+    lines_of_scene(&scene, &costs, &RenderThreads::new(threads)?)
 }
 
 fn engine_of(options: &EngineOptions, costs: &LineCosts) -> EngineOptions {
-    EngineOptions { costs: Some(costs.clone()), trace: None::<Trace>, ..options.clone() }
+    EngineOptions { costs: Some(costs.clone()), trace: None, ..options.clone() }
 }
 
 /// Renders a sample of the pixels of some tiles.

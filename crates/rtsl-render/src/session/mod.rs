@@ -15,6 +15,7 @@ mod renderer;
 mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;
+mod shown_scene;
 mod status;
 mod tile_sample;
 mod view_mode;
@@ -24,5 +25,6 @@ pub use film::Film;
 pub use options::SessionOptions;
 pub use picked::Picked;
 pub use session::{Reloaded, Session};
+pub use shown_scene::ShownScene;
 pub use status::Status;
 pub use view_mode::{Display, ViewMode};

@@ -17,6 +17,7 @@ use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
 use super::renderer::SessionRenderer;
+use super::shown_scene::ShownScene;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
 use crate::compiled::object::is_own_material;
@@ -24,7 +25,6 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
-use crate::pixel::prints_of;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
@@ -124,7 +124,7 @@ impl Session {
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
         warnings.push(SourceMap::new(), engine_warnings);
-        choose_renderer(&source, &mut scene);
+        choose_renderer(source.selected_integrator().is_some(), &mut scene);
         let renderer = SessionRenderer::new(&scene, &engine, None, &mut warnings)?;
         let threads = RenderThreads::new(options.threads)?;
         let settings = &scene.settings;
@@ -414,15 +414,18 @@ impl Session {
         if x >= width || y >= height || !self.source.has_prints() {
             return Ok(Vec::new());
         }
-        let source = self.source.traced();
-        let engine = self.options.engine_for(&self.scene.settings);
-        prints_of(source, engine, [x, y], |scene| {
-            self.options.apply(&mut scene.settings);
-            choose_renderer(&self.source, scene);
-            if self.camera_to_world != self.scene.camera_to_world {
-                (scene.camera_to_world, scene.camera_motion) = (self.camera_to_world, None);
-            }
-        })
+        self.shown().prints([x, y])
+    }
+
+    /// Returns what the session shows, for work beside it, which compiles the scene once more.
+    pub fn shown(&self) -> ShownScene {
+        let is_moved = self.camera_to_world != self.scene.camera_to_world;
+        ShownScene {
+            source: self.source.traced(),
+            options: self.options.clone(),
+            engine: self.options.engine_for(&self.scene.settings),
+            moved_camera: is_moved.then_some(self.camera_to_world),
+        }
     }
 
     /// Continues with a scene that was loaded again, keeping everything that did not change.
@@ -430,7 +433,7 @@ impl Session {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
         check_size(&scene, self.options.threads)?;
-        choose_renderer(&self.source, &mut scene);
+        choose_renderer(self.source.selected_integrator().is_some(), &mut scene);
         let same_integrator =
             scene.has_same_integrator(&self.scene) && scene.settings == self.scene.settings;
         let same_shapes = scene.has_same_shapes(&self.scene);
@@ -645,9 +648,8 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
 
 /// Selects the renderer: names of the format leave the choice to the viewer, which prefers the interactive renderer,
 /// unless one was selected.
-fn choose_renderer(source: &SceneSource<'_>, scene: &mut Scene) {
-    let is_selected = source.selected_integrator().is_some();
-    let is_batch = is_selected && scene.settings.renderer == Some(Renderer::Batch);
+pub(super) fn choose_renderer(selects_integrator: bool, scene: &mut Scene) {
+    let is_batch = selects_integrator && scene.settings.renderer == Some(Renderer::Batch);
     if scene.integrator.is_none() && !is_batch {
         scene.settings.renderer = Some(Renderer::Interactive);
     }
