@@ -29,6 +29,7 @@ from ._errors import (
 )
 from ._host import Host, LightSample
 from ._instance import Instance
+from ._looking import Costs, LineCost, Pixel, Recording, Sample, TextCost
 from ._llvm import info, suggest_installed, warn_without_llvm
 from ._image import Image
 from ._mesh import mesh
@@ -44,6 +45,7 @@ __all__ = [
     "BoundMethod",
     "Class",
     "CompileError",
+    "Costs",
     "Diagnostic",
     "Engine",
     "Error",
@@ -52,16 +54,21 @@ __all__ = [
     "Instance",
     "InterpreterWarning",
     "LightSample",
+    "LineCost",
     "MethodInfo",
     "Parameter",
     "ParameterError",
     "PartialRender",
+    "Pixel",
     "Placed",
+    "Recording",
     "Result",
+    "Sample",
     "Scene",
     "SceneError",
     "SceneWarning",
     "StateVariable",
+    "TextCost",
     "Thing",
     "Unit",
     "compile",

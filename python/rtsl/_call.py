@@ -14,6 +14,7 @@ from ._arrays import Lanes, Shape, mask_rows, output_array, output_rows, rows_of
 from ._engine import default_engine
 from ._errors import Error
 from ._host import Host
+from ._looking import Recording, recording_lock, traced_engine
 from ._names import POSITIONAL, meant, snake_case
 
 if TYPE_CHECKING:
@@ -207,6 +208,29 @@ class BoundMethod:
             engine, native, plan, lanes, shape, earlier, given,
             wanted=wanted, mask=mask, out=dict(out or {}), host=host, threads=threads,
         )
+
+    def trace(self, *arguments: Any, detail: str = "calls", **keywords: Any) -> Recording:
+        """Calls the method as `__call__` does, and records what it does: meant for one ray.
+
+        The detail is `prints`, `calls` with the state that methods read and set, or `lines` with the values of variables.
+        The recording has the `result` of the call, of the same bits as without a trace.
+
+        >>> import rtsl
+        >>> text = 'class Half : rt_Texture; void lookup() { print("u {}", rt_TextureUV.x); rt_FloatTextureValue = 0.5; }'
+        >>> half = rtsl.compile(text, name="half.rtsl").Half()
+        >>> half.lookup.trace(texture_uv=(0.25, 0)).prints
+        ['half.rtsl:1: Half.lookup: u 0.25']
+        """
+        engine = traced_engine(detail)
+        with recording_lock:
+            engine.start()
+            try:
+                result = self(*arguments, engine=engine, threads=1, **keywords)
+            finally:
+                parts = engine.take()
+        recording = Recording(parts)
+        recording.result = result
+        return recording
 
     def _plan(self, engine: _rtsl.Engine, native: _rtsl.Instance) -> Dict[str, Any]:
         """Returns what calls pass, which the extension module tells once for each instance and engine."""

@@ -19,7 +19,12 @@ class Engine:
         width: Optional[int] = None,
         math: str = "contract",
         loop_budget: Optional[int] = None,
+        *,
+        trace: Optional[str] = None,
+        costs: bool = False,
     ) -> None: ...
+    def start(self) -> None: ...
+    def take(self) -> Tuple[List[str], List[str], int, Optional[Tuple[Any, str]]]: ...
     @property
     def width(self) -> int: ...
     @property
@@ -74,6 +79,17 @@ class Composer:
     def begin(
         self, engine: Engine, parts: Dict[str, Any], settings: Dict[str, Any]
     ) -> Tuple[PartialRender, str]: ...
+    def inspect(
+        self,
+        engine: Engine,
+        parts: Dict[str, Any],
+        settings: Dict[str, Any],
+        pixel: Tuple[int, int],
+        samples: Tuple[int, Optional[int]],
+    ) -> Tuple[Tuple[float, float, float], List[Tuple[Any, ...]], str]: ...
+    def costs(
+        self, engine: Engine, parts: Dict[str, Any], settings: Dict[str, Any], threads: Optional[int]
+    ) -> Tuple[List[Tuple[Any, ...]], int, int, str]: ...
 
 class PartialRender:
     @property

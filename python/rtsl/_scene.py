@@ -15,6 +15,7 @@ from ._errors import SceneError, SceneWarning
 from ._host import Color, vector
 from ._image import Image
 from ._instance import Instance
+from ._looking import Costs, Pixel, counting_engine, recording_lock, traced_engine
 from ._names import meant
 from ._progress import Progress
 
@@ -294,22 +295,89 @@ class Scene:
 
         ``first_sample`` begins with a later sample of each pixel, for a part whose sums are added to others.
         """
-        given = {"spp": spp, "size": size, **keywords}
-        given = {**self.settings, **{name: it for name, it in given.items() if it is not None}}
-        settings = {name: given.pop(name, None) for name in ("size", "spp", "seed", "max_depth", "renderer")}
+        settings, given = self._settings({"spp": spp, "size": size, **keywords}, first_sample)
         engine, width = given.pop("engine", None), given.pop("width", None)
         if engine is None:
             engine = default_engine() if width is None else self._engine_of(width)
-        settings["aovs"] = [str(it) for it in given.pop("aovs", ())]
-        settings["noise"], settings["first_sample"] = given.pop("noise", None), first_sample
-        if given:
-            raise TypeError(f"no keyword {', '.join(f'`{it}`' for it in given)}")
-        if settings["spp"] is not None and settings["spp"] < 1:
-            raise ValueError("`spp` is at least 1")
+        _refuse(given)
         render, messages = self._composer.begin(engine, self._parts(), settings)
         if messages:
             warnings.warn(messages.rstrip(), SceneWarning, stacklevel=3)
         return PartialRender(render)
+
+    def inspect(
+        self,
+        x: int,
+        y: int,
+        sample: Optional[int] = None,
+        *,
+        detail: str = "calls",
+        spp: Optional[int] = None,
+        size: Optional[Tuple[int, int]] = None,
+        **keywords: Any,
+    ) -> Pixel:
+        """Renders one pixel and records what its shaders do: prints, calls, values that are not finite.
+
+        >>> from rtsl import Scene, library, transforms
+        >>> scene = Scene(library.Pinhole(fov=40), transforms.look_at((0, 2, -6), (0, 0, 0)))
+        >>> ball = scene.add(library.Sphere())
+        >>> pixel = scene.inspect(4, 3, sample=0, size=(8, 6), spp=4)
+        >>> any("Sphere.intersect" in line for line in pixel.samples[0].recording.lines)
+        True
+
+        Args:
+            x, y: the column and the row, from the top left.
+            sample: the index of one sample; all of the pixel if ``None``.
+            detail: `prints`, `calls` with the state that methods read and set, or `lines` with the values of variables.
+            spp, size, seed, renderer, max_depth: as for `render`.
+
+        The interpreter runs the shaders; the pixel has the bits that a render gives it.
+        """
+        settings, given = self._settings({"spp": spp, "size": size, **keywords})
+        # The engine is one that looks at what it does.
+        _refuse({name: it for name, it in given.items() if name not in ("engine", "width")})
+        samples = (0, None) if sample is None else (sample, 1)
+        engine = traced_engine(detail)
+        with recording_lock:
+            color, made, messages = self._composer.inspect(engine, self._parts(), settings, (x, y), samples)
+        if messages:
+            warnings.warn(messages.rstrip(), SceneWarning, stacklevel=2)
+        return Pixel((x, y), color, made)
+
+    def costs(
+        self,
+        *,
+        width: int = 8,
+        threads: Optional[int] = None,
+        spp: Optional[int] = None,
+        size: Optional[Tuple[int, int]] = None,
+        **keywords: Any,
+    ) -> Costs:
+        """Measures the costs of the lines of all shaders, for a sample of the pixels of up to 48 tiles of the picture.
+
+        The interpreter counts the operations of the kernels that a render would run for `width` rays at a time; other
+        keywords are those of `render`. Notebooks show the result as texts with a colour for the cost of each line.
+        """
+        settings, given = self._settings({"spp": spp, "size": size, **keywords})
+        # The engine is one that looks at what it does.
+        _refuse({name: it for name, it in given.items() if name not in ("engine", "width")})
+        engine = counting_engine(width)
+        texts, paths, lanes, messages = self._composer.costs(engine, self._parts(), settings, threads)
+        if messages:
+            warnings.warn(messages.rstrip(), SceneWarning, stacklevel=2)
+        return Costs(texts, paths, lanes)
+
+    def _settings(
+        self, keywords: Mapping[str, Any], first_sample: int = 0
+    ) -> Tuple[Dict[str, Any], Dict[str, Any]]:
+        """Returns the settings that the extension module takes, and the keywords that are left."""
+        given = {**self.settings, **{name: it for name, it in keywords.items() if it is not None}}
+        settings = {name: given.pop(name, None) for name in ("size", "spp", "seed", "max_depth", "renderer")}
+        settings["aovs"] = [str(it) for it in given.pop("aovs", ())]
+        settings["noise"], settings["first_sample"] = given.pop("noise", None), first_sample
+        if settings["spp"] is not None and settings["spp"] < 1:
+            raise ValueError("`spp` is at least 1")
+        return settings, given
 
     def _engine_of(self, width: int) -> _rtsl.Engine:
         if width not in self._engines:
@@ -409,6 +477,12 @@ class PartialRender:
     def image(self) -> Image:
         """Returns the picture of the samples so far."""
         return Image(self._render.picture())
+
+
+def _refuse(given: Mapping[str, Any]) -> None:
+    """Raises an error for keywords that nobody takes."""
+    if given:
+        raise TypeError(f"no keyword {', '.join(f'`{it}`' for it in given)}")
 
 
 def _passes(samples: int, is_watched: bool) -> Iterator[int]:

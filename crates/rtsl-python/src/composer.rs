@@ -3,16 +3,17 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
-use rtsl::{Engine, Instance, Messages};
+use rtsl::{Diagnostic, Engine, Instance, Messages, diagnostic_codes as codes};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
-use rtsl_render::Renderer;
 use rtsl_render::batch::{BatchScene, renderer_of};
+use rtsl_render::{PixelRequest, Renderer};
 use rtsl_scene::{ComposedShape, Composer, Composition, PlacedLight, Scene, Settings};
 
 use crate::engine::PyEngine;
 use crate::error::Exception;
 use crate::instance::PyInstance;
+use crate::looking::{self, Costs, Inspected};
 use crate::partial_render::PyPartialRender;
 use crate::scene_text::PySceneText;
 
@@ -97,26 +98,71 @@ impl PyComposer {
         let composition = composition(py, parts, settings)?;
         let made = engine.get().engine.clone();
         let is_same = |last: &&Last| last.engine.is(&engine);
+        let scene = self.compose(py, engine.get(), composition)?;
         let prepared = py.detach(|| {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-            let State { composer, last } = &mut *state;
+            let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let mut messages = Messages::default();
-            let mut scene = composer.compose(composition)?;
-            scene.settings.renderer = Some(renderer_of(&made, &scene));
-            if let Some(problem) = scene.settings.size_problem() {
-                return Ok(Err(problem));
-            }
-            let prepared =
-                prepare(&made, &scene, &aovs, last.as_ref().filter(is_same), &mut messages)?;
+            let last = state.last.as_ref().filter(is_same);
+            let prepared = prepare(&made, &scene, &aovs, last, &mut messages)?;
             let render = PyPartialRender::new(prepared.clone(), first_sample, noise)?;
-            Ok(Ok((scene, prepared, render, messages)))
+            Ok((prepared, render, messages))
         });
         let prepared = prepared.map_err(|it: Messages| Exception::Scene.of_messages(&it))?;
-        let (scene, prepared, render, messages) =
-            prepared.map_err(|problem| Exception::Scene.with_text(&problem))?;
+        let (prepared, render, messages) = prepared;
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.last = Some(Last { engine, scene, prepared, aovs });
         Ok((render, messages.to_text(false)))
+    }
+
+    /// Renders samples of a pixel on an engine with a trace. Returns the colour; the index, the radiance and the recording
+    /// of each sample; and warnings.
+    fn inspect(
+        &self,
+        py: Python<'_>,
+        engine: &PyEngine,
+        parts: GivenParts,
+        settings: GivenSettings,
+        pixel: [usize; 2],
+        samples: (u32, Option<u32>),
+    ) -> PyResult<Inspected> {
+        let scene = self.compose(py, engine, composition(py, parts, settings)?)?;
+        let request = PixelRequest { pixel, first: samples.0, count: samples.1 };
+        looking::inspect(py, engine, scene, request)
+    }
+
+    /// Measures the costs of lines on an engine that records them. Returns the texts with their lines, the number of
+    /// paths, rays at a time, and warnings.
+    fn costs(
+        &self,
+        py: Python<'_>,
+        engine: &PyEngine,
+        parts: GivenParts,
+        settings: GivenSettings,
+        threads: Option<usize>,
+    ) -> PyResult<Costs> {
+        let scene = self.compose(py, engine, composition(py, parts, settings)?)?;
+        looking::costs(py, engine, &scene, threads)
+    }
+}
+
+impl PyComposer {
+    /// Composes a scene and chooses its renderer.
+    fn compose(
+        &self,
+        py: Python<'_>,
+        engine: &PyEngine,
+        composition: Composition,
+    ) -> PyResult<Scene> {
+        let composed = py.detach(|| {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut scene = state.composer.compose(composition)?;
+            scene.settings.renderer = Some(renderer_of(&engine.engine, &scene));
+            match scene.settings.size_problem() {
+                Some(problem) => Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem))),
+                None => Ok(scene),
+            }
+        });
+        composed.map_err(|messages| Exception::Scene.of_messages(&messages))
     }
 }
 

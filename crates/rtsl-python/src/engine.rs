@@ -6,9 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rtsl::{Backend, Engine, EngineOptions, Instance, Llvm, Math, Program};
+use rtsl::{
+    Backend, Engine, EngineOptions, Instance, LineCosts, Llvm, Math, Program, Trace, TraceDetail,
+};
 
 use crate::error::Exception;
+use crate::looking::{RecordingParts, recording_parts};
 
 /// The number of programs that an engine keeps: an instance whose parameter changed finds that of its predecessor.
 const KEPT_PROGRAMS: usize = 64;
@@ -24,19 +27,25 @@ pub struct PyEngine {
 #[pymethods]
 impl PyEngine {
     #[new]
-    #[pyo3(signature = (backend="auto", width=None, math="contract", loop_budget=None))]
+    #[pyo3(signature = (
+        backend="auto", width=None, math="contract", loop_budget=None, *, trace=None, costs=false
+    ))]
     fn new(
         py: Python<'_>,
         backend: &str,
         width: Option<u32>,
         math: &str,
         loop_budget: Option<u32>,
+        trace: Option<&str>,
+        costs: bool,
     ) -> PyResult<PyEngine> {
         let options = EngineOptions {
             backend: backend_of_name(backend)?,
             width,
             math: math_of_name(math)?,
             loop_budget: loop_budget.or(Some(rtsl::DEFAULT_LOOP_BUDGET)),
+            trace: trace.map(detail_of_name).transpose()?.map(Trace::new),
+            costs: costs.then(LineCosts::default),
             ..EngineOptions::default()
         };
         let made = py.detach(|| Engine::new(options));
@@ -55,6 +64,21 @@ impl PyEngine {
     #[getter]
     fn is_compiled(&self) -> bool {
         self.engine.llvm().is_some()
+    }
+
+    /// Begins to record what methods do, if the engine has a trace.
+    fn start(&self) {
+        if let Some(trace) = &self.engine.options().trace {
+            trace.start();
+        }
+    }
+
+    /// Stops recording, and returns what is recorded: lines, prints, the number of entries that are not kept, and the
+    /// diagnostic about the first value that is not finite with its text.
+    fn take(&self, py: Python<'_>) -> PyResult<RecordingParts> {
+        let trace = &self.engine.options().trace;
+        let recording = trace.as_ref().map(Trace::take).unwrap_or_default();
+        recording_parts(py, &recording)
     }
 
     /// The warnings of its creation.
@@ -80,6 +104,18 @@ impl PyEngine {
         }
         recent.push_back(program.clone());
         program
+    }
+}
+
+fn detail_of_name(name: &str) -> PyResult<TraceDetail> {
+    match name {
+        "prints" => Ok(TraceDetail::Prints),
+        "calls" => Ok(TraceDetail::Calls),
+        "lines" => Ok(TraceDetail::Lines),
+        _ => {
+            let message = format!("there is no detail `{name}`: prints, calls, lines");
+            Err(Exception::Error.with_text(&message))
+        }
     }
 }
 

@@ -9,6 +9,7 @@
 //! - `array_call`, `columns`, `array_host`: a method for whole arrays, on threads.
 //! - `scene_text`, `composer`: scenes of files and of instances, prepared for renders.
 //! - `partial_render`, `picture`: renders, part by part, and their pictures.
+//! - `looking`: recordings of calls and pixels, and the costs of lines.
 
 mod array_call;
 mod array_host;
@@ -19,6 +20,7 @@ mod diagnostic;
 mod engine;
 mod error;
 mod instance;
+mod looking;
 mod method;
 mod partial_render;
 mod picture;

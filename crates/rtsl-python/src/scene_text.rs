@@ -38,8 +38,14 @@ impl PySceneText {
         camera: Option<String>,
         integrator: Option<String>,
     ) -> PyResult<PySceneText> {
-        let options =
-            LoadOptions { defines, search_path, camera, integrator, ..LoadOptions::default() };
+        let options = LoadOptions {
+            defines,
+            search_path,
+            camera,
+            integrator,
+            traced: true,
+            ..LoadOptions::default()
+        };
         let loaded = py.detach(|| {
             let mut source = SceneSource::read(&path, &DiskFiles, &options);
             source.load().map(|loaded| (source, loaded))

@@ -40,7 +40,8 @@ fn compiler(search_path: Vec<PathBuf>) -> Compiler {
     Compiler::new(CompilerOptions {
         loop_budget: Some(rtsl::DEFAULT_LOOP_BUDGET),
         search_path,
-        traced: false,
+        // Prints and places of operations, which engines leave out that look at neither.
+        traced: true,
     })
 }
 

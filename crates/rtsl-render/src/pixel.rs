@@ -14,7 +14,7 @@ use rtsl_scene::{Scene, SceneSource};
 use crate::Messages;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::path::{BatchFilm, BatchMemory, BatchScene, PathTracer};
-use crate::request::{LoadedScene, Prepared, RenderRequest};
+use crate::request::{LoadedScene, Prepared, RenderRequest, choose_pixel};
 use crate::tiles::TileSamples;
 
 /// The choice of a pixel and of its samples.
@@ -78,14 +78,40 @@ pub fn render_pixel_from(
     loaded.choose_renderer();
     loaded.choose_pixel(pixel.pixel)?;
     let Prepared { scene, warnings, .. } = Prepared::new(&request, loaded)?;
+    traced_pixel(&scene, pixel, trace, warnings)
+}
+
+/// Evaluates the chosen samples of the only pixel of a scene.
+fn traced_pixel(
+    scene: &BatchScene,
+    pixel: PixelRequest,
+    trace: &Trace,
+    warnings: Messages,
+) -> Result<TracedPixel, Messages> {
     let all = scene.compiled.settings.sampler.samples_per_pixel();
     if pixel.first >= all {
         let message = format!("there is no sample {}: a pixel has {all}", pixel.first);
         return Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message)));
     }
     let end = pixel.count.map_or(all, |count| all.min(pixel.first.saturating_add(count)));
-    let (color, samples) = trace_pixel(&scene, pixel.first..end, trace)?;
+    let (color, samples) = trace_pixel(scene, pixel.first..end, trace)?;
     Ok(TracedPixel { color, samples, warnings })
+}
+
+/// Renders a pixel of a scene whose classes are [traced](rtsl::CompilerOptions::traced), on an engine with this trace.
+///
+/// # Errors
+/// As for [`render_pixel`].
+pub fn render_pixel_of(
+    mut scene: Scene,
+    engine: &Engine,
+    pixel: PixelRequest,
+    trace: &Trace,
+) -> Result<TracedPixel, Messages> {
+    choose_pixel(&mut scene.settings, pixel.pixel)?;
+    let mut warnings = Messages::default();
+    let scene = BatchScene::new(&scene, engine, &[], &mut warnings, &|_| {})?;
+    traced_pixel(&scene, pixel, trace, warnings)
 }
 
 /// Returns the lines that shaders print for the first sample of a pixel of a scene. `prepare` makes the

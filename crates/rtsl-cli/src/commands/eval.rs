@@ -89,10 +89,10 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
     }
     further.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
     let recording = recording.unwrap_or_default();
-    if let Some((sources, warning)) = trace::not_finite(&recording) {
+    if let Some((sources, warning)) = recording.not_finite() {
         reporter.diagnostics(&sources, [&warning]);
     }
-    write_result(None, (trace::lines(&recording) + &plain_text(&answer)).as_bytes())?;
+    write_result(None, (recording.to_text() + &plain_text(&answer)).as_bytes())?;
     match answer.error {
         Some(error) => Err(Failure::Usage(error)),
         None if answer.ok => Ok(Outcome::Done),

@@ -10,7 +10,7 @@ use crate::files::write_result;
 use crate::json::Json;
 use crate::outcome::{CommandResult, Outcome};
 use crate::report::Reporter;
-use crate::trace::{self, JsonRecording, TraceName};
+use crate::trace::{JsonRecording, TraceName};
 
 /// The arguments of one pixel.
 #[derive(Debug, Args)]
@@ -74,7 +74,7 @@ pub fn render_one(
     }
     write_result(None, text_of(pixel, &traced).as_bytes())?;
     let mut all = traced.samples.iter();
-    if let Some((sources, warning)) = all.find_map(|sample| trace::not_finite(&sample.recording)) {
+    if let Some((sources, warning)) = all.find_map(|sample| sample.recording.not_finite()) {
         reporter.diagnostics(&sources, [&warning]);
     }
     Ok(Outcome::Done)
@@ -99,7 +99,7 @@ fn text_of([x, y]: [usize; 2], traced: &TracedPixel) -> String {
 }
 
 fn indented(recording: &Recording) -> String {
-    trace::lines(recording).lines().map(|line| format!("  {line}\n")).collect()
+    recording.to_text().lines().map(|line| format!("  {line}\n")).collect()
 }
 
 pub fn color_text([red, green, blue]: [f32; 3]) -> String {

@@ -55,7 +55,23 @@ pub fn measure_lines(request: &RenderRequest<'_>) -> Result<SceneLines, Messages
     Ok(SceneLines { warnings, ..lines_of_scene(&scene, &costs, &threads)? })
 }
 
-/// Measures the lines of a scene. `prepare` makes the scene what a picture of it shows.
+/// Measures the lines of a scene whose classes are [traced](rtsl::CompilerOptions::traced), on an engine with this
+/// record.
+///
+/// # Errors
+/// As for [`measure_lines`].
+pub fn measure_lines_of(
+    scene: &Scene,
+    engine: &Engine,
+    costs: &LineCosts,
+    threads: Option<usize>,
+) -> Result<SceneLines, Messages> {
+    let mut warnings = Messages::default();
+    let scene = BatchScene::new(scene, engine, &[], &mut warnings, &|_| {})?;
+    Ok(SceneLines { warnings, ..lines_of_scene(&scene, costs, &RenderThreads::new(threads)?)? })
+}
+
+/// Measures the lines of the scene of a source. `prepare` makes the scene what a picture of it shows.
 ///
 /// # Errors
 /// As for [`measure_lines`].
@@ -69,8 +85,7 @@ pub(crate) fn lines_of(
     let mut scene = source.load()?.scene;
     prepare(&mut scene);
     let (engine, _) = Engine::new(engine_of(&engine, &costs)).map_err(Messages::one)?;
-    let scene = BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})?;
-    lines_of_scene(&scene, &costs, &RenderThreads::new(threads)?)
+    measure_lines_of(&scene, &engine, &costs, threads)
 }
 
 fn engine_of(options: &EngineOptions, costs: &LineCosts) -> EngineOptions {

@@ -31,7 +31,7 @@ use crate::tiles::{RenderThreads, tiles_of};
 pub use self::clock::Effort;
 pub use self::integrator::{IntegratorMeasurement, measure_integrator};
 pub(crate) use self::lines::lines_of;
-pub use self::lines::{SceneLines, measure_lines};
+pub use self::lines::{SceneLines, measure_lines, measure_lines_of};
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;
 

@@ -13,6 +13,7 @@ pub(crate) mod line_costs;
 pub(crate) mod options;
 pub(crate) mod packet_kernel;
 pub(crate) mod recording;
+mod recording_report;
 pub(crate) mod stepped_lines;
 pub(crate) mod touched;
 pub(crate) mod trace;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Engine, EngineOptions,
-    Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType,
-    Scalar, Trace, TraceDetail, Value, Variant, library, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Emit, EmitRequest, Engine,
+    EngineOptions, Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method,
+    ParameterType, Scalar, Trace, TraceDetail, Value, Variant, library, new_state,
 };
 use rtsl_testing::turns::{is_long_run, ways};
 
@@ -333,6 +333,25 @@ fn every_method_gives_the_oracles_bits_in_other_call_modes_and_with_known_member
     for ((mode, width, code), classes) in taking_turns(&ways) {
         let runs: Vec<(u32, Code)> = code.iter().map(|code| (width, *code)).collect();
         check(&classes, mode, &runs);
+    }
+}
+
+/// On an engine without a trace, traced classes have the operations of others, so that a host may trace all of them.
+#[test]
+fn traces_leave_nothing_in_code() {
+    let traced = Compiler::new(CompilerOptions { traced: true, ..CompilerOptions::default() });
+    let engine = engine(Backend::Interpreter, 1).unwrap();
+    let operations = |class: &Arc<Class>, method: Method| {
+        let variant = CallMode::Packet.into();
+        let request = EmitRequest { emit: Emit::Packet, method, variant, target: None };
+        let text = engine.program(&instance(class)).emit(&request).expect("it has packet code");
+        String::from_utf8(text).expect("it is text").lines().count()
+    };
+    for (plain, traced) in classes().iter().zip(&classes_of(&traced)) {
+        for method in kernels(plain) {
+            let name = format!("{}.{}", plain.name, method.name());
+            assert_eq!(operations(traced, method), operations(plain, method), "{name}");
+        }
     }
 }
 

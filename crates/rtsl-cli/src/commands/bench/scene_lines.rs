@@ -41,7 +41,7 @@ fn plain(scene: &str, lines: &SceneLines) -> String {
     );
     for of in texts {
         let share = 100.0 * of.millicycles() as f64 / total.max(1) as f64;
-        let name = if of.name.is_empty() { "(no line)" } else { &*of.name };
+        let name = if of.name.is_empty() { "(renderer)" } else { &*of.name };
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{share:>6.1}%  {name}");
     }

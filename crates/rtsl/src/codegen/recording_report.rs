@@ -1,0 +1,62 @@
+//! Recordings as text, and what they say of values that are not finite.
+
+use rtsl_ir::Place;
+use rtsl_source::{Diagnostic, SourceMap, Span, diagnostic_codes as codes};
+
+use super::recording::{Recording, TraceEntry, TraceKind};
+
+impl Recording {
+    /// Returns the entries as lines, indented by their calls.
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        for entry in &self.entries {
+            text += &"  ".repeat(entry.depth as usize);
+            text += &entry.to_string();
+            text.push('\n');
+        }
+        if self.dropped > 0 {
+            text += &format!("{} further lines are not kept\n", self.dropped);
+        }
+        text
+    }
+
+    /// Returns a warning about the first value that is not finite, with the text at its place.
+    pub fn not_finite(&self) -> Option<(SourceMap, Diagnostic)> {
+        let found = self.entries.iter().find_map(|entry| match entry.kind {
+            TraceKind::NotFinite(value, _) => Some((entry, value)),
+            _ => None,
+        });
+        let (entry, value) = found?;
+        let message = format!("a value that leaves `{}` is not finite: {value:?}", entry.method);
+        let mut sources = SourceMap::new();
+        let diagnostic = Diagnostic::new(codes::NOT_FINITE, message);
+        let diagnostic = match &entry.place {
+            Some(Place { source, start, end }) => {
+                let file = sources.add(source.name.clone(), source.text.clone());
+                diagnostic.at(Span::new(file, *start, *end), "made of finite numbers here")
+            }
+            None => diagnostic,
+        };
+        let calls = open_calls(&self.entries, entry).into_iter();
+        let diagnostic = calls.fold(diagnostic, |diagnostic, call| diagnostic.note(call));
+        Some((sources, diagnostic))
+    }
+}
+
+/// The calls around an entry, the innermost first.
+fn open_calls(entries: &[TraceEntry], of: &TraceEntry) -> Vec<String> {
+    let mut open = Vec::new();
+    for entry in entries.iter().take_while(|entry| !std::ptr::eq(*entry, of)) {
+        match &entry.kind {
+            TraceKind::Call(..) => open.push(&*entry.method),
+            TraceKind::Return(_) => {
+                open.pop();
+            }
+            _ => {}
+        }
+    }
+    if open.last() == Some(&&*of.method) {
+        open.pop();
+    }
+    open.iter().rev().map(|method| format!("called by `{method}`")).collect()
+}
