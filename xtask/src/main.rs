@@ -26,7 +26,8 @@ The daily commands of RTSL's developers.
   crates             renews the picture of the crates in the manual
   book [ARGUMENTS]   builds the manual with mdBook; `book serve` shows it in a browser
   package [--verify] makes the packages that would be published; --verify builds each from its package
-  python [TEST...]   the tests and notebooks of the Python package, in a virtual environment that is made once
+  python [TEST...]   the tests and notebooks of the Python package, in a virtual environment that is made once;
+                     --environment makes that and runs nothing
   long [PART...]     the tests that take too long for every day; `long --help` lists the parts
 
 Commands print what they call. `test`, `bless`, `python` and `long` use the LLVM of the Rust toolchain, unless the

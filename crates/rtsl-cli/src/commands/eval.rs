@@ -13,7 +13,7 @@ use crate::files::write_result;
 use crate::json::Json;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
-use crate::trace::{self, TraceName};
+use crate::trace::TraceName;
 
 /// The command line of `rtsl eval`.
 #[derive(Debug, Args)]
