@@ -67,10 +67,10 @@ fn sums_of_later_samples_are_added_in_order() {
         partial.render(&scene, &part, options()).expect("no loop is endless");
         partial
     };
-    let later = of_samples(8, 20).sums(&scene).expect("there is memory");
+    let later = of_samples(8, 20).sums(&scene, 0..9).expect("there is memory");
     let added = |sums: &[u8]| {
         let (mut all, mut later) = (of_samples(0, 8), begun(&scene, 8));
-        later.restore(&scene, sums).expect("the sums are of this scene");
+        later.restore(&scene, 0..9, sums).expect("the sums are of this scene");
         all.add(&later, 0..9).expect("the samples follow");
         (all.rendered(&scene).expect("there is memory"), all, later)
     };
@@ -88,8 +88,10 @@ fn sums_of_later_samples_are_added_in_order() {
     assert_eq!(sum.rendered.aovs[1], whole.aovs[1]);
     let problem = |done: Result<(), Messages>| done.unwrap_err().to_text(false);
     assert!(problem(all.add(&last, 0..9)).contains("tile 0 has not all samples before sample 8"));
-    assert!(problem(begun(&scene, 0).restore(&scene, &later)).contains("first sample"));
-    assert!(problem(begun(&scene, 8).restore(&scene, &later[..99])).contains("cannot be used"));
+    assert!(problem(begun(&scene, 0).restore(&scene, 0..9, &later)).contains("first sample"));
+    assert!(
+        problem(begun(&scene, 8).restore(&scene, 0..9, &later[..99])).contains("cannot be used")
+    );
 }
 
 fn instance(class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
