@@ -59,7 +59,8 @@ class Head:
         #: The seconds of each task, for benchmarks: for its samples, for preparing, and at the head.
         self.times: List[Tuple[float, float, float]] = []
         self._fetched = [0, 0]
-        self._retaken = 0
+        #: True if the checkpoint, or the picture that was shown last, is not that of the film.
+        self._is_unwritten = self._is_unseen = False
         is_resumed = resume and checkpoint is not None and os.path.exists(checkpoint)
         if not is_resumed:
             self.schedule.add_picture(tiles)
@@ -116,8 +117,8 @@ class Head:
                         self._take(ended)
                     bar.update(self.schedule.share)
                     now = time.monotonic()
-                    if callback is not None and now - shown >= _PICTURE_EVERY:
-                        shown = now
+                    if callback is not None and self._is_unseen and now - shown >= _PICTURE_EVERY:
+                        shown, self._is_unseen = now, False
                         if callback(self.image()) is False:
                             return False
                     if self._every is not None and now - self._written >= self._every:
@@ -157,7 +158,6 @@ class Head:
         chain = work.chain
         if result is None:
             # The sums that it continued with may be lost, too. The film has them.
-            self._retaken += 1
             self._sums.pop(chain, None)
             self.schedule.again(work)
             return
@@ -168,6 +168,7 @@ class Head:
             return
         self.render.restore(sums, chain.tiles)
         self.render._render.add_counts(report.counts)
+        self._is_unwritten = self._is_unseen = True
         parts = self.schedule.ended(work, report.taken, report.seconds)
         if parts or report.taken is None:
             self._sums.pop(chain, None)
@@ -192,10 +193,10 @@ class Head:
             self.schedule.again(task.work)
 
     def write_checkpoint(self) -> None:
-        """Writes the checkpoint, if there is one."""
-        if self.checkpoint is not None:
+        """Writes the checkpoint, if there is one and it is not that of the film."""
+        if self.checkpoint is not None and self._is_unwritten:
             self.render.write_checkpoint(self.checkpoint)
-            self._written = time.monotonic()
+            self._written, self._is_unwritten = time.monotonic(), False
 
     def image(self) -> Image:
         """Returns the picture of what was taken so far."""
