@@ -24,7 +24,7 @@ _LARGEST_PASS = 64
 Transform = Any
 
 #: The path of a scene's file, definitions, folders, the camera and the integrator.
-_Source = Tuple[str, List[str], List[str], Optional[str], Optional[str]]
+_Source = Tuple[str, Sequence[str], Sequence[str], Optional[str], Optional[str]]
 
 
 class Placed:
@@ -161,13 +161,20 @@ class Scene:
         ``defines`` sets parameters by names such as `camera.fov`; ``camera`` is one of a glTF file; ``integrator`` is a
         class. Raises SceneError with the diagnostics of the scene and its shaders.
         """
-        scene = cls()
         given = [f"{name}={_definition(value)}" for name, value in (defines or {}).items()]
         folders = [os.fspath(it) for it in search_path]
-        scene._source = (os.fspath(path), given, folders, camera, integrator)
-        scene._text = _rtsl.SceneText(*scene._source)
-        if scene._text.warnings:
+        scene = cls._of_source((os.fspath(path), given, folders, camera, integrator))
+        if scene._text is not None and scene._text.warnings:
             warnings.warn(scene._text.warnings.rstrip(), SceneWarning, stacklevel=2)
+        return scene
+
+    @classmethod
+    def _of_source(cls, source: _Source, places: Optional[Dict[str, str]] = None) -> "Scene":
+        """Loads a scene; `places` has the places of its files by their paths, if they do not lie there."""
+        scene = cls()
+        scene._source = source
+        path, defines, folders, camera, integrator = source
+        scene._text = _rtsl.SceneText(path, list(defines), list(folders), camera, integrator, places)
         return scene
 
     @property

@@ -191,8 +191,10 @@ fn need(request: &RenderRequest<'_>, size: (usize, usize), plan: &AovPlan) -> Ne
     let channel = Amount::of::<f32>(size.0.saturating_mul(size.1));
     let images = image + channel.times(plan.channels());
     let keeps = request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
-    let checkpoint =
-        if keeps { Checkpoints::memory(size, &plan.features) } else { Amount::default() };
+    let checkpoint = match keeps {
+        true => Checkpoints::memory(size, &plan.features, plan.counts_work()),
+        false => Amount::default(),
+    };
     let film = BatchFilm::memory(size, &plan.features) + checkpoint.max(images);
     let helps = if request.for_denoiser { plan.denoiser_aovs() } else { 0 };
     let denoised = image.times(1 + helps);

@@ -1,7 +1,7 @@
 """Renders on many machines, with Ray.
 
-``rtsl.cluster.render("scene.pbrt", spp=4096)`` makes the picture that ``rtsl.Scene.load("scene.pbrt").render(spp=4096)``
-makes, with the same bits. It needs Ray: ``pip install 'rtsl[ray]'``.
+``rtsl.cluster.render("scene.pbrt", spp=4096)`` makes the picture of ``rtsl.Scene.load("scene.pbrt").render(spp=4096)``,
+with the same bits. It needs Ray: ``pip install 'rtsl[ray]'``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .._classes import PathLike
 from .._image import Image
 from .._scene import Scene
 from ._engine import connect
-from ._head import Head
+from ._head import Head, warn
 
 __all__ = ["render"]
 
@@ -82,5 +82,6 @@ def render(
         checkpoint_every=checkpoint_every, resume=resume,
     )
     head.run(seconds=seconds, progress=progress, callback=callback)
-    head.warn()
-    return head.image()
+    image = head.image()
+    warn(image)
+    return image

@@ -16,7 +16,7 @@ from .. import _rtsl
 from .._errors import Error
 from .._scene import Scene
 from ._engine import connect
-from ._head import Head
+from ._head import Head, warn
 
 #: Exit codes of the command.
 _DONE, _AT_FAULT, _WRONG_USAGE = 0, 1, 2
@@ -62,7 +62,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     wanted = given.version_of_command
     if wanted not in (None, _rtsl.__version__):
         return _refused(f"the package `rtsl` has version {_rtsl.__version__}, and the command version {wanted}")
-    warnings.showwarning = _show
+    warnings.showwarning = _show  # type: ignore[assignment]
     try:
         return _render(given)
     except Error as error:
@@ -73,10 +73,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 def _render(given: argparse.Namespace) -> int:
     ray = connect(given.address)
-    scene = Scene()
-    scene._source = (given.scene, given.define, given.include, given.camera, given.integrator)
-    scene._text = _rtsl.SceneText(*scene._source)
-    if scene._text.warnings:
+    scene = Scene._of_source((given.scene, given.define, given.include, given.camera, given.integrator))
+    if scene._text is not None and scene._text.warnings:
         sys.stderr.write(scene._text.warnings)
     names = ("spp", "size", "seed", "renderer", "noise")
     settings = {**{name: getattr(given, name) for name in names}, "aovs": given.aov}
@@ -100,8 +98,8 @@ def _render(given: argparse.Namespace) -> int:
 
 def _finish(given: argparse.Namespace, head: Head, place: str, is_complete: bool) -> int:
     """Writes the picture, and how to go on if it is not complete."""
-    head.warn()
     image = head.image()
+    warn(image)
     image.save(
         given.output, exposure=given.exposure, view=given.view, half=given.exr == "half", parts=given.exr_parts
     )

@@ -14,7 +14,7 @@ from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Tuple
 from .. import _rtsl
 from .._engine import Engine
 from .._errors import Error, SceneError
-from .._scene import PartialRender, Scene
+from .._scene import PartialRender, Scene, _Source
 
 #: The folder of files that a node keeps, and the size in GiB beyond which the oldest are deleted.
 FOLDER_VARIABLE, SIZE_VARIABLE = "RTSL_CLUSTER_CACHE", "RTSL_CLUSTER_CACHE_GIB"
@@ -39,7 +39,7 @@ class Bundle:
     #: The version of the package, which is that of the nodes.
     version: str
     #: The path of the scene's file, definitions, folders, the camera and the integrator.
-    source: Tuple[Any, ...]
+    source: _Source
     #: Parameters that were set since: numbers of parts, names and numbers.
     changes: Tuple[Any, ...]
     files: Tuple[SentFile, ...]
@@ -64,7 +64,7 @@ def bundle_of(scene: Scene, settings: Mapping[str, Any], engine: Mapping[str, An
     files = tuple(SentFile(path, *_rtsl.file_digest(path)) for path in text.files())
     changes = tuple((thing, name, tuple(numbers)) for thing, name, numbers in text.changes())
     engine = {"loop_budget": text.loop_budget, **engine}
-    return Bundle(_rtsl.__version__, _frozen(source), changes, files, _given(scene, settings), engine)
+    return Bundle(_rtsl.__version__, source, changes, files, _given(scene, settings), engine)
 
 
 def _given(scene: Scene, settings: Mapping[str, Any]) -> Dict[str, Any]:
@@ -80,10 +80,6 @@ def _is_lit(ambient: Any) -> bool:
     return any(float(it) != 0.0 for it in numbers)
 
 
-def _frozen(source: Iterable[Any]) -> Tuple[Any, ...]:
-    return tuple(tuple(it) if isinstance(it, list) else it for it in source)
-
-
 def begin(scene: Scene, bundle: Bundle) -> Tuple[PartialRender, bool]:
     """Prepares the render of a bundle; returns it, and whether its kernels are machine code."""
     engine = Engine(**bundle.engine)
@@ -92,11 +88,9 @@ def begin(scene: Scene, bundle: Bundle) -> Tuple[PartialRender, bool]:
 
 def unpack(bundle: Bundle, cache: "FileCache") -> Scene:
     """Loads the scene of a bundle from files that a node keeps."""
-    path, defines, folders, camera, integrator = bundle.source
-    places = {it.path: cache.place(it.digest) for it in bundle.files}
-    scene = Scene()
-    scene._text = _rtsl.SceneText(path, list(defines), list(folders), camera, integrator, places)
+    scene = Scene._of_source(bundle.source, {it.path: cache.place(it.digest) for it in bundle.files})
     for thing, name, numbers in bundle.changes:
+        assert scene._text is not None, "it was loaded"
         scene._text.set(thing, name, list(numbers))
     return scene
 

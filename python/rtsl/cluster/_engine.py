@@ -40,7 +40,7 @@ def connect(address: Optional[str]) -> Any:
     try:
         ray.init(address=address, **quiet)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        raise Error(f"there is no cluster of Ray at `{address}`: {error}") from None
+        raise Error(f"there is no cluster of Ray at `{address or 'its usual place'}`: {error}") from None
     return ray
 
 
@@ -130,15 +130,16 @@ class Cluster:
                     "a node of the cluster has no package `rtsl`: install the version of the head, "
                     f"{self.bundle.version}, for its Python"
                 ) from None
+            if isinstance(error.cause, exceptions.ObjectLostError):
+                return None
             if isinstance(error.cause, Error):
                 raise error.cause from None
             raise
         except exceptions.ObjectLostError:
             return None
-        except exceptions.WorkerCrashedError as error:
-            raise Error(
-                f"a task ended its process {_RETRIES + 1} times, so the scene is at fault, or the memory of a node: {error}"
-            ) from None
+        except (exceptions.WorkerCrashedError, exceptions.NodeDiedError, exceptions.OutOfMemoryError) as error:
+            reason = "the scene is at fault, or nodes have too little memory"
+            raise Error(f"a task ended its process {_RETRIES + 1} times, so {reason}: {error}") from None
         return report, sums
 
     def cancel(self, running: Sequence[Running]) -> None:

@@ -63,7 +63,8 @@ class Head:
         self._is_unwritten = self._is_unseen = False
         is_resumed = resume and checkpoint is not None and os.path.exists(checkpoint)
         if not is_resumed:
-            self.schedule.add_picture(tiles)
+            for range_ in self.schedule.ranges(tiles):
+                self.schedule.add(range_, 0)
             # Nodes prepare the scene while the head does.
             self._fill()
         try:
@@ -86,14 +87,11 @@ class Head:
         return slots
 
     def _plan(self, tiles: int) -> None:
-        """Adds what a checkpoint leaves to do: neighbours with the same number of samples together."""
-        start, taken = 0, self.render.taken((0, 1))
-        for tile in range(1, tiles + 1):
-            following = self.render.taken((tile, tile + 1)) if tile < tiles else -1
-            if following != taken:
-                if taken is not None:
-                    self.schedule.add((start, tile), taken)
-                start, taken = tile, following
+        """Adds what a checkpoint leaves to do."""
+        for range_ in self.schedule.ranges(tiles):
+            taken = self.render.taken(range_)
+            if taken is not None:
+                self.schedule.add(range_, taken)
 
     def run(
         self,
@@ -214,8 +212,9 @@ class Head:
         }
         return Image(picture, figures)
 
-    def warn(self) -> None:
-        """Warns about samples that were not finite."""
-        message = self.render._render.picture().warnings
-        if message:
-            warnings.warn(message.rstrip(), SceneWarning, stacklevel=3)
+
+def warn(image: Image) -> None:
+    """Warns about samples that were not finite."""
+    message = image._picture.warnings
+    if message:
+        warnings.warn(message.rstrip(), SceneWarning, stacklevel=3)

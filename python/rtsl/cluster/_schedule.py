@@ -65,18 +65,18 @@ class Schedule:
         #: The seconds that are left for one slot alone, as far as paces are known.
         self._left = 0.0
 
-    def add_picture(self, tiles: int) -> None:
-        """Adds all tiles of a picture, without samples."""
-        self.add((0, tiles), 0)
+    def ranges(self, tiles: int) -> List[Tuple[int, int]]:
+        """Returns the ranges of a picture's tiles that become chains."""
+        count = max(_CHAINS_OF_SLOT * self.slots, math.ceil(tiles / _MOST_TILES))
+        count = min(tiles, count)
+        ends = [tiles * it // count for it in range(count + 1)]
+        return list(zip(ends, ends[1:]))
 
     def add(self, tiles: Tuple[int, int], taken: int) -> None:
-        """Adds tiles with so many samples, as several chains."""
-        first, end = tiles
-        count = max(1, min(end - first, max(_CHAINS_OF_SLOT * self.slots, math.ceil((end - first) / _MOST_TILES))))
-        ends = [first + (end - first) * it // count for it in range(count + 1)]
-        for start, stop in zip(ends, ends[1:]):
-            self._wait(Chain((start, stop), taken))
-        self._total += (end - first) * (self.samples - taken)
+        """Adds a chain, whose tiles have so many samples."""
+        chain = Chain(tiles, taken)
+        self._wait(chain)
+        self._total += chain.count * (self.samples - taken)
 
     def _wait(self, chain: Chain) -> None:
         # Those with the fewest samples first, so that the picture is even; among them, those that take longest.

@@ -28,10 +28,14 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// The memory for writing or reading a checkpoint, besides the film's.
-    pub fn memory((width, height): (usize, usize), features: &Features) -> Amount {
+    /// The memory for writing or reading a checkpoint, besides the film's, which may count work.
+    pub fn memory(
+        (width, height): (usize, usize),
+        features: &Features,
+        counts_work: bool,
+    ) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
-        FilmNumbers::memory(tiles, features)
+        FilmNumbers::memory(tiles, features, counts_work)
     }
 }
 
@@ -168,9 +172,10 @@ fn malformed(path: &Path, what: String) -> CheckpointError {
 
 impl FilmNumbers {
     /// The memory of a film's numbers.
-    fn memory(tiles: usize, features: &Features) -> Amount {
-        // Three counts and a time; the samples and lanes of counted work, and the visits of its pixels.
-        let of_tile = Amount::of::<u32>(4 + LANES) + Amount::of::<f64>(3);
+    fn memory(tiles: usize, features: &Features, counts_work: bool) -> Amount {
+        let of_work = Amount::of::<u32>(LANES + 1) + Amount::of::<f64>(2);
+        let of_work = if counts_work { of_work } else { Amount(0) };
+        let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1) + of_work;
         let of_hit = Amount::of::<f64>(1) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
         let of_hit = if features.first_hits { of_hit } else { Amount(0) };
         let of_pixel = Amount::of::<f64>(4 + features.components()) + of_hit;
