@@ -46,36 +46,52 @@ class Costs:
     tile_bytes: float
 
 
-def measured(
-    path: pathlib.Path, keywords: Dict[str, Any], rounds: int
-) -> Tuple[List[Tuple[str, float]], np.ndarray, Costs]:
-    """Returns the seconds of renders, the seconds for a sample of each tile, and the costs of the head."""
-    rows: List[Tuple[str, List[float]]] = [("one process", [])]
+@dataclasses.dataclass
+class Row:
+    """Renders in the same way: medians of seconds."""
+
+    name: str
+    seconds: float
+    #: Of the processors: of all processes, and of the worker with the most.
+    processor: float
+    busiest: float
+
+
+def row(name: str, runs: List[Tuple[float, float, float]]) -> Row:
+    """Returns the medians of several runs."""
+    return Row(name, *(statistics.median(it) for it in zip(*runs)))
+
+
+def measured(path: pathlib.Path, keywords: Dict[str, Any], rounds: int) -> Tuple[List[Row], np.ndarray, Costs]:
+    """Returns times of renders, the seconds for a sample of each tile, and the costs of the head."""
+    runs = []
     for _ in range(rounds):
         # A new scene, so that each render prepares it, as those of clusters do.
-        start = time.monotonic()
+        start, processor = time.monotonic(), time.process_time()
         one = rtsl.Scene.load(path).render(**keywords, aovs=["time"], threads=1, progress=False)
-        rows[0][1].append(time.monotonic() - start)
+        used = time.process_time() - processor
+        runs.append((time.monotonic() - start, used, used))
+    rows = [row("one process", runs)]
     pace = one["time"][::8, ::8].astype(float).ravel() * 64e-9
-    tasks: List[Tuple[float, float, float]] = []
+    preparing = []
     for workers in (1, 2):
         ray.init(address="local", num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level="error")
         # Starts the processes of the nodes, which import the package.
         rtsl.cluster.render(path, threads=1, **{**keywords, "spp": 1}, progress=False)
-        seconds = []
+        runs = []
         for round_ in range(rounds):
-            start = time.monotonic()
+            start, processor = time.monotonic(), time.process_time()
             # Another seed is another render, which the processes prepare anew.
-            settings = {**keywords, "seed": 10 + round_}
+            settings = {**keywords, "seed": 10 + round_, "aovs": ["time"]}
             head = Head(ray, rtsl.Scene.load(path), settings, {}, threads=1)
             head.run(progress=False)
             head.image()
-            seconds.append(time.monotonic() - start)
-            tasks += head.times
-        rows.append((f"{workers} worker{'s' * (workers > 1)}", seconds))
+            used = time.process_time() - processor + sum(head.processor.values())
+            runs.append((time.monotonic() - start, used, max(head.processor.values())))
+            preparing += [it[1] for it in head.times if it[1] > 0.05]
+        rows.append(row(f"{workers} worker{'s' * (workers > 1)}", runs))
         ray.shutdown()
-    preparing = statistics.median(it[1] for it in tasks if it[1] > 0.05)
-    return [(name, statistics.median(it)) for name, it in rows], pace, head_costs(path, keywords, preparing)
+    return rows, pace, head_costs(path, keywords, statistics.median(preparing))
 
 
 def head_costs(path: pathlib.Path, keywords: Dict[str, Any], preparing: float) -> Costs:
@@ -182,15 +198,13 @@ class _Hashed:
         self.work, self.chain, self.samples = work, work.chain, work.samples
 
 
-def limit_of(run: Simulated, nodes: int, slowest: float, samples: int) -> str:
+def limit_of(run: Simulated, costs: Costs) -> str:
     """Names what keeps a simulated render from being faster."""
+    if run.rendering > 0.8:
+        return "rendering"
     if run.head_busy > 0.8:
         return "the head"
-    if slowest * samples > 0.5 * run.seconds:
-        return "one tile after another sample"
-    if run.rendering > 0.8:
-        return "none: nodes render"
-    return "preparing, and the last tasks"
+    return "preparing the scene" if costs.preparing > 0.4 * run.seconds else "the first and last tasks"
 
 
 def shown(pace: np.ndarray, samples: int, costs: Costs) -> None:
@@ -200,7 +214,7 @@ def shown(pace: np.ndarray, samples: int, costs: Costs) -> None:
     for nodes in NODES:
         run = simulated(nodes, pace, samples, costs)
         first = first or run.seconds
-        limit = limit_of(run, nodes, float(pace.max()), samples)
+        limit = limit_of(run, costs)
         print(
             f"{nodes:6} {run.seconds:10.2f} {first / run.seconds:8.1f} {run.rendering:9.0%} {run.head_busy:6.1%} "
             f"{run.tasks:7}  {limit}"
@@ -231,27 +245,28 @@ def main() -> None:
         record = json.loads(given.record.read_text(encoding="utf-8"))
     else:
         rows, pace, costs = measured(given.scene, keywords, given.rounds)
-        record = {"rows": rows, "pace": pace.tolist(), "costs": dataclasses.asdict(costs)}
+        record = {"rows": [dataclasses.asdict(it) for it in rows], "pace": pace.tolist(), "costs": dataclasses.asdict(costs)}
         if given.record is not None:
             given.record.write_text(json.dumps(record), encoding="utf-8")
     pace, costs = np.asarray(record["pace"]), Costs(**record["costs"])
     print(f"{processor()}, {os.cpu_count()} processors, Ray {ray.__version__}")
     print(f"{given.scene.name}, {width} by {height}, {given.spp} samples a pixel, one thread each")
-    one = record["rows"][0][1]
-    for name, seconds in record["rows"]:
-        print(f"{name:12} {seconds:7.2f} s  {seconds / one:5.2f} of one process")
+    print(f"{'':12} {'seconds':>8} {'of processors':>14} {'busiest worker':>15}")
+    for measurement in map(lambda it: Row(**it), record["rows"]):
+        print(
+            f"{measurement.name:12} {measurement.seconds:8.2f} {measurement.processor:14.2f} "
+            f"{measurement.busiest:15.2f}"
+        )
     print(
         f"head: {1e3 * costs.of_task:.2f} ms a task, {costs.tile_bytes / 1024:.1f} KiB a tile at "
         f"{1e-6 / costs.of_byte:.0f} MB/s; preparing {costs.preparing:.2f} s"
     )
-    print("\nsimulated, this picture:")
-    shown(pace, given.spp, costs)
-    # A picture of a film: as many samples of this one as take a node an hour a thousand times.
+    # The tiles of this picture in one of 1920 by 1080, as they are, and with samples that take a hundred times as long.
     large = np.tile(pace, max(1, (1920 * 1080) // (width * height)))
-    samples = int(3.6e6 / large.sum()) // 16 * 16
-    hours = large.sum() * samples / 3600
-    print(f"\nsimulated, 1920 by 1080, {samples:,} samples a pixel ({hours:.0f} hours of one node):")
-    shown(large, samples, costs)
+    for factor, name in ((1, "samples as measured"), (100, "samples that take a hundred times as long")):
+        hours = factor * large.sum() * 4096 / 3600
+        print(f"\nsimulated, 1920 by 1080, 4096 samples a pixel, {name}: {hours:.1f} hours of one node")
+        shown(factor * large, 4096, costs)
 
 
 if __name__ == "__main__":

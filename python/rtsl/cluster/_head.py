@@ -54,7 +54,8 @@ class Head:
         self._running: List[Running] = []
         #: The references to the sums with which chains continue.
         self._sums: Dict[Chain, Any] = {}
-        self._processes: Set[Tuple[str, int]] = set()
+        #: The processor time of each process of a node, in seconds.
+        self.processor: Dict[Tuple[str, int], float] = {}
         self._slow: Set[str] = set()
         #: The seconds of each task, for benchmarks: for its samples, for preparing, and at the head.
         self.times: List[Tuple[float, float, float]] = []
@@ -176,7 +177,7 @@ class Head:
         self.times.append((report.seconds, report.preparing, time.monotonic() - start))
 
     def _count(self, report: Any) -> None:
-        self._processes.add(report.process)
+        self.processor[report.process] = self.processor.get(report.process, 0.0) + report.processor
         self._fetched = [sum(it) for it in zip(self._fetched, report.fetched)]
         node = report.process[0]
         if not report.is_compiled and self.bundle.engine.get("backend") != "interpreter" and node not in self._slow:
@@ -201,10 +202,11 @@ class Head:
         picture = self.render._render.picture()
         figures = {
             "seconds": time.monotonic() - self._start,
-            "threads": self.cluster.threads * len(self._processes),
+            "threads": self.cluster.threads * len(self.processor),
             "task_seconds": self.render.seconds,
+            "processor_seconds": sum(self.processor.values()),
             "tasks": len(self.times),
-            "processes": len(self._processes),
+            "processes": len(self.processor),
             "sent_files": self.cluster.sent_files,
             "sent_bytes": self.cluster.sent_bytes,
             "fetched_files": self._fetched[0],

@@ -18,10 +18,11 @@ from .._rtsl import WAVEFRONT_SAMPLES
 
 #: Chains for each slot, so that slots stay busy while the head takes the sums of a task.
 _CHAINS_OF_SLOT = 4
-#: The most tiles of a chain, so that the first task, of one wavefront, is not long.
-_MOST_TILES = 2048
-#: The shortest task that is worth its way, in seconds.
-_SHORTEST = 0.25
+#: The fewest and most tiles of a chain at first: the first task, of one wavefront, is worth its way, and not long.
+_FEWEST_TILES, _MOST_TILES = 8, 2048
+#: The shortest task that is worth its way, in seconds, and the seconds for each slot that it has at least: the head,
+#: which takes a task in less than a millisecond, must keep up with all.
+_SHORTEST, _SHORTEST_OF_SLOT = 0.25, 2e-3
 
 
 @dataclasses.dataclass(eq=False)
@@ -61,14 +62,15 @@ class Schedule:
         self.task_seconds = task_seconds
         self._waiting: List[Tuple[int, float, int, Chain]] = []
         self._running: Set[Chain] = set()
+        #: Samples of tiles, and those that are done.
         self._total = self._done = 0
-        #: The seconds that are left for one slot alone, as far as paces are known.
-        self._left = 0.0
+        #: The seconds and samples of tiles that are left of chains whose pace is known.
+        self._left_seconds, self._left_samples = 0.0, 0
 
     def ranges(self, tiles: int) -> List[Tuple[int, int]]:
         """Returns the ranges of a picture's tiles that become chains."""
-        count = max(_CHAINS_OF_SLOT * self.slots, math.ceil(tiles / _MOST_TILES))
-        count = min(tiles, count)
+        count = min(_CHAINS_OF_SLOT * self.slots, tiles // _FEWEST_TILES)
+        count = max(1, count, math.ceil(tiles / _MOST_TILES))
         ends = [tiles * it // count for it in range(count + 1)]
         return list(zip(ends, ends[1:]))
 
@@ -120,7 +122,23 @@ class Schedule:
 
     def _seconds(self) -> float:
         """The seconds that a task should take: fewer towards the end, so that all slots end together."""
-        return max(_SHORTEST, min(self.task_seconds, self._left / (2 * self.slots)))
+        return max(self._shortest(), min(self.task_seconds, self._rest() / 2))
+
+    def _shortest(self) -> float:
+        return max(_SHORTEST, _SHORTEST_OF_SLOT * self.slots)
+
+    def _rest(self) -> float:
+        """The seconds that the rest of the render takes, by the paces that are known."""
+        if self._left_samples == 0:
+            return 0.0
+        return self._left_seconds / self._left_samples * (self._total - self._done) / self.slots
+
+    def _leave(self, chain: Chain, sign: int) -> None:
+        """Counts what is left of a chain, or counts it no more."""
+        if chain.pace > 0.0:
+            left = self.samples - chain.taken
+            self._left_seconds += sign * chain.pace * left
+            self._left_samples += sign * chain.count * left
 
     def ended(self, work: Work, taken: Optional[int], seconds: float) -> List[Chain]:
         """Takes the end of a task, after which its tiles have `taken` samples, or need no more.
@@ -130,14 +148,14 @@ class Schedule:
         chain = work.chain
         self._running.remove(chain)
         before = chain.taken
-        self._left -= chain.pace * (self.samples - before)
+        self._leave(chain, -1)
         self._done += chain.count * ((self.samples if taken is None else taken) - before)
         if taken is None:
             return []
         chain.step = max(1, taken - before)
         chain.pace = max(seconds, 1e-6) / chain.step
         chain.taken = taken
-        self._left += chain.pace * (self.samples - taken)
+        self._leave(chain, 1)
         parts = self._parts(chain)
         for part in parts:
             self._wait(part)
@@ -149,9 +167,10 @@ class Schedule:
         self._wait(work.chain)
 
     def _parts(self, chain: Chain) -> List[Chain]:
-        """A chain, or its halves if there are too few chains for the slots, and it is worth it."""
-        is_long = chain.pace * (self.samples - chain.taken) > 2 * _SHORTEST
-        if self.chains >= 2 * self.slots or chain.count < 2 or not is_long:
+        """A chain, or its halves: if there are too few chains for the slots, or it takes most of the rest's time."""
+        left = chain.pace * (self.samples - chain.taken)
+        is_needed = self.chains < 2 * self.slots or left > self._rest() / 2
+        if chain.count < 2 or left < 2 * self._shortest() or not is_needed:
             return [chain]
         first, end = chain.tiles
         middle = (first + end) // 2

@@ -29,6 +29,8 @@ class Report:
     #: The seconds for its samples, and for preparing the scene before.
     seconds: float = 0.0
     preparing: float = 0.0
+    #: The processor time of the task, in seconds.
+    processor: float = 0.0
     #: What was counted: rays, values that were not finite, seconds.
     counts: Any = None
     #: The files, and their bytes, that were fetched for the node.
@@ -68,7 +70,7 @@ def task(
             f"of the package `rtsl`, and the head version {version}: install the same on both"
         )
     report = Report(process=(_node(), os.getpid()))
-    start = time.monotonic()
+    start, processor = time.monotonic(), time.process_time()
     prepared = _prepared.get(key)
     if prepared is None:
         prepared = _prepare(bundle[0], files[0], report)
@@ -91,7 +93,9 @@ def task(
     report.seconds = time.monotonic() - start
     report.counts = render._render.take_counts()
     report.taken = render.taken(tiles)
-    return report, render.sums(tiles)
+    sums = render.sums(tiles)
+    report.processor = time.process_time() - processor
+    return report, sums
 
 
 def _prepare(reference: Any, of_files: Any, report: Report) -> Optional[_Prepared]:
