@@ -245,7 +245,8 @@ def main() -> None:
         record = json.loads(given.record.read_text(encoding="utf-8"))
     else:
         rows, pace, costs = measured(given.scene, keywords, given.rounds)
-        record = {"rows": [dataclasses.asdict(it) for it in rows], "pace": pace.tolist(), "costs": dataclasses.asdict(costs)}
+        record = {"rows": [dataclasses.asdict(it) for it in rows], "pace": pace.tolist()}
+        record["costs"] = dataclasses.asdict(costs)
         if given.record is not None:
             given.record.write_text(json.dumps(record), encoding="utf-8")
     pace, costs = np.asarray(record["pace"]), Costs(**record["costs"])

@@ -75,7 +75,9 @@ fn environment(folder: &Path) -> Result<PathBuf> {
         Command::new(system).args(["-m", "venv"]).args([folder]).run()?;
         let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
         Command::new(&python).args(install).args(PACKAGES).run()?;
-        if let Err(Failure(error)) = Command::new(&python).args(install).args(OPTIONAL_PACKAGES).run() {
+        if let Err(Failure(error)) =
+            Command::new(&python).args(install).args(OPTIONAL_PACKAGES).run()
+        {
             say(&format!("without {}: {error}", OPTIONAL_PACKAGES.join(", ")));
         }
         std::fs::write(&complete, packages)

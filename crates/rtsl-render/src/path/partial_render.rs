@@ -304,7 +304,7 @@ impl PartialRender {
     }
 }
 
-/// What a render counts besides its sums.
+/// The counts of a render besides its sums.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WorkCounts {
     /// The number of rays.

@@ -145,7 +145,8 @@ fn texts_of_other_encodings_are_read() {
 fn files_that_shaders_include_are_those_of_the_source() {
     let scene = b"Camera \"Pinhole\"\nWorldBegin\nTexture \"t\" \"spectrum\" \"Stripes\"\n\
         Material \"Lambertian\" \"texture kd\" \"t\"\nShape \"Sphere\"\n";
-    let stripes = b"#include \"tone.rtsl\"\n#include \"parts/more.rtsl\"\nclass Stripes : rt_Texture;\n\
+    let stripes =
+        b"#include \"tone.rtsl\"\n#include \"parts/more.rtsl\"\nclass Stripes : rt_Texture;\n\
         void lookup() { rt_TextureColor = tone(more()); }";
     let files: [(&str, &[u8]); 4] = [
         ("s/main.pbrt", scene),
@@ -165,7 +166,8 @@ fn files_that_shaders_include_are_those_of_the_source() {
     let digests = load(&in_memory(&files)).unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     let expected = ["library/tone.rtsl", "main.pbrt", "parts/more.rtsl", "stripes.rtsl"];
     assert_eq!(names(&digests), expected);
-    let changed = in_memory(&files).with("library/tone.rtsl", *b"color tone(float x) { return color(0); }");
+    let changed =
+        in_memory(&files).with("library/tone.rtsl", *b"color tone(float x) { return color(0); }");
     let changed = load(&changed).unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     assert_eq!((names(&changed), changed != digests), (names(&digests), true));
     let missing = load(&in_memory(&files[..3])).unwrap_err().to_text(false);
