@@ -34,7 +34,7 @@ from ._llvm import info, suggest_installed, warn_without_llvm
 from ._image import Image
 from ._mesh import mesh
 from ._scene import PartialRender, Placed, Scene, Thing
-from . import library, mitsuba, notebook, transforms
+from . import cluster, library, mitsuba, notebook, transforms
 
 __version__: str = _rtsl.__version__
 
@@ -71,6 +71,7 @@ __all__ = [
     "TextCost",
     "Thing",
     "Unit",
+    "cluster",
     "compile",
     "compile_file",
     "default_engine",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Optional, Union
+from typing import Any, Dict, Mapping, Optional, Union
 
 import numpy as np
 
@@ -16,8 +16,9 @@ class Image:
     In a notebook it shows itself.
     """
 
-    def __init__(self, picture: _rtsl.Picture) -> None:
+    def __init__(self, picture: _rtsl.Picture, figures: Optional[Mapping[str, Any]] = None) -> None:
         self._picture = picture
+        self._figures = dict(figures or {})
         self._pixels: Optional[np.ndarray] = None
         self._aovs: Optional[Dict[str, np.ndarray]] = None
 
@@ -51,7 +52,7 @@ class Image:
     @property
     def statistics(self) -> Dict[str, Any]:
         """Figures of the render: `seconds`, `samples` of a pixel, `rays`, `threads` and others."""
-        return self._picture.statistics()
+        return {**self._picture.statistics(), **self._figures}
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> np.ndarray:
         array = self.pixels if dtype is None else self.pixels.astype(dtype)
@@ -70,9 +71,14 @@ class Image:
         *,
         exposure: float = 0.0,
         view: str = "standard",
+        half: bool = False,
+        parts: bool = False,
     ) -> None:
-        """Writes the picture and its AOVs: as displayed to a PNG and files beside it, or linear to one EXR."""
-        self._picture.save(os.fspath(path), exposure, view)
+        """Writes the picture and its AOVs: as displayed to a PNG and files beside it, or linear to one EXR.
+
+        ``half`` writes colours of an EXR with 16 bits, and ``parts`` each image as a part of its own.
+        """
+        self._picture.save(os.fspath(path), exposure, view, half, parts)
 
     def __repr__(self) -> str:
         names = f", AOVs {', '.join(self.aovs)}" if self.aovs else ""

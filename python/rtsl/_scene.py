@@ -24,6 +24,9 @@ _LARGEST_PASS = 64
 
 Transform = Any
 
+#: The path of a scene's file, definitions, folders, the camera and the integrator.
+_Source = Tuple[str, Sequence[str], Sequence[str], Optional[str], Optional[str]]
+
 
 class Placed:
     """A shape, a light or a camera in a scene. Its attributes may be assigned."""
@@ -128,6 +131,8 @@ class Scene:
 
     def __init__(self, camera: Optional[Instance] = None, transform: Transform = None) -> None:
         self._text: Optional[_rtsl.SceneText] = None
+        #: The arguments by which the text was loaded.
+        self._source: Optional[_Source] = None
         self._composer = _rtsl.Composer()
         self._placed: List[Placed] = []
         self._engines: Dict[int, _rtsl.Engine] = {}
@@ -157,12 +162,20 @@ class Scene:
         ``defines`` sets parameters by names such as `camera.fov`; ``camera`` is one of a glTF file; ``integrator`` is a
         class. Raises SceneError with the diagnostics of the scene and its shaders.
         """
-        scene = cls()
         given = [f"{name}={_definition(value)}" for name, value in (defines or {}).items()]
         folders = [os.fspath(it) for it in search_path]
-        scene._text = _rtsl.SceneText(os.fspath(path), given, folders, camera, integrator)
-        if scene._text.warnings:
+        scene = cls._of_source((os.fspath(path), given, folders, camera, integrator))
+        if scene._text is not None and scene._text.warnings:
             warnings.warn(scene._text.warnings.rstrip(), SceneWarning, stacklevel=2)
+        return scene
+
+    @classmethod
+    def _of_source(cls, source: _Source, places: Optional[Dict[str, str]] = None) -> "Scene":
+        """Loads a scene; `places` has the places of its files by their paths, if they do not lie there."""
+        scene = cls()
+        scene._source = source
+        path, defines, folders, camera, integrator = source
+        scene._text = _rtsl.SceneText(path, list(defines), list(folders), camera, integrator, places)
         return scene
 
     @property
@@ -466,13 +479,36 @@ class PartialRender:
         """
         self._render.add(other._render, tiles or (0, self.tiles))
 
-    def sums(self) -> bytes:
-        """Returns the sums of the samples so far, for `restore` in another process."""
-        return self._render.sums()
+    def sums(self, tiles: Optional[Tuple[int, int]] = None) -> bytes:
+        """Returns the sums of the samples so far, of these tiles or all, for `restore` in another process."""
+        return self._render.sums(tiles or (0, self.tiles))
 
-    def restore(self, sums: bytes) -> None:
-        """Continues with the sums of a render of the same scene and settings."""
-        self._render.restore(sums)
+    def restore(self, sums: bytes, tiles: Optional[Tuple[int, int]] = None) -> None:
+        """Continues with the sums of these tiles, or all, of a render of the same scene and settings.
+
+        Raises SceneError for sums that are damaged, or of other tiles, another scene, other settings, or another
+        version of the package. Nothing changes then.
+        """
+        self._render.restore(sums, tiles or (0, self.tiles))
+
+    def clear(self, tiles: Optional[Tuple[int, int]] = None) -> None:
+        """Forgets the samples of these tiles, or of all."""
+        self._render.clear(tiles or (0, self.tiles))
+
+    def taken(self, tiles: Optional[Tuple[int, int]] = None) -> Optional[int]:
+        """Returns the least number of samples of those of these tiles that need more; ``None`` if none does."""
+        return self._render.taken(tiles or (0, self.tiles))
+
+    def write_checkpoint(self, path: PathLike) -> None:
+        """Writes the sums to a file, from which `resume` or `rtsl render --resume` continues.
+
+        It replaces an earlier checkpoint of the same render at once, or not at all; other files are left alone.
+        """
+        self._render.write_checkpoint(os.fspath(path))
+
+    def resume(self, path: PathLike) -> bool:
+        """Continues from a checkpoint of the same render; returns false if there is no such file."""
+        return self._render.resume(os.fspath(path))
 
     def image(self) -> Image:
         """Returns the picture of the samples so far."""

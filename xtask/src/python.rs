@@ -18,6 +18,9 @@ const PACKAGES: &[&str] = &[
     "mitsuba",
 ];
 
+/// Those that need not have wheels for the interpreter. Tests that use them say that they are skipped.
+const OPTIONAL_PACKAGES: &[&str] = &["ray>=2.9"];
+
 /// The argument that makes the virtual environment and runs nothing: that takes a network rather than processors, so
 /// other work can go on meanwhile.
 const ENVIRONMENT: &str = "--environment";
@@ -70,15 +73,21 @@ fn target() -> PathBuf {
 /// Returns the Python of the virtual environment in a folder, which is made if it is not there.
 fn environment(folder: &Path) -> Result<PathBuf> {
     let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    // Written at the end, so that an environment that was interrupted is made again.
+    // Written at the end, so that an environment that was interrupted, or has other packages, is made again.
     let complete = folder.join("complete");
-    if !complete.exists() {
+    let packages = [PACKAGES, OPTIONAL_PACKAGES].concat().join("\n");
+    if std::fs::read_to_string(&complete).ok().as_ref() != Some(&packages) {
         say("virtual environment");
         let system = if cfg!(windows) { "python" } else { "python3" };
         Command::new(system).args(["-m", "venv"]).args([folder]).run()?;
         let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
         Command::new(&python).args(install).args(PACKAGES).run()?;
-        std::fs::write(&complete, PACKAGES.join("\n"))
+        if let Err(Failure(error)) =
+            Command::new(&python).args(install).args(OPTIONAL_PACKAGES).run()
+        {
+            say(&format!("without {}: {error}", OPTIONAL_PACKAGES.join(", ")));
+        }
+        std::fs::write(&complete, packages)
             .map_err(|error| Failure(format!("{}: {error}", complete.display())))?;
     }
     Ok(python)

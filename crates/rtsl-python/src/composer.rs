@@ -15,7 +15,7 @@ use crate::error::Exception;
 use crate::instance::PyInstance;
 use crate::looking::{self, Costs, Inspected};
 use crate::partial_render::PyPartialRender;
-use crate::scene_text::PySceneText;
+use crate::scene_text::{PySceneText, with_extent};
 
 /// A matrix, row by row.
 type Rows = [[f64; 4]; 4];
@@ -58,6 +58,15 @@ struct GivenParts {
     ambient: [f32; 3],
 }
 
+impl GivenParts {
+    /// True if nothing was added to the scene of a text.
+    fn are_of_text(&self) -> bool {
+        let GivenParts { text, camera, integrator, shapes, lights, ambient } = self;
+        let has_own = camera.is_some() || integrator.is_some() || *ambient != [0.0; 3];
+        text.is_some() && !has_own && shapes.is_empty() && lights.is_empty()
+    }
+}
+
 /// Makes scenes of parts and prepares them. What did not change since the last one is used again.
 #[pyclass(name = "Composer", module = "rtsl._rtsl", frozen)]
 pub struct PyComposer {
@@ -95,6 +104,8 @@ impl PyComposer {
     ) -> PyResult<(PyPartialRender, String)> {
         let aovs: Vec<Aov> = settings.aovs.iter().map(|name| Aov::from_name(name)).collect();
         let (first_sample, noise) = (settings.first_sample, settings.noise);
+        let text = parts.text.as_ref().filter(|_| parts.are_of_text());
+        let identity = text.map(|text| text.bind(py).get().identity(engine.get()));
         let composition = composition(py, parts, settings)?;
         let made = engine.get().engine.clone();
         let is_same = |last: &&Last| last.engine.is(&engine);
@@ -104,7 +115,7 @@ impl PyComposer {
             let mut messages = Messages::default();
             let last = state.last.as_ref().filter(is_same);
             let prepared = prepare(&made, &scene, &aovs, last, &mut messages)?;
-            let render = PyPartialRender::new(prepared.clone(), first_sample, noise)?;
+            let render = PyPartialRender::new(prepared.clone(), first_sample, noise, identity)?;
             Ok((prepared, render, messages))
         });
         let prepared = prepared.map_err(|it: Messages| Exception::Scene.of_messages(&it))?;
@@ -191,7 +202,11 @@ fn prepare(
 
 fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyResult<Composition> {
     let GivenParts { text, camera, integrator, shapes, lights, ambient } = parts;
-    let base = text.map(|text| text.bind(py).get().scene());
+    let mut base = text.map(|text| text.bind(py).get().scene());
+    if let Some(base) = base.as_mut().filter(|_| given.renderer.is_some()) {
+        // A renderer takes the place of the scene's integrator.
+        base.integrator = None;
+    }
     let settings = base.as_ref().map_or_else(Settings::default, |base| base.settings.clone());
     let instance = |it: &Py<PyInstance>| it.bind(py).get().instance.clone();
     let optional =
@@ -220,13 +235,8 @@ fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyRes
     })
 }
 
-fn with_given(mut settings: Settings, given: GivenSettings) -> PyResult<Settings> {
-    if let Some((width, height)) = given.size {
-        settings.set_size(width.max(1), height.max(1));
-    }
-    if let Some(samples) = given.spp {
-        settings.set_samples_per_pixel(samples);
-    }
+fn with_given(settings: Settings, given: GivenSettings) -> PyResult<Settings> {
+    let mut settings = with_extent(settings, given.size, given.spp);
     settings.sampler.seed = given.seed.unwrap_or(settings.sampler.seed);
     settings.max_depth = given.max_depth.unwrap_or(settings.max_depth);
     if let Some(name) = given.renderer {

@@ -20,6 +20,7 @@ const KEPT_PROGRAMS: usize = 64;
 #[pyclass(name = "Engine", module = "rtsl._rtsl", frozen)]
 pub struct PyEngine {
     pub engine: Engine,
+    pub math: Math,
     recent: Mutex<VecDeque<Arc<Program>>>,
     warnings: Vec<String>,
 }
@@ -39,10 +40,11 @@ impl PyEngine {
         trace: Option<&str>,
         costs: bool,
     ) -> PyResult<PyEngine> {
+        let math = math_of_name(math)?;
         let options = EngineOptions {
             backend: backend_of_name(backend)?,
             width,
-            math: math_of_name(math)?,
+            math,
             loop_budget: loop_budget.or(Some(rtsl::DEFAULT_LOOP_BUDGET)),
             trace: trace.map(detail_of_name).transpose()?.map(Trace::new),
             costs: costs.then(LineCosts::default),
@@ -51,7 +53,7 @@ impl PyEngine {
         let made = py.detach(|| Engine::new(options));
         let (engine, warnings) = made.map_err(|it| Exception::Error.of_diagnostic(&it))?;
         let warnings = warnings.iter().map(ToString::to_string).collect();
-        Ok(PyEngine { engine, recent: Mutex::default(), warnings })
+        Ok(PyEngine { engine, math, recent: Mutex::default(), warnings })
     }
 
     /// Rays at a time in its kernels.

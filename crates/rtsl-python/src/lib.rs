@@ -30,12 +30,14 @@ mod unit;
 mod value;
 
 use pyo3::prelude::*;
+use rtsl_render::batch::SAMPLES_IN_WAVEFRONT;
 
 /// The extension module.
 #[pymodule]
 #[pyo3(name = "_rtsl")]
 fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("WAVEFRONT_SAMPLES", SAMPLES_IN_WAVEFRONT)?;
     module.add_class::<engine::PyEngine>()?;
     module.add_class::<unit::PyUnit>()?;
     module.add_class::<class::PyClassHandle>()?;
@@ -48,6 +50,7 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(engine::llvm_info, module)?)?;
     module.add_function(wrap_pyfunction!(method::state_variables, module)?)?;
     module.add_function(wrap_pyfunction!(array_call::call, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_text::file_digest, module)?)?;
     module.add_class::<scene_text::PySceneText>()?;
     module.add_class::<composer::PyComposer>()?;
     module.add_class::<partial_render::PyPartialRender>()?;

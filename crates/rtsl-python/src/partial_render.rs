@@ -1,5 +1,6 @@
 //! Renders that Python advances part by part.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,8 +8,11 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rtsl::Messages;
-use rtsl_render::batch::{BatchOptions, BatchScene, Part, PartialRender};
+use rtsl::{Messages, Method};
+use rtsl_render::batch::{
+    BatchOptions, BatchScene, Part, PartialRender, RenderIdentity, WorkCounts,
+};
+use rtsl_render::statistics::{NotFinite, RayCounts};
 use rtsl_render::{Execution, TilesDone};
 
 use crate::error::Exception;
@@ -16,6 +20,9 @@ use crate::picture::PyPicture;
 
 /// The interval of telling the progress and of looking for interrupts.
 const TOLD_EVERY: Duration = Duration::from_millis(50);
+
+/// Rays by kind, values of methods that were not finite, and seconds.
+type Counts = ((u64, u64, u64), Vec<(String, String, u64)>, f64);
 
 /// A render in progress, with its scene.
 #[pyclass(name = "PartialRender", module = "rtsl._rtsl", frozen)]
@@ -110,7 +117,7 @@ impl PyPartialRender {
         })?;
         tell()?;
         let Some(ended) = ended else { return Ok(false) };
-        let cancelled = ended.map_err(|messages| Exception::Scene.of_messages(&messages))?;
+        let cancelled = ended.map_err(exception)?;
         Ok(!cancelled)
     }
 
@@ -125,27 +132,75 @@ impl PyPartialRender {
         if std::ptr::eq(self, other) {
             return Err(Exception::Scene.with_text("a render is not added to itself"));
         }
-        let added = self.lock().add(&other.lock(), tiles.0..tiles.1);
-        added.map_err(|messages| Exception::Scene.of_messages(&messages))
+        self.lock().add(&other.lock(), tiles.0..tiles.1).map_err(exception)
     }
 
-    /// The sums of the samples so far.
-    fn sums<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let sums = py.detach(|| self.lock().sums(&self.scene));
-        let sums = sums.map_err(|messages| Exception::Scene.of_messages(&messages))?;
+    /// The sums of all samples of tiles so far.
+    fn sums<'py>(&self, py: Python<'py>, tiles: (usize, usize)) -> PyResult<Bound<'py, PyBytes>> {
+        let sums =
+            py.detach(|| self.lock().sums(&self.scene, tiles.0..tiles.1)).map_err(exception)?;
         Ok(PyBytes::new(py, &sums))
     }
 
-    /// Continues with sums of a render of the same scene.
-    fn restore(&self, py: Python<'_>, sums: &[u8]) -> PyResult<()> {
-        let restored = py.detach(|| self.lock().restore(&self.scene, sums));
-        restored.map_err(|messages| Exception::Scene.of_messages(&messages))
+    /// Sets tiles to sums of a render of the same scene.
+    fn restore(&self, py: Python<'_>, sums: &[u8], tiles: (usize, usize)) -> PyResult<()> {
+        py.detach(|| self.lock().restore(&self.scene, tiles.0..tiles.1, sums)).map_err(exception)
+    }
+
+    /// Forgets the samples of tiles.
+    fn clear(&self, tiles: (usize, usize)) -> PyResult<()> {
+        self.lock().clear(tiles.0..tiles.1).map_err(exception)
+    }
+
+    /// The least number of samples of those tiles that need more; `None` if none does.
+    fn taken(&self, tiles: (usize, usize)) -> PyResult<Option<u32>> {
+        self.lock().taken(&self.scene, tiles.0..tiles.1).map_err(exception)
+    }
+
+    /// Takes what was counted since this was called last: rays by kind, values of methods that were not finite, and
+    /// seconds.
+    fn take_counts(&self) -> Counts {
+        let WorkCounts { rays, not_finite, time } = self.lock().take_counts();
+        let RayCounts { camera, traced, shadow } = rays;
+        let not_finite = not_finite.into_iter();
+        let not_finite = not_finite.map(|it| (it.class, it.method.to_owned(), it.count)).collect();
+        ((camera, traced, shadow), not_finite, time.as_secs_f64())
+    }
+
+    /// Adds what another render counted.
+    fn add_counts(&self, counts: Counts) {
+        let ((camera, traced, shadow), not_finite, seconds) = counts;
+        let not_finite = not_finite.into_iter().filter_map(|(class, method, count)| {
+            let method = Method::from_name(&method)?.name();
+            Some(NotFinite { class, method, count })
+        });
+        let counts = WorkCounts {
+            rays: RayCounts { camera, traced, shadow },
+            not_finite: not_finite.collect(),
+            time: Duration::try_from_secs_f64(seconds).unwrap_or_default(),
+        };
+        self.lock().add_counts(&counts);
+    }
+
+    /// Writes a checkpoint, which the command can resume, too.
+    fn write_checkpoint(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| self.lock().write_checkpoint(&self.scene, path)).map_err(exception)
+    }
+
+    /// Raises an exception if a checkpoint cannot be written.
+    fn check_checkpoint(&self, path: PathBuf) -> PyResult<()> {
+        self.lock().check_checkpoint(&self.scene, &path).map_err(exception)
+    }
+
+    /// Continues from a checkpoint; false if there is none.
+    fn resume(&self, py: Python<'_>, path: PathBuf) -> PyResult<bool> {
+        py.detach(|| self.lock().resume(&self.scene, path)).map_err(exception)
     }
 
     /// The picture of the samples so far.
     fn picture(&self, py: Python<'_>) -> PyResult<PyPicture> {
         let rendered = py.detach(|| self.lock().rendered(&self.scene));
-        let rendered = rendered.map_err(|it| Exception::Scene.of_messages(&it))?;
+        let rendered = rendered.map_err(exception)?;
         Ok(PyPicture::new(rendered, self.scene.compiled.settings.clone()))
     }
 }
@@ -156,8 +211,13 @@ impl PyPartialRender {
         scene: Arc<BatchScene>,
         first: u32,
         noise_target: Option<f32>,
+        identity: Option<RenderIdentity>,
     ) -> Result<PyPartialRender, Messages> {
         let render = PartialRender::new(&scene, first, noise_target)?;
+        let render = match identity {
+            Some(identity) => render.identified(identity),
+            None => render,
+        };
         let Part { tiles, samples } = render.whole(&scene);
         let (tiles, samples) = (tiles.end, samples.end);
         Ok(PyPartialRender { scene, render: Mutex::new(render), tiles, samples })
@@ -166,4 +226,8 @@ impl PyPartialRender {
     fn lock(&self) -> MutexGuard<'_, PartialRender> {
         self.render.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn exception(messages: Messages) -> PyErr {
+    Exception::Scene.of_messages(&messages)
 }

@@ -1,12 +1,17 @@
 //! Pictures and their files.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use rtsl::Diagnostic;
-use rtsl_image::{ImageMetadata, ImageOptions, ViewTransform, encode_png, write_image_with};
+use rtsl::{Diagnostic, Messages};
+use rtsl_image::{
+    ExrOptions, ExrPrecision, ImageMetadata, ImageOptions, ViewTransform, encode_png,
+    write_image_with,
+};
+use rtsl_render::Statistics;
 use rtsl_render::batch::BatchRendered;
 use rtsl_scene::Settings;
 
@@ -54,6 +59,29 @@ impl PyPicture {
         Ok(figures)
     }
 
+    /// The statistics that the command writes, of a render that took so long on so many threads.
+    fn statistics_json(&self, seconds: f64, threads: usize, cancelled: bool) -> String {
+        let BatchRendered { rendered, mean_samples, .. } = &self.rendered;
+        let mut statistics = rendered.added_to(Statistics {
+            size: [self.settings.width, self.settings.height],
+            samples_per_pixel: self.settings.sampler.samples_per_pixel(),
+            mean_samples: Some(*mean_samples),
+            ..Statistics::default()
+        });
+        (statistics.threads, statistics.cancelled) = (threads, cancelled);
+        statistics.set_render_time(Duration::try_from_secs_f64(seconds).unwrap_or_default());
+        statistics.to_json()
+    }
+
+    /// A warning about samples that were not finite; empty if there were none.
+    #[getter]
+    fn warnings(&self) -> String {
+        self.rendered
+            .rendered
+            .dropped_warning()
+            .map_or_else(String::new, |warning| Messages::one(warning).to_text(false))
+    }
+
     /// The picture as a PNG file.
     #[pyo3(signature = (exposure=0.0, view="standard"))]
     fn png<'py>(
@@ -74,17 +102,29 @@ impl PyPicture {
         Ok(PyBytes::new(py, &encoded))
     }
 
-    /// Writes a PNG as displayed, with a file for each AOV, or an EXR of linear numbers with all.
-    #[pyo3(signature = (path, exposure=0.0, view="standard"))]
-    fn save(&self, py: Python<'_>, path: PathBuf, exposure: f32, view: &str) -> PyResult<()> {
+    /// Writes a PNG as displayed, with a file for each AOV, or an EXR of linear numbers with all: with colours of 16
+    /// bits if `half`, and as parts of their own if `parts`.
+    #[pyo3(signature = (path, exposure=0.0, view="standard", half=false, parts=false))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        exposure: f32,
+        view: &str,
+        half: bool,
+        parts: bool,
+    ) -> PyResult<()> {
         let sampler = &self.settings.sampler;
         let metadata =
             ImageMetadata { samples: Some(sampler.samples_per_pixel()), seed: Some(sampler.seed) };
         let options = ImageOptions {
             exposure: exposure + self.settings.exposure,
             view: view_of_name(view)?,
+            exr: ExrOptions {
+                precision: if half { ExrPrecision::Half } else { ExrPrecision::Float },
+                multi_part: parts,
+            },
             metadata,
-            ..ImageOptions::default()
         };
         let rendered = &self.rendered.rendered;
         let written =

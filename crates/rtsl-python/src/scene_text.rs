@@ -1,15 +1,18 @@
 //! Scenes in files, whose parameters Python changes.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
+use rtsl_render::batch::{RenderIdentity, TILE};
 use rtsl_render::session::{Control, ControlKind};
-use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{EntityId, LoadOptions, Scene, SceneSource};
+use rtsl_scene::reader::{Digest, DiskFiles, FilesRef, MovedFiles, RecordedFiles};
+use rtsl_scene::{EntityId, LoadOptions, Loaded, Scene, SceneSource, Settings};
 
+use crate::engine::PyEngine;
 use crate::error::Exception;
 
 /// A scene of a file.
@@ -19,17 +22,28 @@ pub struct PySceneText {
 }
 
 struct Text {
+    path: PathBuf,
+    /// The options by which it was loaded.
+    options: LoadOptions,
+    files: Arc<RecordedFiles<'static>>,
+    /// The parameters that were set since.
+    changes: Vec<Change>,
     source: SceneSource<'static>,
     /// The scene with the parameters that were set since.
     scene: Scene,
     warnings: Messages,
 }
 
+/// A parameter that was set: the number of the part, the name, and the numbers.
+type Change = (usize, String, Vec<f64>);
+
 #[pymethods]
 impl PySceneText {
-    /// Loads a file of a format that its name tells.
+    /// Loads a file of a format that its name tells. `files` has the places of files by their paths, if they do not lie
+    /// where the scene says.
     #[new]
-    #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None))]
+    #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None, files=None))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         py: Python<'_>,
         path: PathBuf,
@@ -37,6 +51,7 @@ impl PySceneText {
         search_path: Vec<PathBuf>,
         camera: Option<String>,
         integrator: Option<String>,
+        files: Option<BTreeMap<PathBuf, PathBuf>>,
     ) -> PyResult<PySceneText> {
         let options = LoadOptions {
             defines,
@@ -46,12 +61,19 @@ impl PySceneText {
             traced: true,
             ..LoadOptions::default()
         };
+        let files = Arc::new(match files {
+            Some(places) => RecordedFiles::keeping(MovedFiles(places)),
+            None => RecordedFiles::new(&DiskFiles),
+        });
         let loaded = py.detach(|| {
-            let mut source = SceneSource::read(&path, &DiskFiles, &options);
+            let files = FilesRef::Shared(files.clone());
+            let mut source = SceneSource::read_from(&path, files, &options);
             source.load().map(|loaded| (source, loaded))
         });
-        let (source, loaded) = loaded.map_err(|it| Exception::Scene.of_messages(&it))?;
-        let text = Text { source, scene: loaded.scene, warnings: loaded.warnings };
+        let (source, Loaded { scene, warnings, .. }) =
+            loaded.map_err(|it| Exception::Scene.of_messages(&it))?;
+        let changes = Vec::new();
+        let text = Text { path, options, files, changes, source, scene, warnings };
         Ok(PySceneText { text: Mutex::new(text) })
     }
 
@@ -69,6 +91,32 @@ impl PySceneText {
             let sampler = &settings.sampler;
             (settings.width, settings.height, sampler.samples_per_pixel(), sampler.seed)
         })
+    }
+
+    /// The paths of the files that were read.
+    fn files(&self) -> Vec<PathBuf> {
+        self.with(|text| text.files.paths())
+    }
+
+    /// The parameters that were set since it was loaded: numbers of parts, names and numbers.
+    fn changes(&self) -> Vec<Change> {
+        self.with(|text| text.changes.clone())
+    }
+
+    /// The tiles of the picture and the samples of a pixel, if these are given in place of the scene's.
+    #[pyo3(signature = (size=None, spp=None))]
+    fn extent(&self, size: Option<(usize, usize)>, spp: Option<u32>) -> (usize, u32) {
+        self.with(|text| {
+            let settings = with_extent(text.scene.settings.clone(), size, spp);
+            let tiles = settings.width.div_ceil(TILE) * settings.height.div_ceil(TILE);
+            (tiles, settings.sampler.samples_per_pixel())
+        })
+    }
+
+    /// The iterations of loops after which a method ends with an error.
+    #[getter]
+    fn loop_budget(&self) -> u32 {
+        self.with(|text| text.scene.settings.loop_budget)
     }
 
     /// The parts that have parameters: the number, the kind, the title and the class of each.
@@ -102,6 +150,21 @@ impl PySceneText {
         self.with(|text| text.scene.clone())
     }
 
+    /// Returns what tells a render of the scene as it is now from others.
+    pub fn identity(&self, engine: &PyEngine) -> RenderIdentity {
+        self.with(|text| {
+            let LoadOptions { defines, integrator, camera, .. } = &text.options;
+            let changes = text.changes.iter();
+            let changes = changes.map(|(thing, name, to)| format!("{thing}.{name}={to:?}"));
+            RenderIdentity {
+                defines: defines.iter().cloned().chain(changes).collect(),
+                integrator: integrator.clone(),
+                camera: camera.clone(),
+                ..RenderIdentity::new(text.files.digests(&text.path), engine.math, &engine.engine)
+            }
+        })
+    }
+
     fn with<T>(&self, use_text: impl FnOnce(&mut Text) -> T) -> T {
         use_text(&mut self.text.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -128,6 +191,8 @@ impl Text {
         match self.source.load() {
             Ok(loaded) => {
                 self.scene = loaded.scene;
+                self.changes.retain(|(of, set, _)| (*of, &**set) != (thing.0, name));
+                self.changes.push((thing.0, name.to_owned(), numbers.to_vec()));
                 Ok(())
             }
             Err(messages) => {
@@ -136,6 +201,28 @@ impl Text {
             }
         }
     }
+}
+
+/// Returns settings with a size and samples of a pixel in place of theirs.
+pub fn with_extent(
+    mut settings: Settings,
+    size: Option<(usize, usize)>,
+    samples: Option<u32>,
+) -> Settings {
+    if let Some((width, height)) = size {
+        settings.set_size(width.max(1), height.max(1));
+    }
+    if let Some(samples) = samples {
+        settings.set_samples_per_pixel(samples);
+    }
+    settings
+}
+
+/// Returns the digest of a file in hexadecimal digits, and its size in bytes.
+#[pyfunction]
+pub fn file_digest(py: Python<'_>, path: PathBuf) -> PyResult<(String, u64)> {
+    let (digest, size) = py.detach(|| Digest::of_file(&path))?;
+    Ok((digest.to_string(), size))
 }
 
 fn describe<'py>(py: Python<'py>, control: &Control) -> PyResult<Bound<'py, PyDict>> {

@@ -3,9 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use rtsl::Diagnostic;
 use rtsl_image::{AovImage, Image};
 
-use crate::statistics::{NotFinite, RayCounts};
+use crate::compiled::runtime_errors::dropped_samples;
+use crate::statistics::{NotFinite, RayCounts, Statistics};
 
 /// Options that affect the course of a render, but none of the samples that it takes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,4 +69,26 @@ pub struct Rendered {
     pub threads: usize,
     /// True if the render ended early.
     pub cancelled: bool,
+}
+
+impl Rendered {
+    /// Returns statistics with those of the render added.
+    pub fn added_to(&self, statistics: Statistics) -> Statistics {
+        let mut statistics = Statistics {
+            rays: self.rays,
+            dropped_samples: self.dropped_samples,
+            not_finite: self.not_finite.clone(),
+            object_classes: self.object_classes.clone(),
+            threads: self.threads,
+            cancelled: self.cancelled,
+            ..statistics
+        };
+        statistics.set_render_time(self.time);
+        statistics
+    }
+
+    /// Returns the warning about samples that were not finite, if there were any.
+    pub fn dropped_warning(&self) -> Option<Diagnostic> {
+        dropped_samples(self.dropped_samples, &self.not_finite)
+    }
 }

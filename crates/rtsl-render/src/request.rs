@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::{
-    Backend, Diagnostic, Engine, EngineOptions, Instance, Math, Messages, diagnostic_codes as codes,
+    Backend, Diagnostic, Engine, EngineOptions, Instance, Messages, diagnostic_codes as codes,
 };
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, Need, check_render};
@@ -13,14 +13,14 @@ use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, Renderer, Scene, SceneSource, Settings};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
-use crate::compiled::runtime_errors::MAX_CAUSES;
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::execution::{Execution, Optimise, Rendered};
 use crate::path::{
     self, AovPlan, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, Features,
+    RenderIdentity,
 };
 use crate::progress::Progress;
-use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
+use crate::statistics::{Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
 
 /// The scene and the options of a render.
@@ -162,7 +162,7 @@ pub fn render_scene_from(
         path: checkpoint.path.clone(),
         every: checkpoint.every,
         resume: checkpoint.resume,
-        fingerprint: fingerprint(request, &loaded, &files, &plan.features),
+        fingerprint: fingerprint_of(request, &loaded, &files, &plan.features),
     });
     if let Some(checkpoints) = &checkpoints {
         check_place(request, checkpoints)?;
@@ -191,8 +191,10 @@ fn need(request: &RenderRequest<'_>, size: (usize, usize), plan: &AovPlan) -> Ne
     let channel = Amount::of::<f32>(size.0.saturating_mul(size.1));
     let images = image + channel.times(plan.channels());
     let keeps = request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
-    let checkpoint =
-        if keeps { Checkpoints::memory(size, &plan.features) } else { Amount::default() };
+    let checkpoint = match keeps {
+        true => Checkpoints::memory(size, &plan.features, plan.counts_work()),
+        false => Amount::default(),
+    };
     let film = BatchFilm::memory(size, &plan.features) + checkpoint.max(images);
     let helps = if request.for_denoiser { plan.denoiser_aovs() } else { 0 };
     let denoised = image.times(1 + helps);
@@ -221,42 +223,20 @@ fn check_place(request: &RenderRequest<'_>, checkpoints: &Checkpoints) -> Result
 }
 
 /// The fingerprint of an image of the path renderer.
-fn fingerprint(
+fn fingerprint_of(
     request: &RenderRequest<'_>,
     loaded: &LoadedScene,
     files: &RecordedFiles<'_>,
     features: &Features,
 ) -> Fingerprint {
-    let mut fingerprint = Fingerprint::of_settings(&loaded.scene.settings);
-    for (name, digest) in files.digests(&request.scene) {
-        fingerprint.set_digest(name, digest);
-    }
-    fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
-    fingerprint.set("arithmetic", arithmetic(request.engine.math, &loaded.engine));
-    fingerprint.set("parameters set", request.defines.join(" "));
-    if let Some(integrator) = &request.integrator {
-        fingerprint.set("integrator", integrator);
-    }
-    let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
-    fingerprint.set("noise target", noise);
-    fingerprint.set("first hits", if features.first_hits { "kept" } else { "not kept" });
-    let outputs: Vec<&str> = features.outputs().iter().map(|output| &*output.name).collect();
-    let outputs = if outputs.is_empty() { "none".to_owned() } else { outputs.join(", ") };
-    fingerprint.set("outputs", outputs);
-    fingerprint
-}
-
-/// The mode of arithmetic; if its results vary between machines, the properties that they depend on too.
-fn arithmetic(math: Math, engine: &Engine) -> String {
-    let everywhere = match math {
-        Math::Strict => "strict",
-        Math::Contract => "contract",
-        Math::Fast => {
-            let machine = engine.llvm().map_or("the interpreter", |llvm| llvm.host().cpu());
-            return format!("fast for {} rays at a time on {machine}", engine.width());
-        }
+    let files = files.digests(&request.scene);
+    let identity = RenderIdentity {
+        defines: request.defines.clone(),
+        integrator: request.integrator.clone(),
+        camera: request.camera.clone(),
+        ..RenderIdentity::new(files, request.engine.math, &loaded.engine)
     };
-    everywhere.to_owned()
+    path::fingerprint(&loaded.scene.settings, Some(&identity), request.noise_target, features)
 }
 
 fn render_loaded(
@@ -295,42 +275,9 @@ fn result(
     statistics: Statistics,
     mut warnings: Messages,
 ) -> RenderResult {
-    let mut statistics = Statistics {
-        rays: rendered.rays,
-        dropped_samples: rendered.dropped_samples,
-        not_finite: rendered.not_finite,
-        object_classes: rendered.object_classes,
-        threads: rendered.threads,
-        cancelled: rendered.cancelled,
-        ..statistics
-    };
-    statistics.set_render_time(rendered.time);
-    warn_of_dropped(&statistics, &mut warnings);
+    rendered.dropped_warning().into_iter().for_each(|warning| warnings.push_one(warning));
+    let statistics = rendered.added_to(statistics);
     RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings }
-}
-
-/// Warns about samples that are not finite and count as black, and about the methods that caused them.
-fn warn_of_dropped(statistics: &Statistics, warnings: &mut Messages) {
-    let message = match statistics.dropped_samples {
-        0 => return,
-        1 => "1 sample is not finite and counts as black".to_owned(),
-        count => format!("{count} samples are not finite and count as black"),
-    };
-    let mut warning = Diagnostic::new(codes::DROPPED_SAMPLES, message);
-    for NotFinite { class, method, count } in &statistics.not_finite {
-        let values =
-            if *count == 1 { "1 value that is" } else { &format!("{count} values that are") };
-        warning = warning.note(format!("`{method}` of `{class}` returned {values} not finite"));
-    }
-    let explained: u64 = statistics.not_finite.iter().map(|it| it.count).sum();
-    if (MAX_CAUSES..statistics.dropped_samples).contains(&explained) {
-        let others = statistics.dropped_samples - explained;
-        warning =
-            warning.note(format!("the methods were not looked for in {others} other samples"));
-    }
-    warnings.push_one(warning.help(
-        "check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",
-    ));
 }
 
 /// Adds statistics of the scene and the process.

@@ -116,6 +116,16 @@ impl LaneUse {
         self.all += all as u64;
     }
 
+    /// Returns the active lanes, and all.
+    pub fn counts(&self) -> [u64; 2] {
+        [self.on, self.all]
+    }
+
+    /// Returns the use with so many active lanes out of so many.
+    pub fn of_counts([on, all]: [u64; 2]) -> Self {
+        LaneUse { on, all }
+    }
+
     /// Returns the fraction of active lanes; `None` without calls.
     pub fn part(&self) -> Option<f32> {
         (self.all > 0).then(|| (self.on as f64 / self.all as f64) as f32)
@@ -136,7 +146,8 @@ impl Statistics {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    pub(crate) fn set_render_time(&mut self, time: Duration) {
+    /// Sets the time for rendering, and the rays per second that follow from it.
+    pub fn set_render_time(&mut self, time: Duration) {
         self.render_seconds = time.as_secs_f64();
         if self.render_seconds > 0.0 {
             self.rays_per_second = self.rays.total() as f64 / self.render_seconds;

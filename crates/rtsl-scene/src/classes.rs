@@ -14,12 +14,12 @@ use std::sync::{Arc, LazyLock};
 use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{
     Class, Compilation, Compiler, CompilerOptions, Diagnostics, FileLoader, IncludeError,
-    IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
+    IncludeFiles, IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
 };
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::description::DescribedClass;
-use crate::reader::{FileSource, Input};
+use crate::reader::{FileSource, FilesRef, Input};
 
 /// The classes of the standard library and their files. Looking through the texts for each name took most of the time
 /// of loading a scene with many names of pbrt.
@@ -29,7 +29,7 @@ static STANDARD: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| classes(
 #[derive(Clone)]
 pub struct Classes<'a> {
     compiler: Compiler,
-    files: &'a dyn FileSource,
+    files: FilesRef<'a>,
     /// The memory budget for files.
     budget: InputBudget,
     folder: PathBuf,
@@ -89,7 +89,7 @@ impl Found {
 
 impl<'a> Classes<'a> {
     /// The classes visible to a scene in `folder`.
-    pub fn new(compiler: Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
+    pub fn new(compiler: Compiler, files: FilesRef<'a>, folder: &Path) -> Self {
         Classes {
             compiler,
             files,
@@ -202,8 +202,8 @@ impl<'a> Classes<'a> {
             return made.class.clone();
         }
         let file = base.and_then(|base| self.file_of(base));
-        let library = FileLoader::new(self.compiler.options().search_path.clone());
-        let mut loader = BaseLoader { file, library };
+        let files = self.files.clone();
+        let mut loader = BaseLoader { file, includes: includes(&self.compiler, &files) };
         let made = self.compiler.compile_with("attributes.rtsl", text, &mut loader).unit;
         let made = made.and_then(|unit| unit.class(name).ok().cloned());
         self.made.insert(key, MadeClass { class: made.clone(), _base: base.cloned() });
@@ -275,7 +275,7 @@ impl<'a> Classes<'a> {
     }
 
     fn beside(&mut self) -> &[ShaderFile] {
-        let (files, folder, budget) = (self.files, &self.folder, &self.budget);
+        let (files, folder, budget) = (&*self.files, &self.folder, &self.budget);
         let messages = &mut self.messages;
         self.beside.get_or_insert_with(|| {
             let paths = files.list(folder).unwrap_or_default();
@@ -304,11 +304,13 @@ impl<'a> Classes<'a> {
     fn unit(&mut self, path: &Path, text: &str) -> Option<&Unit> {
         if !self.units.contains_key(path) {
             let unit = match self.compiled.get(path) {
-                Some(earlier) if is_current(path, text, earlier) => {
+                Some(earlier) if is_current(path, text, earlier, &*self.files) => {
                     self.accept(path, earlier.clone())
                 }
                 Some(_) | None => {
-                    let compilation = self.compiler.compile(&path.display().to_string(), text);
+                    let mut loader = includes(&self.compiler, &self.files);
+                    let name = path.display().to_string();
+                    let compilation = self.compiler.compile_with(&name, text, &mut loader);
                     self.accept(path, compilation)
                 }
             };
@@ -330,19 +332,49 @@ impl<'a> Classes<'a> {
     }
 }
 
-/// Loads the file of a base class as the module `base`, and what it includes as usual.
-struct BaseLoader {
-    file: Option<(PathBuf, String)>,
-    library: FileLoader,
+/// The loader of the files that shaders include.
+fn includes<'a>(compiler: &Compiler, files: &'a FilesRef<'_>) -> FileLoader<SceneIncludes<'a>> {
+    FileLoader::new(compiler.options().search_path.clone()).among(SceneIncludes(&**files))
 }
 
-impl IncludeLoader for BaseLoader {
+/// The files of a scene, as those that shaders include.
+struct SceneIncludes<'a>(&'a dyn FileSource);
+
+/// The greatest size of a file that is included.
+const LARGEST_INCLUDE: u64 = 16 << 20;
+
+impl IncludeFiles for SceneIncludes<'_> {
+    fn is_file(&self, path: &Path) -> bool {
+        self.0.size(path).is_ok()
+    }
+
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        self.0.real_path(path)
+    }
+
+    fn read_text(&self, path: &Path) -> Result<String, String> {
+        let size = self.0.size(path).map_err(|error| error.to_string())?;
+        if size > LARGEST_INCLUDE {
+            return Err(format!("it is larger than {} MiB", LARGEST_INCLUDE >> 20));
+        }
+        let bytes = self.0.read(path).map_err(|error| error.to_string())?;
+        String::from_utf8(bytes).map_err(|_| "it is not UTF-8".to_owned())
+    }
+}
+
+/// Loads the file of a base class as the module `base`, and what it includes as usual.
+struct BaseLoader<'a> {
+    file: Option<(PathBuf, String)>,
+    includes: FileLoader<SceneIncludes<'a>>,
+}
+
+impl IncludeLoader for BaseLoader<'_> {
     fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
         match &self.file {
             Some((file, text)) if path == "base.rtsl" => {
                 Ok(IncludedFile { name: file.display().to_string(), text: text.clone() })
             }
-            _ => self.library.load(path, including),
+            _ => self.includes.load(path, including),
         }
     }
 }
@@ -354,7 +386,7 @@ fn standard_files(name: &str) -> impl Iterator<Item = (PathBuf, String)> {
 }
 
 /// True if a file and the files that it includes still have the texts of a compilation.
-fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
+fn is_current(path: &Path, text: &str, compilation: &Compilation, files: &dyn FileSource) -> bool {
     let mut texts = texts(path, &compilation.sources);
     let is_own = texts.next().is_some_and(|(_, own)| own == text);
     let is_as_it_was = |(name, text): (&str, &str)| {
@@ -362,8 +394,9 @@ fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
             return true;
         }
         // The length alone shows that a file changed that may have become very long.
-        std::fs::metadata(name).is_ok_and(|now| now.is_file() && now.len() == text.len() as u64)
-            && std::fs::read(name).is_ok_and(|now| now == text.as_bytes())
+        let name = Path::new(name);
+        files.size(name).is_ok_and(|size| size == text.len() as u64)
+            && files.read(name).is_ok_and(|now| now == text.as_bytes())
     };
     is_own && texts.all(is_as_it_was)
 }

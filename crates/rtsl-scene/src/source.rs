@@ -22,8 +22,8 @@ use super::renderer::Renderer;
 use super::scene::Scene;
 use super::settings::Settings;
 use crate::reader::{
-    FileSource, Input, Parameter, ParameterType, SceneFiles, Values, defines, is_compressed,
-    read_scene_within,
+    FileSource, FilesRef, Input, Parameter, ParameterType, SceneFiles, Values, defines,
+    is_compressed, read_scene_within,
 };
 
 /// Options of loading.
@@ -108,7 +108,7 @@ pub fn load_scene(
 /// parameters, its class and everything that it refers to did not change; renderers use this to see what they can keep.
 pub struct SceneSource<'f> {
     path: PathBuf,
-    files: &'f dyn FileSource,
+    files: FilesRef<'f>,
     options: LoadOptions,
     map: SourceMap,
     description: Description,
@@ -136,20 +136,25 @@ pub struct SceneSource<'f> {
 impl<'f> SceneSource<'f> {
     /// Reads the scene in the file `path`. Errors in its text are reported by loading.
     pub fn read(path: &Path, files: &'f dyn FileSource, options: &LoadOptions) -> Self {
+        Self::read_from(path, FilesRef::Borrowed(files), options)
+    }
+
+    /// Reads the scene in the file `path` among files that it may keep.
+    pub fn read_from(path: &Path, files: FilesRef<'f>, options: &LoadOptions) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let classes = Classes::new(Compiler::default(), files, folder);
+        let classes = Classes::new(Compiler::default(), files.clone(), folder);
         Self::read_with(path, files, options, classes)
     }
 
     /// Reads the scene's text again, without the parameters that were set since. Classes whose text did not change stay
     /// the same.
     pub fn read_again(&self) -> Self {
-        Self::read_with(&self.path, self.files, &self.options, self.classes.clone())
+        Self::read_with(&self.path, self.files.clone(), &self.options, self.classes.clone())
     }
 
     fn read_with(
         path: &Path,
-        files: &'f dyn FileSource,
+        files: FilesRef<'f>,
         options: &LoadOptions,
         mut classes: Classes<'f>,
     ) -> Self {
@@ -158,10 +163,10 @@ impl<'f> SceneSource<'f> {
         let mut map = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
         let budget = InputBudget::new(options.input_memory);
-        let mut description = read(path, files, options, &budget, &mut map, &mut diagnostics);
+        let mut description = read(path, &*files, options, &budget, &mut map, &mut diagnostics);
         add_missing_camera(&mut description, &mut diagnostics);
         let own_integrator = description.integrator;
-        let contents = if is_gltf(path) { digest(path, files, options) } else { None };
+        let contents = if is_gltf(path) { digest(path, &*files, options) } else { None };
         if let Some(integrator) = &options.integrator {
             defines::set_integrator(&mut description, integrator, &mut map);
         }
@@ -205,7 +210,7 @@ impl<'f> SceneSource<'f> {
         classes.set_traced();
         SceneSource {
             path: self.path.clone(),
-            files: self.files,
+            files: self.files.clone(),
             options: LoadOptions { traced: true, ..self.options.clone() },
             map: self.map.clone(),
             description: self.description.clone(),
@@ -232,17 +237,17 @@ impl<'f> SceneSource<'f> {
     pub fn text_changed(&self) -> bool {
         let files = self.map.files().map(|(_, file)| file);
         let changed = |path: &Path, text: &str| match self.files.size(path) {
-            Ok(size) if size != text.len() as u64 && !is_compressed(self.files, path) => true,
+            Ok(size) if size != text.len() as u64 && !is_compressed(&*self.files, path) => true,
             Ok(_) => {
                 let now =
-                    Input::read(self.files, path, &InputBudget::new(self.options.input_memory));
+                    Input::read(&*self.files, path, &InputBudget::new(self.options.input_memory));
                 now.is_ok_and(|now| now.bytes != text.as_bytes())
             }
             // Sources without a file, such as the command line, cannot change.
             Err(_) => false,
         };
         let is_other = self.contents.is_some()
-            && digest(&self.path, self.files, &self.options)
+            && digest(&self.path, &*self.files, &self.options)
                 .is_some_and(|now| Some(now) != self.contents);
         is_other || files.into_iter().any(|file| changed(Path::new(&file.name), &file.text))
     }
@@ -310,7 +315,7 @@ impl<'f> SceneSource<'f> {
         let mut loader = Loader::new(
             SceneFiles {
                 scene: &self.path,
-                files: self.files,
+                files: &*self.files,
                 embedded: &self.description.embedded,
                 budget: &budget,
                 texture_memory: self.options.texture_memory,

@@ -230,6 +230,7 @@ diagnostics! {
     E0706 PROCESS_ENDING "a kernel that is requested while the process exits";
     E0707 ASKS_SCENE "a method that asks the scene, for a host without answers";
     E0708 SPLIT_LIMIT "an integrator that waits for the renderer at too many places";
+    E0709 NO_CLUSTER "a render on a cluster without the packages for it";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
     W0241 UNINITIALIZED "a variable read before it has a value";

@@ -55,7 +55,7 @@ pub use codegen::variant::{KnownMembers, Variant};
 pub use compile::analysis::Analysis;
 pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
 pub use compile::library;
-pub use compile::loader::FileLoader;
+pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles};
 pub use compile::outline::{ClassOutline, FunctionOutline, Outline, ParameterOutline, Passing};
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;

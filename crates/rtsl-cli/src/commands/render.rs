@@ -1,5 +1,7 @@
 //! `rtsl render`: renders a scene to a picture.
 
+mod cluster;
+
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,6 +39,16 @@ pub struct RenderArguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     pixel: PixelArguments,
+    /// Render on a cluster of Ray, by the Python package: `auto` for one that runs on this machine, `HOST:PORT`,
+    /// `ray://HOST:PORT`, or `local` for a new one on this machine. `--threads` is the number of each task's. The
+    /// picture is the same. The environment variable RTSL_PYTHON names the interpreter.
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        conflicts_with_all =
+            ["pixel", "denoise", "optimise", "interleave", "input_memory", "texture_memory"]
+    )]
+    cluster: Option<String>,
     /// The camera of a glTF file, by its name or index; its first one if not given.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -198,6 +210,9 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
         return render_one(&request(arguments, &search_path), &arguments.pixel, reporter);
     };
+    if let Some(address) = &arguments.cluster {
+        return cluster::render_on(address, arguments, reporter);
+    }
     check_output(output)?;
     // Checked before the render, not after it.
     let denoiser = match arguments.denoise.then(Denoiser::load).transpose() {

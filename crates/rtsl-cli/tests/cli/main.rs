@@ -1,6 +1,8 @@
 //! The integration tests of `rtsl-cli`, as one program: linking is most of the work of building tests.
 
 mod bench;
+#[cfg(unix)]
+mod cluster;
 mod command;
 mod commands;
 mod dap;

@@ -95,6 +95,27 @@ impl Fingerprint {
         self.entries.iter().map(|(name, value)| (name.as_str(), value))
     }
 
+    /// Returns the fingerprint with one digest in the place of those of files, for sums that are small and many.
+    #[must_use]
+    pub fn condensed(&self) -> Fingerprint {
+        let mut condensed = Fingerprint::default();
+        let mut files = Vec::new();
+        for (name, value) in self.entries() {
+            match value {
+                FingerprintValue::Text(text) => condensed.set(name, text),
+                FingerprintValue::Digest(Digest(bytes)) => {
+                    files.extend((name.len() as u64).to_le_bytes());
+                    files.extend(name.as_bytes());
+                    files.extend(bytes);
+                }
+            }
+        }
+        if !files.is_empty() {
+            condensed.set_digest("a file of the scene", Digest::of(&files));
+        }
+        condensed
+    }
+
     /// Returns the first entry that differs between a checkpoint's fingerprint and that of the render to be resumed.
     pub fn difference(&self, render: &Fingerprint) -> Option<Difference> {
         let names = self.entries.keys().chain(render.entries.keys());

@@ -24,7 +24,7 @@ pub struct RuntimeErrors {
 
 /// The greatest number of such samples: the interpreter evaluates them one by one, and all samples of an image may have
 /// one cause.
-pub const MAX_CAUSES: u64 = 1 << 12;
+const MAX_CAUSES: u64 = 1 << 12;
 
 impl RuntimeErrors {
     /// True if an error ends the render.
@@ -67,6 +67,16 @@ impl RuntimeErrors {
         self.causes.fetch_add(1, Ordering::Relaxed) < MAX_CAUSES
     }
 
+    /// Takes the methods with values that are not finite, which are then forgotten.
+    pub fn take_not_finite(&self) -> Vec<NotFinite> {
+        let taken = self.not_finite();
+        if let Ok(mut counts) = self.not_finite.lock() {
+            counts.clear();
+        }
+        self.causes.store(0, Ordering::Relaxed);
+        taken
+    }
+
     /// Returns the methods with values that are not finite, in a fixed order.
     pub fn not_finite(&self) -> Vec<NotFinite> {
         let counts = self.not_finite.lock().map(|counts| counts.clone()).unwrap_or_default();
@@ -75,6 +85,30 @@ impl RuntimeErrors {
             .map(|((class, method), count)| NotFinite { class, method: method.name(), count })
             .collect()
     }
+}
+
+/// Returns the warning about samples that are not finite and count as black, with the methods that caused them.
+pub fn dropped_samples(count: u64, not_finite: &[NotFinite]) -> Option<Diagnostic> {
+    let message = match count {
+        0 => return None,
+        1 => "1 sample is not finite and counts as black".to_owned(),
+        count => format!("{count} samples are not finite and count as black"),
+    };
+    let mut warning = Diagnostic::new(codes::DROPPED_SAMPLES, message);
+    for NotFinite { class, method, count } in not_finite {
+        let values =
+            if *count == 1 { "1 value that is" } else { &format!("{count} values that are") };
+        warning = warning.note(format!("`{method}` of `{class}` returned {values} not finite"));
+    }
+    let explained: u64 = not_finite.iter().map(|it| it.count).sum();
+    if (MAX_CAUSES..count).contains(&explained) {
+        let others = count - explained;
+        warning =
+            warning.note(format!("the methods were not looked for in {others} other samples"));
+    }
+    Some(warning.help(
+        "check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",
+    ))
 }
 
 /// Returns the error messages for shaders that exceeded their budget.

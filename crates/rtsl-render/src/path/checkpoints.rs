@@ -1,5 +1,6 @@
 //! Conversion of the film to checkpoints, and the schedule of writing them.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -8,8 +9,9 @@ use rtsl_bvh::LANES;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::{Features, FirstHitSums};
-use super::film::{BatchFilm, TileRecord};
+use super::film::{BatchFilm, TileRecord, TileWork};
 use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
+use crate::statistics::LaneUse;
 use crate::tiles::TILE;
 
 /// The checkpoint options of a render.
@@ -26,10 +28,14 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// The memory for writing or reading a checkpoint, besides the film's.
-    pub fn memory((width, height): (usize, usize), features: &Features) -> Amount {
+    /// The memory for writing or reading a checkpoint, besides the film's, which may count work.
+    pub fn memory(
+        (width, height): (usize, usize),
+        features: &Features,
+        counts_work: bool,
+    ) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
-        FilmNumbers::memory(tiles, features)
+        FilmNumbers::memory(tiles, features, counts_work)
     }
 }
 
@@ -71,7 +77,7 @@ impl<'a> CheckpointWriter<'a> {
     }
 }
 
-/// The numbers of a film.
+/// The numbers of tiles of a film that follow each other.
 #[derive(Default)]
 struct FilmNumbers {
     taken: Vec<u32>,
@@ -83,6 +89,10 @@ struct FilmNumbers {
     distances: Vec<f64>,
     hits: Vec<u32>,
     objects: Vec<f32>,
+    /// The counted work; empty if none was.
+    visits: Vec<u32>,
+    visited_samples: Vec<u32>,
+    lane_use: Vec<f64>,
     /// The outputs, each with the name of its section.
     outputs: Vec<(String, Vec<f64>)>,
 }
@@ -90,22 +100,30 @@ struct FilmNumbers {
 /// The prefix of the names of sections of outputs.
 const OUTPUT: &str = "output ";
 
-fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointError> {
+/// Writes a checkpoint of a film.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointError> {
     let no_memory = |error: OutOfMemory| CheckpointError::Unwritable {
         path: checkpoints.path.clone(),
         reason: error.to_string(),
     };
-    let numbers = FilmNumbers::of(film).map_err(no_memory)?;
+    let numbers = FilmNumbers::of(film, 0..film.tiles().len()).map_err(no_memory)?;
     let fingerprint = checkpoints.fingerprint.clone();
     Checkpoint { fingerprint, sections: numbers.sections() }.write(&checkpoints.path)
 }
 
-/// Returns the sums of a film in the form of a checkpoint with this fingerprint.
+/// Returns the sums of tiles of a film in the form of a checkpoint with this fingerprint.
 ///
 /// # Errors
 /// If there is not enough memory.
-pub fn to_bytes(film: &BatchFilm, fingerprint: Fingerprint) -> Result<Vec<u8>, OutOfMemory> {
-    let numbers = FilmNumbers::of(film)?;
+pub fn to_bytes(
+    film: &BatchFilm,
+    tiles: Range<usize>,
+    fingerprint: Fingerprint,
+) -> Result<Vec<u8>, OutOfMemory> {
+    let numbers = FilmNumbers::of(film, tiles)?;
     let mut bytes = Vec::new();
     let checkpoint = Checkpoint { fingerprint, sections: numbers.sections() };
     // Writing to memory does not fail.
@@ -113,19 +131,21 @@ pub fn to_bytes(film: &BatchFilm, fingerprint: Fingerprint) -> Result<Vec<u8>, O
     Ok(bytes)
 }
 
-/// Sets a film to the sums of [`to_bytes`].
+/// Sets tiles of a film to the sums of [`to_bytes`]. If there is an error, nothing changes.
 ///
 /// # Errors
 /// If the bytes are damaged, or belong to another render, as a sentence.
-pub fn from_bytes(film: &BatchFilm, expected: &Fingerprint, bytes: &[u8]) -> Result<(), String> {
+pub fn from_bytes(
+    film: &BatchFilm,
+    tiles: Range<usize>,
+    expected: &Fingerprint,
+    bytes: &[u8],
+) -> Result<(), String> {
     let checkpoint = Checkpoint::from_bytes(bytes).map_err(|damage| damage.to_string())?;
     if let Some(difference) = checkpoint.fingerprint.difference(expected) {
         return Err(format!("they belong to another render: {difference}"));
     }
-    let numbers = FilmNumbers::from_sections(checkpoint.sections, film)?;
-    for tile in 0..film.tiles().len() {
-        numbers.give(tile, &mut film.record(tile), film.features());
-    }
+    FilmNumbers::from_sections(checkpoint.sections, tiles.len(), film)?.give_all(film, tiles);
     Ok(())
 }
 
@@ -139,11 +159,10 @@ pub fn restore(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<bool, Chec
         return Ok(false);
     }
     let checkpoint = Checkpoint::read_for(path, fingerprint)?;
-    let numbers = FilmNumbers::from_sections(checkpoint.sections, film)
+    let tiles = film.tiles().len();
+    let numbers = FilmNumbers::from_sections(checkpoint.sections, tiles, film)
         .map_err(|what| malformed(path, what))?;
-    for tile in 0..film.tiles().len() {
-        numbers.give(tile, &mut film.record(tile), film.features());
-    }
+    numbers.give_all(film, 0..tiles);
     Ok(true)
 }
 
@@ -153,27 +172,36 @@ fn malformed(path: &Path, what: String) -> CheckpointError {
 
 impl FilmNumbers {
     /// The memory of a film's numbers.
-    fn memory(tiles: usize, features: &Features) -> Amount {
-        let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1);
+    fn memory(tiles: usize, features: &Features, counts_work: bool) -> Amount {
+        let of_work = Amount::of::<u32>(LANES + 1) + Amount::of::<f64>(2);
+        let of_work = if counts_work { of_work } else { Amount(0) };
+        let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1) + of_work;
         let of_hit = Amount::of::<f64>(1) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
         let of_hit = if features.first_hits { of_hit } else { Amount(0) };
         let of_pixel = Amount::of::<f64>(4 + features.components()) + of_hit;
         (of_tile + of_pixel.times(LANES)).times(tiles)
     }
 
-    /// Copies the numbers of a film.
-    fn of(film: &BatchFilm) -> Result<Self, OutOfMemory> {
-        let mut numbers = FilmNumbers::with_room_for(film)?;
-        for tile in 0..film.tiles().len() {
+    /// Copies the numbers of tiles of a film.
+    fn of(film: &BatchFilm, tiles: Range<usize>) -> Result<Self, OutOfMemory> {
+        let mut numbers = FilmNumbers::with_room_for(film, tiles.len())?;
+        let counts_work = tiles.clone().any(|tile| film.record(tile).work.is_some());
+        if counts_work {
+            numbers.visits = reserved(tiles.len() * LANES)?;
+        }
+        for tile in tiles {
             // Tiles are copied one by one: the state of each is consistent, and that suffices.
-            numbers.add(&film.record(tile), film.features());
+            let record = film.record(tile);
+            numbers.add(&record, film.features());
+            if counts_work {
+                numbers.add_work(record.work.as_deref());
+            }
         }
         Ok(numbers)
     }
 
-    /// Reserves memory for a film's numbers.
-    fn with_room_for(film: &BatchFilm) -> Result<Self, OutOfMemory> {
-        let tiles = film.tiles().len();
+    /// Reserves memory for the numbers of so many tiles.
+    fn with_room_for(film: &BatchFilm, tiles: usize) -> Result<Self, OutOfMemory> {
         let pixels = tiles * LANES;
         let hits = if film.features().first_hits { pixels } else { 0 };
         let outputs = film.features().outputs().iter().map(|output| {
@@ -190,6 +218,9 @@ impl FilmNumbers {
             distances: reserved(hits)?,
             hits: reserved(hits)?,
             objects: reserved(hits)?,
+            visits: Vec::new(),
+            visited_samples: Vec::new(),
+            lane_use: Vec::new(),
             outputs: outputs.collect::<Result<_, OutOfMemory>>()?,
         })
     }
@@ -212,6 +243,13 @@ impl FilmNumbers {
         }
     }
 
+    fn add_work(&mut self, work: Option<&TileWork>) {
+        let work = work.unwrap_or(&TileWork::NONE);
+        self.visits.extend(work.visits);
+        self.visited_samples.push(work.samples);
+        self.lane_use.extend(work.lane_use.counts().map(|count| count as f64));
+    }
+
     fn sections(&self) -> Vec<Section<'_>> {
         let mut sections = vec![
             Section::u32("taken", &self.taken),
@@ -228,12 +266,23 @@ impl FilmNumbers {
                 Section::f32("objects", &self.objects),
             ]);
         }
+        if !self.visits.is_empty() {
+            sections.extend([
+                Section::u32("visits", &self.visits),
+                Section::u32("visited samples", &self.visited_samples),
+                Section::f64("lane use", &self.lane_use),
+            ]);
+        }
         sections.extend(self.outputs.iter().map(|(name, numbers)| Section::f64(name, numbers)));
         sections
     }
 
-    /// Returns the numbers for a film, or an error message.
-    fn from_sections(sections: Vec<Section<'_>>, film: &BatchFilm) -> Result<Self, String> {
+    /// Returns the numbers for so many tiles of a film, or an error message.
+    fn from_sections(
+        sections: Vec<Section<'_>>,
+        tiles: usize,
+        film: &BatchFilm,
+    ) -> Result<Self, String> {
         let mut all = FilmNumbers::default();
         for Section { name, numbers } in sections {
             match (&*name, numbers) {
@@ -246,19 +295,23 @@ impl FilmNumbers {
                 ("distances", Numbers::F64(numbers)) => all.distances = numbers.into_owned(),
                 ("hits", Numbers::U32(numbers)) => all.hits = numbers.into_owned(),
                 ("objects", Numbers::F32(numbers)) => all.objects = numbers.into_owned(),
+                ("visits", Numbers::U32(numbers)) => all.visits = numbers.into_owned(),
+                ("visited samples", Numbers::U32(numbers)) => {
+                    all.visited_samples = numbers.into_owned();
+                }
+                ("lane use", Numbers::F64(numbers)) => all.lane_use = numbers.into_owned(),
                 (name, Numbers::F64(numbers)) if name.starts_with(OUTPUT) => {
                     all.outputs.push((name.to_owned(), numbers.into_owned()));
                 }
                 (name, _) => return Err(format!("its section `{name}` has an unexpected type")),
             }
         }
-        all.check(film)?;
+        all.check(tiles, film)?;
         Ok(all)
     }
 
-    /// Checks that the counts of numbers fit the film's tiles.
-    fn check(&self, film: &BatchFilm) -> Result<(), String> {
-        let tiles = film.tiles().len();
+    /// Checks that the counts of numbers fit so many tiles of the film.
+    fn check(&self, tiles: usize, film: &BatchFilm) -> Result<(), String> {
         let pixels = tiles * LANES;
         let hits = if film.features().first_hits { pixels } else { 0 };
         let mut lengths = vec![
@@ -272,6 +325,13 @@ impl FilmNumbers {
             ("hits", self.hits.len(), hits),
             ("objects", self.objects.len(), hits),
         ];
+        if !self.visits.is_empty() {
+            lengths.extend([
+                ("visits", self.visits.len(), pixels),
+                ("visited samples", self.visited_samples.len(), tiles),
+                ("lane use", self.lane_use.len(), 2 * tiles),
+            ]);
+        }
         let outputs = film.features().outputs();
         // Sections of outputs are in the order of the film's.
         for (index, (name, numbers)) in self.outputs.iter().enumerate() {
@@ -292,6 +352,14 @@ impl FilmNumbers {
         }
     }
 
+    /// Gives tiles of a film the numbers, which are theirs.
+    fn give_all(&self, film: &BatchFilm, tiles: Range<usize>) {
+        for (index, tile) in tiles.enumerate() {
+            film.clear(tile);
+            self.give(index, &mut film.record(tile), film.features());
+        }
+    }
+
     fn give(&self, tile: usize, record: &mut TileRecord, features: &Features) {
         record.taken = self.taken[tile];
         record.is_done = self.done[tile] != 0;
@@ -308,6 +376,14 @@ impl FilmNumbers {
             distance.copy_from_slice(&self.distances[first..first + LANES]);
             hits.copy_from_slice(&self.hits[first..first + LANES]);
             object.copy_from_slice(&self.objects[first..first + LANES]);
+        }
+        if let Some(visits) = self.visits.get(first..first + LANES) {
+            let mut work = TileWork::NONE;
+            work.visits.copy_from_slice(visits);
+            work.samples = self.visited_samples[tile];
+            let counts = [self.lane_use[2 * tile], self.lane_use[2 * tile + 1]];
+            work.lane_use = LaneUse::of_counts(counts.map(|count| count as u64));
+            record.work = Some(Box::new(work));
         }
         for (output, (_, numbers)) in features.outputs().iter().zip(&self.outputs) {
             let channels = output.ty.channels();

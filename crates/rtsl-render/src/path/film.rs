@@ -49,7 +49,7 @@ pub struct TileRecord {
     /// The time for its samples.
     pub time: Duration,
     /// The work for its samples, if it is counted.
-    work: Option<Box<TileWork>>,
+    pub work: Option<Box<TileWork>>,
     /// True if it needs no more samples.
     pub is_done: bool,
     /// Samples that arrived before earlier ones, by the index of the first.
@@ -65,6 +65,11 @@ pub struct TileWork {
     pub samples: u32,
     /// The use of lanes, also for rays that camera rays spawn.
     pub lane_use: LaneUse,
+}
+
+impl TileWork {
+    /// No work.
+    pub const NONE: TileWork = TileWork { visits: [0; LANES], samples: 0, lane_use: LaneUse::NONE };
 }
 
 /// The number of samples after which a tile's noise is first estimated. Fewer samples might all miss a rarely hit
@@ -226,6 +231,16 @@ impl BatchFilm {
         self.first
     }
 
+    /// Returns the noise at which a tile needs no more samples.
+    pub fn noise_target(&self) -> Option<f32> {
+        self.noise_target
+    }
+
+    /// Forgets the samples of a tile.
+    pub fn clear(&self, tile: usize) {
+        *self.record(tile) = TileRecord::new(&self.features, self.first);
+    }
+
     /// Adds the sums of a tile in a film of the samples that follow those of this one; returns false if they do not.
     pub fn append(&self, tile: usize, later: &BatchFilm) -> bool {
         let (record, later) = (&mut *self.record(tile), &*later.record(tile));
@@ -284,9 +299,7 @@ impl BatchFilm {
     /// Adds the work for samples of a tile.
     pub fn add_work(&self, tile: usize, work: &TileWork) {
         let record = &mut *self.record(tile);
-        let none =
-            || Box::new(TileWork { visits: [0; LANES], samples: 0, lane_use: LaneUse::NONE });
-        let sum = record.work.get_or_insert_with(none);
+        let sum = record.work.get_or_insert_with(|| Box::new(TileWork::NONE));
         for (sum, visits) in sum.visits.iter_mut().zip(work.visits) {
             *sum = sum.saturating_add(visits);
         }

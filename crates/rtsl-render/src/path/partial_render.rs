@@ -1,21 +1,23 @@
 //! Renders that a host advances part by part.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Messages, Method, diagnostic_codes as codes};
 use rtsl_memory::OutOfMemory;
 
-use super::checkpoints::{CheckpointWriter, from_bytes, to_bytes};
+use super::checkpoints::{CheckpointWriter, Checkpoints, from_bytes, restore, to_bytes, write};
 use super::film::BatchFilm;
 use super::render::{BatchOptions, BatchRendered, Job};
+use super::render_identity::{RenderIdentity, fingerprint};
 use super::scene::BatchScene;
-use crate::checkpoint::Fingerprint;
+use crate::checkpoint::{Checkpoint, CheckpointError, Fingerprint};
 use crate::compiled::object_classes::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::execution::Rendered;
-use crate::statistics::RayCounts;
+use crate::statistics::{NotFinite, RayCounts};
 use crate::tiles::RenderThreads;
 
 /// A range of samples of a range of tiles.
@@ -31,6 +33,7 @@ pub struct Part {
 /// done the picture has the bits of one that was rendered at once.
 pub struct PartialRender {
     film: BatchFilm,
+    identity: Option<RenderIdentity>,
     rays: RayCounts,
     errors: RuntimeErrors,
     time: Duration,
@@ -56,12 +59,20 @@ impl PartialRender {
             .beginning_with(first);
         Ok(PartialRender {
             film,
+            identity: None,
             rays: RayCounts::default(),
             errors: RuntimeErrors::default(),
             time: Duration::ZERO,
             threads: 0,
             cancelled: false,
         })
+    }
+
+    /// Tells the render apart from those of other scenes. Without an identity, its host does not mix up the sums of
+    /// several scenes.
+    #[must_use]
+    pub fn identified(self, identity: RenderIdentity) -> Self {
+        PartialRender { identity: Some(identity), ..self }
     }
 
     /// Returns the film.
@@ -156,16 +167,14 @@ impl PartialRender {
     /// If the samples of a tile do not follow, or the pictures do not have the same tiles.
     pub fn add(&mut self, later: &PartialRender, tiles: Range<usize>) -> Result<(), Messages> {
         let (own, other) = (self.film.tiles().len(), later.film.tiles().len());
-        let problem =
-            |message: String| Messages::one(Diagnostic::new(codes::BAD_CHECKPOINT, message));
         if own != other || tiles.end > own || self.film.features() != later.film.features() {
-            return Err(problem("the renders are not of one picture".to_owned()));
+            return Err(refused("the renders are not of one picture".to_owned()));
         }
         for tile in tiles {
             if !self.film.append(tile, &later.film) {
                 let first = later.film.first();
                 let message = format!("tile {tile} has not all samples before sample {first}");
-                return Err(problem(message));
+                return Err(refused(message));
             }
         }
         self.rays += later.rays;
@@ -173,35 +182,143 @@ impl PartialRender {
         Ok(())
     }
 
-    /// Returns the sums of the samples so far, for [`PartialRender::restore`] in another process.
+    /// Returns the sums of all samples of tiles so far, for [`PartialRender::restore`] in another process.
     ///
     /// # Errors
-    /// If there is not enough memory.
-    pub fn sums(&self, scene: &BatchScene) -> Result<Vec<u8>, Messages> {
-        to_bytes(&self.film, self.fingerprint(scene))
-            .map_err(|error| Messages::one(error.diagnostic()))
+    /// If the picture does not have the tiles, or there is not enough memory.
+    pub fn sums(&self, scene: &BatchScene, tiles: Range<usize>) -> Result<Vec<u8>, Messages> {
+        self.check_tiles(&tiles)?;
+        let fingerprint = self.fingerprint_of(scene, &tiles);
+        to_bytes(&self.film, tiles, fingerprint).map_err(|error| Messages::one(error.diagnostic()))
     }
 
-    /// Continues with the sums of a render of the same scene.
+    /// Sets tiles to the sums of a render of the same scene, which take the place of those that they have.
     ///
     /// # Errors
-    /// If they are damaged, or of other settings.
-    pub fn restore(&mut self, scene: &BatchScene, sums: &[u8]) -> Result<(), Messages> {
-        let restored = from_bytes(&self.film, &self.fingerprint(scene), sums);
-        restored.map_err(|reason| {
-            let message = format!("sums of samples cannot be used: {reason}");
-            Messages::one(Diagnostic::new(codes::BAD_CHECKPOINT, message))
-        })
+    /// If the sums are damaged, or of other tiles or settings. Nothing changes then.
+    pub fn restore(
+        &mut self,
+        scene: &BatchScene,
+        tiles: Range<usize>,
+        sums: &[u8],
+    ) -> Result<(), Messages> {
+        self.check_tiles(&tiles)?;
+        let fingerprint = self.fingerprint_of(scene, &tiles);
+        let restored = from_bytes(&self.film, tiles, &fingerprint, sums);
+        restored.map_err(|reason| refused(format!("sums of samples cannot be used: {reason}")))
     }
 
-    /// The settings of the sums, and what they are of. The host answers for the scene.
+    /// Forgets the samples of tiles.
+    ///
+    /// # Errors
+    /// If the picture does not have the tiles.
+    pub fn clear(&mut self, tiles: Range<usize>) -> Result<(), Messages> {
+        self.check_tiles(&tiles)?;
+        tiles.for_each(|tile| self.film.clear(tile));
+        Ok(())
+    }
+
+    /// Returns the least number of samples of those tiles that need more than they have; `None` if none does.
+    ///
+    /// # Errors
+    /// If the picture does not have the tiles.
+    pub fn taken(&self, scene: &BatchScene, tiles: Range<usize>) -> Result<Option<u32>, Messages> {
+        self.check_tiles(&tiles)?;
+        let all = self.whole(scene).samples.end;
+        Ok(tiles.filter_map(|tile| self.film.taken(tile)).filter(|taken| *taken < all).min())
+    }
+
+    /// Takes what was counted since this was called last.
+    pub fn take_counts(&mut self) -> WorkCounts {
+        WorkCounts {
+            rays: std::mem::take(&mut self.rays),
+            not_finite: self.errors.take_not_finite(),
+            time: std::mem::take(&mut self.time),
+        }
+    }
+
+    /// Adds what another render counted.
+    pub fn add_counts(&mut self, counts: &WorkCounts) {
+        self.rays += counts.rays;
+        self.time += counts.time;
+        for NotFinite { class, method, count } in &counts.not_finite {
+            if let Some(method) = Method::from_name(method) {
+                self.errors.report_not_finite(class, method, *count);
+            }
+        }
+    }
+
+    /// Writes a checkpoint, from which a render of the same scene can be resumed: by this or by
+    /// [`render`](super::render()).
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_checkpoint(&self, scene: &BatchScene, path: PathBuf) -> Result<(), Messages> {
+        write(&self.film, &self.checkpoints(scene, path)).map_err(of_checkpoint)
+    }
+
+    /// Checks that a checkpoint can be written.
+    ///
+    /// # Errors
+    /// If it cannot.
+    pub fn check_checkpoint(&self, scene: &BatchScene, path: &Path) -> Result<(), Messages> {
+        Checkpoint::check_place(path, &self.fingerprint(scene)).map_err(of_checkpoint)
+    }
+
+    /// Continues from a checkpoint. Returns false if there is none.
+    ///
+    /// # Errors
+    /// If it cannot be read, is damaged, or belongs to another render.
+    pub fn resume(&mut self, scene: &BatchScene, path: PathBuf) -> Result<bool, Messages> {
+        restore(&self.film, &self.checkpoints(scene, path)).map_err(of_checkpoint)
+    }
+
+    fn checkpoints(&self, scene: &BatchScene, path: PathBuf) -> Checkpoints {
+        let fingerprint = self.fingerprint(scene);
+        Checkpoints { path, every: None, resume: true, fingerprint }
+    }
+
+    fn check_tiles(&self, tiles: &Range<usize>) -> Result<(), Messages> {
+        match tiles.start <= tiles.end && tiles.end <= self.film.tiles().len() {
+            true => Ok(()),
+            false => Err(refused("the picture does not have these tiles".to_owned())),
+        }
+    }
+
+    /// The inputs of the picture.
     fn fingerprint(&self, scene: &BatchScene) -> Fingerprint {
-        let mut fingerprint = Fingerprint::of_settings(&scene.compiled.settings);
-        fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
-        fingerprint.set("first sample", self.film.first().to_string());
-        let features = self.film.features();
-        let outputs: Vec<&str> = features.outputs().iter().map(|output| &*output.name).collect();
-        fingerprint.set("outputs", outputs.join(", "));
+        let (settings, film) = (&scene.compiled.settings, &self.film);
+        let mut fingerprint =
+            fingerprint(settings, self.identity.as_ref(), film.noise_target(), film.features());
+        if film.first() > 0 {
+            fingerprint.set("first sample", film.first());
+        }
         fingerprint
     }
+
+    /// The inputs of the sums of tiles.
+    fn fingerprint_of(&self, scene: &BatchScene, tiles: &Range<usize>) -> Fingerprint {
+        let mut fingerprint = self.fingerprint(scene).condensed();
+        fingerprint.set("tiles", format!("{}..{}", tiles.start, tiles.end));
+        fingerprint
+    }
+}
+
+/// The counts of a render besides its sums.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WorkCounts {
+    /// The number of rays.
+    pub rays: RayCounts,
+    /// The values that were not finite.
+    pub not_finite: Vec<NotFinite>,
+    /// The time that its parts took.
+    pub time: Duration,
+}
+
+fn refused(message: String) -> Messages {
+    Messages::one(Diagnostic::new(codes::BAD_CHECKPOINT, message))
+}
+
+fn of_checkpoint(error: CheckpointError) -> Messages {
+    Messages::one(error.diagnostic())
 }

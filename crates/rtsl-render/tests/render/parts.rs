@@ -22,7 +22,7 @@ fn engine() -> Engine {
 }
 
 fn prepared(scene: &Scene) -> BatchScene {
-    let aovs = [Aov::Distance, Aov::Object];
+    let aovs = [Aov::Distance, Aov::Object, Aov::Nodes];
     BatchScene::new(scene, &engine(), &aovs, &mut Messages::default(), &|_| {})
         .unwrap_or_else(|it| panic!("{}", it.to_text(false)))
 }
@@ -67,10 +67,10 @@ fn sums_of_later_samples_are_added_in_order() {
         partial.render(&scene, &part, options()).expect("no loop is endless");
         partial
     };
-    let later = of_samples(8, 20).sums(&scene).expect("there is memory");
+    let later = of_samples(8, 20).sums(&scene, 0..9).expect("there is memory");
     let added = |sums: &[u8]| {
         let (mut all, mut later) = (of_samples(0, 8), begun(&scene, 8));
-        later.restore(&scene, sums).expect("the sums are of this scene");
+        later.restore(&scene, 0..9, sums).expect("the sums are of this scene");
         all.add(&later, 0..9).expect("the samples follow");
         (all.rendered(&scene).expect("there is memory"), all, later)
     };
@@ -88,8 +88,50 @@ fn sums_of_later_samples_are_added_in_order() {
     assert_eq!(sum.rendered.aovs[1], whole.aovs[1]);
     let problem = |done: Result<(), Messages>| done.unwrap_err().to_text(false);
     assert!(problem(all.add(&last, 0..9)).contains("tile 0 has not all samples before sample 8"));
-    assert!(problem(begun(&scene, 0).restore(&scene, &later)).contains("first sample"));
-    assert!(problem(begun(&scene, 8).restore(&scene, &later[..99])).contains("cannot be used"));
+    assert!(problem(begun(&scene, 0).restore(&scene, 0..9, &later)).contains("first sample"));
+    assert!(
+        problem(begun(&scene, 8).restore(&scene, 0..9, &later[..99])).contains("cannot be used")
+    );
+}
+
+/// Two processes take turns with the tiles of two chains, and a third has the sums of both.
+#[test]
+fn tasks_that_follow_each_other_give_the_bits_of_the_whole() {
+    let scene = prepared(&loaded());
+    let target = Some(0.05);
+    let begin = || PartialRender::new(&scene, 0, target).expect("there is memory");
+    let noisy = BatchOptions { noise_target: target, ..options() };
+    let whole = render(&scene, noisy).expect("no loop is endless").rendered;
+    let (mut head, mut workers) = (begin(), [begin(), begin()]);
+    for (chain, tiles) in [0..4, 4..9].into_iter().enumerate() {
+        let mut sums: Option<Vec<u8>> = None;
+        for (turn, samples) in [0..16, 16..20].into_iter().enumerate() {
+            let worker = &mut workers[(chain + turn) % 2];
+            // A task that was begun before and counts for nothing.
+            let part = Part { tiles: tiles.clone(), samples };
+            worker.clear(tiles.clone()).expect("the picture has these tiles");
+            worker.render(&scene, &part, options()).expect("no loop is endless");
+            worker.take_counts();
+            worker.clear(tiles.clone()).expect("the picture has these tiles");
+            if let Some(sums) = &sums {
+                worker.restore(&scene, tiles.clone(), sums).expect("the sums are of these tiles");
+            }
+            worker.render(&scene, &part, options()).expect("no loop is endless");
+            let made = worker.sums(&scene, tiles.clone()).expect("there is memory");
+            head.restore(&scene, tiles.clone(), &made).expect("the sums are of these tiles");
+            head.add_counts(&worker.take_counts());
+            sums = Some(made);
+        }
+        assert_eq!(head.taken(&scene, tiles).ok(), Some(None));
+    }
+    let rendered = head.rendered(&scene).expect("there is memory").rendered;
+    assert_eq!(rendered.image, whole.image);
+    assert_eq!(rendered.aovs, whole.aovs);
+    assert_eq!(rendered.rays, whole.rays);
+    let of_others = workers[0].sums(&scene, 0..4).expect("there is memory");
+    let problem = head.restore(&scene, 1..5, &of_others).unwrap_err().to_text(false);
+    assert!(problem.contains("the checkpoint has tiles 0..4, the render tiles 1..5"), "{problem}");
+    assert!(head.clear(3..10).is_err() && head.taken(&scene, 3..10).is_err());
 }
 
 fn instance(class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {

@@ -28,6 +28,11 @@ pub trait FileSource: Sync {
 
     /// Returns the files in a folder, sorted by name.
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
+
+    /// Returns a path without links; `None` if there is nothing. Sources without links return the path.
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        Some(resolve(Path::new(""), &path.to_string_lossy()))
+    }
 }
 
 /// The file system.
@@ -69,6 +74,10 @@ impl FileSource for DiskFiles {
         }
         files.sort();
         Ok(files)
+    }
+
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        path.canonicalize().ok()
     }
 }
 

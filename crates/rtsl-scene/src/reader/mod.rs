@@ -30,9 +30,11 @@ mod gzip;
 mod interpreter;
 mod lexer;
 mod limits;
+mod moved_files;
 mod parameter;
 mod parser;
 mod recorded_files;
+mod shared_files;
 mod spectra;
 mod state;
 mod upgrade;
@@ -45,10 +47,12 @@ pub use files::{
 };
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};
+pub use moved_files::MovedFiles;
 pub use parameter::{
     COLOR, Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };
 pub use recorded_files::{Digest, RecordedFiles};
+pub use shared_files::FilesRef;
 pub use writer::push_quoted;
 
 #[cfg(doc)]

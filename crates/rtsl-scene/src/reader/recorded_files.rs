@@ -1,11 +1,13 @@
 //! A record of the files from which a scene was loaded, with digests of their contents.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::files::FileSource;
+use super::files::{DiskFiles, FileSource};
+use super::shared_files::FilesRef;
 
 /// The BLAKE3 digest of a file's content. It is collision resistant, so an edited scene is never mistaken for the
 /// original.
@@ -17,11 +19,28 @@ impl Digest {
     pub fn of(bytes: &[u8]) -> Self {
         Digest(*blake3::hash(bytes).as_bytes())
     }
+
+    /// Computes the digest of a file on the disk, and its size.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn of_file(path: &Path) -> io::Result<(Self, u64)> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(DiskFiles.open(path)?)?;
+        Ok((Digest(*hasher.finalize().as_bytes()), hasher.count()))
+    }
+}
+
+/// In hexadecimal digits.
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
 }
 
 /// A file source that records the files read from another one, with digests of the bytes read.
 pub struct RecordedFiles<'a> {
-    files: &'a dyn FileSource,
+    files: FilesRef<'a>,
     record: Record,
 }
 
@@ -31,7 +50,12 @@ type Record = Arc<Mutex<BTreeMap<PathBuf, BTreeSet<Digest>>>>;
 impl<'a> RecordedFiles<'a> {
     /// Wraps a source; no file is recorded yet.
     pub fn new(files: &'a dyn FileSource) -> Self {
-        RecordedFiles { files, record: Record::default() }
+        RecordedFiles { files: FilesRef::Borrowed(files), record: Record::default() }
+    }
+
+    /// Returns the paths of the files read, sorted.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        locked(&self.record).keys().cloned().collect()
     }
 
     /// Returns the files read, each with a digest of the bytes read from it, sorted by path. Paths are relative to the
@@ -45,6 +69,13 @@ impl<'a> RecordedFiles<'a> {
             (name, Digest::of(&all))
         };
         locked(&self.record).iter().map(digest).collect()
+    }
+}
+
+impl RecordedFiles<'static> {
+    /// Wraps a source and keeps it.
+    pub fn keeping(files: impl FileSource + Send + 'static) -> Self {
+        RecordedFiles { files: FilesRef::Shared(Arc::new(files)), record: Record::default() }
     }
 }
 
@@ -68,6 +99,10 @@ impl FileSource for RecordedFiles<'_> {
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         // Only files that are read are recorded, not the listing.
         self.files.list(folder)
+    }
+
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        self.files.real_path(path)
     }
 }
 

@@ -8,8 +8,8 @@ use flate2::write::GzEncoder;
 use rtsl::{Diagnostics, SourceMap};
 use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::Description;
-use rtsl_scene::reader::{MemoryFiles, read_scene_within};
-use rtsl_scene::{LoadOptions, SceneSource};
+use rtsl_scene::reader::{Digest, MemoryFiles, RecordedFiles, read_scene_within};
+use rtsl_scene::{LoadOptions, SceneSource, load_scene};
 
 type Files = MemoryFiles<Vec<u8>>;
 
@@ -138,4 +138,38 @@ fn texts_of_other_encodings_are_read() {
     let main = b"\xef\xbb\xbf# caf\xe9\nWorldBegin Shape \"One\"";
     let (description, messages) = read("main.pbrt", &[("main.pbrt", main)]);
     assert_eq!((classes(&description), messages.as_str()), (vec!["One"], ""));
+}
+
+/// Wherever a scene's files come from, what its shaders include comes from there, too.
+#[test]
+fn files_that_shaders_include_are_those_of_the_source() {
+    let scene = b"Camera \"Pinhole\"\nWorldBegin\nTexture \"t\" \"spectrum\" \"Stripes\"\n\
+        Material \"Lambertian\" \"texture kd\" \"t\"\nShape \"Sphere\"\n";
+    let stripes =
+        b"#include \"tone.rtsl\"\n#include \"parts/more.rtsl\"\nclass Stripes : rt_Texture;\n\
+        void lookup() { rt_TextureColor = tone(more()); }";
+    let files: [(&str, &[u8]); 4] = [
+        ("s/main.pbrt", scene),
+        ("s/stripes.rtsl", stripes),
+        ("s/parts/more.rtsl", b"float more() { return 0.5; }"),
+        ("library/tone.rtsl", b"color tone(float x) { return color(x); }"),
+    ];
+    let load = |files: &Files| {
+        let recorded = RecordedFiles::new(files);
+        let options = LoadOptions { search_path: vec!["library".into()], ..LoadOptions::default() };
+        let loaded = load_scene(Path::new("s/main.pbrt"), &recorded, &options);
+        loaded.map(|_| recorded.digests(Path::new("s/main.pbrt")))
+    };
+    let names = |digests: &[(String, Digest)]| -> Vec<String> {
+        digests.iter().map(|(name, _)| name.clone()).collect()
+    };
+    let digests = load(&in_memory(&files)).unwrap_or_else(|it| panic!("{}", it.to_text(false)));
+    let expected = ["library/tone.rtsl", "main.pbrt", "parts/more.rtsl", "stripes.rtsl"];
+    assert_eq!(names(&digests), expected);
+    let changed =
+        in_memory(&files).with("library/tone.rtsl", *b"color tone(float x) { return color(0); }");
+    let changed = load(&changed).unwrap_or_else(|it| panic!("{}", it.to_text(false)));
+    assert_eq!((names(&changed), changed != digests), (names(&digests), true));
+    let missing = load(&in_memory(&files[..3])).unwrap_err().to_text(false);
+    assert!(missing.contains("E0020"), "{missing}");
 }

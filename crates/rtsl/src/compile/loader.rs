@@ -13,11 +13,52 @@ const SIZE_LIMIT: u64 = 16 << 20;
 /// Loads the files of `#include`: from the folder of the including file, then from the search path, then from the
 /// standard library, which is built in. It reads no file outside these folders and that of the first file, through
 /// paths or links.
-#[derive(Clone, Debug, Default)]
-pub struct FileLoader {
+#[derive(Clone, Debug)]
+pub struct FileLoader<F = DiskIncludes> {
     /// The folder of the compiled file, if there is one.
     folder: Option<PathBuf>,
     search_path: Vec<PathBuf>,
+    files: F,
+}
+
+/// The files among which a [`FileLoader`] looks.
+pub trait IncludeFiles {
+    /// True if there is a regular file of this name.
+    fn is_file(&self, path: &Path) -> bool;
+
+    /// Returns the path without links; `None` if there is nothing.
+    fn real_path(&self, path: &Path) -> Option<PathBuf>;
+
+    /// Reads a text. The error is a reason, as a part of a sentence.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is no text.
+    fn read_text(&self, path: &Path) -> Result<String, String>;
+}
+
+/// The file system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiskIncludes;
+
+impl IncludeFiles for DiskIncludes {
+    fn is_file(&self, path: &Path) -> bool {
+        path.is_file()
+    }
+
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        path.canonicalize().ok()
+    }
+
+    fn read_text(&self, path: &Path) -> Result<String, String> {
+        read_text(path)
+    }
+}
+
+/// A loader without a search path.
+impl Default for FileLoader {
+    fn default() -> Self {
+        FileLoader::new([])
+    }
 }
 
 impl FileLoader {
@@ -30,12 +71,19 @@ impl FileLoader {
                 *folder = PathBuf::from(".");
             }
         }
-        FileLoader { folder: None, search_path }
+        FileLoader { folder: None, search_path, files: DiskIncludes }
     }
 
     /// A loader for the text in `file`.
     pub fn beside(file: &Path, search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
         FileLoader { folder: Some(folder_of(file).to_owned()), ..FileLoader::new(search_path) }
+    }
+}
+
+impl<F: IncludeFiles> FileLoader<F> {
+    /// Returns the loader, looking among other files.
+    pub fn among<G: IncludeFiles>(self, files: G) -> FileLoader<G> {
+        FileLoader { folder: self.folder, search_path: self.search_path, files }
     }
 
     /// Returns the folders to search, that of the including file first.
@@ -51,13 +99,13 @@ impl FileLoader {
     }
 
     fn is_allowed(&self, file: &Path) -> bool {
-        let Ok(real) = file.canonicalize() else { return false };
+        let Some(real) = self.files.real_path(file) else { return false };
         let mut roots = self.folder.iter().chain(&self.search_path);
-        roots.any(|root| root.canonicalize().is_ok_and(|root| real.starts_with(root)))
+        roots.any(|root| self.files.real_path(root).is_some_and(|root| real.starts_with(root)))
     }
 }
 
-impl IncludeLoader for FileLoader {
+impl<F: IncludeFiles> IncludeLoader for FileLoader<F> {
     fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
         if Path::new(path).is_absolute() || path.contains('\0') {
             return Err(IncludeError::Escapes);
@@ -65,12 +113,12 @@ impl IncludeLoader for FileLoader {
         let mut looked_at = Vec::new();
         for folder in self.folders(including) {
             let candidate = without_detours(&folder.join(path));
-            if candidate.is_file() {
+            if self.files.is_file(&candidate) {
                 if !self.is_allowed(&candidate) {
                     // A file of the library may have the name of one on disk, which its own includes do not mean.
                     return library_file(path, including).ok_or(IncludeError::Escapes);
                 }
-                let text = read_text(&candidate).map_err(IncludeError::Unreadable)?;
+                let text = self.files.read_text(&candidate).map_err(IncludeError::Unreadable)?;
                 return Ok(IncludedFile { name: candidate.display().to_string(), text });
             }
             looked_at.push(candidate.display().to_string());
