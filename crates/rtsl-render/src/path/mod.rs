@@ -44,7 +44,7 @@ mod tracer;
 mod visits;
 mod wavefront;
 
-pub(crate) use aov_plan::AovPlan;
+pub(crate) use aov_plan::{AovPlan, outputs_of};
 pub use checkpoints::Checkpoints;
 pub(crate) use features::Features;
 pub(crate) use film::BatchFilm;

@@ -1,5 +1,6 @@
 //! The film of a session: sums of samples, tile by tile, and the displayed pixels.
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -46,6 +47,26 @@ impl SampleWork {
     }
 }
 
+/// The samples of a pixel that are not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct DroppedSamples {
+    first: u32,
+    count: u32,
+}
+
+/// A pixel with samples that are not finite, which count as black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DroppedPixel {
+    /// The column, from the left.
+    pub x: usize,
+    /// The row, from the top.
+    pub y: usize,
+    /// The first of the samples.
+    pub first: u32,
+    /// The number of the samples.
+    pub count: u32,
+}
+
 /// The state of a tile.
 struct Record {
     sums: TileSums,
@@ -55,6 +76,8 @@ struct Record {
     taken: u32,
     /// Their cost.
     work: SampleWork,
+    /// The samples that are not finite, by the pixels that have any.
+    dropped: BTreeMap<u8, DroppedSamples>,
     /// The displayed pixels, `0x00RRGGBB`. They are kept when samples are cleared, until new ones replace them.
     shown: [u32; LANES],
 }
@@ -65,6 +88,7 @@ impl Record {
         scatter: Scatter::NONE,
         taken: 0,
         work: SampleWork::NONE,
+        dropped: BTreeMap::new(),
         shown: [0; LANES],
     };
 
@@ -81,7 +105,9 @@ impl Record {
         let lanes = self.work.lane_use.part().unwrap_or(0.0);
         for lane in 0..LANES {
             let visited = self.work.visited[lane] as f32 / self.taken as f32;
-            let facts = PixelFacts { color: self.average(lane), time, visited, lanes };
+            let dropped = self.dropped.contains_key(&(lane as u8));
+            let color = self.average(lane);
+            let facts = PixelFacts { color, time, visited, lanes, dropped };
             self.shown[lane] = display.pixel(&facts);
         }
     }
@@ -127,8 +153,12 @@ impl Film {
     pub fn add(&self, index: usize, samples: &[TileSample], work: &SampleWork, display: &Display) {
         let mut record = self.record(index);
         for sample in samples {
-            // Samples that are not finite count as black.
-            sample.add_to(&mut record.sums);
+            let dropped = sample.add_to(&mut record.sums);
+            let first = record.taken;
+            for lane in lanes_of(dropped) {
+                let none = DroppedSamples { first, count: 0 };
+                record.dropped.entry(lane as u8).or_insert(none).count += 1;
+            }
             record.scatter.add(sample, display.scale());
             record.taken += 1;
         }
@@ -201,6 +231,22 @@ impl Film {
                 pixels[y * stride + x] = record.shown[lane];
             }
         }
+    }
+
+    /// Returns the pixels with samples that are not finite, row by row of tiles, at most so many, and the number of all of
+    /// them.
+    pub fn dropped(&self, limit: usize) -> (Vec<DroppedPixel>, usize) {
+        let (mut found, mut all) = (Vec::new(), 0);
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let record = self.record(index);
+            all += record.dropped.len();
+            let room = limit.saturating_sub(found.len());
+            found.extend(record.dropped.iter().take(room).map(|(lane, samples)| {
+                let (x, y) = tile.pixel(usize::from(*lane));
+                DroppedPixel { x, y, first: samples.first, count: samples.count }
+            }));
+        }
+        (found, all)
     }
 
     /// Returns the averages of the samples; black without samples.

@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
+use rtsl::{
+    Diagnostic, Engine, Messages, SourceMap, Trace, TraceDetail, diagnostic_codes as codes,
+};
 use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
@@ -16,6 +18,7 @@ use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
+use super::probe::Probe;
 use super::renderer::SessionRenderer;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
@@ -24,7 +27,7 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
-use crate::pixel::prints_of;
+use crate::pixel::SampleRequest;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
@@ -124,7 +127,7 @@ impl Session {
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
         warnings.push(SourceMap::new(), engine_warnings);
-        choose_renderer(&source, &mut scene);
+        choose_renderer(source.selected_integrator().is_some(), &mut scene);
         let renderer = SessionRenderer::new(&scene, &engine, None, &mut warnings)?;
         let threads = RenderThreads::new(options.threads)?;
         let settings = &scene.settings;
@@ -361,6 +364,11 @@ impl Session {
         self.source.source_files()
     }
 
+    /// Returns the folders for `#include` besides the scene's.
+    pub fn search_path(&self) -> &[PathBuf] {
+        &self.options.search_path
+    }
+
     /// Returns the object under a pixel, counted from the top left.
     pub fn pick(&self, x: usize, y: usize) -> Option<Picked> {
         let (width, height) = self.film.size();
@@ -411,18 +419,25 @@ impl Session {
     /// Any error of the scene, its shaders, or the machine.
     pub fn prints(&self, x: usize, y: usize) -> Result<Vec<String>, Messages> {
         let (width, height) = self.film.size();
+        // Most scenes print nothing, and need not be compiled again.
         if x >= width || y >= height || !self.source.has_prints() {
             return Ok(Vec::new());
         }
-        let source = self.source.traced();
-        let engine = self.options.engine_for(&self.scene.settings);
-        prints_of(source, engine, [x, y], |scene| {
-            self.options.apply(&mut scene.settings);
-            choose_renderer(&self.source, scene);
-            if self.camera_to_world != self.scene.camera_to_world {
-                (scene.camera_to_world, scene.camera_motion) = (self.camera_to_world, None);
-            }
-        })
+        let trace = Trace::new(TraceDetail::Prints);
+        let request = SampleRequest { pixel: [x, y], sample: 0, outputs: false, trace: &trace };
+        let sample = self.probe().evaluate(&request)?;
+        Ok(sample.recording.entries.iter().map(ToString::to_string).collect())
+    }
+
+    /// Returns a probe of the scene as it is now, whose samples any thread can evaluate.
+    pub fn probe(&self) -> Probe {
+        let is_moved = self.camera_to_world != self.scene.camera_to_world;
+        Probe {
+            source: self.source.traced(),
+            options: SessionOptions { size: Some(self.film.size()), ..self.options.clone() },
+            engine: self.options.engine_for(&self.scene.settings),
+            camera: is_moved.then_some(self.camera_to_world),
+        }
     }
 
     /// Continues with a scene that was loaded again, keeping everything that did not change.
@@ -430,7 +445,7 @@ impl Session {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
         check_size(&scene, self.options.threads)?;
-        choose_renderer(&self.source, &mut scene);
+        choose_renderer(self.source.selected_integrator().is_some(), &mut scene);
         let same_integrator =
             scene.has_same_integrator(&self.scene) && scene.settings == self.scene.settings;
         let same_shapes = scene.has_same_shapes(&self.scene);
@@ -645,8 +660,7 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
 
 /// Selects the renderer: names of the format leave the choice to the viewer, which prefers the interactive renderer,
 /// unless one was selected.
-fn choose_renderer(source: &SceneSource<'_>, scene: &mut Scene) {
-    let is_selected = source.selected_integrator().is_some();
+pub(super) fn choose_renderer(is_selected: bool, scene: &mut Scene) {
     let is_batch = is_selected && scene.settings.renderer == Some(Renderer::Batch);
     if scene.integrator.is_none() && !is_batch {
         scene.settings.renderer = Some(Renderer::Interactive);
