@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use clap::ValueEnum;
-use rtsl::{
-    Diagnostic, Place, Recording, SourceMap, Span, TraceDetail, TraceEntry, TraceKind,
-    diagnostic_codes as codes,
-};
+use rtsl::{Place, Recording, TraceDetail, TraceEntry, TraceKind};
+use rtsl_debug::first_not_finite;
 use serde::{Deserialize, Serialize};
 
 use crate::report::JsonDiagnostic;
@@ -43,46 +41,6 @@ pub fn lines(recording: &Recording) -> String {
         text += &format!("{} further lines are not kept\n", recording.dropped);
     }
     text
-}
-
-/// Returns a warning about the first value that is not finite, with the text at its place.
-pub fn not_finite(recording: &Recording) -> Option<(SourceMap, Diagnostic)> {
-    let found = recording.entries.iter().find_map(|entry| match entry.kind {
-        TraceKind::NotFinite(value, _) => Some((entry, value)),
-        _ => None,
-    });
-    let (entry, value) = found?;
-    let message = format!("a value that leaves `{}` is not finite: {value:?}", entry.method);
-    let mut sources = SourceMap::new();
-    let diagnostic = Diagnostic::new(codes::NOT_FINITE, message);
-    let diagnostic = match &entry.place {
-        Some(Place { source, start, end }) => {
-            let file = sources.add(source.name.clone(), source.text.clone());
-            diagnostic.at(Span::new(file, *start, *end), "made of finite numbers here")
-        }
-        None => diagnostic,
-    };
-    let calls = open_calls(&recording.entries, entry);
-    let diagnostic = calls.into_iter().fold(diagnostic, |diagnostic, call| diagnostic.note(call));
-    Some((sources, diagnostic))
-}
-
-/// The calls around an entry, the innermost first.
-fn open_calls(entries: &[TraceEntry], of: &TraceEntry) -> Vec<String> {
-    let mut open = Vec::new();
-    for entry in entries.iter().take_while(|entry| !std::ptr::eq(*entry, of)) {
-        match &entry.kind {
-            TraceKind::Call(..) => open.push(&*entry.method),
-            TraceKind::Return(_) => {
-                open.pop();
-            }
-            _ => {}
-        }
-    }
-    if open.last() == Some(&&*of.method) {
-        open.pop();
-    }
-    open.iter().rev().map(|method| format!("called by `{method}`")).collect()
 }
 
 /// An entry as JSON.
@@ -155,7 +113,7 @@ pub struct JsonRecording {
 impl JsonRecording {
     /// Converts a recording.
     pub fn new(recording: &Recording) -> JsonRecording {
-        let not_finite = not_finite(recording);
+        let not_finite = first_not_finite(recording);
         JsonRecording {
             entries: recording.entries.iter().map(JsonEntry::new).collect(),
             dropped: recording.dropped,

@@ -8,6 +8,7 @@
 //! - `timeline`: the calls and the stops of a recording.
 //! - `replay`: the position, and what moves it; `breakpoint` has what ends a run.
 //! - `frame`: the calls around the position; `scopes` the values of their variables; `lines` those beside the text.
+//! - `not_finite`: a warning about the first value of a recording that is NaN or infinite.
 //! - `path`: parts of values, such as `hits[2].normal.x`; `expression`: expressions of values, which the compiler
 //!   evaluates.
 //!
@@ -17,6 +18,7 @@ mod breakpoint;
 mod expression;
 mod frame;
 mod lines;
+mod not_finite;
 mod path;
 mod replay;
 mod scopes;
@@ -24,7 +26,8 @@ mod timeline;
 
 pub use breakpoint::{Breakpoint, BreakpointId, Location, Pauses};
 pub use frame::Frame;
-pub use lines::{Effect, LineEffects};
+pub use lines::{Effect, LineEffects, LineValues};
+pub use not_finite::first_not_finite;
 pub use replay::{Granularity, NothingRecorded, Reason, Replay, Stopped};
 pub use scopes::Scopes;
 pub use timeline::NotFinite;

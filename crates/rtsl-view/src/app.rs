@@ -1,5 +1,6 @@
 //! The viewer: converts input to pixels. It does not depend on a window.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use egui::{CentralPanel, Context, Key, Panel, PointerButton, Pos2, RawInput, Rect, Sense, Ui};
@@ -7,8 +8,14 @@ use rtsl_render::Messages;
 use rtsl_render::session::{Picked, Reloaded, Session, ViewMode};
 use rtsl_scene::EntityId;
 
+use crate::costs::{self, LineCosts};
+use crate::editor::{Done, Editor, Notes};
+use crate::inspector::{
+    Debugging, Inspected, Inspector, Job, Jobs, Move, ReportPlace, Request as Inspection, State,
+};
 use crate::layout::{self, Panes, Place, Side};
 use crate::navigation::Navigation;
+use crate::not_finite::{NotFinite, Request as NotFiniteRequest};
 use crate::parameters::{Parameters, Request};
 use crate::raster::Raster;
 use crate::{status, theme, toolbar};
@@ -31,6 +38,16 @@ pub struct App {
     last_side: Side,
     navigation: Navigation,
     parameters: Parameters,
+    editor: Editor,
+    inspector: Inspector,
+    jobs: Jobs,
+    not_finite: NotFinite,
+    /// The costs of lines, if they were measured.
+    costs: Option<LineCosts>,
+    /// The number of changes of the scene.
+    changes: u64,
+    /// True while the window asks whether unsaved texts may be lost.
+    asks_to_close: bool,
     pointer: Option<Pos2>,
     picked: Option<Picked>,
     /// Diagnostics, until they are closed or out of date.
@@ -41,6 +58,19 @@ pub struct App {
     wishes: Vec<Wish>,
 }
 
+/// What is shown when the window opens.
+#[derive(Clone, Debug, Default)]
+pub struct Start {
+    /// The pane at the right; parameters beside large pictures if `None`.
+    pub side: Option<Side>,
+    /// A file and a line in the editor. A replay runs to the line.
+    pub edit: Option<(PathBuf, Option<usize>)>,
+    /// The column and the row of a pixel that is inspected, and the sample that is replayed.
+    pub inspect: Option<([usize; 2], u32)>,
+    /// The quantity that is displayed.
+    pub mode: ViewMode,
+}
+
 /// A request that only the window can fulfil.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish {
@@ -48,6 +78,8 @@ pub enum Wish {
     Print(String),
     /// Write a picture of the window.
     Screenshot,
+    /// Close the window.
+    Close,
 }
 
 /// The part of a frame that the window takes care of.
@@ -60,11 +92,18 @@ pub struct Shown {
 
 impl App {
     /// Creates a viewer of a session.
-    pub fn new(session: Session) -> Self {
+    pub fn new(session: Session, start: &Start) -> Self {
         let context = Context::default();
         theme::apply(&context);
         let size = session.film().size();
         let mut app = App {
+            editor: Editor::new(&context, session.search_path().to_vec()),
+            inspector: Inspector::default(),
+            jobs: Jobs::default(),
+            not_finite: NotFinite::default(),
+            costs: costs::measure(&session),
+            changes: 0,
+            asks_to_close: false,
             context,
             raster: Raster::default(),
             size,
@@ -85,7 +124,29 @@ impl App {
         let first = app.parameters.things.iter().map(|thing| thing.entity);
         let first = first.into_iter().find(|it| !app.session.controls(*it).is_empty());
         app.select(first);
+        app.start(start);
         app
+    }
+
+    fn start(&mut self, start: &Start) {
+        self.session.set_view_mode(start.mode);
+        self.panes.side = start.side.or(self.panes.side);
+        if let Some((path, line)) = &start.edit {
+            self.panes.editor = true;
+            let name = path.display().to_string();
+            self.editor.go_to(&name, *line, None);
+            if let (Some(line), Some(_)) = (line, start.inspect) {
+                self.editor.set_breakpoint(&name, *line as u32);
+            }
+        }
+        if let Some(([x, y], sample)) = start.inspect {
+            self.panes.editor = true;
+            self.panes.side = Some(Side::Inspector);
+            self.inspector.set_sample(sample);
+            self.inspect(x, y);
+            let job = Job::Steps(self.inspector.probed());
+            self.evaluate(job);
+        }
     }
 
     /// Returns the session.
@@ -126,7 +187,20 @@ impl App {
 
     /// Notes that files of the scene were saved.
     pub fn files_changed(&mut self) {
+        self.editor.look_at_files();
         self.reload();
+    }
+
+    /// Handles the wish to close the window. Returns false if there are unsaved texts: someone is asked first.
+    pub fn may_close(&mut self) -> bool {
+        self.asks_to_close = !self.editor.unsaved().is_empty();
+        self.panes.editor |= self.asks_to_close;
+        !self.asks_to_close
+    }
+
+    /// True while a thread finds something out that will be shown.
+    pub fn is_waiting(&self) -> bool {
+        self.jobs.is_busy() || self.editor.is_busy()
     }
 
     /// True if [`App::advance`] has work to do.
@@ -160,6 +234,7 @@ impl App {
             self.size = (width, height);
         }
         self.take_keys(&mut input);
+        self.take_outcomes();
         let context = self.context.clone();
         let output = context.run_ui(input, |ui| self.show(ui));
         self.scale = output.pixels_per_point;
@@ -214,8 +289,10 @@ impl App {
                 egui::Event::Key { key, pressed, repeat, modifiers, .. } => {
                     self.navigation.is_shifted = modifiers.shift;
                     let has_modifier = modifiers.command || modifiers.ctrl || modifiers.alt;
-                    let is_for_all = matches!(key, Key::F12);
-                    let is_ours = is_for_all || !(is_typing || has_modifier);
+                    if *pressed && self.take_shortcut(*key, modifiers) {
+                        continue;
+                    }
+                    let is_ours = !(is_typing || has_modifier);
                     if is_ours && self.take_key(*key, *pressed, *repeat) {
                         continue;
                     }
@@ -224,6 +301,27 @@ impl App {
             }
             input.events.push(event);
         }
+    }
+
+    /// Handles a key that is a command even while someone types; false for others.
+    fn take_shortcut(&mut self, key: Key, modifiers: &egui::Modifiers) -> bool {
+        if key == Key::F12 {
+            self.wishes.push(Wish::Screenshot);
+            return true;
+        }
+        if key == Key::S && modifiers.command && self.panes.editor {
+            if self.editor.save() {
+                self.reload();
+            }
+            return true;
+        }
+        let movement = Move::of_key(key, modifiers.shift);
+        if let (Some(movement), Some(debugging)) = (movement, &mut self.inspector.debugging) {
+            debugging.go(movement);
+            self.show_position();
+            return true;
+        }
+        false
     }
 
     /// Handles a key; false if it is no command.
@@ -266,7 +364,7 @@ impl App {
                 let text = self.navigation.camera_text(&self.session);
                 self.wishes.push(Wish::Print(text));
             }
-            Key::Num1 | Key::Num2 | Key::Num3 | Key::Num4 => {
+            Key::Num1 | Key::Num2 | Key::Num3 | Key::Num4 | Key::Num5 => {
                 let index = key as usize - Key::Num1 as usize;
                 let mode = ViewMode::ALL.get(index);
                 mode.into_iter().for_each(|mode| self.session.set_view_mode(*mode));
@@ -276,7 +374,8 @@ impl App {
                 self.panes.toggle(side);
             }
             Key::Home => self.session.set_camera(self.session.scene_camera()),
-            Key::F12 => self.wishes.push(Wish::Screenshot),
+            Key::X => self.panes.editor = !self.panes.editor,
+            Key::P => self.panes.toggle(Side::Inspector),
             Key::Escape => {
                 self.message = None;
                 self.panes.help = false;
@@ -291,12 +390,61 @@ impl App {
 
     fn show(&mut self, ui: &mut Ui) {
         self.show_toolbar(ui);
+        if self.panes.editor {
+            let pane = Panel::left("editor").default_size(layout::EDITOR).min_size(240.0);
+            pane.resizable(true).show(ui, |ui| self.show_editor(ui));
+        }
         if let Some(side) = self.panes.side {
             self.last_side = side;
             let pane = Panel::right("side").default_size(layout::SIDE).min_size(220.0);
             pane.resizable(true).show(ui, |ui| self.show_side(ui, side));
         }
         CentralPanel::no_frame().show(ui, |ui| self.show_picture(ui));
+        if self.asks_to_close {
+            self.show_question(ui);
+        }
+    }
+
+    fn show_editor(&mut self, ui: &mut Ui) {
+        self.editor.open_all(&self.session.source_files());
+        let place = self.inspector.debugging.as_ref().and_then(Debugging::place);
+        let notes = Notes {
+            position: place.map(|(text, line, _)| (text, line)),
+            values: self.inspector.debugging.as_ref().map(|debugging| &debugging.beside),
+            costs: self.costs.as_ref(),
+        };
+        match self.editor.show(ui, &notes) {
+            Some(Done::Saved) => self.reload(),
+            Some(Done::Breakpoints) => {
+                if let Some(debugging) = &mut self.inspector.debugging {
+                    debugging.set_breakpoints(self.editor.breakpoints());
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Asks whether unsaved texts may be lost.
+    fn show_question(&mut self, ui: &Ui) {
+        let titles = self.editor.unsaved().join(", ");
+        egui::Modal::new(egui::Id::unique("unsaved")).show(ui.ctx(), |ui| {
+            ui.heading("Unsaved texts");
+            ui.label(format!("{titles} differ from their files."));
+            ui.horizontal(|ui| {
+                if ui.button("Save all and close").clicked() {
+                    self.asks_to_close = false;
+                    if self.editor.save_all() {
+                        self.wishes.push(Wish::Close);
+                    }
+                }
+                if ui.button("Close without saving").clicked() {
+                    self.wishes.push(Wish::Close);
+                }
+                if ui.button("Go on").clicked() {
+                    self.asks_to_close = false;
+                }
+            });
+        });
     }
 
     fn show_toolbar(&mut self, ui: &mut Ui) {
@@ -319,6 +467,47 @@ impl App {
                 let request = self.parameters.show(ui);
                 self.obey(request);
             }
+            Side::Inspector => self.show_inspector(ui),
+            Side::Costs => {
+                let mode = self.session.view_mode();
+                if let Some(mode) = costs::show(ui, self.costs.as_ref(), mode) {
+                    self.session.set_view_mode(mode);
+                }
+            }
+            Side::NotFinite => {
+                let running = self.jobs.is_busy();
+                match self.not_finite.show(ui, self.session.film(), running) {
+                    Some(NotFiniteRequest::Find(job)) => self.evaluate(job),
+                    Some(NotFiniteRequest::GoTo(place)) => self.go_to(&place),
+                    Some(NotFiniteRequest::Inspect(pixel)) => {
+                        self.panes.side = Some(Side::Inspector);
+                        self.inspector.set_sample(pixel.sample);
+                        self.inspect(pixel.x, pixel.y);
+                    }
+                    None => {}
+                }
+            }
+        }
+    }
+
+    fn show_inspector(&mut self, ui: &mut Ui) {
+        if self.inspector.needs_facts() && !self.jobs.is_busy() {
+            self.evaluate(Job::Facts(self.inspector.probed()));
+        }
+        let before = self.inspector.debugging.as_ref().map(Debugging::shown);
+        let (state, samples) = (self.state(), self.session.status().samples_wanted);
+        match self.inspector.show(ui, &state, samples, self.jobs.is_busy()) {
+            Some(Inspection::Evaluate(job)) => self.evaluate(job),
+            Some(Inspection::GoTo(place)) => self.go_to(&place),
+            Some(Inspection::Again) => {
+                if let Some(&Inspected { x, y, .. }) = self.inspector.pixel() {
+                    self.inspect(x, y);
+                }
+            }
+            None => {}
+        }
+        if before != self.inspector.debugging.as_ref().map(Debugging::shown) {
+            self.show_position();
         }
     }
 
@@ -331,7 +520,21 @@ impl App {
         self.session.resize(place.width, place.height);
         let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
         self.handle_gestures(ui, &response);
+        self.mark_pixel(ui, rect);
         self.show_overlays(ui, rect);
+    }
+
+    /// Marks the pixel that is inspected.
+    fn mark_pixel(&self, ui: &Ui, rect: Rect) {
+        let Some(pixel) = self.inspector.pixel() else { return };
+        if self.panes.side != Some(Side::Inspector) || pixel.state != self.state() {
+            return;
+        }
+        let scale = ui.ctx().pixels_per_point();
+        let at = rect.min + egui::vec2(pixel.x as f32 + 0.5, pixel.y as f32 + 0.5) / scale;
+        let painter = ui.painter_at(rect);
+        painter.circle_stroke(at, 5.0, egui::Stroke::new(2.5, egui::Color32::BLACK));
+        painter.circle_stroke(at, 5.0, egui::Stroke::new(1.0, egui::Color32::WHITE));
     }
 
     fn handle_gestures(&mut self, ui: &Ui, response: &egui::Response) {
@@ -396,12 +599,82 @@ impl App {
 
     fn pick(&mut self) {
         let Some((x, y)) = self.pixel_at_pointer() else { return };
-        self.print_pixel(x, y);
-        self.picked = self.session.pick(x, y);
+        if self.panes.side == Some(Side::Inspector) {
+            // The pane shows what is printed, and it is printed when the sample is evaluated.
+            self.inspect(x, y);
+        } else {
+            self.print_pixel(x, y);
+            self.picked = self.session.pick(x, y);
+            self.inspector.forget();
+            let (picked, state) = (self.picked.clone(), self.state());
+            // The inspector evaluates it when it is opened.
+            self.inspector.look_at(Inspected { x, y, picked, state });
+        }
         if let Some(picked) = &self.picked {
             let entity = picked.material.unwrap_or(picked.shape);
             self.select(Some(entity));
         }
+    }
+
+    // The inspector.
+
+    /// The state of the picture.
+    fn state(&self) -> State {
+        let (size, camera) = (self.session.film().size(), self.session.camera());
+        State { size, camera, changes: self.changes }
+    }
+
+    fn inspect(&mut self, x: usize, y: usize) {
+        self.picked = self.session.pick(x, y);
+        let (picked, state) = (self.picked.clone(), self.state());
+        let job = self.inspector.look_at(Inspected { x, y, picked, state });
+        self.evaluate(job);
+    }
+
+    fn evaluate(&mut self, job: Job) {
+        self.jobs.start(&self.context, self.session.probe(), job);
+    }
+
+    /// Takes what threads have found out.
+    fn take_outcomes(&mut self) {
+        while let Some((job, outcome)) = self.jobs.take(&self.context) {
+            match &job {
+                Job::Causes(_) => self.not_finite.take(outcome),
+                Job::Facts(pixel) => {
+                    let lines = self.inspector.take(&job, outcome);
+                    if !lines.is_empty() {
+                        self.wishes.push(Wish::Print(format!("pixel {},{}:", pixel.x, pixel.y)));
+                        self.wishes.extend(lines.into_iter().map(Wish::Print));
+                    }
+                }
+                Job::Steps(_) => {
+                    self.inspector.take(&job, outcome);
+                    self.begin_replay();
+                }
+            }
+        }
+    }
+
+    /// Shows the start of a replay, or its first breakpoint.
+    fn begin_replay(&mut self) {
+        let Some(debugging) = &mut self.inspector.debugging else { return };
+        debugging.set_breakpoints(self.editor.breakpoints());
+        debugging.run_to_first();
+        self.panes.editor = true;
+        self.show_position();
+    }
+
+    /// Shows the line of the replay in the editor.
+    fn show_position(&mut self) {
+        let place = self.inspector.debugging.as_ref().and_then(Debugging::place);
+        if let Some((name, line, text)) = place {
+            self.editor.go_to(name, Some(line as usize), Some(text));
+        }
+    }
+
+    fn go_to(&mut self, place: &ReportPlace) {
+        self.panes.editor = true;
+        self.editor.go_to(&place.text, Some(place.line), Some(&place.content));
     }
 
     /// Prints what shaders print for a pixel.
@@ -436,6 +709,7 @@ impl App {
             Some(Request::Set { name, values }) => {
                 let Some(entity) = self.parameters.selected() else { return };
                 let done = self.session.set_control(entity, &name, &values);
+                self.changes += u64::from(done.is_ok());
                 let refusal = done.err().map(|messages| messages.to_text(false));
                 let refusal = refusal.map(|reason| (reason, self.session.controls(entity)));
                 self.parameters.answer(&name, refusal);
@@ -464,6 +738,9 @@ impl App {
                 let warnings = reloaded.warnings.to_text(false);
                 self.message = (!warnings.is_empty()).then_some(warnings);
                 if reloaded.changed {
+                    self.changes += 1;
+                    self.not_finite.clear();
+                    self.costs = costs::measure(&self.session);
                     self.picked = None;
                     self.parameters.things = self.session.things();
                     let known = |entity: &EntityId| {
@@ -492,3 +769,11 @@ fn notches(input: &egui::InputState) -> f32 {
 #[cfg(test)]
 #[path = "app_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "editor_tests.rs"]
+mod editor_tests;
+
+#[cfg(test)]
+#[path = "inspector_tests.rs"]
+mod inspector_tests;

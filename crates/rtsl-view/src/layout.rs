@@ -20,16 +20,25 @@ pub struct Panes {
 pub enum Side {
     /// The parameters of the scene.
     Parameters,
+    /// A pixel, and a replay of a sample of it.
+    Inspector,
+    /// The costs of shaders.
+    Costs,
+    /// The samples that are not finite.
+    NotFinite,
 }
 
 impl Side {
     /// All of them, in their order in the toolbar.
-    pub const ALL: [Side; 1] = [Side::Parameters];
+    pub const ALL: [Side; 4] = [Side::Parameters, Side::Inspector, Side::Costs, Side::NotFinite];
 
     /// Returns the name of the pane.
     pub fn name(self) -> &'static str {
         match self {
             Side::Parameters => "Parameters",
+            Side::Inspector => "Inspector",
+            Side::Costs => "Costs",
+            Side::NotFinite => "Not finite",
         }
     }
 }

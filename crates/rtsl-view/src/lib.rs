@@ -9,15 +9,23 @@
 pub mod app;
 pub mod camera_control;
 mod clipboard;
+mod costs;
+mod editor;
+mod inspector;
 mod layout;
 mod libraries;
 mod navigation;
+mod not_finite;
 mod parameters;
 mod raster;
 mod status;
+#[cfg(test)]
+mod testing;
 mod theme;
 mod toolbar;
 mod watch;
 mod window;
 
+pub use app::Start;
+pub use layout::Side;
 pub use window::{ViewError, ViewOptions, view};

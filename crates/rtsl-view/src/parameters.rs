@@ -154,7 +154,7 @@ fn show_control(ui: &mut Ui, control: &mut Control) -> bool {
 }
 
 /// The width of the labels.
-const LABELS: f32 = 96.0;
+const LABELS: f32 = 120.0;
 
 fn show_choice(ui: &mut Ui, control: &mut Control) -> bool {
     let now = control.values[0];

@@ -19,6 +19,7 @@ pub enum Choice {
 pub fn show(ui: &mut Ui, panes: &mut Panes, session: &Session) -> Option<Choice> {
     let mut choice = None;
     ui.horizontal_centered(|ui| {
+        ui.toggle_value(&mut panes.editor, "Editor").on_hover_text("The shaders of the scene (x)");
         for side in Side::ALL {
             if ui.selectable_label(panes.side == Some(side), side.name()).clicked() {
                 panes.toggle(side);

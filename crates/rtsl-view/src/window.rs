@@ -16,7 +16,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy,
 use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-use crate::app::{App, Wish};
+use crate::app::{App, Start, Wish};
 use crate::clipboard::Clipboard;
 use crate::libraries;
 use crate::watch::FileWatch;
@@ -36,6 +36,8 @@ pub struct ViewOptions {
     pub frames: Option<u64>,
     /// Write a picture of the window to this file before it closes, and when F12 is pressed.
     pub screenshot: Option<PathBuf>,
+    /// What is shown at first.
+    pub start: Start,
 }
 
 /// An error of opening the window.
@@ -62,7 +64,7 @@ pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
     let proxy = events.create_proxy();
     // If watching fails, the key for reading the files again still works. The event loop may have ended.
     let watch = FileWatch::new(move || _ = proxy.send_event(Signal::FilesChanged)).ok();
-    let app = App::new(session);
+    let app = App::new(session, &options.start);
     tell_of_repaints(app.context(), events.create_proxy());
     let mut viewer = Viewer {
         app,
@@ -153,7 +155,8 @@ impl ApplicationHandler<Signal> for Viewer {
             shown.input.set_clipboard_text(text);
         }
         match event {
-            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::CloseRequested if self.app.may_close() => events.exit(),
+            WindowEvent::CloseRequested => self.redraw(),
             WindowEvent::RedrawRequested => self.show(events),
             other => {
                 let Some(shown) = &mut self.shown else { return };
@@ -217,9 +220,8 @@ impl Viewer {
         }
         self.grant_wishes(events);
         self.frames += 1;
-        let is_last =
-            self.options.frames.is_some_and(|frames| self.frames >= frames || !self.app.is_busy());
-        if is_last {
+        let is_done = !self.app.is_busy() && !self.app.is_waiting() && self.repaint_at.is_none();
+        if self.options.frames.is_some_and(|frames| self.frames >= frames || is_done) {
             if self.options.screenshot.is_some() {
                 self.take_screenshot(events);
             }
@@ -257,6 +259,7 @@ impl Viewer {
                 // Errors are ignored, because the standard output may be closed.
                 Wish::Print(line) => _ = writeln!(std::io::stdout(), "{line}"),
                 Wish::Screenshot => self.take_screenshot(events),
+                Wish::Close => events.exit(),
             }
         }
     }

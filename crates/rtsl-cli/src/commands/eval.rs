@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rtsl::DEFAULT_LOOP_BUDGET;
+use rtsl_debug::first_not_finite;
 use serde_json::Value as JsonValue;
 
 use crate::arguments::{BackendName, EngineArguments, MathName, SearchPath};
@@ -89,7 +90,7 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
     }
     further.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
     let recording = recording.unwrap_or_default();
-    if let Some((sources, warning)) = trace::not_finite(&recording) {
+    if let Some((sources, warning)) = first_not_finite(&recording) {
         reporter.diagnostics(&sources, [&warning]);
     }
     write_result(None, (trace::lines(&recording) + &plain_text(&answer)).as_bytes())?;

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use rtsl::{Recording, Trace, TraceDetail, TraceKind};
+use rtsl_debug::first_not_finite;
 use rtsl_render::{PixelRequest, RenderRequest, TracedPixel, TracedSample, render_pixel};
 use serde::Serialize;
 
@@ -74,7 +75,7 @@ pub fn render_one(
     }
     write_result(None, text_of(pixel, &traced).as_bytes())?;
     let mut all = traced.samples.iter();
-    if let Some((sources, warning)) = all.find_map(|sample| trace::not_finite(&sample.recording)) {
+    if let Some((sources, warning)) = all.find_map(|sample| first_not_finite(&sample.recording)) {
         reporter.diagnostics(&sources, [&warning]);
     }
     Ok(Outcome::Done)
@@ -83,7 +84,7 @@ pub fn render_one(
 /// Formats the samples, where something happened, and the value of the pixel.
 fn text_of([x, y]: [usize; 2], traced: &TracedPixel) -> String {
     let mut text = String::new();
-    for TracedSample { index, radiance, recording } in &traced.samples {
+    for TracedSample { index, radiance, recording, .. } in &traced.samples {
         let is_odd = radiance.iter().any(|channel| !channel.is_finite());
         if recording.entries.is_empty() && !is_odd {
             continue;

@@ -13,7 +13,8 @@ const STACK_BYTES: usize = 16 << 20;
 /// The analyses of texts, by a thread.
 pub struct Analyst {
     requests: Sender<Request>,
-    answers: Receiver<Answer>,
+    /// Nothing stands for a request that a later one has made idle.
+    answers: Receiver<Option<Answer>>,
     /// The number of requests without an answer.
     pending: usize,
 }
@@ -23,7 +24,7 @@ pub struct Analyst {
 pub struct Request {
     /// The name of the text.
     pub name: String,
-    /// The version of the text, which the answer tells.
+    /// The version of the text.
     pub version: u64,
     /// The text.
     pub text: String,
@@ -65,8 +66,6 @@ pub enum Found {
 /// The words and the errors of a text.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    /// The version of the text.
-    pub version: u64,
     /// The text.
     pub text: String,
     /// Its words.
@@ -114,15 +113,19 @@ impl Analyst {
 
     /// Returns the next answer, if there is one by now.
     pub fn answer(&mut self) -> Option<Answer> {
-        match self.answers.try_recv() {
-            Ok(answer) => {
-                self.pending = self.pending.saturating_sub(1);
-                answer
-            }
-            Err(mpsc::TryRecvError::Empty) => None,
-            Err(mpsc::TryRecvError::Disconnected) => {
-                self.pending = 0;
-                None
+        loop {
+            match self.answers.try_recv() {
+                Ok(answer) => {
+                    self.pending = self.pending.saturating_sub(1);
+                    if answer.is_some() {
+                        return answer;
+                    }
+                }
+                Err(mpsc::TryRecvError::Empty) => return None,
+                Err(mpsc::TryRecvError::Disconnected) => {
+                    self.pending = 0;
+                    return None;
+                }
             }
         }
     }
@@ -133,28 +136,106 @@ impl Analyst {
     }
 }
 
+/// The document of the last text that was analysed.
+struct Known {
+    name: String,
+    version: u64,
+    document: Document,
+}
+
 fn answer_all(
     requests: &Receiver<Request>,
     answers: &Sender<Option<Answer>>,
     search_path: &[PathBuf],
     tell: impl Fn(),
 ) {
-    let mut known: Option<Known> = None;
-    while let Ok(mut request) = requests.recv() {
-        // Of questions about versions that follow each other, only the last is of interest.
-        for later in requests.try_iter() {
-            if later.question != Question::Findings || request.question != Question::Findings {
-                let found = answer(&mut known, &request, search_path);
-                let _ = answers.send(Some(found));
-            } else {
-                let _ = answers.send(None);
+    let mut known = None;
+    while let Ok(first) = requests.recv() {
+        let waiting: Vec<Request> = std::iter::once(first).chain(requests.try_iter()).collect();
+        for (index, request) in waiting.iter().enumerate() {
+            let is_idle = |later: &Request| later.is_instead_of(request);
+            let is_needed = !waiting[index + 1..].iter().any(is_idle);
+            let found = is_needed.then(|| request.answer(&mut known, search_path));
+            if answers.send(found).is_err() {
+                return;
             }
-            request = later;
-        }
-        let found = answer(&mut known, &request, search_path);
-        if answers.send(Some(found)).is_err() {
-            return;
         }
         tell();
+    }
+}
+
+impl Request {
+    /// True if an earlier request needs no answer because of this one: one of the same kind about the same text.
+    fn is_instead_of(&self, earlier: &Request) -> bool {
+        let kind = |question: &Question| std::mem::discriminant(question);
+        kind(&self.question) == kind(&earlier.question) && self.name == earlier.name
+    }
+
+    fn answer(&self, known: &mut Option<Known>, search_path: &[PathBuf]) -> Answer {
+        let found = match self.question {
+            Question::Findings => Found::Findings(self.findings(self.document(known, search_path))),
+            Question::Hover(offset) => {
+                let described = hover(self.document(known, search_path), offset as u32);
+                Found::Hover(offset, described.map(|hover| hover.text))
+            }
+            Question::Completions(offset) => {
+                let found = complete(&self.name, &self.text, offset, &mut self.loader(search_path));
+                Found::Completions(found.range, found.items)
+            }
+        };
+        Answer { name: self.name.clone(), found }
+    }
+
+    fn loader(&self, search_path: &[PathBuf]) -> FileLoader {
+        let path = Path::new(&self.name);
+        match path.is_file() {
+            true => FileLoader::beside(path, search_path),
+            false => FileLoader::new(search_path),
+        }
+    }
+
+    fn document<'k>(&self, known: &'k mut Option<Known>, search_path: &[PathBuf]) -> &'k Document {
+        let is_same = |known: &Known| known.name == self.name && known.version == self.version;
+        // An include may have changed, so that findings are always new.
+        let is_known =
+            self.question != Question::Findings && known.as_ref().is_some_and(is_same);
+        let earlier = known.take().filter(|_| is_known);
+        let new = || Known {
+            name: self.name.clone(),
+            version: self.version,
+            document: Document::new(&self.name, &self.text, &mut self.loader(search_path)),
+        };
+        &known.insert(earlier.unwrap_or_else(new)).document
+    }
+
+    fn findings(&self, document: &Document) -> Findings {
+        let found = document.analysis.diagnostics.iter();
+        let problems = found.map(|diagnostic| problem(document, diagnostic)).collect();
+        let tokens = semantic_tokens(document);
+        Findings { text: self.text.clone(), tokens, problems }
+    }
+}
+
+fn problem(document: &Document, found: &rtsl::Diagnostic) -> Problem {
+    let sources = &document.analysis.sources;
+    let place = found.primary.as_ref().map(|label| label.span);
+    let own = place.filter(|span| span.file == document.file());
+    let (start, end) = own.map_or((0, 0), |span| (span.start as usize, span.end as usize));
+    let mut message = found.message.clone();
+    if let Some(elsewhere) = place.filter(|span| span.file != document.file()) {
+        message = format!("in `{}`: {message}", sources.file(elsewhere.file).name);
+    }
+    let labels = found.primary.iter().chain(&found.labels).map(|label| label.message.clone());
+    let notes = found.notes.iter().map(|note| format!("note: {note}"));
+    let help = found.help.iter().map(|help| format!("help: {help}"));
+    let details = labels.filter(|label| !label.is_empty()).chain(notes).chain(help).collect();
+    Problem {
+        start,
+        end,
+        line: document.text()[..start.min(document.text().len())].matches('\n').count() + 1,
+        is_error: found.severity == Severity::Error,
+        code: found.code.as_str(),
+        message,
+        details,
     }
 }

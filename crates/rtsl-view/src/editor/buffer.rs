@@ -3,8 +3,10 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::analyst::Findings;
+use super::highlight::Highlighter;
 
 /// The greatest size of a file that is opened, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -19,7 +21,9 @@ pub struct Buffer {
     /// The number of changes of the text.
     pub version: u64,
     /// What is known about the text or an earlier version of it.
-    pub findings: Findings,
+    pub findings: Arc<Findings>,
+    /// The colours of the text.
+    pub highlighter: Highlighter,
     /// The content of the file that the text began with or was saved as; none for texts without a file.
     saved: Option<Saved>,
     /// The content of the file after another program has changed it.
@@ -70,18 +74,13 @@ impl Buffer {
 
     /// Returns a text without a file, which is not changed.
     pub fn built_in(name: String, text: String) -> Buffer {
-        let findings = Findings::default();
-        Buffer { name, text, version: 0, findings, saved: None, conflict: None }
+        let (findings, highlighter) = (Arc::default(), Highlighter::default());
+        Buffer { name, text, version: 0, findings, highlighter, saved: None, conflict: None }
     }
 
     /// Returns the name of the file without its folder.
     pub fn title(&self) -> &str {
         Path::new(&self.name).file_name().and_then(|name| name.to_str()).unwrap_or(&self.name)
-    }
-
-    /// Returns the file.
-    pub fn path(&self) -> Option<&Path> {
-        self.saved.as_ref().map(|saved| saved.path.as_path())
     }
 
     /// True if the text can be changed.
