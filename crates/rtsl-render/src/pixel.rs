@@ -5,16 +5,14 @@
 
 use std::time::Duration;
 
-use rtsl::{
-    Diagnostic, Engine, EngineOptions, Recording, Trace, diagnostic_codes as codes,
-};
+use rtsl::{Diagnostic, Engine, EngineOptions, Recording, Trace, diagnostic_codes as codes};
 use rtsl_scene::reader::{DiskFiles, FileSource};
 use rtsl_scene::{Loaded, Scene, SceneSource};
 
 use crate::Messages;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::path::{BatchFilm, BatchMemory, BatchScene, PathTracer, outputs_of};
-use crate::request::{LoadedScene, Prepared, RenderRequest};
+use crate::request::{LoadedScene, Prepared, RenderRequest, choose_pixel};
 use crate::tiles::TileSamples;
 
 /// The choice of a pixel and of its samples.
@@ -78,7 +76,7 @@ pub fn render_pixel_from(
     let request = RenderRequest { engine, ..request.clone() };
     let mut loaded = LoadedScene::new(&request, files)?;
     loaded.choose_renderer();
-    loaded.choose_pixel(pixel.pixel)?;
+    choose_pixel(&mut loaded.scene.settings, pixel.pixel)?;
     let Prepared { scene, warnings, .. } = Prepared::new(&request, loaded)?;
     let all = check_sample(&scene, pixel.first)?;
     let end = pixel.count.map_or(all, |count| all.min(pixel.first.saturating_add(count)));
@@ -124,7 +122,7 @@ pub(crate) fn sample_of(
 ) -> Result<TracedSample, Messages> {
     let Loaded { mut scene, origins, .. } = source.load()?;
     prepare(&mut scene);
-    scene.settings.set_pixel(request.pixel);
+    choose_pixel(&mut scene.settings, request.pixel)?;
     let options = EngineOptions { trace: Some(request.trace.clone()), ..engine };
     let (engine, _) = Engine::new(options).map_err(Messages::one)?;
     let aovs = if request.outputs { outputs_of(scene.integrator().class()) } else { Vec::new() };
@@ -160,9 +158,10 @@ fn trace_pixel(
         }
         let radiance = memory.samples.radiance.each_ref().map(|channel| channel[0]);
         let results = memory.samples.of_tile(0..memory.samples.radiance[0].len());
-        let outputs = scene.features().outputs().iter().map(|output| {
-            (output.name.to_string(), results.outputs[output.components()].to_vec())
-        });
+        let outputs =
+            scene.features().outputs().iter().map(|output| {
+                (output.name.to_string(), results.outputs[output.components()].to_vec())
+            });
         let outputs = outputs.collect();
         film.add(0, index - first, results, Duration::ZERO);
         traced.push(TracedSample { index, radiance, outputs, recording });

@@ -346,7 +346,7 @@ fn of_scene(statistics: Statistics, scene: &CompiledScene) -> Statistics {
 
 /// A loaded scene with an engine for its kernels.
 pub(crate) struct LoadedScene {
-    scene: Scene,
+    pub(crate) scene: Scene,
     engine: Engine,
     warnings: Messages,
     load_time: Duration,
@@ -409,28 +409,26 @@ impl LoadedScene {
         self.scene.settings.renderer = Some(Renderer::Interactive);
     }
 
-    /// Makes the picture one of its pixels.
-    ///
-    /// # Errors
-    /// If the picture does not have it.
-    pub(crate) fn choose_pixel(&mut self, [x, y]: [usize; 2]) -> Result<(), Messages> {
-        let settings = &mut self.scene.settings;
-        let (width, height) = (settings.width, settings.height);
-        if x < width && y < height {
-            settings.set_pixel([x, y]);
-            return Ok(());
-        }
-        let message =
-            format!("there is no pixel {x},{y} in a picture of {width} by {height} pixels");
-        let help = "columns and rows count from 0, from the top left";
-        Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message).help(help)))
-    }
-
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
     pub(crate) fn choose_renderer(&mut self) {
         let renderer = path::renderer_of(&self.engine, &self.scene);
         self.scene.settings.renderer = Some(renderer);
     }
+}
+
+/// Makes the picture one of its pixels.
+///
+/// # Errors
+/// If the picture does not have it.
+pub(crate) fn choose_pixel(settings: &mut Settings, [x, y]: [usize; 2]) -> Result<(), Messages> {
+    let (width, height) = (settings.width, settings.height);
+    if x < width && y < height {
+        settings.set_pixel([x, y]);
+        return Ok(());
+    }
+    let message = format!("there is no pixel {x},{y} in a picture of {width} by {height} pixels");
+    let help = "columns and rows count from 0, from the top left";
+    Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message).help(help)))
 }
 
 /// A scene prepared for rendering.

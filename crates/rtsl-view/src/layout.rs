@@ -87,9 +87,8 @@ pub struct Place {
 impl Place {
     /// Returns the pixels of a rectangle of points, of which each has `scale` pixels, in a window of this size.
     pub fn of(rect: Rect, scale: f32, (columns, rows): (usize, usize)) -> Place {
-        let side = |position: f32, end: usize| {
-            ((position * scale).round().max(0.0) as usize).min(end)
-        };
+        let side =
+            |position: f32, end: usize| ((position * scale).round().max(0.0) as usize).min(end);
         let (left, top) = (side(rect.left(), columns), side(rect.top(), rows));
         let width = side(rect.right(), columns).saturating_sub(left);
         let height = side(rect.bottom(), rows).saturating_sub(top);

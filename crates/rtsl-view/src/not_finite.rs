@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 
 use egui::{RichText, ScrollArea, Ui};
-use rtsl_render::session::{DroppedPixel, Film, ProbedPixel};
+use rtsl_render::session::{Dropped, DroppedPixel, Film, ProbedPixel};
 
 use crate::inspector::{Job, Outcome, Report, ReportPlace, show_report};
 use crate::theme;
 
-/// The greatest number of pixels that are listed, and of those whose causes are looked for.
+/// The greatest number of pixels from which those are chosen whose causes are looked for, of the latter, and of those
+/// that are listed.
 const LISTED: usize = 4096;
 const EXAMINED: usize = 16;
+const SHOWN: usize = 64;
 
 /// The causes of samples that are not finite.
 #[derive(Default)]
@@ -52,24 +54,30 @@ impl NotFinite {
         }
     }
 
-    /// Shows the pane for a film.
-    pub fn show(&mut self, ui: &mut Ui, film: &Film, is_running: bool) -> Option<Request> {
-        let (pixels, all) = film.dropped(LISTED);
+    /// Shows the pane for a film. Causes are looked for as soon as the film is done, and on demand.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        film: &Film,
+        is_running: bool,
+        is_done: bool,
+    ) -> Option<Request> {
+        let Dropped { samples, pixels: all, listed: pixels } = film.dropped(LISTED);
         let mut request = None;
         if pixels.is_empty() {
             ui.label("All samples so far are finite.");
             return None;
         }
-        let samples: u64 = pixels.iter().map(|pixel| u64::from(pixel.count)).sum();
-        let some = if pixels.len() < all { "more than " } else { "" };
         ui.colored_label(
             theme::ERROR,
-            format!("{some}{samples} samples of {all} pixels are not finite and count as black."),
+            format!("{samples} samples of {all} pixels are not finite and count as black."),
         );
         ui.label(RichText::new("Key 5 marks the pixels in the picture.").color(theme::FAINT));
         ui.horizontal(|ui| {
             if is_running {
                 ui.colored_label(theme::ACCENT, "evaluating…");
+            } else if is_done && self.examined.is_none() && self.error.is_none() {
+                request = Some(Request::Find(Job::Causes(examined(&pixels))));
             } else if ui.button("Find causes").on_hover_text(FIND).clicked() {
                 request = Some(Request::Find(Job::Causes(examined(&pixels))));
             }
@@ -78,7 +86,7 @@ impl NotFinite {
             let found = self.show_causes(ui);
             request = found.or(request.take());
             ui.separator();
-            for pixel in pixels.iter().take(64) {
+            for pixel in pixels.iter().take(SHOWN) {
                 let DroppedPixel { x, y, first, count } = *pixel;
                 let text = match count {
                     1 => format!("pixel {x},{y}: sample {first}"),
@@ -88,8 +96,11 @@ impl NotFinite {
                     request = Some(Request::Inspect(ProbedPixel { x, y, sample: first }));
                 }
             }
-            if all > 64 {
-                ui.label(RichText::new(format!("and {} further pixels", all - 64)).color(theme::FAINT));
+            if all > SHOWN {
+                ui.label(
+                    RichText::new(format!("and {} further pixels", all - SHOWN))
+                        .color(theme::FAINT),
+                );
             }
         });
         request

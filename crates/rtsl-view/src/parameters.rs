@@ -218,7 +218,8 @@ fn show_numbers(ui: &mut Ui, control: &mut Control) -> bool {
         };
         if changed {
             // Parameters are floats; what lies between them may round to outside of the range.
-            let number = if kind == ControlKind::Whole { value.round() } else { rounded(*value as f32) };
+            let number =
+                if kind == ControlKind::Whole { value.round() } else { rounded(*value as f32) };
             *value = number.max(least.unwrap_or(number)).min(greatest.unwrap_or(number));
             is_changed = true;
         }

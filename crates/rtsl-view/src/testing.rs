@@ -173,7 +173,11 @@ impl Viewer {
     pub fn names(&self) -> Vec<String> {
         let update = self.platform.accesskit_update.as_ref().expect("it is asked for");
         let named = |node: &egui::accesskit::Node| {
-            [node.label(), node.value()].into_iter().flatten().map(str::to_owned).collect::<Vec<_>>()
+            [node.label(), node.value()]
+                .into_iter()
+                .flatten()
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
         };
         update.nodes.iter().flat_map(|(_, node)| named(node)).collect()
     }

@@ -28,7 +28,8 @@ pub fn apply(context: &Context) {
         .into();
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);
         style.spacing.slider_width = 110.0;
-        style.visuals = Visuals { panel_fill: Color32::from_rgb(0x1B, 0x1E, 0x22), ..Visuals::dark() };
+        style.visuals =
+            Visuals { panel_fill: Color32::from_rgb(0x1B, 0x1E, 0x22), ..Visuals::dark() };
         style.visuals.override_text_color = Some(Color32::from_rgb(0xD8, 0xDC, 0xE0));
         style.visuals.warn_fg_color = WARNING;
         style.visuals.error_fg_color = ERROR;

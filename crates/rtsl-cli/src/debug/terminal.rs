@@ -356,7 +356,9 @@ impl<W: Write> Terminal<W> {
         self.selected = index.ok_or("there is no further call")?;
         let frame = self.frame();
         let line = match (frame.source(), frame.line()) {
-            (Some(source), Some(line)) => self.line(source, line, line, &self.replay.beside_lines(&frame)),
+            (Some(source), Some(line)) => {
+                self.line(source, line, line, &self.replay.beside_lines(&frame))
+            }
             _ => String::new(),
         };
         Ok(format!("{}\n{line}", called(&frame)))

@@ -50,8 +50,8 @@ const BALL_COLOR: u32 = 0x00BC_8989;
 const FIGURES: u16 = 90;
 
 /// The slider of the ball's material: in the row behind camera, ground, plane and dotted.
-const SLIDER_Y: i16 = 128;
-const SLIDER: (i16, i16) = (490, 598);
+const SLIDER_Y: i16 = 138;
+const SLIDER: (i16, i16) = (514, 640);
 
 /// A scene in a folder of its own, removed in the end.
 struct Folder(TempDir);
@@ -191,11 +191,11 @@ fn a_slider_of_the_picked_material_changes_the_next_frame() {
     viewer.window.press_key('o');
     viewer.window.click(1, BALL);
     viewer.window.press_named(display::TAB);
-    let dimmed =
-        wait_for("panel", || Some(viewer.settled().at(BALL)).filter(|it| *it != BALL_COLOR));
+    let ball = |viewer: &Viewer| viewer.pixels().at(BALL_BESIDE_PANE);
+    wait_for("pane", || (ball(&viewer) == BALL_COLOR).then_some(()));
     let start = Instant::now();
     viewer.window.drag(1, (SLIDER.0 + 55, SLIDER_Y), (SLIDER.1, SLIDER_Y));
-    wait_for("change under the panel", || (viewer.pixels().at(BALL) != dimmed).then_some(()));
+    wait_for("change beside the pane", || (ball(&viewer) != BALL_COLOR).then_some(()));
     let taken = milliseconds(start.elapsed());
     eprintln!(
         "a drag of {:.0} ms changed the picture after {taken:.1} ms",

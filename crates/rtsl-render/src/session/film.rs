@@ -54,6 +54,17 @@ struct DroppedSamples {
     count: u32,
 }
 
+/// The samples of a film that are not finite, which count as black.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// The number of the samples.
+    pub samples: u64,
+    /// The number of pixels that have any.
+    pub pixels: usize,
+    /// The first of these pixels.
+    pub listed: Vec<DroppedPixel>,
+}
+
 /// A pixel with samples that are not finite, which count as black.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DroppedPixel {
@@ -233,20 +244,22 @@ impl Film {
         }
     }
 
-    /// Returns the pixels with samples that are not finite, row by row of tiles, at most so many, and the number of all of
-    /// them.
-    pub fn dropped(&self, limit: usize) -> (Vec<DroppedPixel>, usize) {
-        let (mut found, mut all) = (Vec::new(), 0);
+    /// Returns the samples that are not finite, with at most so many of their pixels, tile by tile.
+    pub fn dropped(&self, limit: usize) -> Dropped {
+        let mut dropped = Dropped::default();
         for (index, tile) in self.tiles.iter().enumerate() {
             let record = self.record(index);
-            all += record.dropped.len();
-            let room = limit.saturating_sub(found.len());
-            found.extend(record.dropped.iter().take(room).map(|(lane, samples)| {
-                let (x, y) = tile.pixel(usize::from(*lane));
-                DroppedPixel { x, y, first: samples.first, count: samples.count }
-            }));
+            dropped.pixels += record.dropped.len();
+            for (lane, samples) in &record.dropped {
+                let DroppedSamples { first, count } = *samples;
+                dropped.samples += u64::from(count);
+                if dropped.listed.len() < limit {
+                    let (x, y) = tile.pixel(usize::from(*lane));
+                    dropped.listed.push(DroppedPixel { x, y, first, count });
+                }
+            }
         }
-        (found, all)
+        dropped
     }
 
     /// Returns the averages of the samples; black without samples.
@@ -291,6 +304,7 @@ mod tests {
         film.add(1, &sample(&film, 1, 1.0), &SampleWork::NONE, &display);
         let image = film.image().unwrap();
         assert_eq!((image.pixels[8], image.pixels[7]), ([0.5; 3], [0.0; 3]));
+        assert_eq!(film.dropped(9), Dropped::default());
         let mut pixels = vec![7; 12 * 9];
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[7..12], [0, 0x00BC_BCBC, 0x00BC_BCBC, 7, 7]);
@@ -298,6 +312,24 @@ mod tests {
         assert_eq!(film.image().unwrap().pixels[8], [0.0; 3]);
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[8], 0x00BC_BCBC, "what is shown stays");
+    }
+
+    #[test]
+    fn samples_that_are_not_finite_are_told_and_marked() {
+        let display = Display::new(ViewMode::NotFinite, 1.0);
+        let film = Film::new(10, 8).unwrap();
+        for value in [1.0, f32::NAN, f32::INFINITY] {
+            let mut samples = sample(&film, 1, 1.0);
+            samples[0].colors[1][1] = value;
+            film.add(1, &samples, &SampleWork::NONE, &display);
+        }
+        let pixel = DroppedPixel { x: 9, y: 0, first: 1, count: 2 };
+        assert_eq!(film.dropped(9), Dropped { samples: 2, pixels: 1, listed: vec![pixel] });
+        assert_eq!(film.dropped(0), Dropped { samples: 2, pixels: 1, listed: Vec::new() });
+        let mut pixels = vec![0; 10 * 8];
+        film.copy_to(&mut pixels, 10);
+        assert_eq!(pixels[9], 0x00FF_00FF);
+        assert!(pixels[8] != 0 && pixels[8] != pixels[9]);
     }
 
     #[test]

@@ -21,7 +21,7 @@ mod tile_sample;
 mod view_mode;
 
 pub use control::{Control, ControlKind, Thing};
-pub use film::{DroppedPixel, Film};
+pub use film::{Dropped, DroppedPixel, Film};
 pub use options::SessionOptions;
 pub use picked::Picked;
 pub use probe::{Probe, ProbedPixel};

@@ -23,13 +23,8 @@ pub enum ViewMode {
 
 impl ViewMode {
     /// All view modes, in the order of the keys that select them.
-    pub const ALL: [ViewMode; 5] = [
-        ViewMode::Image,
-        ViewMode::Time,
-        ViewMode::Nodes,
-        ViewMode::Lanes,
-        ViewMode::NotFinite,
-    ];
+    pub const ALL: [ViewMode; 5] =
+        [ViewMode::Image, ViewMode::Time, ViewMode::Nodes, ViewMode::Lanes, ViewMode::NotFinite];
 
     /// Returns the display name.
     pub fn name(self) -> &'static str {

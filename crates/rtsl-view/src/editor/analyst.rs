@@ -197,8 +197,7 @@ impl Request {
     fn document<'k>(&self, known: &'k mut Option<Known>, search_path: &[PathBuf]) -> &'k Document {
         let is_same = |known: &Known| known.name == self.name && known.version == self.version;
         // An include may have changed, so that findings are always new.
-        let is_known =
-            self.question != Question::Findings && known.as_ref().is_some_and(is_same);
+        let is_known = self.question != Question::Findings && known.as_ref().is_some_and(is_same);
         let earlier = known.take().filter(|_| is_known);
         let new = || Known {
             name: self.name.clone(),
@@ -228,7 +227,10 @@ fn problem(document: &Document, found: &rtsl::Diagnostic) -> Problem {
     let labels = found.primary.iter().chain(&found.labels).map(|label| label.message.clone());
     let notes = found.notes.iter().map(|note| format!("note: {note}"));
     let help = found.help.iter().map(|help| format!("help: {help}"));
-    let details = labels.filter(|label| !label.is_empty()).chain(notes).chain(help).collect();
+    // Labels that repeat the message say nothing.
+    let labels =
+        labels.filter(|label| !label.is_empty() && !found.message.contains(label.as_str()));
+    let details = labels.chain(notes).chain(help).collect();
     Problem {
         start,
         end,

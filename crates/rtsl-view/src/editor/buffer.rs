@@ -1,9 +1,11 @@
 //! A text that is edited, and its file.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use rtsl_image::atomic_write::replace_file;
 
 use super::analyst::Findings;
 use super::highlight::Highlighter;
@@ -165,7 +167,7 @@ impl Buffer {
             true => self.text.replace('\n', "\r\n"),
             false => self.text.clone(),
         };
-        write_whole(&saved.path, &content)
+        replace_file(&saved.path, |output| output.write_all(content.as_bytes()))
             .map_err(|error| SaveError::Io(saved.path.display().to_string(), error))?;
         saved.text.clone_from(&self.text);
         Ok(())
@@ -179,28 +181,6 @@ fn read(path: &Path) -> io::Result<String> {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
     }
     fs::read_to_string(path)
-}
-
-/// Writes a file so that others see all of it or nothing: beside it, and renamed. Links keep their place, and the file
-/// its permissions.
-fn write_whole(path: &Path, content: &str) -> io::Result<()> {
-    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.{}.saving", std::process::id()));
-    let written = (|| {
-        let mut file = fs::File::create(&beside)?;
-        file.write_all(content.as_bytes())?;
-        if let Ok(metadata) = fs::metadata(&path) {
-            fs::set_permissions(&beside, metadata.permissions())?;
-        }
-        file.sync_all()?;
-        fs::rename(&beside, &path)
-    })();
-    if written.is_err() {
-        // What is left of it is of no use.
-        let _ = fs::remove_file(&beside);
-    }
-    written
 }
 
 #[cfg(test)]

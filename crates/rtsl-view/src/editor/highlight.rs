@@ -201,7 +201,8 @@ mod tests {
         let job = highlighted(text, &findings, &FontId::monospace(12.0));
         job.debug_sanity_check();
         assert_eq!(job.text, text);
-        let lines: Vec<bool> = job.sections.iter().map(|it| it.format.underline.width > 0.0).collect();
+        let lines: Vec<bool> =
+            job.sections.iter().map(|it| it.format.underline.width > 0.0).collect();
         assert_eq!(lines, [false, false, true, false]);
         let empty = highlighted("", &Findings::default(), &FontId::monospace(12.0));
         assert_eq!(empty.text, "");

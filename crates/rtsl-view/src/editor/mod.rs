@@ -2,6 +2,7 @@
 
 mod analyst;
 mod buffer;
+mod completion;
 mod highlight;
 mod text_view;
 
@@ -14,6 +15,7 @@ use crate::costs::LineCosts;
 use crate::theme;
 use analyst::{Analyst, Answer, Found, Question, Request};
 use buffer::{Buffer, SaveError};
+use completion::Completion;
 use text_view::{TextView, Typing};
 
 /// The texts of a scene.
@@ -132,7 +134,8 @@ impl Editor {
 
     /// Saves all texts. Returns true if all of them could be written.
     pub fn save_all(&mut self) -> bool {
-        (0..self.buffers.len()).all(|index| !self.buffers[index].is_unsaved() || self.save_at(index))
+        (0..self.buffers.len())
+            .all(|index| !self.buffers[index].is_unsaved() || self.save_at(index))
     }
 
     fn save_at(&mut self, index: usize) -> bool {
@@ -186,7 +189,7 @@ impl Editor {
                     self.typing.described = Some((offset, text));
                 }
                 Found::Completions(range, items) if index == self.current => {
-                    self.typing.completions = Some((range, items));
+                    self.typing.completion = Completion::new(range, items);
                 }
                 Found::Hover(..) | Found::Completions(..) => {}
             }
@@ -300,9 +303,9 @@ impl Editor {
         let view = TextView {
             breakpoints: self.breakpoints.get(&name).unwrap_or(&none),
             position: notes.position.filter(|(text, _)| is_same_text(text, &name)).map(|it| it.1),
-            values: notes.values.filter(|_| {
-                notes.position.is_some_and(|(text, _)| is_same_text(text, &name))
-            }),
+            values: notes
+                .values
+                .filter(|_| notes.position.is_some_and(|(text, _)| is_same_text(text, &name))),
             costs: notes.costs.and_then(|costs| costs.of_text(|text| is_same_text(text, &name))),
             sought: self.sought.take(),
         };

@@ -3,15 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use egui::text::{CharIndex, LayoutJob};
+use egui::text::{CCursor, CCursorRange, CharIndex, LayoutJob};
 use egui::{
-    Align, Align2, Color32, CompletionPopup, FontId, Frame, Galley, Pos2, Rect, RichText, ScrollArea,
-    Sense, Shape, Suggestion, TextEdit, Ui,
+    Align, Align2, Color32, FontId, Frame, Galley, Pos2, Rect, RichText, ScrollArea, Sense, Shape,
+    TextEdit, Ui,
 };
-use rtsl_ide::CompletionItem;
 
 use super::analyst::Question;
 use super::buffer::Buffer;
+use super::completion::{Completion, ListKeys, is_of_word};
 use super::highlight::{Moved, problem_range};
 use crate::costs::TextCosts;
 use crate::theme;
@@ -19,9 +19,6 @@ use crate::theme;
 /// The width of line numbers, and of the column of costs.
 const NUMBERS: f32 = 46.0;
 const COSTS: f32 = 58.0;
-
-/// The number of completions that are shown.
-const MAX_COMPLETIONS: usize = 40;
 
 /// What is shown beside a text.
 pub struct TextView<'a> {
@@ -44,8 +41,10 @@ pub struct Typing {
     hovered: Option<usize>,
     /// The description of the word at a byte.
     pub described: Option<(usize, Option<String>)>,
-    /// The bytes that would be replaced, and what could stand there.
-    pub completions: Option<(Range<usize>, Vec<CompletionItem>)>,
+    /// What could be typed.
+    pub completion: Completion,
+    /// The width of the lines with the values beside them.
+    width: f32,
 }
 
 /// What a text view asks for.
@@ -90,34 +89,41 @@ impl TextView<'_> {
             let job = highlighter.job(text.as_str(), findings, &font);
             ui.fonts_mut(|fonts| fonts.layout_job(LayoutJob::clone(&job)))
         };
-        let content: &mut dyn egui::TextBuffer =
-            if is_editable { &mut text } else { &mut fixed };
+        let content: &mut dyn egui::TextBuffer = if is_editable { &mut text } else { &mut fixed };
         let margin = egui::Margin { left: self.margin() as i8, top: 2, right: 4, bottom: 2 };
+        let keys = match ui.memory(|memory| memory.has_focus(id)) {
+            true => ui.input_mut(|input| typing.completion.take_keys(input)),
+            false => ListKeys::default(),
+        };
         let edit = TextEdit::multiline(content)
-            .frame(Frame::NONE)
-            .margin(margin)
+            .id(id)
+            .frame(Frame::NONE.inner_margin(margin))
             .lock_focus(true)
             .desired_width(f32::INFINITY)
-            .min_size(ui.available_size())
+            .min_size(ui.available_size().max(egui::vec2(typing.width, 0.0)))
             .font(font.clone())
             .layouter(&mut layouter);
-        let completions = typing.completions.as_ref();
-        let popup = CompletionPopup::new(id).word_boundary(|letter| !is_of_word(letter));
-        let output = popup.align(egui::RectAlign::BOTTOM_START).show(ui, edit, |query| {
-            suggestions(query.text, query.word, query.word_range.start, completions)
-        });
-        let output = output.text_edit;
+        let output = edit.show(ui);
         let (galley, origin) = (output.galley.clone(), output.galley_pos);
+        let cursor = output.cursor_range.map(|range| range.primary);
         if is_editable && text != buffer.text {
             buffer.replace(text);
             asked.is_changed = true;
             typing.described = None;
-            let cursor = output.cursor_range.map(|range| range.primary.index);
-            self.ask_for_completions(buffer, cursor, typing, asked);
+            self.ask_for_completions(buffer, cursor.map(|cursor| cursor.index), asked);
+        }
+        if let Some(cursor) = cursor.filter(|_| is_editable && output.response.has_focus()) {
+            let below = galley.pos_from_cursor(cursor).left_bottom() + origin.to_vec2();
+            let offset = byte_at(&buffer.text, cursor.index);
+            let chosen = typing.completion.show(ui, &buffer.text, offset, below, keys);
+            if let Some((range, inserted)) = chosen {
+                insert(ui, id, buffer, range, &inserted);
+                asked.is_changed = true;
+            }
         }
         let painted = Painted { galley: &galley, origin, font: &font };
         self.show_line(ui, &painted, behind);
-        self.show_values(ui, &painted);
+        typing.width = self.show_values(ui, &painted);
         self.show_margin(ui, &painted, buffer, asked);
         self.show_hover(ui, &output.response, &painted, buffer, typing, asked);
         if let Some(line) = self.sought {
@@ -131,14 +137,7 @@ impl TextView<'_> {
         }
     }
 
-    fn ask_for_completions(
-        &self,
-        buffer: &Buffer,
-        cursor: Option<CharIndex>,
-        typing: &mut Typing,
-        asked: &mut Asked,
-    ) {
-        typing.completions = None;
+    fn ask_for_completions(&self, buffer: &Buffer, cursor: Option<CharIndex>, asked: &mut Asked) {
         let Some(offset) = cursor.map(|cursor| byte_at(&buffer.text, cursor)) else { return };
         let before = buffer.text[..offset].chars().next_back();
         if before.is_some_and(|letter| is_of_word(letter) || letter == '.') {
@@ -156,15 +155,20 @@ impl TextView<'_> {
         }
     }
 
-    fn show_values(&self, ui: &Ui, painted: &Painted<'_>) {
+    /// Shows the values beside lines; returns the width of the longest line with them.
+    fn show_values(&self, ui: &Ui, painted: &Painted<'_>) -> f32 {
+        let mut right = painted.origin.x;
         for (line, text) in self.values.into_iter().flatten() {
             let Some(row) = painted.row(*line as usize - 1) else { continue };
             if row.intersects(ui.clip_rect()) {
                 let at = row.right_center() + egui::vec2(24.0, 0.0);
                 let color = Color32::from_rgb(0x90, 0xC0, 0x80);
-                ui.painter().text(at, Align2::LEFT_CENTER, text, painted.font.clone(), color);
+                let font = painted.font.clone();
+                let shown = ui.painter().text(at, Align2::LEFT_CENTER, text, font, color);
+                right = right.max(shown.right());
             }
         }
+        right - painted.origin.x + self.margin()
     }
 
     /// Paints the margin over the text that is scrolled below it.
@@ -222,9 +226,8 @@ impl TextView<'_> {
         typing: &mut Typing,
         asked: &mut Asked,
     ) {
-        let pointer = response.hover_pos().filter(|at| {
-            at.x > ui.clip_rect().left() + self.margin()
-        });
+        let pointer =
+            response.hover_pos().filter(|at| at.x > ui.clip_rect().left() + self.margin());
         let Some(offset) = pointer.and_then(|at| painted.byte_at(&buffer.text, at)) else {
             typing.hovered = None;
             return;
@@ -291,12 +294,20 @@ impl Painted<'_> {
     }
 }
 
-fn byte_at(text: &str, CharIndex(index): CharIndex) -> usize {
-    text.char_indices().nth(index).map_or(text.len(), |(offset, _)| offset)
+/// Replaces bytes of a text, and puts the cursor behind what is inserted.
+fn insert(ui: &Ui, id: egui::Id, buffer: &mut Buffer, range: Range<usize>, inserted: &str) {
+    let mut text = buffer.text.clone();
+    text.replace_range(range.clone(), inserted);
+    let before = text[..range.start + inserted.len()].chars().count();
+    buffer.replace(text);
+    let mut state = TextEdit::load_state(ui.ctx(), id).unwrap_or_default();
+    let cursor = CCursorRange::one(CCursor::new(CharIndex(before)));
+    state.cursor.set_char_range(Some(cursor));
+    TextEdit::store_state(ui.ctx(), id, state);
 }
 
-fn is_of_word(letter: char) -> bool {
-    letter.is_alphanumeric() || letter == '_'
+fn byte_at(text: &str, CharIndex(index): CharIndex) -> usize {
+    text.char_indices().nth(index).map_or(text.len(), |(offset, _)| offset)
 }
 
 /// The lines with problems, from 0: true for those with errors.
@@ -312,13 +323,7 @@ fn lines_of_problems(buffer: &Buffer) -> BTreeMap<usize, bool> {
     lines
 }
 
-fn show_cost(
-    painter: &egui::Painter,
-    costs: &TextCosts,
-    line: u32,
-    number: Rect,
-    font: &FontId,
-) {
+fn show_cost(painter: &egui::Painter, costs: &TextCosts, line: u32, number: Rect, font: &FontId) {
     let Some(cost) = costs.lines.get(&line) else { return };
     let left = number.right() + 6.0;
     let column = Rect::from_x_y_ranges(left..=left + COSTS - 6.0, number.y_range());
@@ -328,54 +333,6 @@ fn show_cost(
     painter.rect_filled(bar.shrink2(egui::vec2(0.0, 1.0)), 1.0, crate::costs::color_of(part));
     let text = format!("{:.1} %", cost.share * 100.0);
     painter.text(column.right_center(), Align2::RIGHT_CENTER, text, font.clone(), theme::TEXT);
-}
-
-/// The completions of the word before the cursor.
-fn suggestions(
-    text: &str,
-    word: &str,
-    start: CharIndex,
-    completions: Option<&(Range<usize>, Vec<CompletionItem>)>,
-) -> Vec<Suggestion> {
-    let Some((range, items)) = completions else { return Vec::new() };
-    // Answers about another word are out of date.
-    if byte_at(text, start) != range.start {
-        return Vec::new();
-    }
-    let lower = word.to_lowercase();
-    let fits = |item: &&CompletionItem| {
-        item.label.to_lowercase().starts_with(&lower) && item.label != word
-    };
-    let mut fitting: Vec<&CompletionItem> = items.iter().filter(fits).collect();
-    fitting.sort_by(|one, other| (one.rank, &one.label).cmp(&(other.rank, &other.label)));
-    let suggestion = |item: &CompletionItem| {
-        let insert = item.insert.as_deref().map_or_else(|| item.label.clone(), without_places);
-        let shown = Suggestion::new(insert).content(RichText::new(item.label.clone()).monospace());
-        match &item.detail {
-            Some(detail) => {
-                shown.description(detail.chars().take(48).collect::<String>())
-            }
-            None => shown,
-        }
-    };
-    fitting.into_iter().take(MAX_COMPLETIONS).map(suggestion).collect()
-}
-
-/// Removes the places for the author's own words from a template: `$1`, `$0`, `${1:i}`.
-fn without_places(template: &str) -> String {
-    let mut text = String::new();
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once('$') {
-        text.push_str(before);
-        rest = match after.strip_prefix('{').and_then(|after| after.split_once('}')) {
-            Some((place, after)) => {
-                text.push_str(place.split_once(':').map_or("", |(_, default)| default));
-                after
-            }
-            None => after.trim_start_matches(|letter: char| letter.is_ascii_digit()),
-        };
-    }
-    text + rest
 }
 
 /// Shows descriptions: paragraphs, and blocks of code.
@@ -389,38 +346,5 @@ fn show_markdown(ui: &mut Ui, text: &str) {
         }
         let shown = RichText::new(if is_code { part.to_owned() } else { part.replace('`', "") });
         ui.label(if is_code { shown.monospace() } else { shown });
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn templates_become_plain_texts() {
-        let template = "for (int ${1:i} = 0; ${1:i} < $2; ++${1:i}) {\n    $0\n}";
-        assert_eq!(without_places(template), "for (int i = 0; i < ; ++i) {\n    \n}");
-        assert_eq!(without_places("plain"), "plain");
-    }
-
-    #[test]
-    fn completions_fit_the_word() {
-        let item = |label: &str, rank| CompletionItem {
-            label: label.to_owned(),
-            kind: rtsl_ide::SemanticKind::Function,
-            detail: None,
-            documentation: None,
-            insert: None,
-            rank,
-        };
-        let items = vec![item("sin", 2), item("sinh", 1), item("cos", 0)];
-        let found = |start: usize, word: &str| -> Vec<String> {
-            let found = (4..6, items.clone());
-            let all = suggestions("x = si", word, CharIndex(start), Some(&found));
-            all.into_iter().map(|it| it.insert).collect()
-        };
-        assert_eq!(found(4, "si"), ["sinh", "sin"]);
-        assert_eq!(found(4, "sin"), ["sinh"], "what stands there is no suggestion");
-        assert_eq!(found(0, "x"), [""; 0]);
     }
 }

@@ -150,7 +150,13 @@ impl Inspector {
     }
 
     /// Shows the pane.
-    pub fn show(&mut self, ui: &mut Ui, now: &State, samples: u32, running: bool) -> Option<Request> {
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        now: &State,
+        samples: u32,
+        running: bool,
+    ) -> Option<Request> {
         let mut request = None;
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             match self.pixel.clone() {
@@ -265,7 +271,9 @@ impl Inspector {
             ui.label("evaluate");
             let field = egui::TextEdit::singleline(&mut self.expression);
             let hint = "length(normal) * 2.0";
-            ui.add(field.hint_text(hint).desired_width(f32::INFINITY).font(egui::TextStyle::Monospace));
+            ui.add(
+                field.hint_text(hint).desired_width(f32::INFINITY).font(egui::TextStyle::Monospace),
+            );
         });
         let expression = self.expression.trim();
         if expression.is_empty() {
@@ -313,11 +321,11 @@ impl Facts {
             ui.label(format!("sample {}", self.sample));
             let is_finite = self.radiance.iter().all(|channel| channel.is_finite());
             let color = if is_finite { theme::TEXT } else { theme::ERROR };
-            ui.label(RichText::new(radiance).monospace().color(color));
+            show_numbers(ui, radiance, color);
             ui.end_row();
             for (name, values) in &self.outputs {
                 ui.label(RichText::new(name).color(theme::FAINT));
-                ui.label(RichText::new(numbers(values)).monospace());
+                show_numbers(ui, numbers(values), theme::TEXT);
                 ui.end_row();
             }
         });
@@ -332,13 +340,19 @@ impl Facts {
     }
 }
 
+/// Shows numbers in one line; all of them under the pointer if they do not fit.
+fn show_numbers(ui: &mut Ui, numbers: String, color: egui::Color32) {
+    ui.add(egui::Label::new(RichText::new(numbers).monospace().color(color)).truncate());
+}
+
 /// Shows a report of a value that is not finite; returns true if its line is asked for.
 pub fn show_report(ui: &mut Ui, report: &Report) -> bool {
     ui.add(egui::Label::new(RichText::new(&report.message).color(theme::ERROR)).wrap());
     let mut is_clicked = false;
     if let Some(place) = &report.place {
         let text = std::path::Path::new(&place.text);
-        let name = text.file_name().map_or(place.text.as_str().into(), |name| name.to_string_lossy());
+        let name =
+            text.file_name().map_or(place.text.as_str().into(), |name| name.to_string_lossy());
         let link = format!("{name}:{}: {}", place.line, place.code);
         is_clicked = ui.link(RichText::new(link).monospace()).clicked();
     }

@@ -47,6 +47,9 @@ pub struct ViewArguments {
     /// Open the pane at the right at first.
     #[arg(long, value_enum)]
     pane: Option<PaneName>,
+    /// Show the parameters of this part of the scene at first, by its name or its class.
+    #[arg(long, value_name = "NAME")]
+    select: Option<String>,
     /// Show this quantity at first.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     show: Option<ShownName>,

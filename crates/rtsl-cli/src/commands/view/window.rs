@@ -73,5 +73,6 @@ fn start(arguments: &ViewArguments) -> Start {
         PaneName::NotFinite => Side::NotFinite,
     });
     let inspect = arguments.inspect.map(|pixel| (pixel, arguments.sample));
-    Start { side, edit: arguments.edit.clone(), inspect, mode }
+    let (select, edit) = (arguments.select.clone(), arguments.edit.clone());
+    Start { side, select, edit, inspect, mode }
 }

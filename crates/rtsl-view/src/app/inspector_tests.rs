@@ -1,13 +1,16 @@
 //! The inspector in the viewer without a window: values of samples, replays, samples that are not finite.
 
 use egui::Key;
+use rtsl_render::session::ViewMode;
 
-use super::*;
+use super::{Start, Wish};
+use crate::inspector::Move;
+use crate::layout::{self, Side};
 use crate::testing::{BALL, TOP, Viewer};
 
-/// The size of a window with both panes.
-const SIZE: (usize, usize) =
-    (320 + (layout::EDITOR + layout::SIDE) as usize, 100 + TOP + 400);
+/// The size of windows with both panes, and with that at the right.
+const SIZE: (usize, usize) = (320 + (layout::EDITOR + layout::SIDE) as usize, 250 + TOP);
+const SIDE_ALONE: (usize, usize) = (320 + layout::SIDE as usize, 250 + TOP);
 
 /// A shader with a variable, a call and a print.
 const STEPS: &str = "class Dots : rt_Material;
@@ -22,18 +25,19 @@ void shade() {
     rt_SampleColor = color(part, 0.25, 0.25);
 }";
 
-/// The row of the picture that shows the ball.
-const ROW: usize = 240;
+/// A row that shows the ball in the picture of the scene's size, and one in that which the window has room for.
+const ROW: usize = 40;
+const ROW_OF_WINDOW: usize = 120;
 
-fn viewer(name: &str, shader: &str, start: Start) -> Viewer {
-    let mut viewer = Viewer::start(name, SIZE, shader, |_| start);
+fn viewer(name: &str, size: (usize, usize), shader: &str, start: Start) -> Viewer {
+    let mut viewer = Viewer::start(name, size, shader, |_| start);
     viewer.settle();
     viewer
 }
 
 fn inspecting(name: &str, shader: &str) -> Viewer {
     let inspect = Some(([160, ROW], 0));
-    viewer(name, shader, Start { inspect, ..Start::default() })
+    viewer(name, SIZE, shader, Start { inspect, ..Start::default() })
 }
 
 fn line_and_values(viewer: &Viewer) -> (u32, String) {
@@ -46,6 +50,7 @@ fn line_and_values(viewer: &Viewer) -> (u32, String) {
 fn step_to(viewer: &mut Viewer, line: u32) {
     for _ in 0..100_000 {
         if line_and_values(viewer).0 == line {
+            viewer.app.show_position();
             viewer.settle();
             return;
         }
@@ -57,9 +62,9 @@ fn step_to(viewer: &mut Viewer, line: u32) {
 #[test]
 fn a_click_shows_the_values_of_a_sample() {
     let side = Some(Side::Inspector);
-    let mut viewer = viewer("values", STEPS, Start { side, ..Start::default() });
+    let mut viewer = viewer("values", SIDE_ALONE, STEPS, Start { side, ..Start::default() });
     viewer.pixels();
-    viewer.click((160.0, (ROW + TOP) as f32));
+    viewer.click((160.0, (ROW_OF_WINDOW + TOP) as f32));
     viewer.settle();
     assert!(viewer.shows("ball: Sphere"), "{:?}", viewer.names());
     assert!(viewer.shows("Dots.shade: part 0.25"), "{:?}", viewer.names());
@@ -101,10 +106,10 @@ fn breakpoints_beside_the_text_end_runs() {
     let mut viewer = inspecting("breakpoints", STEPS);
     step_to(&mut viewer, 8);
     // The margin of line 10: two lines below the one that is scrolled into the middle.
-    viewer.app.editor.set_breakpoint(
-        &viewer.folder.path().join("dots.rtsl").display().to_string(),
-        10,
-    );
+    viewer
+        .app
+        .editor
+        .set_breakpoint(&viewer.folder.path().join("dots.rtsl").display().to_string(), 10);
     let debugging = viewer.app.inspector.debugging.as_mut().unwrap();
     debugging.set_breakpoints(viewer.app.editor.breakpoints());
     viewer.press(Key::F5);
@@ -136,7 +141,7 @@ void shade() {
     rt_SampleColor = color(broken, size, size);
 }";
     let side = Some(Side::NotFinite);
-    let mut viewer = viewer("nan", shader, Start { side, ..Start::default() });
+    let mut viewer = viewer("nan", SIDE_ALONE, shader, Start { side, ..Start::default() });
     viewer.pixels();
     viewer.settle();
     assert!(viewer.shows("are not finite and count as black"), "{:?}", viewer.names());
@@ -144,8 +149,6 @@ void shade() {
     assert_eq!(viewer.app.session().view_mode(), ViewMode::NotFinite);
     let marked = viewer.image().iter().filter(|pixel| **pixel == 0x00FF_00FF).count();
     assert!(marked > 100, "{marked} pixels are marked");
-    viewer.click_on("Find causes");
-    viewer.settle();
     assert!(viewer.shows("W0631"), "{:?}", viewer.names());
     viewer.picture("not-finite");
     viewer.click_on("dots.rtsl:4: sqrt(rt_HitPoint.x)");

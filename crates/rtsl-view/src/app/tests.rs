@@ -1,11 +1,14 @@
 //! The viewer without a window: cameras, keys, parameters and files.
 
-use egui::{Event, Modifiers, pos2, vec2};
+use std::time::Duration;
 
-use super::*;
-use crate::camera_control;
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, pos2, vec2};
+use rtsl_render::session::ViewMode;
+
+use super::Wish;
 use crate::navigation::DOLLY_PER_NOTCH;
 use crate::testing::{BALL, BALL_PIXEL, DOTS, TOP, Viewer};
+use crate::{camera_control, layout};
 
 #[test]
 fn drags_orbit_pan_and_look() {
@@ -155,7 +158,7 @@ fn controls_of_the_picked_material_change_the_picture() {
     assert_eq!((before[BALL_PIXEL], after[BALL_PIXEL]), (0x00BC_8989, 0x00FF_8989));
     assert_eq!(viewer.position(), [0.0, 2.0, -6.0], "the camera stays");
     let label = viewer.place_of("bright");
-    viewer.click((label.left() + 107.0, label.center().y));
+    viewer.click((label.left() + 131.0, label.center().y));
     assert_eq!(viewer.image()[BALL_PIXEL], 0x00FF_89FF);
 }
 

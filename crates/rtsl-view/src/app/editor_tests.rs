@@ -2,11 +2,12 @@
 
 use egui::{Event, Key};
 
-use super::*;
+use super::{Start, Wish};
+use crate::layout;
 use crate::testing::{BALL_PIXEL, DOTS, TOP, Viewer};
 
 /// The size of a window whose picture keeps its size beside the editor.
-const SIZE: (usize, usize) = (320 + layout::EDITOR as usize, 100 + TOP + 200);
+const SIZE: (usize, usize) = (320 + layout::EDITOR as usize, 250 + TOP);
 
 /// A viewer with the shader in its editor, whose text has the focus.
 fn editing(name: &str) -> Viewer {
@@ -16,7 +17,7 @@ fn editing(name: &str) -> Viewer {
     };
     let mut viewer = Viewer::start(name, SIZE, DOTS, start);
     viewer.settle();
-    viewer.click((300.0, 300.0));
+    viewer.click((300.0, 250.0));
     assert!(viewer.app.context.text_edit_focused());
     viewer
 }
@@ -79,7 +80,7 @@ fn a_saved_text_changes_the_picture() {
     viewer.command(Key::S);
     assert_eq!(file(&viewer), changed);
     assert_eq!(viewer.app.editor.unsaved(), [""; 0]);
-    let center = (100 + 200) / 2;
+    let center = 250 / 2;
     let (width, _) = viewer.app.session().film().size();
     let image = viewer.image();
     assert_eq!(image[center * width + width / 2] & 0xFF00, 0xFF00, "the ball is greener");

@@ -1,6 +1,6 @@
 //! Meshes in, pixels out.
 
-use egui::epaint::{ColorImage, Mesh};
+use egui::epaint::{ColorImage, ImageDelta, Mesh, Vertex};
 use egui::{Color32, Rect, TextureOptions, pos2, vec2};
 
 use super::*;
