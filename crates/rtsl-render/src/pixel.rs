@@ -105,7 +105,7 @@ pub(crate) struct SampleRequest<'a> {
     pub sample: u32,
     /// True if the outputs of the integrator are kept.
     pub outputs: bool,
-    /// What is recorded.
+    /// The detail and the limits of the recording.
     pub trace: &'a Trace,
 }
 

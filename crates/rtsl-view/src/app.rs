@@ -57,7 +57,7 @@ pub struct App {
     wishes: Vec<Wish>,
 }
 
-/// What is shown when the window opens.
+/// The state of the window when it opens.
 #[derive(Clone, Debug, Default)]
 pub struct Start {
     /// The pane at the right; parameters beside large pictures if `None`.

@@ -24,7 +24,7 @@ pub struct NotFinite {
     error: Option<String>,
 }
 
-/// What someone asks for in the pane.
+/// A request of someone in the pane.
 pub enum Request {
     /// The causes are looked for.
     Find(Job),

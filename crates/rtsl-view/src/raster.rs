@@ -23,7 +23,7 @@ use texture::Texture;
 /// The side of the squares that are drawn again as a whole, in pixels.
 const TILE: usize = 64;
 
-/// What has been drawn: a layer that is shown over other pixels.
+/// A layer of drawn meshes, which is shown over other pixels.
 #[derive(Default)]
 pub struct Raster {
     textures: HashMap<TextureId, Texture>,

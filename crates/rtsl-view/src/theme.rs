@@ -6,7 +6,7 @@ use egui::{Color32, Context, FontFamily, FontId, Frame, Margin, TextStyle, Theme
 pub const ERROR: Color32 = Color32::from_rgb(0xF0, 0x70, 0x60);
 /// Warnings.
 pub const WARNING: Color32 = Color32::from_rgb(0xE8, 0xB8, 0x50);
-/// What is in order, or marks a place.
+/// Marks of places.
 pub const ACCENT: Color32 = Color32::from_rgb(0x60, 0xA8, 0xE0);
 /// Text of less importance.
 pub const FAINT: Color32 = Color32::from_rgb(0x98, 0xA0, 0xA8);

@@ -38,7 +38,7 @@ pub struct ViewOptions {
     pub frames: Option<u64>,
     /// Write a picture of the window to this file before it closes, and when F12 is pressed.
     pub screenshot: Option<PathBuf>,
-    /// What is shown at first.
+    /// The state of the window when it opens.
     pub start: Start,
 }
 
@@ -102,7 +102,7 @@ fn no_display(error: impl std::fmt::Display) -> ViewError {
     ViewError::NoDisplay(told.map_or(text.clone(), |(_, what)| what.to_owned()))
 }
 
-/// What other threads tell.
+/// A message of another thread.
 #[derive(Clone, Copy, Debug)]
 enum Signal {
     /// Files of the scene were saved.

@@ -92,8 +92,7 @@ fn a_replay_steps_through_the_shader() {
     assert!(viewer.shows("half_of:4"), "the calls: {:?}", viewer.names());
     viewer.settle();
     viewer.picture("replay");
-    viewer.click_on("out");
-    viewer.press(Key::F10);
+    viewer.click_on("out >");
     assert_eq!(line_and_values(&viewer), (9, "part = 0.25".to_owned()));
     viewer.modifiers.shift = true;
     viewer.press(Key::F10);

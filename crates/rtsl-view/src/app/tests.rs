@@ -240,3 +240,37 @@ fn a_viewer_that_rests_costs_nothing() {
     assert_eq!(shown.repaint_after, Duration::MAX);
     assert!(!viewer.app.is_busy());
 }
+
+/// The time of a frame of 1280 by 800 pixels with all panes, without the picture's samples:
+/// `cargo test --release -p rtsl-view --lib -- --ignored --nocapture times`.
+#[test]
+#[ignore = "it measures, and asserts nothing"]
+fn times_of_frames() {
+    let start = |folder: &std::path::Path| super::Start {
+        edit: Some((folder.join("dots.rtsl"), None)),
+        inspect: Some(([160, 40], 0)),
+        ..super::Start::default()
+    };
+    let text = format!("{DOTS}\n{}", "float more(float x) { return x * x; } // more\n".repeat(200));
+    let mut viewer = Viewer::start("times", (1280, 800), &text, start);
+    viewer.settle();
+    viewer.pixels();
+    let mut measure = |what: &str, change: &mut dyn FnMut(&mut Viewer, usize)| {
+        let begin = std::time::Instant::now();
+        for frame in 0..50 {
+            change(&mut viewer, frame);
+        }
+        eprintln!("{what}: {:.2} ms", begin.elapsed().as_secs_f64() * 1e3 / 50.0);
+    };
+    measure("nothing changes", &mut |viewer, _| viewer.events([]));
+    measure("figures change", &mut |viewer, frame| {
+        viewer.app.frame_time = Duration::from_micros(1000 * frame as u64);
+        viewer.events([]);
+    });
+    measure("the replay steps", &mut |viewer, frame| {
+        let key = if frame % 2 == 0 { Key::F11 } else { Key::F10 };
+        viewer.press(key);
+    });
+    let mut pixels = vec![0; 1280 * 800];
+    measure("pixels are put together", &mut |viewer, _| viewer.app.paint(&mut pixels));
+}

@@ -1,4 +1,4 @@
-//! What is known about a text, found by a thread of its own, so that typing never waits.
+//! Analyses of texts by a thread of its own, so that typing never waits.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -28,18 +28,18 @@ pub struct Request {
     pub version: u64,
     /// The text.
     pub text: String,
-    /// What is asked.
+    /// The question.
     pub question: Question,
 }
 
-/// What is asked about a text.
+/// The questions about texts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     /// Its words and its errors.
     Findings,
     /// The description of the word at an offset.
     Hover(usize),
-    /// What could be typed at an offset.
+    /// The texts that fit an offset.
     Completions(usize),
 }
 
@@ -48,18 +48,18 @@ pub enum Question {
 pub struct Answer {
     /// The name of the text.
     pub name: String,
-    /// What was found.
+    /// The answer.
     pub found: Found,
 }
 
-/// What is found.
+/// The kinds of answers.
 #[derive(Debug)]
 pub enum Found {
     /// Words and errors.
     Findings(Findings),
     /// The description of the word at an offset, if it has one.
     Hover(usize, Option<String>),
-    /// What could be typed in the place of these bytes.
+    /// The texts that fit the place of these bytes.
     Completions(std::ops::Range<usize>, Vec<CompletionItem>),
 }
 

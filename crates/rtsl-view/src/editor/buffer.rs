@@ -10,8 +10,8 @@ use rtsl_image::atomic_write::replace_file;
 use super::analyst::Findings;
 use super::highlight::Highlighter;
 
-/// The greatest size of a file that is opened, in bytes.
-const MAX_BYTES: u64 = 4 << 20;
+/// The greatest size of a file that is opened, in bytes: larger ones take too long to be laid out while someone types.
+const MAX_BYTES: u64 = 1 << 19;
 
 /// A text with its file.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub struct Buffer {
     pub text: String,
     /// The number of changes of the text.
     pub version: u64,
-    /// What is known about the text or an earlier version of it.
+    /// The findings about the text, or about an earlier version of it.
     pub findings: Arc<Findings>,
     /// The colours of the text.
     pub highlighter: Highlighter,

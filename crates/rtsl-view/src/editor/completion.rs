@@ -10,7 +10,7 @@ use crate::theme;
 /// The greatest number of items that are listed.
 const LISTED: usize = 60;
 
-/// What could be typed in the place of a word.
+/// The texts that fit the place of a word.
 #[derive(Debug, Default)]
 pub struct Completion {
     /// The start of the word, in bytes of the text.
@@ -21,7 +21,7 @@ pub struct Completion {
     is_open: bool,
 }
 
-/// What the keys of the list ask for.
+/// The requests of the keys of the list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ListKeys {
     /// The selected item is to be inserted.

@@ -32,7 +32,7 @@ pub struct Editor {
     error: Option<String>,
 }
 
-/// What is shown beside the lines of texts.
+/// The notes beside the lines of texts.
 #[derive(Default)]
 pub struct Notes<'a> {
     /// The text and the line at which the debugger stands.
@@ -43,7 +43,7 @@ pub struct Notes<'a> {
     pub costs: Option<&'a LineCosts>,
 }
 
-/// What someone has done in the editor.
+/// An action of someone in the editor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Done {
     /// A file was saved.

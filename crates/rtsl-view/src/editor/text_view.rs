@@ -20,7 +20,7 @@ use crate::theme;
 const NUMBERS: f32 = 46.0;
 const COSTS: f32 = 58.0;
 
-/// What is shown beside a text.
+/// The notes beside a text.
 pub struct TextView<'a> {
     /// The lines with breakpoints.
     pub breakpoints: &'a BTreeSet<u32>,
@@ -41,13 +41,13 @@ pub struct Typing {
     hovered: Option<usize>,
     /// The description of the word at a byte.
     pub described: Option<(usize, Option<String>)>,
-    /// What could be typed.
+    /// The texts that fit the place of the cursor.
     pub completion: Completion,
     /// The width of the lines with the values beside them.
     width: f32,
 }
 
-/// What a text view asks for.
+/// The requests of a text view.
 #[derive(Default)]
 pub struct Asked {
     /// A breakpoint is set at this line, or removed.

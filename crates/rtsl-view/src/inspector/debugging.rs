@@ -17,7 +17,7 @@ pub struct Debugging {
     pub scopes: Scopes,
     /// The values beside the lines of the selected call.
     pub beside: LineValues,
-    /// Why the last movement has ended, and what was printed.
+    /// The reason for the end of the last movement, and the prints on its way.
     pub stopped: String,
 }
 
@@ -40,17 +40,17 @@ pub enum Move {
 impl Move {
     /// The movements back and forth by buttons, with their keys.
     pub const BACK: [(Move, &'static str, &'static str); 4] = [
-        (Move::RunBack, "run", "to a breakpoint (shift F5)"),
-        (Move::BackOut, "out", "to the call of this function"),
-        (Move::Back, "over", "over calls (shift F10)"),
-        (Move::BackIn, "in", "into calls (shift F11)"),
+        (Move::RunBack, "<< run", "to a breakpoint (shift F5)"),
+        (Move::BackOut, "< out", "to the call of this function"),
+        (Move::Back, "< over", "over calls (shift F10)"),
+        (Move::BackIn, "< in", "into calls (shift F11)"),
     ];
     /// Those forwards.
     pub const FORTH: [(Move, &'static str, &'static str); 4] = [
-        (Move::In, "in", "into calls (F11)"),
-        (Move::Over, "over", "over calls (F10)"),
-        (Move::Out, "out", "out of this function"),
-        (Move::Run, "run", "to a breakpoint, or a value that is not finite (F5)"),
+        (Move::In, "in >", "into calls (F11)"),
+        (Move::Over, "over >", "over calls (F10)"),
+        (Move::Out, "out >", "out of this function"),
+        (Move::Run, "run >>", "to a breakpoint, or a value that is not finite (F5)"),
     ];
 
     /// Returns the movement of a key.

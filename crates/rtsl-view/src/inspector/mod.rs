@@ -62,7 +62,7 @@ pub struct State {
     pub changes: u64,
 }
 
-/// What is known of a sample.
+/// The facts of a sample.
 struct Facts {
     sample: u32,
     radiance: [f32; 3],
@@ -71,7 +71,7 @@ struct Facts {
     not_finite: Option<Report>,
 }
 
-/// What someone asks for in the pane.
+/// A request of someone in the pane.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// A sample is evaluated.
@@ -232,10 +232,9 @@ impl Inspector {
         });
         for (title, moves) in [("back", Move::BACK), ("forth", Move::FORTH)] {
             ui.horizontal(|ui| {
-                ui.label(RichText::new(format!("{title:5}")).monospace().color(theme::FAINT));
                 for (movement, name, what) in moves {
                     let hover = format!("{title} {what}");
-                    let button = egui::Button::new(name).min_size(egui::vec2(52.0, 0.0));
+                    let button = egui::Button::new(name).min_size(egui::vec2(64.0, 0.0));
                     if ui.add(button).on_hover_text(hover).clicked() {
                         debugging.go(movement);
                     }

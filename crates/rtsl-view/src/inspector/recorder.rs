@@ -14,7 +14,7 @@ pub const KEPT: usize = 1 << 20;
 /// The stack of the thread: each level of `trace` uses some of it.
 const STACK_BYTES: usize = 128 << 20;
 
-/// What is found out about samples.
+/// The evaluation of samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Job {
     /// The value of a sample and what shaders print for it.

@@ -29,4 +29,3 @@ impl Area {
         self.left >= self.right || self.top >= self.bottom
     }
 }
-

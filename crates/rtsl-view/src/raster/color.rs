@@ -41,4 +41,3 @@ pub fn saturated(pair: u32) -> u32 {
     let over = (pair >> 8) & 0x0001_0001;
     (pair | over * 0xFF) & 0x00FF_00FF
 }
-

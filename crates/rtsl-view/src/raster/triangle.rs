@@ -124,4 +124,3 @@ pub fn area_of([one, two, three]: &[Corner; 3]) -> f32 {
 pub fn least([a, b, c]: [f32; 3]) -> f32 {
     a.min(b).min(c)
 }
-

@@ -57,7 +57,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     }
 }
 
-/// What the window shows at first.
+/// Returns the state of the window when it opens.
 fn start(arguments: &ViewArguments) -> Start {
     let mode = match arguments.show {
         None | Some(ShownName::Image) => ViewMode::Image,
