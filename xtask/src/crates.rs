@@ -53,7 +53,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-render", &["rtsl", "rtsl-bvh", "rtsl-image", "rtsl-math", "rtsl-memory", "rtsl-scene"]),
     ("rtsl-contract", &["rtsl"]),
     ("rtsl-debug", &["rtsl"]),
-    ("rtsl-view", &["rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
+    (
+        "rtsl-view",
+        &["rtsl", "rtsl-debug", "rtsl-ide", "rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"],
+    ),
     ("rtsl-capi", &["rtsl"]),
     ("rtsl-python", &["rtsl", "rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
     (

@@ -24,7 +24,7 @@ mod timeline;
 
 pub use breakpoint::{Breakpoint, BreakpointId, Location, Pauses};
 pub use frame::Frame;
-pub use lines::{Effect, LineEffects};
+pub use lines::{Effect, LineEffects, LineValues};
 pub use replay::{Granularity, NothingRecorded, Reason, Replay, Stopped};
 pub use scopes::Scopes;
 pub use timeline::NotFinite;

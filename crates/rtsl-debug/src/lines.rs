@@ -23,6 +23,9 @@ pub enum Effect {
 /// The effects of the lines of a text when they ran last, in one call.
 pub type LineEffects = BTreeMap<u32, Vec<Effect>>;
 
+/// The values beside the lines of a text, by the lines, from 1.
+pub type LineValues = BTreeMap<u32, String>;
+
 /// Formats what it does: `t = 3.25`, `true`.
 impl std::fmt::Display for Effect {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

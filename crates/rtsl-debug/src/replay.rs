@@ -8,7 +8,7 @@ use rtsl::{Recording, Source, SteppedLines, SteppedText, TraceKind, TracedValue}
 use crate::breakpoint::{Breakpoint, BreakpointId, Location, Pauses, SetBreakpoint};
 use crate::expression::Evaluator;
 use crate::frame::Frame;
-use crate::lines::{self, Effect, LineEffects};
+use crate::lines::{self, Effect, LineEffects, LineValues};
 use crate::scopes::{ScopeWalk, Scopes};
 use crate::timeline::{CallId, NotFinite, Stop, Timeline};
 
@@ -139,6 +139,23 @@ impl Replay {
     /// Returns what the lines of a call have done when they ran last before the position.
     pub fn line_effects(&self, frame: &Frame) -> LineEffects {
         lines::line_effects(&self.timeline, frame)
+    }
+
+    /// Returns the values beside the lines of a call's text: what the lines have set when they ran last, and for the
+    /// current line the variables that it names, in its order, and the result of a function at its end.
+    pub fn beside_lines(&self, frame: &Frame) -> LineValues {
+        let listed = |effects: Vec<Effect>| {
+            effects.iter().map(Effect::to_string).collect::<Vec<_>>().join(", ")
+        };
+        let effects = self.line_effects(frame).into_iter();
+        let mut beside: LineValues =
+            effects.map(|(line, effects)| (line, listed(effects))).collect();
+        if let (Some(source), Some(line)) = (frame.source(), frame.line()) {
+            let text = self.source(source).map_or("", |source| source.text.as_str());
+            let text = text.lines().nth(line.saturating_sub(1) as usize).unwrap_or_default();
+            beside.insert(line, self.scopes(frame).named_in(text));
+        }
+        beside
     }
 
     /// Returns what the statement at the position does when it runs.

@@ -36,6 +36,22 @@ impl Scopes {
         [&self.locals, &self.members, &self.state_set, &self.state_read].into_iter().flatten()
     }
 
+    /// Returns the values of the variables that a line names, in its order, and the result of a function at its end.
+    pub(crate) fn named_in(&self, line: &str) -> String {
+        let code = line.split("//").next().unwrap_or_default();
+        let mut shown: Vec<String> = Vec::new();
+        for word in code.split(|letter| !is_of_name(letter)) {
+            if let Some(value) = self.find(word) {
+                let text = format!("{word} = {value}");
+                if !shown.contains(&text) {
+                    shown.push(text);
+                }
+            }
+        }
+        shown.extend(self.result.iter().map(|value| format!("returns {value}")));
+        shown.join(", ")
+    }
+
     /// Collects the variables of a call.
     pub(crate) fn of(timeline: &Timeline, frame: &Frame) -> Scopes {
         let mut walk = ScopeWalk::new(timeline, timeline.method_of(frame.call));

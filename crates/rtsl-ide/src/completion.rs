@@ -102,8 +102,9 @@ fn items_at(
     if cursor.is_annotation_key() {
         return annotation_keys();
     }
-    // The text that probably follows is added if the word alone would end in an error.
-    for rest in ["", "()", ";", " x;", ");", "() { }"] {
+    // The text that probably follows is added if the word alone would end in an error; a function at the end of the text
+    // may not be closed yet.
+    for rest in ["", "()", ";", " x;", ");", "() { }", "; }", "); }"] {
         let text = format!("{}{CURSOR}{rest}{}", &text[..cursor.start], &text[cursor.end..]);
         let document = Document::new(name, &text, loader);
         let place = rtsl::Span::new(document.file(), cursor.start as u32, cursor.start as u32);

@@ -5,15 +5,13 @@
 
 use std::time::Duration;
 
-use rtsl::{
-    Diagnostic, Engine, EngineOptions, Recording, Trace, TraceDetail, diagnostic_codes as codes,
-};
+use rtsl::{Diagnostic, Engine, EngineOptions, Recording, Trace, diagnostic_codes as codes};
 use rtsl_scene::reader::{DiskFiles, FileSource};
-use rtsl_scene::{Scene, SceneSource};
+use rtsl_scene::{Loaded, Scene, SceneSource};
 
 use crate::Messages;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::path::{BatchFilm, BatchMemory, BatchScene, PathTracer};
+use crate::path::{BatchFilm, BatchMemory, BatchScene, PathTracer, outputs_of};
 use crate::request::{LoadedScene, Prepared, RenderRequest, choose_pixel};
 use crate::tiles::TileSamples;
 
@@ -46,6 +44,8 @@ pub struct TracedSample {
     pub index: u32,
     /// The radiance.
     pub radiance: [f32; 3],
+    /// The named outputs of the integrator that were asked for, with their components.
+    pub outputs: Vec<(String, Vec<f32>)>,
     /// The prints and the calls of methods.
     pub recording: Recording,
 }
@@ -76,7 +76,7 @@ pub fn render_pixel_from(
     let request = RenderRequest { engine, ..request.clone() };
     let mut loaded = LoadedScene::new(&request, files)?;
     loaded.choose_renderer();
-    loaded.choose_pixel(pixel.pixel)?;
+    choose_pixel(&mut loaded.scene.settings, pixel.pixel)?;
     let Prepared { scene, warnings, .. } = Prepared::new(&request, loaded)?;
     traced_pixel(&scene, pixel, trace, warnings)
 }
@@ -88,11 +88,7 @@ fn traced_pixel(
     trace: &Trace,
     warnings: Messages,
 ) -> Result<TracedPixel, Messages> {
-    let all = scene.compiled.settings.sampler.samples_per_pixel();
-    if pixel.first >= all {
-        let message = format!("there is no sample {}: a pixel has {all}", pixel.first);
-        return Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message)));
-    }
+    let all = check_sample(scene, pixel.first)?;
     let end = pixel.count.map_or(all, |count| all.min(pixel.first.saturating_add(count)));
     let (color, samples) = trace_pixel(scene, pixel.first..end, trace)?;
     Ok(TracedPixel { color, samples, warnings })
@@ -114,27 +110,55 @@ pub fn render_pixel_of(
     traced_pixel(&scene, pixel, trace, warnings)
 }
 
-/// Returns the lines that shaders print for the first sample of a pixel of a scene. `prepare` makes the
-/// scene what a picture of it shows.
+/// Returns the number of a pixel's samples.
+///
+/// # Errors
+/// If this sample is not among them.
+fn check_sample(scene: &BatchScene, sample: u32) -> Result<u32, Messages> {
+    let all = scene.compiled.settings.sampler.samples_per_pixel();
+    if sample < all {
+        return Ok(all);
+    }
+    let message = format!("there is no sample {sample}: a pixel has {all}");
+    Err(Messages::one(Diagnostic::new(codes::NO_SUCH_PIXEL, message)))
+}
+
+/// The choice of a sample of a pixel, and what is kept of it.
+pub(crate) struct SampleRequest<'a> {
+    /// The column and the row, from the top left.
+    pub pixel: [usize; 2],
+    /// The sample.
+    pub sample: u32,
+    /// True if the outputs of the integrator are kept.
+    pub outputs: bool,
+    /// The detail and the limits of the recording.
+    pub trace: &'a Trace,
+}
+
+/// Evaluates a sample of a pixel of a scene, and returns it with the scene. `prepare` makes the scene what a picture of
+/// it shows.
 ///
 /// # Errors
 /// As for [`render_pixel`].
-pub(crate) fn prints_of(
-    mut source: SceneSource<'_>,
+pub(crate) fn sample_of(
+    source: &mut SceneSource<'_>,
     engine: EngineOptions,
-    pixel: [usize; 2],
+    request: &SampleRequest<'_>,
     prepare: impl FnOnce(&mut Scene),
-) -> Result<Vec<String>, Messages> {
-    let mut scene = source.load()?.scene;
+) -> Result<TracedSample, Messages> {
+    let Loaded { mut scene, origins, .. } = source.load()?;
     prepare(&mut scene);
-    scene.settings.set_pixel(pixel);
-    let trace = Trace::new(TraceDetail::Prints);
-    let options = EngineOptions { trace: Some(trace.clone()), ..engine };
+    choose_pixel(&mut scene.settings, request.pixel)?;
+    let options = EngineOptions { trace: Some(request.trace.clone()), ..engine };
     let (engine, _) = Engine::new(options).map_err(Messages::one)?;
-    let scene = BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})?;
-    let (_, samples) = trace_pixel(&scene, 0..1, &trace)?;
-    let entries = samples.iter().flat_map(|sample| &sample.recording.entries);
-    Ok(entries.map(ToString::to_string).collect())
+    let aovs = if request.outputs { outputs_of(scene.integrator().class()) } else { Vec::new() };
+    let mut warnings = Messages::default();
+    let mut batch = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &|_| {})?;
+    batch.titles = origins.objects.iter().map(|object| source.title(*object)).collect();
+    check_sample(&batch, request.sample)?;
+    let samples = request.sample..request.sample + 1;
+    let (_, mut samples) = trace_pixel(&batch, samples, request.trace)?;
+    Ok(samples.swap_remove(0))
 }
 
 /// Evaluates samples of the only pixel of a scene.
@@ -160,8 +184,13 @@ fn trace_pixel(
         }
         let radiance = memory.samples.radiance.each_ref().map(|channel| channel[0]);
         let results = memory.samples.of_tile(0..memory.samples.radiance[0].len());
+        let outputs =
+            scene.features().outputs().iter().map(|output| {
+                (output.name.to_string(), results.outputs[output.components()].to_vec())
+            });
+        let outputs = outputs.collect();
         film.add(0, index - first, results, Duration::ZERO);
-        traced.push(TracedSample { index, radiance, recording });
+        traced.push(TracedSample { index, radiance, outputs, recording });
     }
     Ok((film.image().map_err(no_memory)?.pixels[0], traced))
 }

@@ -293,7 +293,7 @@ fn of_scene(statistics: Statistics, scene: &CompiledScene) -> Statistics {
 
 /// A loaded scene with an engine for its kernels.
 pub(crate) struct LoadedScene {
-    scene: Scene,
+    pub(crate) scene: Scene,
     engine: Engine,
     warnings: Messages,
     load_time: Duration,
@@ -354,14 +354,6 @@ impl LoadedScene {
     /// Chooses the interactive renderer unless the scene names an integrator by its class, as the viewer does.
     pub(crate) fn prefer_interactive(&mut self) {
         self.scene.settings.renderer = Some(Renderer::Interactive);
-    }
-
-    /// Makes the picture one of its pixels.
-    ///
-    /// # Errors
-    /// If the picture does not have it.
-    pub(crate) fn choose_pixel(&mut self, pixel: [usize; 2]) -> Result<(), Messages> {
-        choose_pixel(&mut self.scene.settings, pixel)
     }
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.

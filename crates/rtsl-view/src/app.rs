@@ -1,47 +1,52 @@
-//! The viewer: converts events to pixels. It does not depend on a window.
+//! The viewer: converts input to pixels. It does not depend on a window.
 
-use std::collections::BTreeSet;
+mod inspection;
+mod keys;
+mod panes;
+mod picture;
+mod scene;
+
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use rtsl_math::Transform;
-use rtsl_render::Messages;
-use rtsl_render::session::{Picked, Reloaded, Session, ViewMode};
-use rtsl_scene::EntityId;
+use egui::{Context, Pos2, RawInput};
+use rtsl_render::session::{Picked, Session, Thing, ViewMode};
 
-use crate::camera_control::{self, Vector};
-use crate::canvas::Canvas;
-use crate::input::{Button, Event, Key};
-use crate::overlay;
-use crate::panel::{self, Panel, Request};
-
-/// The camera's rotation in degrees for a pixel of a drag.
-const DEGREES_PER_PIXEL: f64 = 0.35;
-/// The camera's rotation in degrees for an arrow key.
-const DEGREES_PER_STEP: f64 = 5.0;
-/// The factor of the distance for a notch of the wheel.
-const DOLLY_PER_NOTCH: f64 = 0.88;
-/// The speed of flights: the fraction of the distance to the pivot per second.
-const FLIGHT_PER_SECOND: f64 = 0.7;
-/// The factor by which Shift speeds flights up.
-const HASTE: f64 = 4.0;
-/// The greatest movement of the pointer during a click, in pixels.
-const CLICK_RADIUS: f64 = 3.0;
-/// The least width of a window in which the panel opens automatically: in narrower ones it would cover the figures.
-const WIDE_ENOUGH: i32 = 3 * panel::WIDTH;
+use crate::costs::Costs;
+use crate::editor::Editor;
+use crate::inspector::{Inspector, Job, Jobs};
+use crate::layout::{Panes, Place, Side};
+use crate::navigation::Navigation;
+use crate::not_finite::NotFinite;
+use crate::parameters::Parameters;
+use crate::raster::Raster;
+use crate::theme;
 
 /// The viewer, without its window.
 pub struct App {
     session: Session,
-    panel: Panel,
-    shows_panel: bool,
-    shows_figures: bool,
-    shows_help: bool,
-    /// The point about which the camera orbits.
-    pivot: Vector,
-    up: Vector,
-    pointer: (f64, f64),
-    drag: Option<Drag>,
-    keys: BTreeSet<Key>,
+    context: Context,
+    raster: Raster,
+    /// The columns and rows of the window.
+    size: (usize, usize),
+    /// The picture in the window, in pixels, and the number of them per point.
+    place: Place,
+    scale: f32,
+    panes: Panes,
+    /// The pane at the right that is shown when it opens.
+    last_side: Side,
+    navigation: Navigation,
+    parameters: Parameters,
+    editor: Editor,
+    inspector: Inspector,
+    jobs: Jobs,
+    not_finite: NotFinite,
+    costs: Costs,
+    /// The number of changes of the scene.
+    changes: u64,
+    /// True while the window asks whether unsaved texts may be lost.
+    asks_to_close: bool,
+    pointer: Option<Pos2>,
     picked: Option<Picked>,
     /// Diagnostics, until they are closed or out of date.
     message: Option<String>,
@@ -51,6 +56,21 @@ pub struct App {
     wishes: Vec<Wish>,
 }
 
+/// The state of the window when it opens.
+#[derive(Clone, Debug, Default)]
+pub struct Start {
+    /// The pane at the right; parameters beside large pictures if `None`.
+    pub side: Option<Side>,
+    /// The part of the scene whose parameters are shown, by its title or class.
+    pub select: Option<String>,
+    /// A file and a line in the editor. A replay runs to the line.
+    pub edit: Option<(PathBuf, Option<usize>)>,
+    /// The column and the row of a pixel that is inspected, and the sample that is replayed.
+    pub inspect: Option<([usize; 2], u32)>,
+    /// The quantity that is displayed.
+    pub mode: ViewMode,
+}
+
 /// A request that only the window can fulfil.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish {
@@ -58,41 +78,42 @@ pub enum Wish {
     Print(String),
     /// Write a picture of the window.
     Screenshot,
+    /// Close the window.
+    Close,
 }
 
-/// A drag with the pointer over the image.
-#[derive(Clone, Copy, Debug)]
-struct Drag {
-    button: Button,
-    start: (f64, f64),
-    /// True if it moved too far for a click.
-    moved: bool,
+/// The part of a frame that the window takes care of.
+pub struct Shown {
+    /// The pointer's shape, texts for the clipboard, and the like.
+    pub platform: egui::PlatformOutput,
+    /// The time after which the next frame is due although nothing happens.
+    pub repaint_after: Duration,
 }
 
 impl App {
     /// Creates a viewer of a session.
-    pub fn new(session: Session) -> Self {
-        let (width, height) = session.film().size();
-        let camera = session.camera();
-        let middle = session.pick(width / 2, height / 2);
-        let position = camera_control::position(camera);
-        let ahead = camera_control::forward(camera);
-        // A scene without bounds is assumed to be as large as its camera's distance from the origin.
-        let reach = camera_control::distance(position, [0.0; 3]).max(1.0);
-        let pivot = middle.map_or_else(
-            || [0, 1, 2].map(|axis: usize| position[axis] + ahead[axis] * reach),
-            |picked| picked.position,
-        );
+    pub fn new(session: Session, start: &Start) -> Self {
+        let context = Context::default();
+        theme::apply(&context);
+        let size = session.film().size();
         let mut app = App {
-            up: camera_control::world_up(camera),
-            pivot,
-            panel: Panel::new(session.things()),
-            shows_panel: width as i32 >= WIDE_ENOUGH,
-            shows_figures: true,
-            shows_help: false,
-            pointer: (0.0, 0.0),
-            drag: None,
-            keys: BTreeSet::new(),
+            editor: Editor::new(&context, session.search_path().to_vec()),
+            inspector: Inspector::default(),
+            jobs: Jobs::default(),
+            not_finite: NotFinite::default(),
+            costs: Costs::default(),
+            changes: 0,
+            asks_to_close: false,
+            context,
+            raster: Raster::default(),
+            size,
+            place: Place::default(),
+            scale: 1.0,
+            panes: Panes::at_start(size.0),
+            last_side: Side::Parameters,
+            navigation: Navigation::new(&session),
+            parameters: Parameters::new(session.things()),
+            pointer: None,
             picked: None,
             message: None,
             frame_time: Duration::ZERO,
@@ -100,15 +121,61 @@ impl App {
             wishes: Vec::new(),
             session,
         };
-        let first = app.panel.things.iter().map(|thing| thing.entity);
+        let first = app.parameters.things.iter().map(|thing| thing.entity);
         let first = first.into_iter().find(|it| !app.session.controls(*it).is_empty());
         app.select(first);
+        app.start(start);
         app
+    }
+
+    fn start(&mut self, start: &Start) {
+        self.session.set_view_mode(start.mode);
+        self.panes.side = start.side.or(self.panes.side);
+        if let Some(name) = &start.select {
+            let is_named = |thing: &&Thing| thing.title == *name || thing.class == *name;
+            let found = self.parameters.things.iter().find(is_named).map(|thing| thing.entity);
+            match found {
+                Some(entity) => self.select(Some(entity)),
+                None => self.message = Some(format!("the scene has no part `{name}`")),
+            }
+        }
+        if let Some((path, line)) = &start.edit {
+            self.panes.editor = true;
+            let name = path.display().to_string();
+            self.editor.go_to(&name, *line, None);
+            if let (Some(line), Some(_)) = (line, start.inspect) {
+                self.editor.set_breakpoint(&name, *line as u32);
+            }
+        }
+        if let Some(([x, y], sample)) = start.inspect {
+            self.panes.editor = true;
+            self.panes.side = Some(Side::Inspector);
+            self.inspector.set_sample(sample);
+            self.inspect(x, y);
+            let job = Job::Steps(self.inspector.probed());
+            self.evaluate(job);
+        }
     }
 
     /// Returns the session.
     pub fn session(&self) -> &Session {
         &self.session
+    }
+
+    /// Returns the context of the controls.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// Returns the size of a window in points whose picture has the size of the session's film at this scale.
+    pub fn window_size(&self, scale: f32) -> egui::Vec2 {
+        let (width, height) = self.session.film().size();
+        egui::vec2(width as f32, height as f32) / scale + self.panes.room()
+    }
+
+    /// Returns the columns and rows of the window.
+    pub fn size(&self) -> (usize, usize) {
+        self.size
     }
 
     /// Returns the message being shown.
@@ -126,29 +193,27 @@ impl App {
         std::mem::take(&mut self.wishes)
     }
 
-    /// Handles an event.
-    pub fn handle(&mut self, event: Event) {
-        match event {
-            Event::Resized { width, height } => self.session.resize(width, height),
-            Event::PointerMoved { x, y } => self.move_pointer(x, y),
-            Event::ButtonPressed(button) => self.press(button),
-            Event::ButtonReleased(button) => self.release(button),
-            Event::Scrolled(notches) => self.scroll(notches),
-            Event::KeyPressed(key) => {
-                self.keys.insert(key);
-                self.press_key(key);
-            }
-            Event::KeyReleased(key) => {
-                self.keys.remove(&key);
-            }
-            Event::FocusLost => self.keys.clear(),
-            Event::FilesChanged => self.reload(),
-        }
+    /// Notes that files of the scene were saved.
+    pub fn files_changed(&mut self) {
+        self.editor.look_at_files();
+        self.reload();
+    }
+
+    /// Handles the wish to close the window. Returns false if there are unsaved texts: someone is asked first.
+    pub fn may_close(&mut self) -> bool {
+        self.asks_to_close = !self.editor.unsaved().is_empty();
+        self.panes.editor |= self.asks_to_close;
+        !self.asks_to_close
+    }
+
+    /// True while a thread finds something out that will be shown.
+    pub fn is_waiting(&self) -> bool {
+        self.jobs.is_busy() || self.costs.is_busy() || self.editor.is_busy()
     }
 
     /// True if [`App::advance`] has work to do.
     pub fn is_busy(&self) -> bool {
-        self.session.is_busy() || self.flight() != [0.0; 3]
+        self.session.is_busy() || self.navigation.is_flying()
     }
 
     /// Renders for about `budget`, after moving the camera for the time of the last frame.
@@ -159,7 +224,7 @@ impl App {
         let since = since.min(Duration::from_millis(250));
         self.last_frame = Some(now);
         self.frame_time = self.frame_time.mul_f64(0.8) + since.mul_f64(0.2);
-        self.fly(since);
+        self.navigation.fly(&mut self.session, since);
         self.session.advance(budget);
         if let Some(problem) = self.session.status().problem {
             self.message = Some(problem);
@@ -171,287 +236,53 @@ impl App {
         self.last_frame = None;
     }
 
-    /// Paints the window: `pixels` has the size of the session's film.
+    /// Handles input and lays out the window, of so many columns and rows.
+    pub fn frame(&mut self, mut input: RawInput, (width, height): (usize, usize)) -> Shown {
+        if width > 0 && height > 0 {
+            self.size = (width, height);
+        }
+        self.take_keys(&mut input);
+        self.take_outcomes();
+        let context = self.context.clone();
+        let output = context.run_ui(input, |ui| self.show(ui));
+        self.scale = output.pixels_per_point;
+        let primitives = context.tessellate(output.shapes, self.scale);
+        self.raster.draw(self.size, primitives, output.textures_delta, self.scale);
+        let viewport = output.viewport_output.get(&egui::ViewportId::ROOT);
+        let repaint_after = viewport.map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        Shown { platform: output.platform_output, repaint_after }
+    }
+
+    /// Paints the last frame: `pixels` has its columns and rows.
     pub fn paint(&self, pixels: &mut [u32]) {
-        let (width, height) = self.session.film().size();
+        let (width, height) = self.size;
         if pixels.len() < width * height {
             return;
         }
-        self.session.film().copy_to(pixels, width);
-        let mut canvas = Canvas::new(pixels, width);
-        if self.shows_figures {
-            let (status, mode) = (self.session.status(), self.session.view_mode());
-            let picked = self.picked.as_ref();
-            overlay::paint_figures(&mut canvas, &status, mode, self.frame_time, picked);
-        }
-        if self.shows_panel {
-            self.panel.paint(&mut canvas, self.panel_left());
-        } else if self.shows_figures {
-            overlay::paint_hint(&mut canvas, "tab: parameters   h: help");
-        }
-        if let Some(message) = &self.message {
-            overlay::paint_message(&mut canvas, message);
-        }
-        if self.shows_help {
-            overlay::paint_help(&mut canvas);
-        }
-    }
-
-    fn panel_left(&self) -> i32 {
-        self.session.film().size().0 as i32 - panel::WIDTH
-    }
-
-    fn is_over_panel(&self) -> bool {
-        let (x, y) = self.pointer;
-        self.shows_panel && x >= f64::from(self.panel_left()) && y < f64::from(self.panel.height())
-    }
-
-    fn move_pointer(&mut self, x: f64, y: f64) {
-        let by = (x - self.pointer.0, y - self.pointer.1);
-        self.pointer = (x, y);
-        if self.panel.is_held() {
-            let request = self.panel.drag_to(self.panel_left(), x);
-            self.obey(request);
-        } else if let Some(mut drag) = self.drag {
-            let way = (x - drag.start.0).abs().max((y - drag.start.1).abs());
-            drag.moved |= way > CLICK_RADIUS;
-            self.drag = Some(drag);
-            if drag.moved {
-                self.drag_camera(drag.button, by);
-            }
-        }
-    }
-
-    fn press(&mut self, button: Button) {
-        let (x, y) = self.pointer;
-        if self.is_over_panel() {
-            let request = self.panel.press(self.panel_left(), x, y);
-            self.obey(request);
+        pixels.fill(0);
+        let Place { left, top, .. } = self.place;
+        let film = self.session.film();
+        let (columns, rows) = film.size();
+        if left + columns <= width && top + rows <= height {
+            film.copy_to(&mut pixels[top * width + left..], width);
         } else {
-            self.drag = Some(Drag { button, start: (x, y), moved: false });
-        }
-    }
-
-    fn release(&mut self, button: Button) {
-        self.panel.release();
-        let drag = self.drag.take();
-        if drag.is_some_and(|drag| !drag.moved && drag.button == button && button == Button::Left) {
-            self.pick();
-        }
-    }
-
-    fn scroll(&mut self, notches: f64) {
-        if self.is_over_panel() {
-            self.panel.scroll(notches);
-        } else {
-            self.dolly(notches);
-        }
-    }
-
-    fn press_key(&mut self, key: Key) {
-        match key {
-            Key::Character('o') => self.shows_figures = !self.shows_figures,
-            Key::Character('h') => self.shows_help = !self.shows_help,
-            Key::Character('r') => self.reload(),
-            Key::Character('i') => self.show_next_integrator(),
-            Key::Character('f') => self.orbit_about_pointer(),
-            Key::Character('c') => self.wishes.push(Wish::Print(self.camera_text())),
-            Key::Character('+' | '=') => self.dolly(1.0),
-            Key::Character('-') => self.dolly(-1.0),
-            Key::Character(digit @ '1'..='9') => {
-                let index = digit as usize - '1' as usize;
-                let mode = ViewMode::ALL.get(index);
-                mode.into_iter().for_each(|mode| self.session.set_view_mode(*mode));
-            }
-            // Flights are controlled by the keys that are down.
-            Key::Character(_) | Key::Shift => {}
-            Key::ArrowLeft => self.orbit([DEGREES_PER_STEP, 0.0]),
-            Key::ArrowRight => self.orbit([-DEGREES_PER_STEP, 0.0]),
-            Key::ArrowUp => self.orbit([0.0, DEGREES_PER_STEP]),
-            Key::ArrowDown => self.orbit([0.0, -DEGREES_PER_STEP]),
-            Key::Tab => self.shows_panel = !self.shows_panel,
-            Key::Home => self.session.set_camera(self.session.scene_camera()),
-            Key::F12 => self.wishes.push(Wish::Screenshot),
-            Key::Escape => {
-                self.message = None;
-                self.shows_help = false;
-                self.picked = None;
+            // The session could not take over the size of the window.
+            let mut picture = vec![0; columns * rows];
+            film.copy_to(&mut picture, columns);
+            let copied = columns.min(width.saturating_sub(left));
+            for row in 0..rows.min(height.saturating_sub(top)) {
+                let to = (top + row) * width + left;
+                let from = &picture[row * columns..][..copied];
+                pixels[to..to + copied].copy_from_slice(from);
             }
         }
-    }
-
-    fn drag_camera(&mut self, button: Button, (dx, dy): (f64, f64)) {
-        let is_pan = button == Button::Middle || self.keys.contains(&Key::Shift);
-        let angles = [dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL];
-        match button {
-            Button::Left | Button::Middle if is_pan => self.pan(dx, dy),
-            Button::Left | Button::Middle => self.orbit(angles),
-            Button::Right => {
-                let camera = camera_control::look(self.session.camera(), self.up, angles);
-                self.session.set_camera(camera);
-            }
-        }
-    }
-
-    fn orbit(&mut self, angles: [f64; 2]) {
-        let camera = camera_control::orbit(self.session.camera(), self.pivot, self.up, angles);
-        self.session.set_camera(camera);
-    }
-
-    /// Moves the camera parallel to the image, so that the scene follows the pointer if the field of view is about 50
-    /// degrees.
-    fn pan(&mut self, dx: f64, dy: f64) {
-        let camera = self.session.camera();
-        let (width, height) = self.session.film().size();
-        let scale = self.distance() / width.min(height).max(1) as f64;
-        let moved = camera_control::fly(camera, [-dx * scale, dy * scale, 0.0]);
-        self.move_pivot_with(moved);
-    }
-
-    fn dolly(&mut self, notches: f64) {
-        let whole = notches.abs().round() as usize;
-        let factor = std::iter::repeat_n(DOLLY_PER_NOTCH, whole.max(1)).product::<f64>();
-        let factor = if notches < 0.0 { 1.0 / factor } else { factor };
-        let camera = camera_control::dolly(self.session.camera(), self.pivot, factor);
-        self.session.set_camera(camera);
-    }
-
-    fn fly(&mut self, time: Duration) {
-        let way = self.flight();
-        if way != [0.0; 3] {
-            let haste = if self.keys.contains(&Key::Shift) { HASTE } else { 1.0 };
-            let step = time.as_secs_f64() * FLIGHT_PER_SECOND * haste * self.distance();
-            let moved = camera_control::fly(self.session.camera(), way.map(|x| x * step));
-            self.move_pivot_with(moved);
-        }
-    }
-
-    /// The direction of flight for the keys that are down: right, up, forward.
-    fn flight(&self) -> Vector {
-        let along = |forth: char, back: char| {
-            let down = |letter| f64::from(self.keys.contains(&Key::Character(letter)));
-            down(forth) - down(back)
-        };
-        [along('d', 'a'), along('e', 'q'), along('w', 's')]
-    }
-
-    fn move_pivot_with(&mut self, camera: Transform) {
-        let (before, after) = (self.session.camera(), camera);
-        let (before, after) = (camera_control::position(before), camera_control::position(after));
-        self.pivot = [0, 1, 2].map(|axis: usize| self.pivot[axis] + after[axis] - before[axis]);
-        self.session.set_camera(camera);
-    }
-
-    fn distance(&self) -> f64 {
-        let position = camera_control::position(self.session.camera());
-        camera_control::distance(position, self.pivot).max(1e-6)
-    }
-
-    fn pick(&mut self) {
-        self.print_pixel();
-        self.picked = self.picked_at_pointer();
-        if let Some(picked) = &self.picked {
-            let entity = picked.material.unwrap_or(picked.shape);
-            self.select(Some(entity));
-            let (_, height) = self.session.film().size();
-            self.panel.show_selected(height as i32);
-        }
-    }
-
-    /// Prints what shaders print for the pixel under the pointer.
-    fn print_pixel(&mut self) {
-        let (x, y) = self.pointer;
-        if x < 0.0 || y < 0.0 {
-            return;
-        }
-        let (x, y) = (x as usize, y as usize);
-        match self.session.prints(x, y) {
-            Ok(lines) if lines.is_empty() => {}
-            Ok(lines) => {
-                self.wishes.push(Wish::Print(format!("pixel {x},{y}:")));
-                self.wishes.extend(lines.into_iter().map(Wish::Print));
-            }
-            Err(problem) => self.message = Some(problem.to_text(false)),
-        }
-    }
-
-    fn orbit_about_pointer(&mut self) {
-        if let Some(picked) = self.picked_at_pointer() {
-            self.pivot = picked.position;
-        }
-    }
-
-    fn picked_at_pointer(&self) -> Option<Picked> {
-        let (x, y) = self.pointer;
-        (x >= 0.0 && y >= 0.0).then(|| self.session.pick(x as usize, y as usize))?
-    }
-
-    fn select(&mut self, entity: Option<EntityId>) {
-        let controls = entity.map_or_else(Vec::new, |entity| self.session.controls(entity));
-        self.panel.select(entity, controls);
-    }
-
-    fn obey(&mut self, request: Option<Request>) {
-        match request {
-            Some(Request::Select(entity)) => self.select(Some(entity)),
-            Some(Request::Set { name, values }) => {
-                let Some(entity) = self.panel.selected() else { return };
-                match self.session.set_control(entity, &name, &values) {
-                    Ok(()) => self.message = None,
-                    Err(messages) => {
-                        self.message = Some(messages.to_text(false));
-                        self.panel.controls = self.session.controls(entity);
-                    }
-                }
-            }
-            None => {}
-        }
-    }
-
-    fn reload(&mut self) {
-        let reloaded = self.session.reload();
-        self.adopt(reloaded);
-    }
-
-    fn show_next_integrator(&mut self) {
-        let names = self.session.integrators();
-        let is_shown = |name: &String| name.eq_ignore_ascii_case(self.session.integrator());
-        let next = names.iter().position(is_shown).map_or(0, |shown| (shown + 1) % names.len());
-        let changed = self.session.set_integrator(&names[next]);
-        self.adopt(changed);
-    }
-
-    /// Shows the result of reading the scene again.
-    fn adopt(&mut self, reloaded: Result<Reloaded, Messages>) {
-        match reloaded {
-            Ok(reloaded) => {
-                let warnings = reloaded.warnings.to_text(false);
-                self.message = (!warnings.is_empty()).then_some(warnings);
-                if reloaded.changed {
-                    self.picked = None;
-                    self.panel.things = self.session.things();
-                    let known = |entity: &EntityId| {
-                        self.panel.things.iter().any(|thing| thing.entity == *entity)
-                    };
-                    self.select(self.panel.selected().filter(known));
-                }
-            }
-            Err(messages) => self.message = Some(messages.to_text(false)),
-        }
-    }
-
-    /// The camera as a line of a scene file.
-    fn camera_text(&self) -> String {
-        let camera = self.session.camera();
-        let [from, up] = [camera_control::position(camera), camera_control::above(camera)];
-        let ahead = camera_control::forward(camera);
-        let to = [0, 1, 2].map(|axis: usize| from[axis] + ahead[axis] * self.distance());
-        let mirror = if camera.swaps_handedness() { "Scale -1 1 1   " } else { "" };
-        let triple = |[x, y, z]: Vector| format!("{x:.5} {y:.5} {z:.5}");
-        format!("{mirror}LookAt {}   {}   {}", triple(from), triple(to), triple(up))
+        self.raster.show_over(pixels);
     }
 }
 
 #[cfg(test)]
-#[path = "app_tests.rs"]
+mod editor_tests;
+#[cfg(test)]
+mod inspector_tests;
+#[cfg(test)]
 mod tests;

@@ -4,28 +4,27 @@ use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rtsl_image::{ImageError, write_pixels};
 use rtsl_render::session::Session;
 use softbuffer::{Context, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHandle};
-use winit::keyboard::{Key as WindowKey, NamedKey};
+use winit::event::{ElementState, WindowEvent};
+use winit::event_loop::{
+    ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy, OwnedDisplayHandle,
+};
+use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-use crate::app::{App, Wish};
-use crate::input::{Button, Event, Key};
+use crate::app::{App, Start, Wish};
+use crate::clipboard::Clipboard;
 use crate::libraries;
 use crate::watch::FileWatch;
 
 /// The time for adding samples between events: the greatest delay of input.
 const SLICE: Duration = Duration::from_millis(15);
-
-/// The number of pixels that a touchpad scrolls for a notch.
-const PIXELS_PER_NOTCH: f64 = 40.0;
 
 /// The picture that F12 takes if no file is given.
 const PICTURE: &str = "rtsl-view.png";
@@ -39,6 +38,8 @@ pub struct ViewOptions {
     pub frames: Option<u64>,
     /// Write a picture of the window to this file before it closes, and when F12 is pressed.
     pub screenshot: Option<PathBuf>,
+    /// The state of the window when it opens.
+    pub start: Start,
 }
 
 /// An error of opening the window.
@@ -60,25 +61,38 @@ pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
     if let Some(library) = libraries::missing() {
         return Err(ViewError::NoDisplay(format!("the library {library} cannot be loaded")));
     }
-    let events = EventLoop::<FilesChanged>::with_user_event().build().map_err(no_display)?;
+    let events = EventLoop::<Signal>::with_user_event().build().map_err(no_display)?;
     let context = Context::new(events.owned_display_handle()).map_err(no_display)?;
     let proxy = events.create_proxy();
     // If watching fails, the key for reading the files again still works. The event loop may have ended.
-    let watch = FileWatch::new(move || _ = proxy.send_event(FilesChanged)).ok();
-    let size = session.film().size();
+    let watch = FileWatch::new(move || _ = proxy.send_event(Signal::FilesChanged)).ok();
+    let app = App::new(session, &options.start);
+    tell_of_repaints(app.context(), events.create_proxy());
     let mut viewer = Viewer {
-        app: App::new(session),
+        app,
         options,
-        size,
+        clipboard: Clipboard::new(&events.owned_display_handle()),
         context,
-        surface: None,
+        shown: None,
         watch,
+        repaint_at: None,
         frames: 0,
         failure: None,
     };
     viewer.watch_files();
     events.run_app(&mut viewer).map_err(no_display)?;
     viewer.failure.map_or(Ok(()), Err)
+}
+
+/// Wakes the event loop when a thread of the viewer has something to show.
+fn tell_of_repaints(context: &egui::Context, proxy: EventLoopProxy<Signal>) {
+    context.set_request_repaint_callback(move |request| {
+        // Delays are known from each frame.
+        if request.delay == Duration::ZERO {
+            // The event loop may have ended.
+            let _ = proxy.send_event(Signal::Repaint);
+        }
+    });
 }
 
 fn no_display(error: impl std::fmt::Display) -> ViewError {
@@ -88,27 +102,39 @@ fn no_display(error: impl std::fmt::Display) -> ViewError {
     ViewError::NoDisplay(told.map_or(text.clone(), |(_, what)| what.to_owned()))
 }
 
-/// Sent from the thread that watches the scene's files.
+/// A message of another thread.
 #[derive(Clone, Copy, Debug)]
-struct FilesChanged;
+enum Signal {
+    /// Files of the scene were saved.
+    FilesChanged,
+    /// There is something to show.
+    Repaint,
+}
 
 struct Viewer {
     app: App,
     options: ViewOptions,
-    /// The initial columns and rows.
-    size: (usize, usize),
+    clipboard: Clipboard,
     context: Context<OwnedDisplayHandle>,
-    /// The window's pixels; `None` before the window is created.
-    surface: Option<Surface<OwnedDisplayHandle, Rc<Window>>>,
+    /// The window; `None` before it is created.
+    shown: Option<ShownWindow>,
     watch: Option<FileWatch>,
+    /// The time of the next frame if nothing happens.
+    repaint_at: Option<Instant>,
     /// The number of frames shown.
     frames: u64,
     failure: Option<ViewError>,
 }
 
-impl ApplicationHandler<FilesChanged> for Viewer {
+/// A window with its pixels, and its events as input of the controls.
+struct ShownWindow {
+    surface: Surface<OwnedDisplayHandle, Rc<Window>>,
+    input: egui_winit::State,
+}
+
+impl ApplicationHandler<Signal> for Viewer {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.surface.is_none()
+        if self.shown.is_none()
             && let Err(error) = self.open(events)
         {
             self.failure = Some(error);
@@ -116,20 +142,27 @@ impl ApplicationHandler<FilesChanged> for Viewer {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, FilesChanged: FilesChanged) {
-        self.app.handle(Event::FilesChanged);
-        self.watch_files();
+    fn user_event(&mut self, _: &ActiveEventLoop, signal: Signal) {
+        if let Signal::FilesChanged = signal {
+            self.app.files_changed();
+            self.watch_files();
+        }
         self.redraw();
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if is_paste(&event)
+            && let (Some(text), Some(shown)) = (self.clipboard.text(), &mut self.shown)
+        {
+            shown.input.set_clipboard_text(text);
+        }
         match event {
-            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::CloseRequested if self.app.may_close() => events.exit(),
+            WindowEvent::CloseRequested => self.redraw(),
             WindowEvent::RedrawRequested => self.show(events),
             other => {
-                if let Some(event) = translate(&other) {
-                    self.app.handle(event);
-                    self.grant_wishes(events);
+                let Some(shown) = &mut self.shown else { return };
+                if shown.input.on_window_event(shown.surface.window(), &other).repaint {
                     self.redraw();
                 }
             }
@@ -137,12 +170,17 @@ impl ApplicationHandler<FilesChanged> for Viewer {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        if self.repaint_at.is_some_and(|at| at <= Instant::now()) {
+            self.repaint_at = None;
+            self.redraw();
+        }
         if self.app.is_busy() {
             events.set_control_flow(ControlFlow::Poll);
             self.app.advance(SLICE);
             self.redraw();
         } else {
-            events.set_control_flow(ControlFlow::Wait);
+            let flow = self.repaint_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil);
+            events.set_control_flow(flow);
             self.app.rest();
         }
     }
@@ -150,33 +188,42 @@ impl ApplicationHandler<FilesChanged> for Viewer {
 
 impl Viewer {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), ViewError> {
-        let size = PhysicalSize::new(self.size.0 as u32, self.size.1 as u32);
+        let monitor = events.primary_monitor().or_else(|| events.available_monitors().next());
+        let scale = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
+        let wanted = self.app.window_size(scale as f32) * scale as f32;
+        let mut size = PhysicalSize::new(wanted.x.round() as u32, wanted.y.round() as u32);
+        if let Some(room) = monitor.map(|monitor| monitor.size()).filter(|room| room.width > 0) {
+            size = PhysicalSize::new(size.width.min(room.width), size.height.min(room.height));
+        }
         let attributes = Window::default_attributes();
         let attributes = attributes.with_title(&self.options.title).with_inner_size(size);
         let window = Rc::new(events.create_window(attributes).map_err(no_display)?);
-        let size = window.inner_size();
-        self.app.handle(resized(size));
-        self.surface = Some(Surface::new(&self.context, window).map_err(no_display)?);
+        let context = self.app.context().clone();
+        let scale = Some(window.scale_factor() as f32);
+        let viewport = egui::ViewportId::ROOT;
+        let input = egui_winit::State::new(context, viewport, &window, scale, None, None);
+        let surface = Surface::new(&self.context, window).map_err(no_display)?;
+        self.shown = Some(ShownWindow { surface, input });
         Ok(())
     }
 
     fn redraw(&self) {
-        if let Some(surface) = &self.surface {
-            surface.window().request_redraw();
+        if let Some(shown) = &self.shown {
+            shown.surface.window().request_redraw();
         }
     }
 
-    /// Paints the window and presents it.
+    /// Handles the input since the last frame, paints the window and presents it.
     fn show(&mut self, events: &ActiveEventLoop) {
         if let Err(error) = self.present() {
             self.failure = Some(error);
             events.exit();
             return;
         }
+        self.grant_wishes(events);
         self.frames += 1;
-        let is_last =
-            self.options.frames.is_some_and(|frames| self.frames >= frames || !self.app.is_busy());
-        if is_last {
+        let is_done = !self.app.is_busy() && !self.app.is_waiting() && self.repaint_at.is_none();
+        if self.options.frames.is_some_and(|frames| self.frames >= frames || is_done) {
             if self.options.screenshot.is_some() {
                 self.take_screenshot(events);
             }
@@ -185,13 +232,23 @@ impl Viewer {
     }
 
     fn present(&mut self) -> Result<(), ViewError> {
-        let (width, height) = self.app.session().film().size();
-        let side = |side: usize| NonZeroU32::new(side as u32);
-        let (Some(surface), Some(columns), Some(rows)) =
-            (&mut self.surface, side(width), side(height))
+        let Some(ShownWindow { surface, input }) = &mut self.shown else { return Ok(()) };
+        let window = surface.window().clone();
+        let size = window.inner_size();
+        let (Some(columns), Some(rows)) =
+            (NonZeroU32::new(size.width), NonZeroU32::new(size.height))
         else {
             return Ok(());
         };
+        let raw = input.take_egui_input(&window);
+        let frame = self.app.frame(raw, (size.width as usize, size.height as usize));
+        for command in &frame.platform.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                self.clipboard.set_text(text);
+            }
+        }
+        input.handle_platform_output(&window, frame.platform);
+        self.repaint_at = Instant::now().checked_add(frame.repaint_after);
         surface.resize(columns, rows).map_err(no_display)?;
         let mut buffer = surface.buffer_mut().map_err(no_display)?;
         self.app.paint(&mut buffer);
@@ -204,12 +261,13 @@ impl Viewer {
                 // Errors are ignored, because the standard output may be closed.
                 Wish::Print(line) => _ = writeln!(std::io::stdout(), "{line}"),
                 Wish::Screenshot => self.take_screenshot(events),
+                Wish::Close => events.exit(),
             }
         }
     }
 
     fn take_screenshot(&mut self, events: &ActiveEventLoop) {
-        let (width, height) = self.app.session().film().size();
+        let (width, height) = self.app.size();
         let mut pixels = vec![0; width * height];
         self.app.paint(&mut pixels);
         let path = self.options.screenshot.clone().unwrap_or_else(|| PathBuf::from(PICTURE));
@@ -226,69 +284,13 @@ impl Viewer {
     }
 }
 
-/// Translates an event of the window to one of the viewer, if there is one.
-fn translate(event: &WindowEvent) -> Option<Event> {
-    match event {
-        WindowEvent::Resized(size) => Some(resized(*size)),
-        WindowEvent::CursorMoved { position, .. } => {
-            Some(Event::PointerMoved { x: position.x, y: position.y })
-        }
-        WindowEvent::MouseInput { state, button, .. } => {
-            let button = match button {
-                MouseButton::Left => Button::Left,
-                MouseButton::Middle => Button::Middle,
-                MouseButton::Right => Button::Right,
-                MouseButton::Back | MouseButton::Forward | MouseButton::Other(_) => return None,
-            };
-            Some(match state {
-                ElementState::Pressed => Event::ButtonPressed(button),
-                ElementState::Released => Event::ButtonReleased(button),
-            })
-        }
-        WindowEvent::MouseWheel { delta, .. } => Some(Event::Scrolled(match delta {
-            MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
-            MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
-        })),
-        WindowEvent::KeyboardInput { event, .. } => {
-            let key = key(&event.logical_key).filter(|key| !event.repeat || is_step(*key))?;
-            Some(match event.state {
-                ElementState::Pressed => Event::KeyPressed(key),
-                ElementState::Released => Event::KeyReleased(key),
-            })
-        }
-        WindowEvent::Focused(false) => Some(Event::FocusLost),
-        _ => None,
-    }
-}
-
-fn resized(size: PhysicalSize<u32>) -> Event {
-    Event::Resized { width: size.width as usize, height: size.height as usize }
-}
-
-/// True for keys that repeat while they are held; other keys toggle things.
-fn is_step(key: Key) -> bool {
-    match key {
-        Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => true,
-        Key::Character(sign) => matches!(sign, '+' | '=' | '-'),
-        Key::Shift | Key::Tab | Key::Escape | Key::Home | Key::F12 => false,
-    }
-}
-
-fn key(key: &WindowKey) -> Option<Key> {
-    match key {
-        WindowKey::Character(text) => {
-            let letter = text.chars().next()?;
-            Some(Key::Character(letter.to_lowercase().next().unwrap_or(letter)))
-        }
-        WindowKey::Named(NamedKey::ArrowLeft) => Some(Key::ArrowLeft),
-        WindowKey::Named(NamedKey::ArrowRight) => Some(Key::ArrowRight),
-        WindowKey::Named(NamedKey::ArrowUp) => Some(Key::ArrowUp),
-        WindowKey::Named(NamedKey::ArrowDown) => Some(Key::ArrowDown),
-        WindowKey::Named(NamedKey::Shift) => Some(Key::Shift),
-        WindowKey::Named(NamedKey::Tab) => Some(Key::Tab),
-        WindowKey::Named(NamedKey::Escape) => Some(Key::Escape),
-        WindowKey::Named(NamedKey::Home) => Some(Key::Home),
-        WindowKey::Named(NamedKey::F12) => Some(Key::F12),
-        _ => None,
-    }
+/// True for the keys that paste.
+fn is_paste(event: &WindowEvent) -> bool {
+    let WindowEvent::KeyboardInput { event, .. } = event else { return false };
+    let is_key = match &event.logical_key {
+        Key::Character(text) => text.eq_ignore_ascii_case("v"),
+        Key::Named(key) => matches!(key, NamedKey::Paste | NamedKey::Insert),
+        _ => false,
+    };
+    is_key && event.state == ElementState::Pressed
 }

@@ -83,7 +83,7 @@ pub fn render_one(
 /// Formats the samples, where something happened, and the value of the pixel.
 fn text_of([x, y]: [usize; 2], traced: &TracedPixel) -> String {
     let mut text = String::new();
-    for TracedSample { index, radiance, recording } in &traced.samples {
+    for TracedSample { index, radiance, recording, .. } in &traced.samples {
         let is_odd = radiance.iter().any(|channel| !channel.is_finite());
         if recording.entries.is_empty() && !is_odd {
             continue;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use rtsl_debug::Granularity::{Line, Statement};
-use rtsl_debug::{Effect, Frame, LineEffects, Location, Reason, Replay, Scopes, Stopped};
+use rtsl_debug::{Frame, LineValues, Location, Reason, Replay, Scopes, Stopped};
 
 use super::script::Commands;
 use super::sources::{line_of, name_at};
@@ -213,10 +213,10 @@ impl<W: Write> Terminal<W> {
         writeln!(self.output, "{}, statement {position} of {}", called(&frame), self.replay.len())?;
         let text = match (frame.source(), frame.line()) {
             (Some(source), Some(line)) => {
-                let effects = self.replay.line_effects(&frame);
+                let beside = self.replay.beside_lines(&frame);
                 let before = self.replay.previous_line().filter(|before| *before != line);
                 let lines = before.into_iter().chain([line]);
-                lines.map(|at| self.line(source, at, line, &effects)).collect()
+                lines.map(|at| self.line(source, at, line, &beside)).collect()
             }
             _ => String::new(),
         };
@@ -224,12 +224,9 @@ impl<W: Write> Terminal<W> {
     }
 
     /// Formats a line with the values that it has set, or of the variables that the current one names.
-    fn line(&self, source: &str, line: u32, current: u32, effects: &LineEffects) -> String {
+    fn line(&self, source: &str, line: u32, current: u32, beside: &LineValues) -> String {
         let text = line_of(&self.replay, source, line);
-        let beside = match line == current {
-            true => values_at(&text, &self.replay.scopes(&self.frame())),
-            false => effects.get(&line).map_or_else(String::new, |effects| listed(effects)),
-        };
+        let beside = beside.get(&line).map_or("", String::as_str);
         let mark = if line == current { "->" } else { "  " };
         let line = format!("{mark} {line:4}  {text:VALUES_COLUMN$}  {beside}");
         line.trim_end().to_owned() + "\n"
@@ -359,7 +356,9 @@ impl<W: Write> Terminal<W> {
         self.selected = index.ok_or("there is no further call")?;
         let frame = self.frame();
         let line = match (frame.source(), frame.line()) {
-            (Some(source), Some(line)) => self.line(source, line, line, &LineEffects::new()),
+            (Some(source), Some(line)) => {
+                self.line(source, line, line, &self.replay.beside_lines(&frame))
+            }
             _ => String::new(),
         };
         Ok(format!("{}\n{line}", called(&frame)))
@@ -373,9 +372,9 @@ impl<W: Write> Terminal<W> {
         let middle = if line.is_empty() { current } else { number(line)? as u32 };
         let count = self.replay.source(source).map_or(0, |source| source.text.lines().count());
         let last = middle.saturating_add(LISTED).min(count as u32);
-        let effects = self.replay.line_effects(&frame);
+        let beside = self.replay.beside_lines(&frame);
         let lines = middle.saturating_sub(LISTED).max(1)..=last;
-        Ok(lines.map(|line| self.line(source, line, current, &effects)).collect())
+        Ok(lines.map(|line| self.line(source, line, current, &beside)).collect())
     }
 
     fn files(&self) -> String {
@@ -407,27 +406,6 @@ fn shown(location: &Location) -> String {
         Location::Line { source, line } => format!("{source}:{line}"),
         Location::Function(name) => name.clone(),
     }
-}
-
-fn listed(effects: &[Effect]) -> String {
-    effects.iter().map(Effect::to_string).collect::<Vec<_>>().join(", ")
-}
-
-/// The values of the variables that the current line names, in its order, and the result of a function at its end.
-fn values_at(line: &str, scopes: &Scopes) -> String {
-    let code = line.split("//").next().unwrap_or_default();
-    let is_of_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
-    let mut shown: Vec<String> = Vec::new();
-    for word in code.split(|letter| !is_of_name(letter)) {
-        if let Some(value) = scopes.find(word) {
-            let text = format!("{word} = {value}");
-            if !shown.contains(&text) {
-                shown.push(text);
-            }
-        }
-    }
-    shown.extend(scopes.result.iter().map(|value| format!("returns {value}")));
-    shown.join(", ")
 }
 
 fn number(text: &str) -> Result<usize, String> {

@@ -17,7 +17,9 @@ use tempfile::TempDir;
 /// Nothing here takes so long, on any machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-const SIZE: (u16, u16) = (420, 100);
+/// The columns and rows of the picture, and of the window with its toolbar.
+const SIZE: (u16, u16) = (700, 200);
+const WINDOW: (u16, u16) = (700, 230);
 
 const SCENE: &str = r#"
 LookAt 0 2 -6   0 0.5 0   0 1 0
@@ -39,15 +41,17 @@ const DOTS: &str = "class Dots : rt_Material;
 void shade() { rt_SampleColor = color(size, 0.25, 0.25); }";
 
 /// A pixel of the ball below the figures of the overlay.
-const BALL: (i16, i16) = (210, 52);
+const BALL: (i16, i16) = (350, 150);
+/// One where the pane of parameters takes its part of the window.
+const BALL_BESIDE_PANE: (i16, i16) = (180, 150);
 const BALL_COLOR: u32 = 0x00BC_8989;
 
-/// The rows that figures take, which change with the time.
-const FIGURES: u16 = 50;
+/// The rows that the toolbar and figures take, which change with the time.
+const FIGURES: u16 = 90;
 
 /// The slider of the ball's material: in the row behind camera, ground, plane and dotted.
-const SLIDER_Y: i16 = 4 * 19 + 9;
-const SLIDER: (i16, i16) = (420 - 300 + 116, 420 - 300 + 116 + 110);
+const SLIDER_Y: i16 = 138;
+const SLIDER: (i16, i16) = (514, 640);
 
 /// A scene in a folder of its own, removed in the end.
 struct Folder(TempDir);
@@ -84,7 +88,7 @@ impl Viewer {
         let mut command = folder.view();
         command.env("DISPLAY", display.name()).stdout(Stdio::null());
         let child = command.spawn().unwrap();
-        let window = wait_for("a window", || display.window(SIZE));
+        let window = wait_for("a window", || display.window(WINDOW));
         window.focus();
         let viewer = Viewer { child, window };
         viewer.wait_for_ball(BALL_COLOR);
@@ -187,11 +191,11 @@ fn a_slider_of_the_picked_material_changes_the_next_frame() {
     viewer.window.press_key('o');
     viewer.window.click(1, BALL);
     viewer.window.press_named(display::TAB);
-    let dimmed =
-        wait_for("panel", || Some(viewer.settled().at(BALL)).filter(|it| *it != BALL_COLOR));
+    let ball = |viewer: &Viewer| viewer.pixels().at(BALL_BESIDE_PANE);
+    wait_for("pane", || (ball(&viewer) == BALL_COLOR).then_some(()));
     let start = Instant::now();
     viewer.window.drag(1, (SLIDER.0 + 55, SLIDER_Y), (SLIDER.1, SLIDER_Y));
-    wait_for("change under the panel", || (viewer.pixels().at(BALL) != dimmed).then_some(()));
+    wait_for("change beside the pane", || (ball(&viewer) != BALL_COLOR).then_some(()));
     let taken = milliseconds(start.elapsed());
     eprintln!(
         "a drag of {:.0} ms changed the picture after {taken:.1} ms",
@@ -248,7 +252,7 @@ fn a_script_takes_a_picture() {
     command.env("DISPLAY", display.name());
     let output = command.args(["--frames", "500", "--screenshot"]).arg(&picture).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
-    assert!(picture_size(&picture) == (420, 100));
+    assert!(picture_size(&picture) == (700, 230));
 }
 
 #[test]

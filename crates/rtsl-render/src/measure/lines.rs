@@ -76,7 +76,7 @@ pub fn measure_lines_of(
 /// # Errors
 /// As for [`measure_lines`].
 pub(crate) fn lines_of(
-    mut source: SceneSource<'_>,
+    source: &mut SceneSource<'_>,
     engine: EngineOptions,
     threads: Option<usize>,
     prepare: impl FnOnce(&mut Scene),

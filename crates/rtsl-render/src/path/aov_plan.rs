@@ -82,6 +82,12 @@ impl AovPlan {
     }
 }
 
+/// Returns the AOVs of a class's outputs, as far as images can have their values.
+pub fn outputs_of(class: &Class) -> Vec<Aov> {
+    let outputs = class.outputs.iter().filter(|(_, ty)| image_type(ty).is_some());
+    outputs.map(|(name, _)| Aov::of_output(name)).collect()
+}
+
 /// Returns an AOV, with the type of its values.
 fn resolved(aov: &Aov, class: &Class) -> Result<(Aov, AovType), Diagnostic> {
     let name = aov.name();

@@ -46,7 +46,7 @@ mod visits;
 mod wavefront;
 
 pub use crate::tiles::TILE;
-pub(crate) use aov_plan::AovPlan;
+pub(crate) use aov_plan::{AovPlan, outputs_of};
 pub use checkpoints::Checkpoints;
 pub(crate) use features::Features;
 pub(crate) use film::BatchFilm;

@@ -1,5 +1,6 @@
 //! The film of a session: sums of samples, tile by tile, and the displayed pixels.
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -46,6 +47,37 @@ impl SampleWork {
     }
 }
 
+/// The samples of a pixel that are not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct DroppedSamples {
+    first: u32,
+    count: u32,
+}
+
+/// The samples of a film that are not finite, which count as black.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// The number of the samples.
+    pub samples: u64,
+    /// The number of pixels that have any.
+    pub pixels: usize,
+    /// The first of these pixels.
+    pub listed: Vec<DroppedPixel>,
+}
+
+/// A pixel with samples that are not finite, which count as black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DroppedPixel {
+    /// The column, from the left.
+    pub x: usize,
+    /// The row, from the top.
+    pub y: usize,
+    /// The first of the samples.
+    pub first: u32,
+    /// The number of the samples.
+    pub count: u32,
+}
+
 /// The state of a tile.
 struct Record {
     sums: TileSums,
@@ -55,6 +87,8 @@ struct Record {
     taken: u32,
     /// Their cost.
     work: SampleWork,
+    /// The samples that are not finite, by the pixels that have any.
+    dropped: BTreeMap<u8, DroppedSamples>,
     /// The displayed pixels, `0x00RRGGBB`. They are kept when samples are cleared, until new ones replace them.
     shown: [u32; LANES],
 }
@@ -65,6 +99,7 @@ impl Record {
         scatter: Scatter::NONE,
         taken: 0,
         work: SampleWork::NONE,
+        dropped: BTreeMap::new(),
         shown: [0; LANES],
     };
 
@@ -81,7 +116,9 @@ impl Record {
         let lanes = self.work.lane_use.part().unwrap_or(0.0);
         for lane in 0..LANES {
             let visited = self.work.visited[lane] as f32 / self.taken as f32;
-            let facts = PixelFacts { color: self.average(lane), time, visited, lanes };
+            let dropped = self.dropped.contains_key(&(lane as u8));
+            let color = self.average(lane);
+            let facts = PixelFacts { color, time, visited, lanes, dropped };
             self.shown[lane] = display.pixel(&facts);
         }
     }
@@ -127,8 +164,12 @@ impl Film {
     pub fn add(&self, index: usize, samples: &[TileSample], work: &SampleWork, display: &Display) {
         let mut record = self.record(index);
         for sample in samples {
-            // Samples that are not finite count as black.
-            sample.add_to(&mut record.sums);
+            let dropped = sample.add_to(&mut record.sums);
+            let first = record.taken;
+            for lane in lanes_of(dropped) {
+                let none = DroppedSamples { first, count: 0 };
+                record.dropped.entry(lane as u8).or_insert(none).count += 1;
+            }
             record.scatter.add(sample, display.scale());
             record.taken += 1;
         }
@@ -203,6 +244,24 @@ impl Film {
         }
     }
 
+    /// Returns the samples that are not finite, with at most so many of their pixels, tile by tile.
+    pub fn dropped(&self, limit: usize) -> Dropped {
+        let mut dropped = Dropped::default();
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let record = self.record(index);
+            dropped.pixels += record.dropped.len();
+            for (lane, samples) in &record.dropped {
+                let DroppedSamples { first, count } = *samples;
+                dropped.samples += u64::from(count);
+                if dropped.listed.len() < limit {
+                    let (x, y) = tile.pixel(usize::from(*lane));
+                    dropped.listed.push(DroppedPixel { x, y, first, count });
+                }
+            }
+        }
+        dropped
+    }
+
     /// Returns the averages of the samples; black without samples.
     ///
     /// # Errors
@@ -245,6 +304,7 @@ mod tests {
         film.add(1, &sample(&film, 1, 1.0), &SampleWork::NONE, &display);
         let image = film.image().unwrap();
         assert_eq!((image.pixels[8], image.pixels[7]), ([0.5; 3], [0.0; 3]));
+        assert_eq!(film.dropped(9), Dropped::default());
         let mut pixels = vec![7; 12 * 9];
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[7..12], [0, 0x00BC_BCBC, 0x00BC_BCBC, 7, 7]);
@@ -252,6 +312,24 @@ mod tests {
         assert_eq!(film.image().unwrap().pixels[8], [0.0; 3]);
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[8], 0x00BC_BCBC, "what is shown stays");
+    }
+
+    #[test]
+    fn samples_that_are_not_finite_are_told_and_marked() {
+        let display = Display::new(ViewMode::NotFinite, 1.0);
+        let film = Film::new(10, 8).unwrap();
+        for value in [1.0, f32::NAN, f32::INFINITY] {
+            let mut samples = sample(&film, 1, 1.0);
+            samples[0].colors[1][1] = value;
+            film.add(1, &samples, &SampleWork::NONE, &display);
+        }
+        let pixel = DroppedPixel { x: 9, y: 0, first: 1, count: 2 };
+        assert_eq!(film.dropped(9), Dropped { samples: 2, pixels: 1, listed: vec![pixel] });
+        assert_eq!(film.dropped(0), Dropped { samples: 2, pixels: 1, listed: Vec::new() });
+        let mut pixels = vec![0; 10 * 8];
+        film.copy_to(&mut pixels, 10);
+        assert_eq!(pixels[9], 0x00FF_00FF);
+        assert!(pixels[8] != 0 && pixels[8] != pixels[9]);
     }
 
     #[test]

@@ -11,20 +11,20 @@ mod control;
 mod film;
 mod options;
 mod picked;
+mod probe;
 mod renderer;
 mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;
-mod shown_scene;
 mod status;
 mod tile_sample;
 mod view_mode;
 
 pub use control::{Control, ControlKind, Thing};
-pub use film::Film;
+pub use film::{Dropped, DroppedPixel, Film};
 pub use options::SessionOptions;
 pub use picked::Picked;
+pub use probe::{Probe, ProbedPixel};
 pub use session::{Reloaded, Session};
-pub use shown_scene::ShownScene;
 pub use status::Status;
 pub use view_mode::{Display, ViewMode};

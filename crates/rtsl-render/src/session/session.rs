@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
+use rtsl::{
+    Diagnostic, Engine, Messages, SourceMap, Trace, TraceDetail, diagnostic_codes as codes,
+};
 use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
@@ -16,8 +18,8 @@ use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
+use super::probe::Probe;
 use super::renderer::SessionRenderer;
-use super::shown_scene::ShownScene;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
 use crate::compiled::object::is_own_material;
@@ -25,6 +27,7 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::path::BatchMemory;
+use crate::pixel::SampleRequest;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
@@ -361,6 +364,11 @@ impl Session {
         self.source.source_files()
     }
 
+    /// Returns the folders for `#include` besides the scene's.
+    pub fn search_path(&self) -> &[PathBuf] {
+        &self.options.search_path
+    }
+
     /// Returns the object under a pixel, counted from the top left.
     pub fn pick(&self, x: usize, y: usize) -> Option<Picked> {
         let (width, height) = self.film.size();
@@ -411,20 +419,24 @@ impl Session {
     /// Any error of the scene, its shaders, or the machine.
     pub fn prints(&self, x: usize, y: usize) -> Result<Vec<String>, Messages> {
         let (width, height) = self.film.size();
+        // Most scenes print nothing, and need not be compiled again.
         if x >= width || y >= height || !self.source.has_prints() {
             return Ok(Vec::new());
         }
-        self.shown().prints([x, y])
+        let trace = Trace::new(TraceDetail::Prints);
+        let request = SampleRequest { pixel: [x, y], sample: 0, outputs: false, trace: &trace };
+        let sample = self.probe().evaluate(&request)?;
+        Ok(sample.recording.entries.iter().map(ToString::to_string).collect())
     }
 
-    /// Returns what the session shows, for work beside it, which compiles the scene once more.
-    pub fn shown(&self) -> ShownScene {
+    /// Returns a probe of the scene as it is now, whose samples any thread can evaluate.
+    pub fn probe(&self) -> Probe {
         let is_moved = self.camera_to_world != self.scene.camera_to_world;
-        ShownScene {
+        Probe {
             source: self.source.traced(),
-            options: self.options.clone(),
+            options: SessionOptions { size: Some(self.film.size()), ..self.options.clone() },
             engine: self.options.engine_for(&self.scene.settings),
-            moved_camera: is_moved.then_some(self.camera_to_world),
+            camera: is_moved.then_some(self.camera_to_world),
         }
     }
 

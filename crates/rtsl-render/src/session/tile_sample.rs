@@ -21,13 +21,17 @@ pub fn mean(sum: [f64; 3], taken: u32) -> [f32; 3] {
 }
 
 impl TileSample {
-    /// Adds the colours that are finite; the others count as black.
-    pub fn add_to(&self, sums: &mut TileSums) {
+    /// Adds the colours that are finite, and returns the lanes of the others, which count as black.
+    pub fn add_to(&self, sums: &mut TileSums) -> LaneMask {
+        let mut dropped = 0;
         for lane in lanes_of(self.lanes) {
             let color = [0, 1, 2].map(|channel: usize| self.colors[channel][lane]);
             if color.iter().all(|channel| channel.is_finite()) {
                 (0..3).for_each(|channel| sums[lane][channel] += f64::from(color[channel]));
+            } else {
+                dropped |= 1 << lane;
             }
         }
+        dropped
     }
 }

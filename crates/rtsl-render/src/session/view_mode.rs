@@ -17,12 +17,14 @@ pub enum ViewMode {
     Nodes,
     /// The fraction of SIMD lanes that are active in calls, from dark (none) to light (all).
     Lanes,
+    /// The pixels with samples that are not finite, over a dark image.
+    NotFinite,
 }
 
 impl ViewMode {
     /// All view modes, in the order of the keys that select them.
-    pub const ALL: [ViewMode; 4] =
-        [ViewMode::Image, ViewMode::Time, ViewMode::Nodes, ViewMode::Lanes];
+    pub const ALL: [ViewMode; 5] =
+        [ViewMode::Image, ViewMode::Time, ViewMode::Nodes, ViewMode::Lanes, ViewMode::NotFinite];
 
     /// Returns the display name.
     pub fn name(self) -> &'static str {
@@ -31,13 +33,14 @@ impl ViewMode {
             ViewMode::Time => "time per pixel",
             ViewMode::Nodes => "nodes per ray",
             ViewMode::Lanes => "lanes used",
+            ViewMode::NotFinite => "not finite",
         }
     }
 
     /// True if the quantity is only counted on demand.
     pub fn is_counted(self) -> bool {
         match self {
-            ViewMode::Image | ViewMode::Time => false,
+            ViewMode::Image | ViewMode::Time | ViewMode::NotFinite => false,
             ViewMode::Nodes | ViewMode::Lanes => true,
         }
     }
@@ -54,6 +57,8 @@ pub struct PixelFacts {
     pub visited: f32,
     /// The fraction of lanes that are active.
     pub lanes: f32,
+    /// True if a sample is not finite.
+    pub dropped: bool,
 }
 
 /// The mapping of samples to displayed pixels.
@@ -91,6 +96,12 @@ impl Display {
             }
             ViewMode::Nodes => self.heat.color(on_scale(facts.visited, 0.0, NODE_STEPS)),
             ViewMode::Lanes => self.heat.color(facts.lanes),
+            ViewMode::NotFinite if facts.dropped => NOT_FINITE,
+            ViewMode::NotFinite => {
+                let [red, green, blue] = facts.color.map(|channel| channel * self.scale);
+                let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+                [self.encoder.encode(DIMMED * luminance); 3]
+            }
         };
         channels.into_iter().fold(0, |pixel, channel| pixel << 8 | u32::from(channel))
     }
@@ -100,6 +111,10 @@ impl Display {
 /// covers.
 const MIN_TIME: f32 = 4.0;
 const TIME_STEPS: f32 = 14.0;
+
+/// The mark of pixels with samples that are not finite, and the factor of the others' luminance.
+const NOT_FINITE: [u8; 3] = [255, 0, 255];
+const DIMMED: f32 = 0.2;
 
 /// The number of powers of two that the scale of [`ViewMode::Nodes`] covers.
 const NODE_STEPS: f32 = 10.0;

@@ -5,9 +5,10 @@ mod window;
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
+use crate::commands::pixel::parse_pixel;
 use crate::commands::render::{parse_size, parse_threads};
 use crate::outcome::CommandResult;
 use crate::report::Reporter;
@@ -16,7 +17,7 @@ use crate::report::Reporter;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Drag to orbit, turn the wheel to come nearer, fly with w a s d, click to pick; h shows all keys.
-Shaders beside the scene are watched: save one, and the picture changes.")]
+Shaders beside the scene are watched: save one, in the editor of the window or in another, and the picture changes.")]
 pub struct ViewArguments {
     /// The scene, in the format of pbrt-v4 with RTSL's class names, or a glTF file.
     #[arg(value_name = "SCENE")]
@@ -28,7 +29,7 @@ pub struct ViewArguments {
     /// no class are shown by the interactive renderer.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
-    /// Columns and rows of the window, overriding the scene's.
+    /// Columns and rows of the picture, overriding the scene's. Panes of the window are beside it.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,
     /// Samples per pixel that are taken while the camera does not move, overriding the scene's.
@@ -43,6 +44,25 @@ pub struct ViewArguments {
     /// Write a picture of the window to this file before it closes automatically, and when F12 is pressed.
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
+    /// Open the pane at the right at first.
+    #[arg(long, value_enum)]
+    pane: Option<PaneName>,
+    /// Show the parameters of this part of the scene at first, by its name or its class.
+    #[arg(long, value_name = "NAME")]
+    select: Option<String>,
+    /// Show this quantity at first.
+    #[arg(long, value_enum, value_name = "QUANTITY")]
+    show: Option<ShownName>,
+    /// Open a shader in the editor, at a line.
+    #[arg(long, value_name = "FILE[:LINE]", value_parser = parse_place)]
+    edit: Option<(PathBuf, Option<usize>)>,
+    /// Inspect this pixel, and replay a sample of it in the editor: from the line of `--edit` on, or from its start.
+    /// Columns and rows count from 0, from the top left.
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    inspect: Option<[usize; 2]>,
+    /// The sample of the pixel that is inspected, from 0.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "inspect")]
+    sample: u32,
     /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
     defines: Vec<String>,
@@ -55,6 +75,44 @@ pub struct ViewArguments {
     search_path: SearchPath,
     #[command(flatten)]
     input: InputArguments,
+}
+
+/// The panes at the right, on command lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PaneName {
+    /// The parameters of the scene.
+    Parameters,
+    /// A pixel, and a replay of a sample of it.
+    Inspector,
+    /// The costs of shaders.
+    Costs,
+    /// The samples that are not finite.
+    NotFinite,
+}
+
+/// The quantities that are displayed, on command lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShownName {
+    /// The image.
+    Image,
+    /// The time per pixel.
+    Time,
+    /// The nodes of the hierarchy that each camera ray visits.
+    Nodes,
+    /// The share of SIMD lanes in use.
+    Lanes,
+    /// The pixels with samples that are not finite.
+    NotFinite,
+}
+
+/// Parses a file with a line.
+fn parse_place(text: &str) -> Result<(PathBuf, Option<usize>), String> {
+    let line = text.rsplit_once(':').and_then(|(file, line)| Some((file, line.parse().ok()?)));
+    match line {
+        Some((_, 0)) => Err("lines count from 1".to_owned()),
+        Some((file, line)) if !file.is_empty() => Ok((PathBuf::from(file), Some(line))),
+        _ => Ok((PathBuf::from(text), None)),
+    }
 }
 
 /// Opens the window and waits until it is closed.

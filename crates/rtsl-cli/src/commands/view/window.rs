@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use rtsl_image::ImageFormat;
-use rtsl_render::session::{Session, SessionOptions};
-use rtsl_view::{ViewError, ViewOptions, view};
+use rtsl_render::session::{Session, SessionOptions, ViewMode};
+use rtsl_view::{Side, Start, ViewError, ViewOptions, view};
 
-use super::ViewArguments;
+use super::{PaneName, ShownName, ViewArguments};
 use crate::commands::render::report;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
@@ -43,6 +43,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
         title: format!("{} - RTSL", arguments.scene.display()),
         frames: arguments.frames,
         screenshot: arguments.screenshot.clone(),
+        start: start(arguments),
     };
     match view(session, options) {
         Ok(()) => Ok(Outcome::Done),
@@ -54,4 +55,24 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
         }
         Err(error @ ViewError::Screenshot(_)) => Err(Failure::Output(std::io::Error::other(error))),
     }
+}
+
+/// Returns the state of the window when it opens.
+fn start(arguments: &ViewArguments) -> Start {
+    let mode = match arguments.show {
+        None | Some(ShownName::Image) => ViewMode::Image,
+        Some(ShownName::Time) => ViewMode::Time,
+        Some(ShownName::Nodes) => ViewMode::Nodes,
+        Some(ShownName::Lanes) => ViewMode::Lanes,
+        Some(ShownName::NotFinite) => ViewMode::NotFinite,
+    };
+    let side = arguments.pane.map(|pane| match pane {
+        PaneName::Parameters => Side::Parameters,
+        PaneName::Inspector => Side::Inspector,
+        PaneName::Costs => Side::Costs,
+        PaneName::NotFinite => Side::NotFinite,
+    });
+    let inspect = arguments.inspect.map(|pixel| (pixel, arguments.sample));
+    let (select, edit) = (arguments.select.clone(), arguments.edit.clone());
+    Start { side, select, edit, inspect, mode }
 }
