@@ -82,9 +82,7 @@ pub fn ordered(workspace: &Workspace, asked: ExecuteCommandParams) -> Result<Ord
 }
 
 fn line_costs(workspace: &Workspace, asked: CostsArgument) -> Result<Order, Refusal> {
-    let shader = asked.uri.as_ref().map(|uri| {
-        path_of(uri).ok_or_else(|| unsaved(uri.as_str()))
-    });
+    let shader = asked.uri.as_ref().map(|uri| path_of(uri).ok_or_else(|| unsaved(uri.as_str())));
     let shader = shader.transpose()?;
     let (path, words) = match (&asked.scene, shader) {
         (Some(scene), shader) => (scene_path(workspace, scene, shader.as_deref())?, Vec::new()),

@@ -201,7 +201,8 @@ fn fault(sample: &Sample, line: u32) -> Option<Fault> {
     let end = (from_zero(found.end_line?), from_zero(found.end_column?));
     let until = sample.entries.iter().position(|entry| entry.kind == "notFinite");
     let before = &sample.entries[..until.unwrap_or(0)];
-    let mut message = format!("{}\nmade of finite numbers here, in sample {}", found.message, sample.sample);
+    let mut message =
+        format!("{}\nmade of finite numbers here, in sample {}", found.message, sample.sample);
     let mut calls = Vec::new();
     for note in &found.notes {
         match call(note, before) {
