@@ -108,7 +108,10 @@ fn costs_of_a_scene_are_data_and_hints() {
     // The library's file is written for the editor.
     let path = sphere["uri"].as_str().expect("a URI").strip_prefix("file://").expect("a file");
     assert!(path.ends_with("shaders/primitives/sphere.rtsl") && std::fs::exists(path).unwrap());
-    check(&client, &wave["lines"][2], expect![[r#"
+    check(
+        &client,
+        &wave["lines"][2],
+        expect![[r#"
         {
           "activeLanes": 0.9375,
           "conditions": 200,
@@ -118,7 +121,8 @@ fn costs_of_a_scene_are_data_and_hints() {
           "label": "3.5 % · 94 % of lanes on · diverges 40 %",
           "line": 9,
           "tooltip": "3.48 % of the estimated time of all shaders of `FOLDER/scene.pbrt`: 1.00 cycles a path, 16 rays at a time.\n93.8 % of the lanes are on.\nRays diverge at 40.0 % of 200 conditions."
-        }"#]]);
+        }"#]],
+    );
     check(
         &client,
         &json!([found["title"], found["width"], found["costWithoutLine"], found["messages"]]),
@@ -187,7 +191,10 @@ fn a_pixel_has_values_and_a_diagnostic() {
     let arguments = std::fs::read_to_string(client.path("arguments")).expect("it ran");
     assert!(arguments.contains(" --pixel=8,8 --trace=lines --json --sample=2 "), "{arguments}");
     let files = found["files"].take();
-    check(&client, &found, expect![[r#"
+    check(
+        &client,
+        &found,
+        expect![[r#"
         {
           "color": [
             "NaN",
@@ -220,9 +227,13 @@ fn a_pixel_has_values_and_a_diagnostic() {
             }
           ],
           "title": "Pixel 8,8: scene.pbrt"
-        }"#]]);
+        }"#]],
+    );
     assert_eq!(files[0]["lines"][0]["tooltip"], "x = 3.0, the last of 2 values");
-    check(&client, &client.diagnostics("wave.rtsl"), expect![[r#"
+    check(
+        &client,
+        &client.diagnostics("wave.rtsl"),
+        expect![[r#"
         [
           {
             "code": "W0631",
@@ -258,7 +269,8 @@ fn a_pixel_has_values_and_a_diagnostic() {
             "severity": 2,
             "source": "rtsl"
           }
-        ]"#]]);
+        ]"#]],
+    );
     let expected = ["8:36: x = 3.0", "10:26: x = NaN", "12:23: print: ä = NaN"];
     assert_eq!(notes(&mut client), expected);
     // The diagnostic stays beside those of the compiler, and moves with its line.
@@ -292,7 +304,10 @@ fn runs_show_progress_and_refresh_hints() {
     let number = client.send("workspace/executeCommand", asked);
     let (_, messages) = client.answer_with_messages(number);
     let messages = messages.into_iter().map(|(method, parameters)| json!([method, parameters]));
-    check(&client, &messages.collect(), expect![[r#"
+    check(
+        &client,
+        &messages.collect(),
+        expect![[r#"
         [
           [
             "window/workDoneProgress/create",
@@ -324,7 +339,8 @@ fn runs_show_progress_and_refresh_hints() {
               }
             }
           ]
-        ]"#]]);
+        ]"#]],
+    );
     // An editor that shows neither gets nothing but the answer.
     let mut client = opened(json!({}));
     let asked = ordered("rtsl.lineCosts", json!({"scene": "scene.pbrt"}));
