@@ -11,11 +11,11 @@ use crate::framing::{received, send};
 /// The time after which the server is taken to be stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A texture that is NaN on one half.
+/// A texture that is NaN on the lower half of a ball.
 pub const WAVE: &str = "class Wave : rt_Texture;
 
 void lookup() {
-    float x = rt_TextureUV.x - 0.5;
+    float x = rt_TextureUV.y - 0.5;
     if (x < 0.0) print(\"x = {}\", x);
     rt_FloatTextureValue = sqrt(x);
 }
@@ -80,16 +80,16 @@ fn costs_and_pixels_come_from_the_program() {
 
     // Pixels of one half are NaN, and those of the other are not.
     let mut faults = Vec::new();
-    for x in 2..6 {
-        let pixel = json!({"scene": "ball.pbrt", "x": x, "y": 4});
-        tell(request(4 + x, "workspace/executeCommand", command("rtsl.pixel", pixel)));
-        let pixel = answer(4 + x);
+    for y in 2..6 {
+        let pixel = json!({"scene": "ball.pbrt", "x": 4, "y": y});
+        tell(request(4 + y, "workspace/executeCommand", command("rtsl.pixel", pixel)));
+        let pixel = answer(4 + y);
         let is_faulty = pixel["notFinite"].as_array().is_some_and(|it| !it.is_empty());
         assert_eq!(is_faulty, pixel["samples"][0]["color"][0] == "NaN", "{pixel}");
         assert!(!is_faulty || pixel["prints"][0]["text"].as_str().unwrap().starts_with("x = -"));
         faults.push(is_faulty);
     }
-    assert!(faults.contains(&true) && faults.contains(&false), "{faults:?}");
+    assert_eq!(faults, [false, false, true, true]);
 
     tell(request(20, "shutdown", json!(null)));
     answer(20);
