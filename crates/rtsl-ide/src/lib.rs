@@ -8,6 +8,7 @@
 //! All places are spans of bytes. This crate knows no protocol and does no input or output: includes come from the
 //! caller's loader.
 
+mod advice;
 mod completion;
 mod cursor;
 mod declaration;
@@ -23,6 +24,7 @@ mod semantic;
 mod signature;
 mod visit;
 
+pub use advice::advice;
 pub use completion::{CompletionItem, Completions, complete};
 pub use declaration::{Declaration, DeclarationId, DeclarationKind, Declarations};
 pub use document::{Document, Meaning, Word};

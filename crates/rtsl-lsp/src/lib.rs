@@ -8,10 +8,18 @@
 //! `server` has the loop over messages; `workspace` the texts, open ones and those on disk; `answer` the answers
 //! of `rtsl_ide` as messages; `place` offsets as positions and paths as URIs; `library` the files of the standard
 //! library, which editors open from a folder.
+//!
+//! Costs of lines and values of pixels come from runs of the program in processes of their own: `child` runs one, `jobs`
+//! has those that run for requests, `look` reads their output and keeps the notes beside lines, and `editor` tells the
+//! editor of their progress.
 
 mod answer;
 mod capabilities;
+mod child;
+mod editor;
+mod jobs;
 mod library;
+mod look;
 mod place;
 mod server;
 mod workspace;
@@ -31,6 +39,8 @@ pub struct ServerOptions {
     pub search_path: SearchPath,
     /// The folder to which files of the standard library are written for editors to show.
     pub library_folder: PathBuf,
+    /// The program `rtsl`, whose commands `bench` and `render` give costs of lines and values of pixels.
+    pub program: PathBuf,
 }
 
 /// Serves an editor on standard input and output until it ends the connection.

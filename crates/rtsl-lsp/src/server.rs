@@ -3,27 +3,35 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
-use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
-    DidSaveTextDocument, Notification as _, PublishDiagnostics,
+    Cancel, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
+    DidOpenTextDocument, DidSaveTextDocument, Notification as _, WorkDoneProgressCancel,
 };
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentHighlightRequest,
-    DocumentSymbolRequest, FoldingRangeRequest, Formatting, GotoDefinition, HoverRequest,
-    InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
+    DocumentSymbolRequest, ExecuteCommand, FoldingRangeRequest, Formatting, GotoDefinition,
+    HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
     SemanticTokensFullRequest, SignatureHelpRequest, WorkspaceSymbolRequest,
 };
 use lsp_types::{
-    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
-    InitializeParams, InitializeResult, PublishDiagnosticsParams, ServerInfo, Uri,
+    CancelParams, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
+    DidOpenTextDocumentParams, ExecuteCommandParams, InitializeParams, InitializeResult,
+    NumberOrString, ServerInfo, Uri, WorkDoneProgressCancelParams,
 };
+use serde_json::{Value, json};
 
 use crate::ServerOptions;
-use crate::answer::{self, Answer, Refusal};
+use crate::answer::{self, Answer, Ordered, Refusal};
 use crate::capabilities::capabilities;
+use crate::editor::Editor;
+use crate::jobs::{Finished, Job, Jobs};
+use crate::look::Looks;
 use crate::place::{Encoding, path_of};
 use crate::workspace::Workspace;
+
+/// The reason of the end of a run that the editor has cancelled.
+const CANCELLED: &str = "it was cancelled";
 
 /// A fault of the connection.
 pub type ServerError = Box<dyn std::error::Error + Send + Sync>;
@@ -31,7 +39,17 @@ pub type ServerError = Box<dyn std::error::Error + Send + Sync>;
 /// A server with its editor.
 pub struct Server<'c> {
     connection: &'c Connection,
+    editor: Editor<'c>,
     workspace: Workspace,
+    looks: Looks,
+    jobs: Jobs,
+    program: PathBuf,
+}
+
+/// Something that the server handles.
+enum Event {
+    Message(Message),
+    Finished(Finished),
 }
 
 impl<'c> Server<'c> {
@@ -53,33 +71,128 @@ impl<'c> Server<'c> {
             }),
         };
         connection.initialize_finish(id, serde_json::to_value(result)?)?;
+        let editor = Editor::new(connection, &parameters.capabilities);
+        let program = options.program.clone();
         let workspace = Workspace::new(options, folders(&parameters), encoding);
-        Ok(Server { connection, workspace })
+        let (looks, jobs) = (Looks::default(), Jobs::new());
+        Ok(Server { connection, editor, workspace, looks, jobs, program })
     }
 
     /// Answers messages until the editor ends the connection.
     pub fn run(mut self) -> Result<(), ServerError> {
-        loop {
-            let message = match self.connection.receiver.try_recv() {
-                Ok(message) => message,
-                Err(_) => {
-                    self.publish_stale()?;
-                    let Ok(message) = self.connection.receiver.recv() else { return Ok(()) };
-                    message
-                }
-            };
-            match message {
-                Message::Request(request) => {
+        while let Some(event) = self.next()? {
+            match event {
+                Event::Message(Message::Request(request)) => {
                     if self.connection.handle_shutdown(&request)? {
                         return Ok(());
                     }
-                    let response = self.answer(request);
-                    self.connection.sender.send(Message::Response(response))?;
+                    if request.method == ExecuteCommand::METHOD {
+                        self.execute(request)?;
+                    } else {
+                        let response = self.answer(request);
+                        self.editor.send(response)?;
+                    }
                 }
-                Message::Notification(notification) => self.note(notification)?,
-                Message::Response(_) => {}
+                Event::Message(Message::Notification(notification)) => self.note(notification)?,
+                Event::Message(Message::Response(_)) => {}
+                Event::Finished(finished) => self.finish(finished)?,
             }
         }
+        Ok(())
+    }
+
+    /// Waits for a message or the end of a run; `None` if the editor has ended the connection. Diagnostics are
+    /// published when no message waits.
+    fn next(&mut self) -> Result<Option<Event>, ServerError> {
+        if let Ok(message) = self.connection.receiver.try_recv() {
+            return Ok(Some(Event::Message(message)));
+        }
+        self.publish_stale()?;
+        Ok(crossbeam_channel::select! {
+            recv(self.connection.receiver) -> message => message.ok().map(Event::Message),
+            recv(self.jobs.finished) -> finished => finished.ok().map(Event::Finished),
+        })
+    }
+
+    /// Starts a run for a command, or answers at once if it needs none.
+    fn execute(&mut self, request: Request) -> Result<(), ServerError> {
+        let Request { id, params, .. } = request;
+        let ordered = match serde_json::from_value::<ExecuteCommandParams>(params) {
+            Ok(asked) => {
+                let token = asked.work_done_progress_params.work_done_token.clone();
+                answer::ordered(&self.workspace, asked).map(|ordered| (ordered, token))
+            }
+            Err(error) => Err(Refusal::new(ErrorCode::InvalidParams, error.to_string())),
+        };
+        match ordered {
+            Ok((Ordered::Run(order), token)) => {
+                if let Some(earlier) = self.jobs.take(|job| job.kind == order.kind) {
+                    self.cancel(earlier, "a later command took its place")?;
+                }
+                let token = self.editor.begin(token, &order.title)?;
+                self.jobs.start(&self.program, id, order, token);
+                Ok(())
+            }
+            Ok((Ordered::Clear, _)) => {
+                self.change_looks(|looks, _| looks.clear())?;
+                self.editor.send(Response::new_ok(id, Value::Null))
+            }
+            Err(refusal) => self.editor.send(refusal.response(id)),
+        }
+    }
+
+    /// Ends a run without a result.
+    fn cancel(&mut self, job: Job, reason: &str) -> Result<(), ServerError> {
+        let refusal = Refusal::new(ErrorCode::RequestCanceled, format!("{}: {reason}", job.title));
+        self.editor.send(refusal.response(job.id.clone()))?;
+        self.editor.end(job.token.clone())
+    }
+
+    /// Shows the result of a run, and answers its request. Runs that were cancelled have an answer.
+    fn finish(&mut self, Finished { id, result }: Finished) -> Result<(), ServerError> {
+        let Some(job) = self.jobs.take(|job| job.id == id) else { return Ok(()) };
+        let response = match result {
+            Ok((mut look, messages)) => {
+                let mut answer = std::mem::take(&mut look.summary);
+                let files = self.change_looks(|looks, workspace| {
+                    looks.show(job.kind, look, &job.texts, workspace)
+                })?;
+                answer.insert("title".to_owned(), json!(job.title));
+                answer.insert("messages".to_owned(), json!(messages));
+                answer.insert("files".to_owned(), files);
+                Response::new_ok(id, answer)
+            }
+            Err(reason) => {
+                let message = format!("{}: {reason}", job.title);
+                Refusal::new(ErrorCode::RequestFailed, message).response(id)
+            }
+        };
+        self.editor.end(job.token.clone())?;
+        self.editor.send(response)
+    }
+
+    /// Changes the looks, and brings the editor's hints and diagnostics up to date.
+    fn change_looks<R>(
+        &mut self,
+        change: impl FnOnce(&mut Looks, &Workspace) -> R,
+    ) -> Result<R, ServerError> {
+        let before = self.looks.faulty(&self.workspace);
+        let result = change(&mut self.looks, &self.workspace);
+        self.publish_faults(before)?;
+        self.publish_faults(self.looks.faulty(&self.workspace))?;
+        self.editor.refresh_hints()?;
+        Ok(result)
+    }
+
+    /// Publishes the diagnostics of texts with faults; those of open texts later, with others.
+    fn publish_faults(&mut self, faulty: Vec<Uri>) -> Result<(), ServerError> {
+        for uri in faulty {
+            if !self.workspace.refresh(&uri) {
+                let faults = answer::faults(&self.workspace, &self.looks, &uri);
+                self.editor.publish(&uri, faults, None)?;
+            }
+        }
+        Ok(())
     }
 
     /// Answers a request. A fault of an analysis is an error of its request, and the server goes on.
@@ -94,7 +207,7 @@ impl<'c> Server<'c> {
         });
         match result {
             Ok(value) => Response::new_ok(id, value),
-            Err(refusal) => Response::new_err(id, refusal.code as i32, refusal.message),
+            Err(refusal) => refusal.response(id),
         }
     }
 
@@ -126,8 +239,13 @@ impl<'c> Server<'c> {
             SemanticTokensFullRequest::METHOD => {
                 answer::with(params, |it| answer::semantic_tokens(workspace, &it))
             }
-            InlayHintRequest::METHOD => answer::with(params, |it| answer::hints(workspace, &it)),
-            CodeLensRequest::METHOD => answer::with(params, |it| answer::lenses(workspace, &it)),
+            InlayHintRequest::METHOD => {
+                answer::with(params, |it| answer::hints(workspace, &self.looks, &it))
+            }
+            CodeLensRequest::METHOD => {
+                let shows_costs = self.editor.shows_costs;
+                answer::with(params, |it| answer::lenses(workspace, shows_costs, &it))
+            }
             CodeActionRequest::METHOD => answer::with(params, |it| answer::actions(workspace, &it)),
             Formatting::METHOD => answer::with(params, |it| answer::formatting(workspace, &it)),
             _ => {
@@ -160,11 +278,36 @@ impl<'c> Server<'c> {
                 else {
                     return Ok(());
                 };
-                self.workspace.close(&closed.text_document.uri);
-                self.publish(&closed.text_document.uri, Vec::new(), None)?;
+                let uri = closed.text_document.uri;
+                self.workspace.close(&uri);
+                let faults = answer::faults(&self.workspace, &self.looks, &uri);
+                self.editor.publish(&uri, faults, None)?;
             }
             DidSaveTextDocument::METHOD | DidChangeWatchedFiles::METHOD => {
                 self.workspace.forget_all();
+                self.publish_faults(self.looks.faulty(&self.workspace))?;
+            }
+            Cancel::METHOD => {
+                let Ok(cancelled) = serde_json::from_value::<CancelParams>(params) else {
+                    return Ok(());
+                };
+                let id = match cancelled.id {
+                    NumberOrString::Number(number) => RequestId::from(number),
+                    NumberOrString::String(text) => RequestId::from(text),
+                };
+                if let Some(job) = self.jobs.take(|job| job.id == id) {
+                    self.cancel(job, CANCELLED)?;
+                }
+            }
+            WorkDoneProgressCancel::METHOD => {
+                let Ok(cancelled) = serde_json::from_value::<WorkDoneProgressCancelParams>(params)
+                else {
+                    return Ok(());
+                };
+                if let Some(job) = self.jobs.take(|job| job.token == Some(cancelled.token.clone()))
+                {
+                    self.cancel(job, CANCELLED)?;
+                }
             }
             _ => {}
         }
@@ -176,22 +319,11 @@ impl<'c> Server<'c> {
         for uri in self.workspace.take_stale() {
             let workspace = &mut self.workspace;
             let found = catch_unwind(AssertUnwindSafe(|| answer::diagnostics(workspace, &uri)));
+            let mut found = found.unwrap_or_default();
+            found.extend(answer::faults(&self.workspace, &self.looks, &uri));
             let version = self.workspace.version(&uri);
-            self.publish(&uri, found.unwrap_or_default(), version)?;
+            self.editor.publish(&uri, found, version)?;
         }
-        Ok(())
-    }
-
-    fn publish(
-        &self,
-        uri: &Uri,
-        diagnostics: Vec<lsp_types::Diagnostic>,
-        version: Option<i32>,
-    ) -> Result<(), ServerError> {
-        let parameters = PublishDiagnosticsParams { uri: uri.clone(), diagnostics, version };
-        let method = PublishDiagnostics::METHOD.to_owned();
-        let notification = Notification { method, params: serde_json::to_value(parameters)? };
-        self.connection.sender.send(Message::Notification(notification))?;
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ use rtsl::{FileLoader, IncludeError, IncludeLoader, IncludedFile};
 use rtsl_ide::Document;
 
 use crate::library::LibraryFolder;
+use crate::look::has_same_lines;
 use crate::place::{Encoding, Lines, path_of};
 use crate::{SearchPath, ServerOptions};
 
@@ -21,7 +22,8 @@ const MAX_BYTES: u64 = 4 << 20;
 pub struct Workspace {
     /// The open texts by their URIs.
     open: BTreeMap<String, OpenText>,
-    folders: Vec<PathBuf>,
+    /// The folders of the editor.
+    pub folders: Vec<PathBuf>,
     /// The folder of the library's files.
     pub library: LibraryFolder,
     search_path: SearchPath,
@@ -116,6 +118,42 @@ impl Workspace {
         self.open.get(uri.as_str()).map(|open| open.text.as_str())
     }
 
+    /// The URI and the text of an open file; the path has no symbolic links.
+    pub fn open_at(&self, path: &Path) -> Option<(&Uri, &str)> {
+        let is_at = |open: &&OpenText| {
+            open.path.as_ref().is_some_and(|other| other == path || without_links(other) == path)
+        };
+        self.open.values().find(is_at).map(|open| (&open.uri, open.text.as_str()))
+    }
+
+    /// The open texts by their paths without symbolic links, as programs see them on the disk.
+    ///
+    /// # Errors
+    /// The name of a text that is not saved.
+    pub fn saved_texts(&self) -> Result<BTreeMap<PathBuf, String>, String> {
+        let mut texts = BTreeMap::new();
+        for open in self.open.values() {
+            let Some(path) = &open.path else { continue };
+            let saved = std::fs::read_to_string(path);
+            if !saved.is_ok_and(|saved| has_same_lines(&saved, &open.text)) {
+                return Err(path.display().to_string());
+            }
+            texts.insert(without_links(path), open.text.clone());
+        }
+        Ok(texts)
+    }
+
+    /// The folders in which the includes and modules of a shader or a scene are searched.
+    pub fn search_path(&self, path: &Path) -> Vec<PathBuf> {
+        (self.search_path)(path)
+    }
+
+    /// Publishes the diagnostics of a text again; false if it is not open.
+    pub fn refresh(&mut self, uri: &Uri) -> bool {
+        let open = self.open.get_mut(uri.as_str());
+        open.map(|open| open.is_stale = true).is_some()
+    }
+
     /// The version of an open text.
     pub fn version(&self, uri: &Uri) -> Option<i32> {
         self.open.get(uri.as_str()).map(|open| open.version)
@@ -151,7 +189,7 @@ impl Workspace {
     /// The loader of what a text includes and imports: open texts before files.
     pub fn loader(&self, uri: &Uri) -> Overlay<'_> {
         let files = match path_of(uri) {
-            Some(path) => FileLoader::beside(&path, (self.search_path)(&path)),
+            Some(path) => FileLoader::beside(&path, self.search_path(&path)),
             None => FileLoader::default(),
         };
         Overlay { open: &self.open, files }
@@ -220,7 +258,13 @@ pub fn name_of(uri: &Uri) -> String {
     path_of(uri).map_or_else(|| uri.as_str().to_owned(), |path| path.display().to_string())
 }
 
-fn small_text(path: &Path) -> Option<String> {
+/// A path without symbolic links, so that equal files have equal paths.
+pub fn without_links(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// The text of a file, unless it is large.
+pub fn small_text(path: &Path) -> Option<String> {
     let metadata = std::fs::metadata(path).ok()?;
     let is_small = metadata.is_file() && metadata.len() <= MAX_BYTES;
     is_small.then(|| std::fs::read_to_string(path).ok()).flatten()

@@ -43,7 +43,6 @@ impl PySceneText {
     /// where the scene says.
     #[new]
     #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None, files=None))]
-    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         py: Python<'_>,
         path: PathBuf,

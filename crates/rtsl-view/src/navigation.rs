@@ -102,7 +102,11 @@ impl Navigation {
 
     /// Moves the camera nearer by so many notches of the wheel.
     pub fn dolly(&mut self, session: &mut Session, notches: f64) {
-        let factor = DOLLY_PER_NOTCH.powf(notches);
+        let (whole, part) = (notches.abs().trunc().min(100.0), notches.abs().fract());
+        let factor = std::iter::repeat_n(DOLLY_PER_NOTCH, whole as usize).product::<f64>();
+        // Touchpads turn by parts of a notch.
+        let factor = factor * (1.0 - part * (1.0 - DOLLY_PER_NOTCH));
+        let factor = if notches < 0.0 { 1.0 / factor } else { factor };
         session.set_camera(camera_control::dolly(session.camera(), self.pivot, factor));
     }
 

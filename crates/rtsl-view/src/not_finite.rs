@@ -76,9 +76,11 @@ impl NotFinite {
         ui.horizontal(|ui| {
             if is_running {
                 ui.colored_label(theme::ACCENT, "evaluating…");
-            } else if is_done && self.examined.is_none() && self.error.is_none() {
-                request = Some(Request::Find(Job::Causes(examined(&pixels))));
-            } else if ui.button("Find causes").on_hover_text(FIND).clicked() {
+                return;
+            }
+            let is_asked = ui.button("Find causes").on_hover_text(FIND).clicked();
+            let is_new = is_done && self.examined.is_none() && self.error.is_none();
+            if is_asked || is_new {
                 request = Some(Request::Find(Job::Causes(examined(&pixels))));
             }
         });

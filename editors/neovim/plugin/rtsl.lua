@@ -14,6 +14,17 @@ local rtsl = require("rtsl")
 
 vim.lsp.commands["rtsl.test"] = rtsl.run_lens
 vim.lsp.commands["rtsl.bench"] = rtsl.run_lens
+vim.lsp.commands["rtsl.lineCosts"] = function(command)
+  require("rtsl.looks").run_lens(command)
+end
+
+require("rtsl.looks").define_commands()
+vim.api.nvim_create_autocmd("FileType", {
+  pattern = "rtsl",
+  callback = function(event)
+    require("rtsl.looks").draw(event.buf)
+  end,
+})
 
 if vim.lsp.enable then
   vim.lsp.enable("rtsl")

@@ -18,8 +18,23 @@ export class LanguageServer implements vscode.Disposable {
     /** The last start or end; each waits for the one before. */
     private last: Promise<void> = Promise.resolve();
 
-    /** `program` gives the path of the program, or shows why there is none. */
-    constructor(private readonly program: () => Promise<string | undefined>) {}
+    /**
+     * `program` gives the path of the program, or shows why there is none; `received` gets the answers to commands of
+     * the server, those of code lenses too.
+     */
+    constructor(
+        private readonly program: () => Promise<string | undefined>,
+        private readonly received: (command: string, answer: unknown) => void,
+    ) {}
+
+    /** Runs a command of the server, and returns its answer. */
+    async execute(command: string, argument: object): Promise<unknown> {
+        if (!this.client) {
+            throw new Error("The language server does not run. The command *RTSL: Restart language server* starts it.");
+        }
+        // The client has registered the commands of the server.
+        return vscode.commands.executeCommand(command, argument);
+    }
 
     /** Ends the server that runs, if any, and starts one. */
     restart(): Promise<void> {
@@ -51,6 +66,13 @@ export class LanguageServer implements vscode.Disposable {
             synchronize: { fileEvents: this.files },
             errorHandler: startup,
             initializationFailedHandler: () => false,
+            middleware: {
+                executeCommand: async (command, values, next) => {
+                    const answer = await next(command, values);
+                    this.received(command, answer);
+                    return answer;
+                },
+            },
         };
         const client = new LanguageClient("rtsl", "RTSL", server, options);
         try {

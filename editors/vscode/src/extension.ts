@@ -6,24 +6,31 @@ import { classAt, methodAt } from "./classes";
 import { LanguageServer } from "./client";
 import { benchCommand, testCommand } from "./commands";
 import { registerDebugger } from "./debug";
+import { Looks } from "./looks";
 import { Previews } from "./preview/panel";
 import { findProgram, thisEnvironment } from "./program";
 
 const INSTRUCTIONS = "https://github.com/rtsl-lang/rtsl/blob/main/docs/src/how-to/editors.md";
 
 export async function activate(context: vscode.ExtensionContext): Promise<void> {
-    const server = new LanguageServer(program);
+    const server: LanguageServer = new LanguageServer(program, (...answer) => looks.received(...answer));
+    const looks = new Looks(context.workspaceState, (...asked) => server.execute(...asked));
     const previews = new Previews(program);
     const command = (name: string, run: (...values: unknown[]) => unknown) =>
         vscode.commands.registerCommand(name, run);
     context.subscriptions.push(
         previews,
+        looks,
         { dispose: () => void server.dispose() },
-        registerDebugger(program),
+        registerDebugger(context.workspaceState, program),
         command("rtsl.restart", () => server.restart()),
         command("rtsl.preview", () => preview(previews)),
         command("rtsl.test", (...place) => runInTerminal("Test", place, testCommand)),
         command("rtsl.bench", (...place) => runInTerminal("Bench", place, benchCommand)),
+        command("rtsl.costs", () => looks.costs()),
+        command("rtsl.sceneCosts", () => looks.sceneCosts()),
+        command("rtsl.inspectPixel", () => looks.inspectPixel()),
+        command("rtsl.clear", () => looks.clear()),
         vscode.workspace.onDidChangeConfiguration((change) => {
             if (change.affectsConfiguration("rtsl.path")) {
                 void server.restart();

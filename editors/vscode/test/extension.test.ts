@@ -2,9 +2,10 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import Module from "node:module";
 import * as path from "node:path";
 import test from "node:test";
+
+import { loadedWith, partly } from "./stand-in";
 
 const FOLDER = path.join(__dirname, "../..");
 const MANIFEST = JSON.parse(readFileSync(path.join(FOLDER, "package.json"), "utf8"));
@@ -18,18 +19,6 @@ interface Recorded {
     tasks: { title: string; process: string; words: string[]; matcher: string }[];
     debuggers: Map<string, { createDebugAdapterDescriptor(): Promise<unknown> }>;
 }
-
-/** Anything else of VS Code: called or constructed, it gives something of which the same holds. */
-function anything(): unknown {
-    return new Proxy(class {}, {
-        get: (target, key) => (key in target ? Reflect.get(target, key) : key === "then" ? undefined : anything()),
-        apply: () => anything(),
-    });
-}
-
-/** An object that has these members, and any other. */
-const partly = (members: Record<string, unknown>) =>
-    new Proxy(members, { get: (target, key) => (key in target ? target[key as string] : anything()) });
 
 function fakeVscode(program: string, recorded: Recorded) {
     const disposable = { dispose() {} };
@@ -45,6 +34,7 @@ function fakeVscode(program: string, recorded: Recorded) {
             parse: (text: string) => ({ fsPath: new URL(text).pathname }),
             file: (file: string) => ({ fsPath: file }),
         },
+        OverviewRulerLane: { Left: 1 },
         TaskScope: { Global: 1 },
         TaskPanelKind: { Dedicated: 2 },
         ProcessExecution: class {
@@ -74,6 +64,7 @@ function fakeVscode(program: string, recorded: Recorded) {
                 get: (key: string, otherwise: unknown) => (key === "path" ? program : otherwise),
             }),
             getWorkspaceFolder: () => undefined,
+            textDocuments: [],
             onDidSaveTextDocument: () => disposable,
             onDidChangeConfiguration: () => disposable,
             createFileSystemWatcher: () => disposable,
@@ -83,6 +74,7 @@ function fakeVscode(program: string, recorded: Recorded) {
         }),
         window: partly({
             activeTextEditor: undefined,
+            visibleTextEditors: [],
             showErrorMessage: async (text: string) => void recorded.errors.push(text),
         }),
         debug: partly({
@@ -107,19 +99,13 @@ function fakeVscode(program: string, recorded: Recorded) {
 /** Activates the extension where this is the program. */
 async function activated(program: string): Promise<Recorded> {
     const recorded: Recorded = { commands: new Map(), errors: [], tasks: [], debuggers: new Map() };
-    const modules = Module as unknown as { _load(name: string, ...rest: unknown[]): unknown };
-    const load = modules._load;
     const bundle = path.join(FOLDER, MANIFEST.main);
-    const vscode = fakeVscode(program, recorded);
-    modules._load = (name, ...rest) => (name === "vscode" ? vscode : load(name, ...rest));
-    try {
+    await loadedWith(fakeVscode(program, recorded), async () => {
         delete require.cache[bundle];
         // Not bundled with the test.
         const { activate } = module.require(bundle);
-        await activate({ subscriptions: [] });
-    } finally {
-        modules._load = load;
-    }
+        await activate({ subscriptions: [], workspaceState: partly({}) });
+    });
     return recorded;
 }
 
@@ -168,6 +154,15 @@ test("commands without a shader say so", async () => {
         [true, true],
     );
     assert.deepEqual(tasks, []);
+});
+
+test("costs without a shader or a server say so", async () => {
+    const { commands, errors } = await activated("/nowhere/rtsl");
+    const before = errors.length;
+    await commands.get("rtsl.costs")!();
+    await commands.get("rtsl.clear")!();
+    assert.match(errors[before], /Open a shader first/);
+    assert.match(errors[before + 1], /language server does not run.*Restart language server/);
 });
 
 test("the debugger is the program's", async () => {

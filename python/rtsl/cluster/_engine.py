@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import socket
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .._errors import Error
@@ -16,6 +17,8 @@ from ._schedule import Work
 _RETRIES = 16
 #: The most threads of a task if none are given.
 _MOST_THREADS = 32
+#: The seconds after which an address does not answer.
+_CONNECT_SECONDS = 10.0
 #: The most tasks whose ends are waited for together.
 _TOGETHER = 64
 
@@ -34,14 +37,27 @@ def connect(address: Optional[str]) -> Any:
     ray = ray_module()
     if ray.is_initialized():
         return ray
+    if address is not None and ":" in address:
+        _check_listens(address)
     quiet: Dict[str, Any] = {"log_to_driver": False, "logging_level": "warning"}
     if address == "local":
         quiet["include_dashboard"] = False
     try:
         ray.init(address=address, **quiet)
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    # Ray exits where nothing answers.
+    except (ConnectionError, ValueError, RuntimeError, SystemExit) as error:
         raise Error(f"there is no cluster of Ray at `{address or 'its usual place'}`: {error}") from None
     return ray
+
+
+def _check_listens(address: str) -> None:
+    """Raises an exception if nothing listens at an address: Ray would try for more than a minute."""
+    host, _, port = address.rpartition("//")[2].rpartition(":")
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), timeout=_CONNECT_SECONDS):
+            pass
+    except (OSError, ValueError) as error:
+        raise Error(f"there is no cluster of Ray at `{address}`: {error}") from None
 
 
 @dataclasses.dataclass

@@ -24,7 +24,8 @@ pub fn run(arguments: &LspArguments) -> CommandResult {
     let given = arguments.search_path.clone();
     let search_path = move |shader: &Path| given.with(ProjectFile::beside(shader)).folders();
     let library_folder = cache_folder().join("rtsl").join("library");
-    let options = ServerOptions { search_path: Box::new(search_path), library_folder };
+    let program = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("rtsl"));
+    let options = ServerOptions { search_path: Box::new(search_path), library_folder, program };
     match rtsl_lsp::run(options) {
         Ok(()) => Ok(Outcome::Done),
         Err(error) => Err(Failure::Usage(format!(

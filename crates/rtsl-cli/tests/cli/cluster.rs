@@ -32,14 +32,14 @@ fn options_are_those_of_the_package() {
     let folder = Folder::new("cluster");
     let version = env!("CARGO_PKG_VERSION");
     let script = interpreter(version, "2.60.0");
-    let given = ["--spp", "7", "--size", "30x20", "-D", "-x.y=1", "-I", "parts", "--resume"];
+    let given = ["--spp", "7", "--size", "30x20", "-D", "x.y=-1", "-I", "parts", "--resume"];
     let given = [&given[..], &["--aov", "distance,normal", "--time", "1.5", "--exr", "half"]];
     let ran = run(&folder, &script, &given.concat());
     assert_eq!(code(&ran), DONE, "{}", String::from_utf8_lossy(&ran.stderr));
     let arguments = std::fs::read_to_string(folder.0.path().join("arguments")).unwrap();
     let expected = format!(
         "-m rtsl.cluster --version-of-command {version} --output=a.exr --spp=7 --size=30x20 \
-         --aov=distance,normal --define=-x.y=1 --include=parts --time=1.5 --checkpoint-every=30 --resume \
+         --aov=distance,normal --define=x.y=-1 --include=parts --time=1.5 --checkpoint-every=30 --resume \
          --exposure=0 --view=standard --exr=half --backend=auto --math=contract -- auto scene.pbrt"
     );
     assert_eq!(arguments.lines().collect::<Vec<_>>().join(" "), expected);

@@ -1,15 +1,16 @@
 //! `rtsl dap`, driven as editors do: messages of the Debug Adapter Protocol to a process, and from it.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use expect_test::expect;
 use serde_json::{Value as Json, json};
 
 use crate::command::{DONE, Folder};
+use crate::framing::{received, send};
 
 /// The time after which the adapter is taken to be stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -61,30 +62,6 @@ struct Client {
     events: Vec<Json>,
 }
 
-/// Sends the messages of a stream to a channel.
-fn received(stream: impl Read + Send + 'static) -> Receiver<Json> {
-    let (sender, messages) = channel();
-    std::thread::spawn(move || {
-        let mut stream = BufReader::new(stream);
-        loop {
-            let mut head = String::new();
-            if stream.read_line(&mut head).unwrap_or(0) == 0 {
-                return;
-            }
-            let length = head.trim().strip_prefix("Content-Length: ").unwrap().parse().unwrap();
-            let mut end = String::new();
-            stream.read_line(&mut end).unwrap();
-            assert_eq!(end, "\r\n");
-            let mut body = vec![0; length];
-            stream.read_exact(&mut body).unwrap();
-            if sender.send(serde_json::from_slice(&body).unwrap()).is_err() {
-                return;
-            }
-        }
-    });
-    messages
-}
-
 fn adapter(folder: &Folder, arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_rtsl"))
         .arg("dap")
@@ -115,8 +92,7 @@ impl Client {
     }
 
     fn send_text(&mut self, text: &str) {
-        write!(self.input, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
-        self.input.flush().unwrap();
+        send(&mut self.input, text);
     }
 
     fn receive(&mut self) -> Json {

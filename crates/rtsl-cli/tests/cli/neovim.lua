@@ -1,6 +1,7 @@
 -- What Neovim shows of a shader with `rtsl lsp`. Works from Neovim 0.7 on, which Debian 12 has.
 --
--- The program is in RTSL_PROGRAM; the folder has `wave.rtsl` and `other.rtsl`. The output is on standard output.
+-- The program is in RTSL_PROGRAM, the plugin in RTSL_PLUGIN; the folder has `wave.rtsl`, `halves.rtsl` and `ball.pbrt`.
+-- The output is on standard output.
 
 local program = os.getenv("RTSL_PROGRAM")
 local folder = vim.fn.getcwd()
@@ -76,6 +77,54 @@ for _, renamed in ipairs(vim.api.nvim_buf_get_lines(buffer, 0, -1, true)) do
     say("renamed: " .. vim.trim(renamed))
   end
 end
+
+-- Costs of lines and values of a pixel, by the plugin's commands.
+vim.opt.runtimepath:prepend(os.getenv("RTSL_PLUGIN"))
+local looks = require("rtsl.looks")
+looks.define_commands()
+local notified = {}
+vim.notify = function(text)
+  table.insert(notified, text)
+end
+local function run(command)
+  notified = {}
+  vim.cmd(command)
+  wait_for("answer to " .. command, function()
+    return #notified > 0
+  end)
+  return notified[1]
+end
+
+say("refused: " .. tostring(run("RtslCosts ball.pbrt"):find("save `.*wave.rtsl` first") ~= nil))
+vim.cmd("silent write")
+vim.cmd("edit halves.rtsl")
+buffer = vim.api.nvim_get_current_buf()
+vim.lsp.buf_attach_client(buffer, client_id)
+
+-- The texts at the ends of lines that contain a pattern.
+local function notes(pattern)
+  local found = {}
+  local namespace = vim.api.nvim_get_namespaces()["rtsl.looks"]
+  for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, 0, -1, { details = true })) do
+    local text = mark[4].virt_text[1][1]
+    if text:find(pattern) then
+      table.insert(found, ("%d %s"):format(mark[2] + 1, text))
+    end
+  end
+  return found
+end
+
+say(run("RtslCosts ball.pbrt"))
+local costs = notes(" %%")
+say("costs: " .. tostring(#costs > 0))
+say(run("RtslPixel ball.pbrt 2 4"):match("^[^\n]*"))
+say((table.concat(notes(" = "), "; "):gsub("%d+%.%d+", "N")))
+-- A line that changes loses its notes, and others move.
+vim.api.nvim_buf_set_lines(buffer, 3, 4, true, { "", "    float x = rt_TextureUV.x - 0.25;" })
+say((table.concat(notes(" = "), "; "):gsub("%d+%.%d+", "N")))
+say("costs move: " .. tostring(#notes(" %%") > 0 and #notes(" %%") < #costs))
+vim.cmd("RtslClear")
+say("cleared: " .. tostring(#notes("") == 0))
 
 vim.lsp.stop_client(client_id)
 vim.cmd("qall!")

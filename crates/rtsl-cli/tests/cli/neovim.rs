@@ -5,6 +5,7 @@ use std::process::Command;
 use expect_test::expect;
 
 use crate::command::Folder;
+use crate::lsp::{BALL, WAVE};
 
 const DISC: &str = "/// A disc.
 class Disc : rt_Primitive;
@@ -33,11 +34,15 @@ fn neovim_shows_diagnostics_completes_and_renames() {
     }
     let folder = Folder::new("neovim");
     folder.write("wave.rtsl", DISC);
+    folder.write("halves.rtsl", &WAVE.replace("Wave", "Halves"));
+    folder.write("ball.pbrt", &BALL.replace("Wave", "Halves"));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/neovim.lua");
     let run = Command::new("nvim")
         .args(["--clean", "--headless", "-n", "-i", "NONE", "-c", &format!("luafile {script}")])
         .current_dir(&folder.0)
         .env("RTSL_PROGRAM", env!("CARGO_BIN_EXE_rtsl"))
+        .env("RTSL_PLUGIN", concat!(env!("CARGO_MANIFEST_DIR"), "/../../editors/neovim"))
+        .env("XDG_CACHE_HOME", folder.0.path().join("cache"))
         .output()
         .expect("Neovim runs");
     let output = String::from_utf8_lossy(&run.stdout).replace('\r', "");
@@ -50,6 +55,14 @@ fn neovim_shows_diagnostics_completes_and_renames() {
         completes rt_HitDistance rt_HitPoint
         renamed: [[min 0]] public float size = 1.0;
         renamed: if (dot(p, p) < size * size) hit(tt);
+        refused: true
+        RTSL: Costs of lines: ball.pbrt
+        costs: true
+        RTSL: Pixel 2,4: ball.pbrt
+        4 x = -N; 5 print: x = -N; 6 rt_FloatTextureValue = NaN
+        6 print: x = -N; 7 rt_FloatTextureValue = NaN
+        costs move: true
+        cleared: true
     "#]]
     .assert_eq(&output);
 }

@@ -1,10 +1,14 @@
 //! The answers to requests: those of `rtsl_ide`, as messages.
 
+mod commands;
+mod looks;
 mod names;
 mod overview;
 mod problems;
 mod typing;
 
+pub use commands::{COMMANDS, LINE_COSTS, Order, Ordered, ordered};
+pub use looks::faults;
 pub use names::{definition, highlights, hover, prepare_rename, references, rename};
 pub use overview::{folds, hints, lenses, semantic_tokens, symbols, workspace_symbols};
 pub use problems::{actions, diagnostics, formatting};
@@ -12,7 +16,7 @@ pub use typing::{completion, signature_help};
 
 use std::path::Path;
 
-use lsp_server::ErrorCode;
+use lsp_server::{ErrorCode, RequestId, Response};
 use lsp_types::{Location, Position, Range, TextDocumentPositionParams, Uri};
 use rtsl::Span;
 use rtsl_ide::Document;
@@ -37,6 +41,11 @@ impl Refusal {
     /// A refusal with this reason.
     pub fn new(code: ErrorCode, message: impl Into<String>) -> Refusal {
         Refusal { code, message: message.into() }
+    }
+
+    /// The response to a request.
+    pub fn response(self, id: RequestId) -> Response {
+        Response::new_err(id, self.code as i32, self.message)
     }
 }
 

@@ -7,10 +7,11 @@ use lsp_types::{
     SemanticTokensParams, SemanticTokensResult, SymbolInformation, SymbolKind,
     WorkspaceSymbolParams, WorkspaceSymbolResponse,
 };
-use rtsl_ide::{DeclarationKind, Document, OutlineEntry, SemanticKind};
-use serde_json::json;
+use rtsl_ide::{DeclarationKind, Document, Lens, OutlineEntry, SemanticKind};
+use serde_json::{Value, json};
 
-use super::{Refusal, location_of, range_of};
+use super::{LINE_COSTS, Refusal, location_of, range_of};
+use crate::look::Looks;
 use crate::place::Lines;
 use crate::workspace::Workspace;
 
@@ -153,12 +154,14 @@ fn number(kind: SemanticKind) -> u32 {
     SemanticKind::ALL.iter().position(|it| *it == kind).unwrap_or(0) as u32
 }
 
-/// Returns the hints of a part of a text.
+/// Returns the hints of a part of a text: those of its analysis, and the notes of looks.
 pub fn hints(
     workspace: &mut Workspace,
+    looks: &Looks,
     asked: &InlayHintParams,
 ) -> Result<Option<Vec<InlayHint>>, Refusal> {
-    let Some(document) = workspace.document(&asked.text_document.uri) else { return Ok(None) };
+    let uri = &asked.text_document.uri;
+    let Some(document) = workspace.document(uri) else { return Ok(None) };
     let lines = Lines::new(document.text(), workspace.encoding);
     let wanted = lines.offset(asked.range.start)..=lines.offset(asked.range.end);
     let hints = rtsl_ide::hints(&document).into_iter();
@@ -173,26 +176,40 @@ pub fn hints(
             padding_right: None,
             data: None,
         });
-    Ok(Some(hints.collect()))
+    let mut hints: Vec<InlayHint> = hints.collect();
+    let (start, end) = (asked.range.start.line, asked.range.end.line);
+    let notes = super::looks::notes(workspace, looks, uri).into_iter();
+    hints.extend(notes.filter(|note| (start..=end).contains(&note.position.line)));
+    Ok(Some(hints))
 }
 
-/// Returns the commands beside classes and methods; editors run them.
+/// Returns the commands beside classes and methods. Editors run them, but for the costs of lines, which are offered if
+/// the editor can show them.
 pub fn lenses(
     workspace: &mut Workspace,
+    shows_costs: bool,
     asked: &CodeLensParams,
 ) -> Result<Option<Vec<CodeLens>>, Refusal> {
     let uri = &asked.text_document.uri;
     let Some(document) = workspace.document(uri) else { return Ok(None) };
-    let lenses = rtsl_ide::lenses(&document).into_iter().map(|lens| {
-        let (title, command) = match &lens.method {
-            None => ("Test", "rtsl.test"),
-            Some(_) => ("Measure", "rtsl.bench"),
+    let mut lenses = Vec::new();
+    for lens in rtsl_ide::lenses(&document) {
+        let Lens { span, class, method } = lens;
+        let range = range_of(workspace, &document, span);
+        let mut add = |title: &str, command: &str, arguments: Vec<Value>| {
+            let command = Command::new(title.to_owned(), command.to_owned(), Some(arguments));
+            lenses.push(CodeLens { range, command: Some(command), data: None });
         };
-        let mut arguments = vec![json!(uri.as_str()), json!(lens.class)];
-        arguments.extend(lens.method.map(|method| json!(method)));
-        let command = Command::new(title.to_owned(), command.to_owned(), Some(arguments));
-        let range = range_of(workspace, &document, lens.span);
-        CodeLens { range, command: Some(command), data: None }
-    });
-    Ok(Some(lenses.collect()))
+        let uri = uri.as_str();
+        let Some(method) = method else {
+            add("Test", "rtsl.test", vec![json!(uri), json!(class)]);
+            continue;
+        };
+        add("Measure", "rtsl.bench", vec![json!(uri), json!(class), json!(method)]);
+        if shows_costs {
+            let argument = json!({"uri": uri, "class": class, "method": method});
+            add("Costs of lines", LINE_COSTS, vec![argument]);
+        }
+    }
+    Ok(Some(lenses))
 }

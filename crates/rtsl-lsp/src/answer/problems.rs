@@ -8,8 +8,8 @@ use lsp_types::{
     DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, DocumentFormattingParams,
     NumberOrString, Range, TextEdit, Uri, WorkspaceEdit,
 };
-use rtsl::{FileId, Severity, Span, Suggestion, diagnostic_codes as codes};
-use rtsl_ide::Document;
+use rtsl::{FileId, Severity, Span, diagnostic_codes as codes};
+use rtsl_ide::{Document, advice};
 
 use super::{Refusal, beginning, location_of, range_of};
 use crate::place::Lines;
@@ -76,15 +76,8 @@ fn message_of(document: &Document, found: &rtsl::Diagnostic, elsewhere: Option<S
     }
     lines.extend(found.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(found.help.iter().map(|help| format!("help: {help}")));
-    lines.extend(found.suggestions.iter().map(|it| format!("help: {}", title_of(it))));
+    lines.extend(found.suggestions.iter().map(|it| format!("help: {}", advice(it))));
     lines.join("\n")
-}
-
-fn title_of(suggestion: &Suggestion) -> String {
-    match suggestion.replacement.trim() {
-        "" => suggestion.message.clone(),
-        replacement => format!("{}: `{replacement}`", suggestion.message),
-    }
 }
 
 /// The line of a text that includes or imports a file, or its beginning.
@@ -134,7 +127,7 @@ pub fn actions(
             )]
             let changes = HashMap::from([(uri.clone(), vec![edit])]);
             actions.push(CodeActionOrCommand::CodeAction(CodeAction {
-                title: title_of(suggestion),
+                title: advice(suggestion),
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![diagnostic_of(workspace, &document, uri, found)]),
                 edit: Some(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }),

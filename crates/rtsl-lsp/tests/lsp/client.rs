@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use lsp_server::{Connection, Message, Notification, Request, RequestId, Response};
+use lsp_server::{Connection, Message, Notification, Request, RequestId, Response, ResponseError};
 use rtsl_lsp::{ServerOptions, serve};
 use serde_json::{Value, json};
 
 /// The longest time that an answer may take on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A stand-in for the program `rtsl`.
+const PROGRAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/lsp/program.sh");
 
 /// An editor with a folder of its own.
 pub struct Client {
@@ -28,6 +31,11 @@ impl Client {
 
     /// Starts a server for an editor that counts columns in one of these encodings.
     pub fn with_encoding(files: &[(&str, &str)], encodings: Value) -> Client {
+        Client::with_abilities(files, json!({"general": {"positionEncodings": encodings}}))
+    }
+
+    /// Starts a server for an editor with these abilities.
+    pub fn with_abilities(files: &[(&str, &str)], abilities: Value) -> Client {
         let folder = tempfile::tempdir().expect("a folder");
         for (name, text) in files {
             let path = folder.path().join(name);
@@ -37,16 +45,18 @@ impl Client {
         let (connection, other) = Connection::memory();
         let root = folder.path().to_owned();
         let library_folder = root.join(".cache");
+        let program = PathBuf::from(PROGRAM);
         let server = std::thread::spawn(move || {
             let search_path = Box::new(move |_: &Path| vec![root.join("include")]);
-            serve(&other, ServerOptions { search_path, library_folder }).expect("it serves");
+            serve(&other, ServerOptions { search_path, library_folder, program })
+                .expect("it serves");
         });
         let mut client = Client { connection, server: Some(server), folder, next: 0, version: 0 };
         let root = client.uri("");
         client.ask(
             "initialize",
             json!({
-                "capabilities": {"general": {"positionEncodings": encodings}},
+                "capabilities": abilities,
                 "workspaceFolders": [{"uri": root, "name": "test"}],
             }),
         );
@@ -103,6 +113,11 @@ impl Client {
         self.diagnostics(name)
     }
 
+    /// Writes a file.
+    pub fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).expect("a file");
+    }
+
     /// Waits for the diagnostics of a file.
     pub fn diagnostics(&self, name: &str) -> Value {
         let uri = self.uri(name);
@@ -118,18 +133,32 @@ impl Client {
 
     /// Sends a request and returns the result or the error.
     pub fn ask(&mut self, method: &str, params: Value) -> Value {
+        let number = self.send(method, params);
+        self.answer_with_messages(number).0
+    }
+
+    /// Sends a request, and returns its number.
+    pub fn send(&mut self, method: &str, params: Value) -> i32 {
         self.next += 1;
         let id = RequestId::from(self.next);
-        let request = Request { id: id.clone(), method: method.to_owned(), params };
+        let request = Request { id, method: method.to_owned(), params };
         self.connection.sender.send(Message::Request(request)).expect("it is sent");
+        self.next
+    }
+
+    /// Waits for the answer to a request, and returns the messages before it, too: their methods and parameters.
+    pub fn answer_with_messages(&self, number: i32) -> (Value, Vec<(String, Value)>) {
+        let mut messages = Vec::new();
         loop {
-            if let Message::Response(Response { id: found, response_result }) = self.receive()
-                && found == id
-            {
-                return match response_result {
-                    Ok(result) => result,
-                    Err(error) => json!({"error": error.message}),
-                };
+            match self.receive() {
+                Message::Response(Response { id, response_result }) => {
+                    if id == RequestId::from(number) {
+                        let error = |error: ResponseError| json!({"error": error.message});
+                        return (response_result.unwrap_or_else(error), messages);
+                    }
+                }
+                Message::Notification(it) => messages.push((it.method, it.params)),
+                Message::Request(it) => messages.push((it.method, it.params)),
             }
         }
     }

@@ -9,8 +9,8 @@ use super::session::choose_renderer;
 use crate::measure::{SceneLines, lines_of};
 use crate::pixel::{SampleRequest, TracedSample, sample_of};
 
-/// A copy of a session's scene, with its parameters and its camera, whose samples are evaluated by the interpreter: they
-/// have the bits of the picture, and can be recorded. The session can change meanwhile.
+/// A copy of a session's scene, with its parameters and its camera, whose samples are evaluated by the interpreter:
+/// they have the bits of the picture, and can be recorded. The session can change meanwhile.
 pub struct Probe {
     pub(super) source: SceneSource<'static>,
     pub(super) options: SessionOptions,

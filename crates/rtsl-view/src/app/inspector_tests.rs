@@ -9,7 +9,7 @@ use crate::layout::{self, Side};
 use crate::testing::{BALL, TOP, Viewer};
 
 /// The size of windows with both panes, and with that at the right.
-const SIZE: (usize, usize) = (320 + (layout::EDITOR + layout::SIDE) as usize, 250 + TOP);
+const SIZE: (usize, usize) = (320 + (layout::EDITOR + layout::SIDE) as usize, 500 + TOP);
 const SIDE_ALONE: (usize, usize) = (320 + layout::SIDE as usize, 250 + TOP);
 
 /// A shader with a variable, a call and a print.

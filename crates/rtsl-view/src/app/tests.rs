@@ -251,7 +251,10 @@ fn times_of_frames() {
         inspect: Some(([160, 40], 0)),
         ..super::Start::default()
     };
-    let text = format!("{DOTS}\n{}", "float more(float x) { return x * x; } // more\n".repeat(200));
+    let line =
+        |index| format!("float more{index}(float x) {{ return x * x; }} // a line of a text\n");
+    let lines: String = (0..200).map(line).collect();
+    let text = format!("{DOTS}\n{lines}");
     let mut viewer = Viewer::start("times", (1280, 800), &text, start);
     viewer.settle();
     viewer.pixels();

@@ -5,7 +5,7 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
 use rtsl::{FileLoader, Severity};
-use rtsl_ide::{CompletionItem, Document, SemanticToken, complete, hover, semantic_tokens};
+use rtsl_ide::{CompletionItem, Document, SemanticToken, advice, complete, hover, semantic_tokens};
 
 /// The stack of the thread, as deep as that of a program.
 const STACK_BYTES: usize = 16 << 20;
@@ -230,7 +230,8 @@ fn problem(document: &Document, found: &rtsl::Diagnostic) -> Problem {
     // Labels that repeat the message say nothing.
     let labels =
         labels.filter(|label| !label.is_empty() && !found.message.contains(label.as_str()));
-    let details = labels.chain(notes).chain(help).collect();
+    let edits = found.suggestions.iter().map(|edit| format!("help: {}", advice(edit)));
+    let details = labels.chain(notes).chain(help).chain(edits).collect();
     Problem {
         start,
         end,

@@ -51,8 +51,8 @@ impl Completion {
         keys
     }
 
-    /// Shows the items that fit the word before the cursor, below it. Returns the bytes that are replaced, and their new
-    /// text, if an item is chosen.
+    /// Shows the items that fit the word before the cursor, below it. Returns the bytes that are replaced, and their
+    /// new text, if an item is chosen.
     pub fn show(
         &mut self,
         ui: &Ui,

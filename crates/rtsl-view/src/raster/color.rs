@@ -39,5 +39,5 @@ pub fn blend(below: u32, above: u32) -> u32 {
 /// Two channels, each at most 255: colours of additive blending exceed it.
 pub fn saturated(pair: u32) -> u32 {
     let over = (pair >> 8) & 0x0001_0001;
-    (pair | over * 0xFF) & 0x00FF_00FF
+    (pair | (over * 0xFF)) & 0x00FF_00FF
 }

@@ -1,7 +1,7 @@
 //! `rtsl render --cluster`: starts the Python package, which renders on a cluster of Ray.
 
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::ValueEnum;
@@ -50,7 +50,7 @@ fn usual_python() -> PathBuf {
 }
 
 /// Checks that the interpreter has the package in the version of the command, and Ray.
-fn check_packages(python: &PathBuf) -> Result<(), Failure> {
+fn check_packages(python: &Path) -> Result<(), Failure> {
     let probed = Command::new(python).args(["-c", PROBE]).output();
     let probed = probed.map_err(|error| no_python(python, &error))?;
     let versions = String::from_utf8_lossy(&probed.stdout);
@@ -77,7 +77,7 @@ fn check_packages(python: &PathBuf) -> Result<(), Failure> {
     Ok(())
 }
 
-fn no_python(python: &PathBuf, error: &std::io::Error) -> Diagnostic {
+fn no_python(python: &Path, error: &std::io::Error) -> Diagnostic {
     let message = format!("cannot start the interpreter `{}`: {error}", python.display());
     let help = format!("install Python, or name its interpreter with `{PYTHON_VARIABLE}`");
     Diagnostic::new(codes::NO_CLUSTER, message).help(help)
