@@ -19,14 +19,13 @@ void lookup() {
 """
 
 DEAR = """\
-class Dear : rt_Material;
-void sample() {
+class Dear : rt_Texture;
+void lookup() {
     float sum = 0.0;
     for (int i = 0; i < 400; i = i + 1) {
-        sum = sum + sin(float(i) * rt_ShadingNormal.x);
+        sum = sum + sin(float(i) * rt_TextureUV.x);
     }
-    rt_SampleDirection = rt_ShadingNormal;
-    rt_SampleColor = color(0.5 + 0.0001 * sum);
+    rt_TextureColor = color(0.5 + 0.0001 * sum);
 }
 """
 
@@ -71,7 +70,7 @@ def test_a_pixel_is_that_of_the_picture(stripes: rtsl.Instance) -> None:
     scene = ball(library.Lambertian(kd=stripes.copy(sharpness=0.3)))
     picture = scene.render()
     pixel = scene.inspect(8, 8)
-    assert np.asarray(pixel.color, np.float32).tobytes() == np.asarray(picture[8, 8], np.float32).tobytes()
+    assert np.asarray(pixel.color, np.float32).tobytes() == picture.pixels[8, 8].tobytes()
     assert [it.index for it in pixel.samples] == [0, 1]
     assert any("Stripes.lookup" in line for line in pixel.prints)
     one = scene.inspect(8, 8, sample=1, detail="prints")
@@ -82,7 +81,7 @@ def test_a_pixel_is_that_of_the_picture(stripes: rtsl.Instance) -> None:
 
 
 def test_costs_are_of_the_dear_lines() -> None:
-    costs = ball(rtsl.compile(DEAR, name="dear.rtsl").Dear()).costs()
+    costs = ball(library.Lambertian(kd=rtsl.compile(DEAR, name="dear.rtsl").Dear())).costs()
     dear = costs["dear.rtsl"]
     assert dear is costs.texts[0] and dear.share > 0.5
     assert sum(text.share for text in costs) == pytest.approx(1.0)
@@ -91,5 +90,5 @@ def test_costs_are_of_the_dear_lines() -> None:
     assert line.active is not None and 0.2 < line.active <= 1.0
     assert "dear.rtsl" in str(costs) and "rgba(" in costs._repr_html_()
     # The counts do not depend on threads.
-    again = ball(rtsl.compile(DEAR, name="dear.rtsl").Dear()).costs(threads=1)
+    again = ball(library.Lambertian(kd=rtsl.compile(DEAR, name="dear.rtsl").Dear())).costs(threads=1)
     assert [(it.name, it.share) for it in again] == [(it.name, it.share) for it in costs]

@@ -31,6 +31,7 @@ use super::kernel::Kernel;
 use super::kernel_source::KernelSource;
 use super::options::{Backend, EngineOptions, Math};
 use super::packet_kernel::PacketKernel;
+use super::touched::recorded_state_components;
 use super::variant::Variant;
 use crate::link::class_tree::ClassTree;
 use crate::link::hit::link_hit;
@@ -307,8 +308,11 @@ impl KernelCompiler {
         source.check_width()?;
         let KernelSource { function, layout, .. } = source;
         let kernel = nesting::with_stack_for(function.nesting(), || {
-            let trace = self.options.trace.clone();
-            InterpretedKernel::new(function, layout, source.signature(), trace)
+            let (mut signature, trace) = (source.signature(), self.options.trace.clone());
+            if trace.is_some() {
+                signature.state = recorded_state_components(function);
+            }
+            InterpretedKernel::new(function, layout, signature, trace)
         });
         let failed = |error| errors::code_generation(&function.name, &error);
         kernel.map(Kernel::interpreted).map_err(failed)

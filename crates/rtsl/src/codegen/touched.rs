@@ -27,3 +27,17 @@ pub(crate) fn state_components(function: &Function) -> ComponentSet {
     }
     components
 }
+
+/// Returns all components of the state variables that a linked method touches: recordings have whole variables.
+pub(crate) fn recorded_state_components(function: &Function) -> ComponentSet {
+    let touched = state_components(function);
+    let mut components = ComponentSet::default();
+    for place in function.variables.iter().filter(|it| it.kind == VariableKind::State) {
+        let Some(variable) = lookup_state(&place.name) else { continue };
+        let whole = variable.first_component..variable.first_component + place.len;
+        if whole.clone().any(|component| touched.contains(component)) {
+            whole.for_each(|component| components.insert(component));
+        }
+    }
+    components
+}
