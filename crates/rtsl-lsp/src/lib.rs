@@ -1,7 +1,7 @@
 //! The language server of RTSL: [`run`] speaks the Language Server Protocol 3.17 over standard input and output.
 //!
-//! One thread answers one message after another; analyses take milliseconds. Diagnostics are published when no message
-//! waits, so that each pause of typing has one analysis.
+//! One thread answers one message after another; analyses take milliseconds, and what takes longer runs in processes of
+//! its own meanwhile. Diagnostics are published when no message waits, so that each pause of typing has one analysis.
 //!
 //! # Source
 //!
@@ -9,9 +9,9 @@
 //! of `rtsl_ide` as messages; `place` offsets as positions and paths as URIs; `library` the files of the standard
 //! library, which editors open from a folder.
 //!
-//! Costs of lines and values of pixels come from runs of the program in processes of their own: `child` runs one, `jobs`
-//! has those that run for requests, `look` reads their output and keeps the notes beside lines, and `editor` tells the
-//! editor of their progress.
+//! Costs of lines and values of pixels come from runs of the program in processes of their own: `child` runs one,
+//! `jobs` has those that run for requests, `look` reads their output and keeps the notes beside lines, and `editor`
+//! tells of their progress.
 
 mod answer;
 mod capabilities;

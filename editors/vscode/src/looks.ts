@@ -142,7 +142,8 @@ export class Looks implements vscode.Disposable {
 
 /** A bar beside the numbers of lines, and a mark beside the scroll bar. */
 function colorOfMargin(color: string): vscode.TextEditorDecorationType {
-    const bar = `<svg xmlns="http://www.w3.org/2000/svg" width="16" height="16"><rect x="10" width="4" height="16" fill="${color}"/></svg>`;
+    const rectangle = `<rect x="10" width="4" height="16" fill="${color}"/>`;
+    const bar = `<svg xmlns="http://www.w3.org/2000/svg" width="16" height="16">${rectangle}</svg>`;
     return vscode.window.createTextEditorDecorationType({
         gutterIconPath: vscode.Uri.parse(`data:image/svg+xml;base64,${Buffer.from(bar).toString("base64")}`),
         gutterIconSize: "contain",

@@ -34,8 +34,8 @@ fn neovim_shows_diagnostics_completes_and_renames() {
     }
     let folder = Folder::new("neovim");
     folder.write("wave.rtsl", DISC);
-    folder.write("halves.rtsl", &WAVE.replace("Wave", "Halves"));
-    folder.write("ball.pbrt", &BALL.replace("Wave", "Halves"));
+    folder.write("halves.rtsl", WAVE.replace("Wave", "Halves"));
+    folder.write("ball.pbrt", BALL.replace("Wave", "Halves"));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/neovim.lua");
     let run = Command::new("nvim")
         .args(["--clean", "--headless", "-n", "-i", "NONE", "-c", &format!("luafile {script}")])

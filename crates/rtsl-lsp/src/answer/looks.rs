@@ -42,7 +42,7 @@ pub fn faults(workspace: &Workspace, looks: &Looks, uri: &Uri) -> Vec<Diagnostic
         let last = line + end.0 - start.0;
         let (first, last) =
             (offset(&text, &lines, line, start.1), offset(&text, &lines, last, end.1));
-        let calls = note.calls.iter().filter_map(|call| related(workspace, call));
+        let calls = note.calls.iter().filter_map(|call| related(workspace, looks, call));
         let calls: Vec<DiagnosticRelatedInformation> = calls.collect();
         Diagnostic {
             range: lines.range(first, last),
@@ -57,8 +57,12 @@ pub fn faults(workspace: &Workspace, looks: &Looks, uri: &Uri) -> Vec<Diagnostic
     faults.collect()
 }
 
-/// The line of a caller.
-fn related(workspace: &Workspace, call: &FaultCall) -> Option<DiagnosticRelatedInformation> {
+/// The line of a caller, unless it has changed.
+fn related(
+    workspace: &Workspace,
+    looks: &Looks,
+    call: &FaultCall,
+) -> Option<DiagnosticRelatedInformation> {
     let path = path_of_name(&call.name, workspace)?;
     let open = workspace.open_at(&without_links(&path));
     let (uri, text) = match open {
@@ -66,14 +70,15 @@ fn related(workspace: &Workspace, call: &FaultCall) -> Option<DiagnosticRelatedI
         None => (uri_of(&path)?, small_text(&path)?),
     };
     let lines = Lines::new(&text, workspace.encoding);
-    let location = Location { uri, range: line_range(&text, &lines, call.line) };
+    let line = looks.line_now(&path, &text, call.line)?;
+    let location = Location { uri, range: line_range(&text, &lines, line) };
     Some(DiagnosticRelatedInformation { location, message: call.message.clone() })
 }
 
 /// The range of a line's text.
 fn line_range(text: &str, lines: &Lines<'_>, line: u32) -> Range {
     let start = lines.offset(Position { line, character: 0 });
-    let end = line_end(text, lines, line);
+    let end = line_end(text, lines, line).max(start);
     let indent = text[start..end].len() - text[start..end].trim_start().len();
     lines.range(start + indent, end)
 }
@@ -87,7 +92,7 @@ fn line_end(text: &str, lines: &Lines<'_>, line: u32) -> usize {
 /// The offset of a column in characters.
 fn offset(text: &str, lines: &Lines<'_>, line: u32, column: u32) -> usize {
     let start = lines.offset(Position { line, character: 0 });
-    let end = line_end(text, lines, line);
+    let end = line_end(text, lines, line).max(start);
     let mut letters = text[start..end].char_indices();
     letters.nth(column as usize).map_or(end, |(at, _)| start + at)
 }

@@ -198,7 +198,7 @@ fn faults(samples: &[Sample]) -> BTreeMap<String, Vec<Fault>> {
 fn fault(sample: &Sample, line: u32) -> Option<Fault> {
     let found = sample.not_finite.as_ref()?;
     let start = (line, from_zero(found.column?));
-    let end = (from_zero(found.end_line?), from_zero(found.end_column?));
+    let end = (from_zero(found.end_line?), from_zero(found.end_column?)).max(start);
     let until = sample.entries.iter().position(|entry| entry.kind == "notFinite");
     let before = &sample.entries[..until.unwrap_or(0)];
     let mut message =

@@ -97,6 +97,13 @@ impl Looks {
         faults
     }
 
+    /// Returns the place of a line of a pixel's text; `None` if it has changed since the run.
+    pub fn line_now(&self, path: &Path, text: &str, line: u32) -> Option<u32> {
+        let path = without_links(path);
+        let placed = self.pixel.iter().find(|text| text.path == path)?;
+        *unchanged_lines(&placed.text, text).get(line as usize)?
+    }
+
     fn of(&self, path: &Path) -> impl Iterator<Item = &PlacedText> {
         let path = without_links(path);
         self.costs.iter().chain(&self.pixel).filter(move |text| text.path == path)

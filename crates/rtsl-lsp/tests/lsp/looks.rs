@@ -423,6 +423,12 @@ fn faults_of_runs_are_errors_of_their_requests() {
     client.write("render.json", "{\"pixel\": 1}");
     let found = run(&mut client, "rtsl.pixel", json!({"scene": "scene.pbrt", "x": 0, "y": 0}));
     assert!(error(&found).contains("the pixel cannot be read: "), "{found}");
+    client.write("render.large", "");
+    let found = run(&mut client, "rtsl.pixel", json!({"scene": "scene.pbrt", "x": 0, "y": 0}));
+    assert!(
+        error(&found).ends_with("the result has more than 64 MiB; ask for one sample"),
+        "{found}"
+    );
 }
 
 #[test]

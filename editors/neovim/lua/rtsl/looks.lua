@@ -1,5 +1,5 @@
--- Costs of lines and values of a pixel, at the ends of lines. The language server runs the program for them, and has them
--- as inlay hints; buffers without inlay hints get the same texts here. Works from Neovim 0.7 on.
+-- Costs of lines and values of a pixel, at the ends of lines. The language server runs the program for them, and has
+-- them as inlay hints; buffers without inlay hints get the same texts here. Works from Neovim 0.7 on.
 
 local M = {}
 
