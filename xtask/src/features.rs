@@ -1,7 +1,7 @@
 //! The features of dependencies, the same in all builds of a checkout.
 //!
-//! Cargo compiles a crate once for each set of its features, and with it all crates above it. Tests and the program share
-//! their builds as long as each asks for the same sets. The Python package has builds of its own.
+//! Cargo compiles a crate once for each set of its features, and with it all crates above it. Tests and the program
+//! share their builds as long as each asks for the same sets. The Python package has builds of its own.
 
 use std::collections::BTreeSet;
 

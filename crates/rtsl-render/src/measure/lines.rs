@@ -120,7 +120,7 @@ fn lines_of_scene(
     let mut texts = costs.take();
     texts.sort_by_key(|text| (text.source.is_none(), std::cmp::Reverse(text.millicycles())));
     let paths = tiles.iter().map(|tile| u64::from(tile.lanes(width, height).count_ones())).sum();
-    let width = scene.compiled.width as u32;
+    let width = scene.compiled.width;
     Ok(SceneLines { texts, paths, width, warnings: Messages::default() })
 }
 

@@ -165,3 +165,36 @@ fn a_pixel_that_was_clicked_is_evaluated_when_the_pane_opens() {
     viewer.settle();
     assert!(viewer.shows("ball: Sphere"), "{:?}", viewer.names());
 }
+
+/// A shader with one line that costs more than all others.
+const DEAR: &str = "class Dots : rt_Material;
+public float size = 0.25;
+void shade() {
+    float sum = 0.0;
+    for (int i = 0; i < 200; i = i + 1) sum = sum + sin(float(i) * rt_HitPoint.x);
+    rt_SampleColor = color(0.5 + 0.0001 * sum);
+}";
+
+#[test]
+fn costs_are_measured_when_their_pane_opens() {
+    let side = Some(Side::Costs);
+    let mut viewer = viewer("costs", SIZE, DEAR, Start { side, ..Start::default() });
+    let costs = viewer.app.costs.measured().expect("they are measured");
+    let dots = costs.of_text(|name| name.ends_with("dots.rtsl")).expect("the shader has costs");
+    let (line, cost) = dots.lines.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share)).unwrap();
+    assert_eq!((*line, cost.share), (5, dots.greatest));
+    assert!(cost.share > 0.5 && cost.active.is_some_and(|active| active > 0.2), "{cost:?}");
+    assert!(costs.shares[0].0.ends_with("dots.rtsl"), "{:?}", costs.shares);
+    viewer.picture("costs");
+    // Measured again when someone asks, of the text as it is then.
+    let cheap = DEAR.replace("200", "2");
+    std::fs::write(viewer.folder.path().join("dots.rtsl"), cheap).unwrap();
+    viewer.app.files_changed();
+    viewer.settle();
+    assert!(viewer.shows("of the scene before the last change"));
+    viewer.click_on("Measure again");
+    viewer.settle();
+    let costs = viewer.app.costs.measured().expect("they are measured");
+    let share = costs.of_text(|name| name.ends_with("dots.rtsl")).map_or(0.0, |it| it.greatest);
+    assert!(share < 0.5, "{share}");
+}
