@@ -10,15 +10,15 @@ use crate::diagnostic::dictionary;
 use crate::engine::PyEngine;
 use crate::error::Exception;
 
-/// The lines of a recording, those that `print` wrote, the number of entries that are not kept, and the diagnostic about
-/// the first value that is not finite, with its text.
+/// The lines of a recording, those that `print` wrote, the number of entries that are not kept, and the diagnostic
+/// about the first value that is not finite, with its text.
 pub type RecordingParts = (Vec<String>, Vec<String>, u64, Option<(Py<PyAny>, String)>);
 
 /// The index of a sample, its radiance, and its recording.
 type SampleParts = (u32, [f32; 3], RecordingParts);
 
-/// The work of a line: its number, the estimated cycles of a path, the shares of active lanes and of conditions at which
-/// rays diverge, if it has any.
+/// The work of a line: its number, the estimated cycles of a path, and the shares of active lanes and of conditions at
+/// which rays diverge, if it has any.
 type LineParts = (u32, f64, Option<f64>, Option<f64>);
 
 /// The name of a text, the text, and its lines.
@@ -63,8 +63,8 @@ pub fn inspect(
     Ok((color, samples, warnings.to_text(false)))
 }
 
-/// Measures the costs of lines on an engine that records them. Returns the texts, the number of paths, rays at a time, and
-/// warnings.
+/// Measures the costs of lines on an engine that records them. Returns the texts, the number of paths, rays at a time,
+/// and warnings.
 pub fn costs(
     py: Python<'_>,
     engine: &PyEngine,
