@@ -183,7 +183,9 @@ fn costs_are_measured_when_their_pane_opens() {
     let dots = costs.of_text(|name| name.ends_with("dots.rtsl")).expect("the shader has costs");
     let (line, cost) = dots.lines.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share)).unwrap();
     assert_eq!((*line, cost.share), (5, dots.greatest));
-    assert!(cost.share > 0.5 && cost.active.is_some_and(|active| active > 0.2), "{cost:?}");
+    // The ball covers a small part of the picture.
+    let (dear, active) = (cost.share, cost.active.unwrap_or_default());
+    assert!(dear > 0.1 && active > 0.2, "{cost:?}");
     assert!(costs.shares[0].0.ends_with("dots.rtsl"), "{:?}", costs.shares);
     viewer.picture("costs");
     // Measured again when someone asks, of the text as it is then.
@@ -196,5 +198,5 @@ fn costs_are_measured_when_their_pane_opens() {
     viewer.settle();
     let costs = viewer.app.costs.measured().expect("they are measured");
     let share = costs.of_text(|name| name.ends_with("dots.rtsl")).map_or(0.0, |it| it.greatest);
-    assert!(share < 0.5, "{share}");
+    assert!(share < 0.25 * dear, "{share}, {dear}");
 }
