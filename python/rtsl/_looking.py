@@ -68,6 +68,8 @@ class Sample:
     index: int
     #: The radiance, linear RGB.
     radiance: Tuple[float, float, float]
+    #: The named outputs of the integrator: lists of their components.
+    outputs: Dict[str, List[float]]
     #: What methods did for it.
     recording: Recording
 
@@ -85,7 +87,8 @@ class Pixel:
         self.color: Tuple[float, float, float] = (color[0], color[1], color[2])
         #: The samples.
         self.samples: List[Sample] = [
-            Sample(index, tuple(radiance), Recording(recording)) for index, radiance, recording in samples
+            Sample(index, tuple(radiance), dict(outputs), Recording(recording))
+            for index, radiance, outputs, recording in samples
         ]
 
     @property

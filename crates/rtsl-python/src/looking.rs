@@ -14,8 +14,8 @@ use crate::error::Exception;
 /// about the first value that is not finite, with its text.
 pub type RecordingParts = (Vec<String>, Vec<String>, u64, Option<(Py<PyAny>, String)>);
 
-/// The index of a sample, its radiance, and its recording.
-type SampleParts = (u32, [f32; 3], RecordingParts);
+/// The index of a sample, its radiance, the named outputs of the integrator, and its recording.
+type SampleParts = (u32, [f32; 3], Vec<(String, Vec<f32>)>, RecordingParts);
 
 /// The work of a line: its number, the estimated cycles of a path, and the shares of active lanes and of conditions at
 /// which rays diverge, if it has any.
@@ -56,10 +56,10 @@ pub fn inspect(
     let traced = py.detach(|| render_pixel_of(scene, &engine.engine, request, &trace));
     let traced = traced.map_err(|messages| Exception::Scene.of_messages(&messages))?;
     let TracedPixel { color, samples, warnings } = traced;
-    let parts = |TracedSample { index, radiance, recording }: &TracedSample| {
-        Ok((*index, *radiance, recording_parts(py, recording)?))
+    let parts = |TracedSample { index, radiance, outputs, recording }: TracedSample| {
+        Ok((index, radiance, outputs, recording_parts(py, &recording)?))
     };
-    let samples = samples.iter().map(parts).collect::<PyResult<_>>()?;
+    let samples = samples.into_iter().map(parts).collect::<PyResult<_>>()?;
     Ok((color, samples, warnings.to_text(false)))
 }
 

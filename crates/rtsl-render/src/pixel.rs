@@ -106,7 +106,8 @@ pub fn render_pixel_of(
 ) -> Result<TracedPixel, Messages> {
     choose_pixel(&mut scene.settings, pixel.pixel)?;
     let mut warnings = Messages::default();
-    let scene = BatchScene::new(&scene, engine, &[], &mut warnings, &|_| {})?;
+    let aovs = outputs_of(scene.integrator().class());
+    let scene = BatchScene::new(&scene, engine, &aovs, &mut warnings, &|_| {})?;
     traced_pixel(&scene, pixel, trace, warnings)
 }
 
