@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, Interpreter, Storage as _, VariableId, VariableKind};
 use rtsl_packet::Kernel;
-use rtsl_packet::interpreter::{Interpreter, Outcome, Rays, Storage};
+use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
 
 /// Full chunks and a partial one at every width.
@@ -140,7 +140,11 @@ fn check_call(
     }
     let mut found = before.clone();
     let rays = Rays { count, is_on, round_limit: u64::MAX };
-    let outcome = Interpreter::new(kernel.clone()).run(rays, &mut found, &mut HashHost::default());
+    let outcome = interpreter::Interpreter::new(kernel.clone()).run(
+        rays,
+        &mut found,
+        &mut HashHost::default(),
+    );
     assert_eq!(outcome.budget_exceeded, budget_exceeded);
     assert_eq!(outcome.nearest, nearest.as_ref().map(|(object, _)| *object), "{function}{kernel}");
     if let Some((_, after)) = nearest {
@@ -202,7 +206,7 @@ fn count(text: &str, width: u32, count: u32, round_limit: u64) -> Outcome {
     rtsl_ir::verify::verify(&function).unwrap();
     let kernel = lower(&function, CallMode::Packet, width);
     let rays = Rays { count, is_on: &|ray| ray != 1, round_limit };
-    Interpreter::new(kernel).run(rays, &mut Ramp, &mut HashHost::default())
+    interpreter::Interpreter::new(kernel).run(rays, &mut Ramp, &mut HashHost::default())
 }
 
 fn check_count(text: &str, width: u32, expected: Expect) {
