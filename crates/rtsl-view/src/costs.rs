@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
 
-use egui::{Color32, Context, RichText, ScrollArea, Ui};
+use egui::{Color32, Context, CursorIcon, RichText, ScrollArea, Ui};
 use rtsl_render::measure::SceneLines;
 use rtsl_render::session::{Probe, ViewMode};
 
@@ -25,10 +25,12 @@ pub struct Costs {
 }
 
 /// A request of the pane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Show this quantity in the picture.
     Show(ViewMode),
+    /// Show the most expensive line of the text with this name.
+    Open(String),
     /// Measure the costs.
     Measure,
 }
@@ -111,7 +113,9 @@ impl Costs {
             ui.label(problem);
         }
         if let Some(costs) = &self.measured {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| costs.show(ui));
+            let area = ScrollArea::vertical().auto_shrink(false);
+            let opened = area.show(ui, |ui| costs.show(ui)).inner;
+            request = opened.map(Request::Open).or(request);
         }
         request
     }
@@ -136,6 +140,8 @@ pub struct TextCosts {
     pub lines: BTreeMap<u32, LineCost>,
     /// The greatest share of a line of any text.
     pub greatest: f32,
+    /// The text.
+    pub content: String,
 }
 
 /// The cost of a line.
@@ -162,7 +168,11 @@ impl LineCosts {
                 (line.line, LineCost { share: line.millicycles as f32 / total, active })
             });
             let lines: BTreeMap<u32, LineCost> = of_lines.collect();
-            costs.texts.insert(text.name.to_string(), TextCosts { lines, greatest: 0.0 });
+            if let Some(source) = &text.source {
+                let content = source.text.to_string();
+                let of_text = TextCosts { lines, greatest: 0.0, content };
+                costs.texts.insert(text.name.to_string(), of_text);
+            }
         }
         let all = costs.texts.values().flat_map(|text| text.lines.values());
         let greatest = all.map(|line| line.share).fold(0.0, f32::max);
@@ -170,12 +180,25 @@ impl LineCosts {
         costs
     }
 
-    fn show(&self, ui: &mut Ui) {
+    /// Shows the shares of texts. Returns the name of the one that was clicked.
+    fn show(&self, ui: &mut Ui) -> Option<String> {
+        let mut clicked = None;
         for (name, share) in &self.shares {
-            show_bar(ui, name, *share);
+            let has_text = self.texts.contains_key(name);
+            if show_bar(ui, name, *share, has_text) {
+                clicked = Some(name.clone());
+            }
         }
         let lines = "Estimated for packets of rays, by counting operations. The editor shows the share of each line.";
         ui.label(RichText::new(lines).small().color(theme::FAINT));
+        clicked
+    }
+
+    /// Returns a text's content and its most expensive line.
+    pub fn dearest(&self, name: &str) -> Option<(&str, u32)> {
+        let text = self.texts.get(name)?;
+        let dearest = text.lines.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share));
+        Some((&text.content, dearest.map_or(1, |(line, _)| *line)))
     }
 
     /// Returns the costs of the text with a name for which `is_name` is true.
@@ -191,10 +214,12 @@ pub fn color_of(part: f32) -> Color32 {
     Color32::from_rgb(between(40.0, 200.0), between(60.0, 60.0), between(90.0, 30.0))
 }
 
-/// Shows a name with a bar of its share.
-fn show_bar(ui: &mut Ui, name: &str, share: f32) {
+/// Shows a name with a bar of its share. Returns true if it was clicked.
+fn show_bar(ui: &mut Ui, name: &str, share: f32, has_text: bool) -> bool {
     let size = egui::vec2(ui.available_width(), ui.spacing().interact_size.y);
-    let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let sense = if has_text { egui::Sense::click() } else { egui::Sense::hover() };
+    let (rect, response) = ui.allocate_exact_size(size, sense);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, has_text, name));
     let bar = rect.with_max_x(rect.left() + rect.width() * share.clamp(0.0, 1.0));
     ui.painter().rect_filled(bar, 1.0, color_of(share));
     let font = egui::TextStyle::Body.resolve(ui.style());
@@ -205,4 +230,7 @@ fn show_bar(ui: &mut Ui, name: &str, share: f32) {
     ui.painter().text(inner.left_center(), left, short, font.clone(), theme::TEXT);
     let share = format!("{:.1} %", share * 100.0);
     ui.painter().text(inner.right_center(), right, share, font, theme::TEXT);
+    response
+        .on_hover_cursor(if has_text { CursorIcon::PointingHand } else { CursorIcon::Default })
+        .clicked()
 }

@@ -59,6 +59,16 @@ impl App {
         }
     }
 
+    /// Shows the most expensive line of a text in the editor.
+    pub(super) fn show_dearest_line(&mut self, name: &str) {
+        let Some((content, line)) = self.costs.measured().and_then(|costs| costs.dearest(name))
+        else {
+            return;
+        };
+        self.panes.editor = true;
+        self.editor.go_to(name, Some(line as usize), Some(content));
+    }
+
     pub(super) fn go_to(&mut self, place: &ReportPlace) {
         self.panes.editor = true;
         self.editor.go_to(&place.text, Some(place.line), Some(&place.content));

@@ -187,6 +187,12 @@ fn costs_are_measured_when_their_pane_opens() {
     let (dear, active) = (cost.share, cost.active.unwrap_or_default());
     assert!(dear > 0.1 && active > 0.2, "{cost:?}");
     assert!(costs.shares[0].0.ends_with("dots.rtsl"), "{:?}", costs.shares);
+    let name = costs.shares[0].0.clone();
+    viewer.app.panes.editor = false;
+    viewer.settle();
+    viewer.click_on(&name);
+    assert!(viewer.app.panes.editor, "a click on a text shows it");
+    viewer.settle();
     viewer.picture("costs");
     // Measured again when someone asks, of the text as it is then.
     let cheap = DEAR.replace("200", "2");

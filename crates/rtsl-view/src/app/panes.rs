@@ -104,6 +104,7 @@ impl App {
                     Some(costs::Request::Measure) => {
                         self.costs.measure(&self.context, self.session.probe());
                     }
+                    Some(costs::Request::Open(name)) => self.show_dearest_line(&name),
                     None => {}
                 }
             }
