@@ -38,10 +38,12 @@ def test_the_programs_of_the_guide_run(monkeypatch: pytest.MonkeyPatch, tmp_path
     page = (PAGES / "how-to" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     programs = [it for it in blocks if not it.startswith((">>>", "import mitsuba"))]
-    assert len(programs) == 3
+    assert len(programs) == 4
     monkeypatch.chdir(tmp_path)
     names = {"positions": np.eye(3, dtype=np.float32), "triangles": [[0, 1, 2]]}
     for program in programs:
-        exec(program.replace("spp=64, size=(640, 480)", "spp=1, size=(16, 12)"), names)
+        small = program.replace("spp=64, size=(640, 480)", "spp=1, size=(16, 12)")
+        exec(small.replace("scene.inspect(320, 240", "scene.inspect(320, 240, spp=1"), names)
     np.testing.assert_array_equal(names["hits"].hit, [True, False])
+    assert names["recording"].not_finite.code == "W0631" and len(names["costs"].dearest(5)) == 5
     assert (tmp_path / "ball.exr").is_file() and names["value"].shape == (2, 3)

@@ -52,7 +52,7 @@ def test_a_call_is_recorded_with_its_result(stripes: rtsl.Instance) -> None:
     assert recording.prints == ["stripes.rtsl:6: Stripes.lookup: u = 0.25, brightness NaN"]
     assert any("brightness = NaN" in line for line in recording.lines)
     # As the command prints it.
-    assert "not finite" in str(recording) and "-->" in str(recording)
+    assert "not finite" in str(recording) and "stripes.rtsl:5:24" in str(recording)
     assert stripes.lookup.trace(texture_uv=(0.05, 0.5)).not_finite is None
     with pytest.raises(rtsl.Error, match="prints, calls, lines"):
         stripes.lookup.trace(texture_uv=(0, 0), detail="words")
@@ -74,7 +74,9 @@ def test_a_pixel_is_that_of_the_picture(stripes: rtsl.Instance) -> None:
     assert [it.index for it in pixel.samples] == [0, 1]
     assert any("Stripes.lookup" in line for line in pixel.prints)
     one = scene.inspect(8, 8, sample=1, detail="prints")
-    assert [it.index for it in one.samples] == [1] and one.samples[0].radiance == pixel.samples[1].radiance
+    assert [it.index for it in one.samples] == [1]
+    # Bits, since the samples of some stripes are NaN.
+    assert np.float32(one.samples[0].radiance).tobytes() == np.float32(pixel.samples[1].radiance).tobytes()
     assert str(pixel).endswith(f"pixel 8,8: {pixel.color}")
     with pytest.raises(rtsl.SceneError, match="no pixel 16,3"):
         scene.inspect(16, 3)
