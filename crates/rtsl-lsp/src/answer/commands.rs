@@ -159,7 +159,8 @@ fn identifier(name: &str) -> Result<&str, Refusal> {
 }
 
 fn read<A: DeserializeOwned>(argument: Value) -> Result<A, Refusal> {
-    serde_json::from_value(argument).map_err(|error| invalid(error.to_string()))
+    let refusal = |error| invalid(format!("the command does not take its argument: {error}"));
+    serde_json::from_value(argument).map_err(refusal)
 }
 
 fn invalid(message: impl Into<String>) -> Refusal {

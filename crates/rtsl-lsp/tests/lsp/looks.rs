@@ -443,7 +443,7 @@ fn commands_that_cannot_run_are_refused() {
     refused("rtsl.lineCosts", json!({"scene": "none.pbrt"}), "there is no scene `none.pbrt`");
     refused("rtsl.lineCosts", json!({"uri": uri, "class": "--help"}), "`--help` is no name");
     refused("rtsl.lineCosts", json!({"uri": "untitled:1"}), "save `untitled:1` first");
-    refused("rtsl.pixel", json!({"scene": "scene.pbrt", "x": -1, "y": 0}), "invalid value");
+    refused("rtsl.pixel", json!({"scene": "scene.pbrt", "x": -1, "y": 0}), "not take its argument");
     refused("rtsl.clearLooks", json!({"all": true}), "unknown field `all`");
     refused("rtsl.nothing", json!({}), "the server has no command `rtsl.nothing`");
     client.change("wave.rtsl", json!(null), &WAVE.replace("6.28", "6.3"));
