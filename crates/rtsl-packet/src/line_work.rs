@@ -28,6 +28,16 @@ pub struct LineWork {
 }
 
 impl LineWork {
+    /// Returns the share of the lanes that are on, from 0 to 1; `None` if all rays share the work.
+    pub fn active_share(&self) -> Option<f64> {
+        share(self.lanes.active, self.lanes.executed)
+    }
+
+    /// Returns the share of the conditions at which rays diverged, from 0 to 1; `None` if the line has none.
+    pub fn diverged_share(&self) -> Option<f64> {
+        share(self.divergences, self.conditions)
+    }
+
     /// Adds the work of the same line in another run.
     pub fn add(&mut self, other: &LineWork) {
         self.source.clone_from(&other.source);
@@ -37,6 +47,10 @@ impl LineWork {
         self.conditions += other.conditions;
         self.divergences += other.divergences;
     }
+}
+
+fn share(part: u64, of: u64) -> Option<f64> {
+    (of > 0).then(|| part as f64 / of as f64)
 }
 
 /// The lines of a kernel's values.

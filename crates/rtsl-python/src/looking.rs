@@ -82,13 +82,12 @@ pub fn costs(
 }
 
 fn text_parts(text: &TextCosts, paths: u64) -> TextParts {
-    let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
     let lines = text.lines.iter().map(|line| {
         (
             line.line,
             line.millicycles as f64 / 1000.0 / paths.max(1) as f64,
-            share(line.lanes.active, line.lanes.executed),
-            share(line.divergences, line.conditions),
+            line.active_share(),
+            line.diverged_share(),
         )
     });
     let source = text.source.as_ref().map(|source| source.text.to_string());

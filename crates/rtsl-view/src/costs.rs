@@ -121,9 +121,6 @@ impl Costs {
     }
 }
 
-/// The name of the work around shaders: rays, spaces, lights, random numbers.
-const RENDERER: &str = "(renderer)";
-
 /// The costs of all shaders of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LineCosts {
@@ -160,11 +157,9 @@ impl LineCosts {
         let mut costs = LineCosts::default();
         for text in &lines.texts {
             let share = text.millicycles() as f32 / total;
-            let name = if text.source.is_some() { text.name.to_string() } else { RENDERER.into() };
-            costs.shares.push((name, share));
+            costs.shares.push((SceneLines::title(text).to_owned(), share));
             let of_lines = text.lines.iter().filter(|line| line.line > 0).map(|line| {
-                let active = line.lanes.active as f32 / line.lanes.executed as f32;
-                let active = (line.lanes.executed > 0).then_some(active);
+                let active = line.active_share().map(|share| share as f32);
                 (line.line, LineCost { share: line.millicycles as f32 / total, active })
             });
             let lines: BTreeMap<u32, LineCost> = of_lines.collect();

@@ -33,6 +33,12 @@ pub struct SceneLines {
 }
 
 impl SceneLines {
+    /// Returns the title of a text: its name, or that of the work around shaders, such as rays, spaces, lights and
+    /// random numbers.
+    pub fn title(text: &TextCosts) -> &str {
+        if text.name.is_empty() { "(renderer)" } else { &text.name }
+    }
+
     /// Returns the estimated time of all lines, in thousandths of a cycle.
     pub fn millicycles(&self) -> u64 {
         self.texts.iter().map(TextCosts::millicycles).sum()

@@ -15,14 +15,13 @@ pub fn table(lines: &[LineWork], source: Option<&Source>, total: u64) -> String 
     let name = if first.line == 0 { "(no line)" } else { &*first.source };
     let mut text = format!("   cost active  diverge  {name}\n");
     for work in lines {
-        let share = Share::new(work, total);
         let line =
             source.and_then(|source| source.text.lines().nth(work.line.checked_sub(1)? as usize));
         let row = format!(
             "{:>6.1}% {} {} {:>5}  {}",
-            100.0 * share.cost,
-            percent(share.active, 6),
-            percent(share.diverged, 8),
+            100.0 * cost(work, total),
+            percent(work.active_share(), 6),
+            percent(work.diverged_share(), 8),
             if work.line == 0 { String::new() } else { work.line.to_string() },
             line.unwrap_or_default(),
         );
@@ -35,15 +34,14 @@ pub fn table(lines: &[LineWork], source: Option<&Source>, total: u64) -> String 
 /// Returns an object of JSON for each line, with the members of `head` before its own.
 pub fn json_lines(head: &impl Serialize, lines: &[LineWork], total: u64, rays: u64) -> String {
     let lines = lines.iter().filter(|work| work.millicycles > 0).map(|work| {
-        let share = Share::new(work, total);
         let is_known = work.line > 0;
         let line = JsonLine {
             head,
             file: is_known.then_some(&work.source),
             line: is_known.then_some(work.line),
             cycles_per_ray: work.millicycles as f64 / 1000.0 / rays.max(1) as f64,
-            cost: share.cost,
-            active_lanes: share.active,
+            cost: cost(work, total),
+            active_lanes: work.active_share(),
             conditions: work.conditions,
             diverged: work.divergences,
         };
@@ -57,25 +55,9 @@ fn percent(share: Option<f64>, width: usize) -> String {
     format!("{shown:>width$}")
 }
 
-/// The shares of a line.
-struct Share {
-    /// Of the time.
-    cost: f64,
-    /// Of the lanes that are on; `None` if all rays share its work.
-    active: Option<f64>,
-    /// Of the conditions, at which rays diverged; `None` if it has none.
-    diverged: Option<f64>,
-}
-
-impl Share {
-    fn new(work: &LineWork, total: u64) -> Share {
-        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        Share {
-            cost: work.millicycles as f64 / total.max(1) as f64,
-            active: share(work.lanes.active, work.lanes.executed),
-            diverged: share(work.divergences, work.conditions),
-        }
-    }
+/// The share of the time, from 0 to 1.
+fn cost(work: &LineWork, total: u64) -> f64 {
+    work.millicycles as f64 / total.max(1) as f64
 }
 
 /// A line as JSON.

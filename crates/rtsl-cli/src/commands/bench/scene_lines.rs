@@ -41,9 +41,8 @@ fn plain(scene: &str, lines: &SceneLines) -> String {
     );
     for of in texts {
         let share = 100.0 * of.millicycles() as f64 / total.max(1) as f64;
-        let name = if of.name.is_empty() { "(renderer)" } else { &*of.name };
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{share:>6.1}%  {name}");
+        let _ = writeln!(text, "{share:>6.1}%  {}", SceneLines::title(of));
     }
     for of in texts.iter().filter(|of| of.source.is_some()) {
         text.push('\n');
