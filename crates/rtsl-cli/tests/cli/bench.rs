@@ -3,6 +3,7 @@
 use expect_test::expect;
 
 use crate::command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE};
+use crate::lsp::{BALL, WAVE};
 
 /// A branch that no usual ray takes, long enough not to be done for all lanes, and one that no ray
 /// takes.
@@ -279,4 +280,26 @@ fn bench_measures_scenes() {
     folder.run(&["bench", "scene.pbrt", "shade"]).exits(WRONG_USAGE);
     folder.run(&["bench", "scene.pbrt", "--shape", "leaf"]).exits(WRONG_USAGE);
     folder.run(&["bench", "none.pbrt"]).fails_with("E0601");
+}
+
+#[test]
+fn the_lines_of_a_scene_have_costs() {
+    let folder = Folder::new("scene-lines");
+    folder.write("wave.rtsl", WAVE);
+    folder.write("ball.pbrt", BALL);
+    let bench = |arguments: &[&str]| {
+        let all = [&["bench", "ball.pbrt", "--lines"], arguments].concat();
+        folder.run(&all).exits(DONE).output()
+    };
+    let table = bench(&[]);
+    assert!(table.starts_with("ball.pbrt: 64 paths, 8 rays at a time; about "), "{table}");
+    assert!(table.contains("%  (renderer)\n") && table.contains("%  wave.rtsl\n"), "{table}");
+    let root = |line: &&str| line.ends_with("    6      rt_FloatTextureValue = sqrt(x);");
+    assert!(table.lines().find(root).is_some_and(|line| !line.starts_with("   0.0%")), "{table}");
+    let json = bench(&["--width", "4", "--json"]);
+    let lines = json.lines().map(|line| serde_json::from_str(line).unwrap());
+    let lines: Vec<serde_json::Value> = lines.collect();
+    assert!(lines.iter().all(|it| it["scene"] == "ball.pbrt" && it["width"] == 4), "{json}");
+    let sum: f64 = lines.iter().map(|it| it["cost"].as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
 }
