@@ -128,6 +128,9 @@ fn make_kernel(file: &LibraryFile, class: &str, method: Method) {
     let classes = classes(file);
     let class = classes.iter().find(|it| it.name == class).expect("it was there before");
     let (engine, _) = Engine::new(options()).expect("it was there before");
+    if let Some(llvm) = engine.llvm() {
+        llvm.forget_modules().expect("the process goes on");
+    }
     let program = engine.program(&instance(class));
     program.kernel(method, CallMode::Packet).expect("the library compiles");
 }

@@ -37,11 +37,11 @@ pub fn run(arguments: &[String]) -> Result<()> {
         return Ok(());
     }
     say("build of the Python package");
-    // As users install it, but with the profile of tests, whose crates are built already.
+    // As users install it, but with the profile and features of tests, whose crates are built already.
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
     let options = ["--no-build-isolation", "--force-reinstall", "./python"];
     let install = Command::new(&python).args(install).args(options);
-    let install = install.env("MATURIN_PEP517_ARGS", "--profile dev");
+    let install = install.env("MATURIN_PEP517_ARGS", "--profile dev --features rtsl-features");
     // Where pip finds maturin.
     install.env("PATH", path_with(python.parent().unwrap_or(&folder))?).run()?;
     say("tests of the Python package");

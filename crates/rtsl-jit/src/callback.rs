@@ -53,7 +53,7 @@ impl CompiledCallback {
             1 => llvm.compile_for_one_ray(&text, target, level),
             _ => llvm.compile(&text, target, level),
         });
-        let module = Arc::new(module?);
+        let module = module?;
         let address = module.function(SYMBOL)?.cast();
         Ok(CompiledCallback { _module: module, address })
     }

@@ -11,6 +11,7 @@ use crate::ffi::{self, Api};
 use crate::frames::{Frames, REPORT_ATTRIBUTE};
 use crate::llvm::Llvm;
 use crate::module::Module;
+use crate::module_cache::ModuleKey;
 use crate::opt_level::OptLevel;
 use crate::passes::Work;
 use crate::runtime;
@@ -25,7 +26,8 @@ enum Output {
 }
 
 impl Llvm {
-    /// Compiles a module for this machine and loads it.
+    /// Compiles a module for this machine and loads it. For a text that was compiled a short while ago, this is the
+    /// module of then, unless [forgotten](Llvm::forget_modules).
     ///
     /// # Errors
     /// See [`JitError`]; no text makes this panic or abort the process.
@@ -34,7 +36,7 @@ impl Llvm {
         module: &str,
         target: &Target,
         level: OptLevel,
-    ) -> Result<Module, JitError> {
+    ) -> Result<Arc<Module>, JitError> {
         self.compile_by(module, target, level, Work::Packets)
     }
 
@@ -44,7 +46,7 @@ impl Llvm {
         module: &str,
         target: &Target,
         level: OptLevel,
-    ) -> Result<Module, JitError> {
+    ) -> Result<Arc<Module>, JitError> {
         self.compile_by(module, target, level, Work::OneRay)
     }
 
@@ -54,12 +56,18 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
         work: Work,
-    ) -> Result<Module, JitError> {
+    ) -> Result<Arc<Module>, JitError> {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
+        let key = ModuleKey::new(module, level, work);
+        if let Some(module) = self.with_modules(|modules| modules.get(key))? {
+            return Ok(module);
+        }
         let made = self.emit(module, target, level, work, Output::Object)?;
-        Module::load(&made.bytes, made.frames)
+        let module = Arc::new(Module::load(&made.bytes, made.frames)?);
+        self.with_modules(|modules| modules.insert(key, module.clone()))?;
+        Ok(module)
     }
 
     /// Returns the module after LLVM's passes, as text.

@@ -70,7 +70,7 @@ impl CompiledKernel {
         let level = level.for_work(work);
         let target = llvm.host();
         let features = features_of_host(target, features);
-        let module = Arc::new(llvm.compile(&module_text(kernels, &features), target, level)?);
+        let module = llvm.compile(&module_text(kernels, &features), target, level)?;
         let kernels = kernels.iter().enumerate().map(|(index, kernel)| {
             let address = module.function(&symbol(index))?;
             // Safety: the function is a kernel, just compiled from verified packet code.

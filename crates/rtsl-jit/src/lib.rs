@@ -27,6 +27,7 @@ mod limits;
 mod llvm;
 mod memory;
 mod module;
+mod module_cache;
 mod opt_level;
 mod passes;
 mod relocation;

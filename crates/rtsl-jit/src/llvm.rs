@@ -1,16 +1,17 @@
 //! A loaded LLVM library.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use libloading::Library;
 
 use crate::ending;
-use crate::error::{LlvmError, LlvmVersion};
+use crate::error::{JitError, LlvmError, LlvmVersion};
 use crate::ffi::{self, Api};
 use crate::library;
 use crate::library_pages::LibraryPages;
 use crate::limits::OLDEST_MAJOR;
+use crate::module_cache::ModuleCache;
 use crate::passes::Passes;
 use crate::search::{self, Candidates};
 use crate::target::Target;
@@ -25,6 +26,7 @@ pub struct Llvm {
     path: PathBuf,
     host: Target,
     pub(crate) passes: Passes,
+    modules: Mutex<ModuleCache>,
 }
 
 static LOADED: OnceLock<Result<Arc<Llvm>, LlvmError>> = OnceLock::new();
@@ -54,6 +56,25 @@ impl Llvm {
         if let Some(Ok(llvm)) = LOADED.get() {
             llvm.pages.release();
         }
+    }
+
+    /// Drops the modules that are kept in case their texts are compiled again; those in use live on. For measurements
+    /// of compilation.
+    ///
+    /// # Errors
+    /// As for compilations: in a child process whose parent was at work, and while the process is ending.
+    pub fn forget_modules(&self) -> Result<(), JitError> {
+        self.with_modules(|modules| *modules = ModuleCache::default())
+    }
+
+    /// Calls `body` with the modules that are kept. Their lock is held as part of work with LLVM, so that a child
+    /// process in which it would never be released is refused all work.
+    pub(crate) fn with_modules<T>(
+        &self,
+        body: impl FnOnce(&mut ModuleCache) -> T,
+    ) -> Result<T, JitError> {
+        let _under_way = ending::begin_work()?;
+        Ok(body(&mut self.modules.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
     /// Returns the libraries that the search finds, the first choice first, including unsuitable ones.
@@ -90,7 +111,8 @@ impl Llvm {
         // Pages read only during loading, such as tables of relocations and constructors of globals, are not needed
         // again: without this the first compilation ends with 52 MB of the library in memory, with it 36 MB (LLVM 19).
         pages.release();
-        Ok(Llvm { api, pages, version, path: path.to_owned(), host, passes: Passes::default() })
+        let (path, passes, modules) = (path.to_owned(), Passes::default(), Mutex::default());
+        Ok(Llvm { api, pages, version, path, host, passes, modules })
     }
 }
 

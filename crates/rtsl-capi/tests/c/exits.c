@@ -16,9 +16,9 @@ static void *compile(void *argument)
         RtslKernelId kernel;
         snprintf(source, sizeof source,
                  "class P : rt_Primitive; public float radius = %ld.%d;"
-                 "void intersect() { float x = sin(rt_RayOrigin.x) * noise(rt_RayOrigin * %d.0);"
+                 "void intersect() { float x = sin(rt_RayOrigin.x) * noise(rt_RayOrigin * %d.%ld);"
                  "  if (hit(radius - x)) hit(x); }",
-                 (long)argument, number, number);
+                 (long)argument, number, number, (long)argument);
         OK(rtsl_compile("p.rtsl", source, &unit));
         OK(rtsl_instance_new(unit, "P", &instance));
         OK(rtsl_instance_commit(instance));

@@ -54,6 +54,7 @@ fn one_llvm() {
     reports_bad_modules(&llvm);
     survives_fatal_errors(&llvm);
     works_on_many_threads(&llvm);
+    keeps_the_last_modules(&llvm);
 }
 
 /// Returns the targets that this build of LLVM supports: packages for one architecture omit the others.
@@ -216,13 +217,44 @@ define i32 @f() nounwind {
         "define void @f() nounwind {\n call void asm \"no such instruction\", \"\"()\n ret void\n}";
     let error = llvm.compile(inline, llvm.host(), OptLevel::O2).unwrap_err();
     assert!(matches!(error, JitError::CodeGeneration(_)), "{error}");
+    llvm.forget_modules().unwrap();
     runs_at_every_level(llvm);
 }
 
 fn works_on_many_threads(llvm: &Arc<Llvm>) {
     std::thread::scope(|scope| {
         for _ in 0..4 {
-            scope.spawn(|| (0..8).for_each(|_| runs_at_every_level(llvm)));
+            scope.spawn(|| {
+                for _ in 0..8 {
+                    llvm.forget_modules().unwrap();
+                    runs_at_every_level(llvm);
+                }
+            });
         }
     });
+}
+
+/// A text that was compiled has its module again, unless others have taken the room since or it was forgotten.
+fn keeps_the_last_modules(llvm: &Arc<Llvm>) {
+    let compile = |text: &str, level| llvm.compile(text, llvm.host(), level).unwrap();
+    let scale = compile(SCALE, OptLevel::O2);
+    assert!(Arc::ptr_eq(&scale, &compile(SCALE, OptLevel::O2)));
+    assert!(!Arc::ptr_eq(&scale, &compile(SCALE, OptLevel::O1)));
+    assert!(!Arc::ptr_eq(&scale, &compile(COPY, OptLevel::O2)));
+    for number in 0..24 {
+        // A mebibyte each.
+        let large = format!(
+            "@large = private constant [1048576 x i8] c\"{}\"\ndefine ptr @f() nounwind {{\n ret ptr @large\n}}",
+            format!("\\{number:02}").repeat(1 << 20)
+        );
+        let first = compile(&large, OptLevel::O2);
+        assert!(first.size() > 1 << 20 && Arc::ptr_eq(&first, &compile(&large, OptLevel::O2)));
+        if number < 8 {
+            assert!(Arc::ptr_eq(&scale, &compile(SCALE, OptLevel::O2)), "used again, so kept");
+        }
+    }
+    let again = compile(SCALE, OptLevel::O2);
+    assert!(!Arc::ptr_eq(&scale, &again), "dropped");
+    llvm.forget_modules().unwrap();
+    assert!(!Arc::ptr_eq(&again, &compile(SCALE, OptLevel::O2)), "forgotten");
 }

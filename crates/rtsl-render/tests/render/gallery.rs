@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rtsl::{EngineOptions, OptLevel};
 use rtsl_image::{Encoding, Picture};
 use rtsl_memory::InputBudget;
 use rtsl_render::{Execution, RenderRequest, render_scene};
@@ -92,8 +91,6 @@ impl Pixels {
             renderer: Some(Renderer::Batch),
             samples: Some(samples),
             execution: Execution::on_threads(1),
-            // Compiling is most of a small picture's time, and the level changes no bit.
-            engine: EngineOptions { optimization: OptLevel::O1, ..EngineOptions::default() },
             ..RenderRequest::default()
         };
         let rendered = render_scene(&request).map_err(|messages| messages.to_text(false))?;
