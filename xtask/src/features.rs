@@ -1,8 +1,8 @@
 //! The features of dependencies, the same in all builds of a checkout.
 //!
-//! Cargo compiles a crate once for each set of its features, and with it all crates above it. Tests, the program and the
-//! Python package share their builds as long as each asks for the same sets. The crate `rtsl-features` names what some
-//! would lack.
+//! Cargo compiles a crate once for each set of its features, and with it all crates above it. Tests, the program and
+//! the Python package share their builds as long as each asks for the same sets. The crate `rtsl-features` names what
+//! some would lack.
 
 use std::collections::BTreeSet;
 
