@@ -24,7 +24,7 @@ const SETTINGS: [Setting; 2] = [
     Setting {
         compiler: "g++",
         flags: &["-std=gnu++17", "-O2", "-march=native", "-ffp-contract=fast"],
-        most_operations: 2000,
+        most_operations: 800,
     },
     Setting {
         compiler: "clang++",
