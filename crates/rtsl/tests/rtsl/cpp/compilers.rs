@@ -19,7 +19,7 @@ pub struct Setting {
 }
 
 /// The settings of ordinary runs: one compiler may contract and use all of the machine, the other optimises little. The
-/// first takes minutes for the longest methods.
+/// first takes minutes for the longest methods, and 17 s for the 56 between 800 and 2,000 operations.
 const SETTINGS: [Setting; 2] = [
     Setting {
         compiler: "g++",
