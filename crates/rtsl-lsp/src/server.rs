@@ -334,7 +334,9 @@ fn folders(parameters: &InitializeParams) -> Vec<PathBuf> {
     let named = parameters.workspace_folders.iter().flatten();
     let mut folders: Vec<PathBuf> = named.filter_map(|folder| path_of(&folder.uri)).collect();
     if folders.is_empty() {
-        folders.extend(parameters.root_uri.as_ref().and_then(path_of));
+        let uri = parameters.root_uri.as_ref().and_then(path_of);
+        // Helix names a folder without a `.git` in this way alone.
+        folders.extend(uri.or_else(|| parameters.root_path.as_ref().map(PathBuf::from)));
     }
     folders
 }

@@ -6,6 +6,9 @@
 
 local tests = {}
 
+-- No server runs before the test of the server, even if there is an `rtsl` on the PATH.
+vim.g.rtsl_path = "no-server"
+
 local function equal(found, expected)
   if not vim.deep_equal(found, expected) then
     error(("found %s, expected %s"):format(vim.inspect(found), vim.inspect(expected)), 2)
@@ -148,10 +151,10 @@ function tests.lenses_give_command_lines()
     return table.concat(vim.api.nvim_buf_get_lines(0, 0, -1, true)):find("test /a b/c.rtsl", 1, true) ~= nil
   end)
   equal(vim.api.nvim_buf_get_lines(0, 0, 1, true), { "test /a b/c.rtsl" })
-  vim.g.rtsl_path = nil
 end
 
 function tests.the_debugger_is_set_up()
+  vim.g.rtsl_path = nil
   package.loaded.dap = { adapters = {}, configurations = {} }
   require("rtsl.dap").setup()
   local dap = require("dap")

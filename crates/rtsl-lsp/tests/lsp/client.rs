@@ -36,6 +36,17 @@ impl Client {
 
     /// Starts a server for an editor with these abilities.
     pub fn with_abilities(files: &[(&str, &str)], abilities: Value) -> Client {
+        Client::with_start(files, |folder| {
+            let root = format!("file://{}", folder.display());
+            json!({
+                "capabilities": abilities,
+                "workspaceFolders": [{"uri": root, "name": "test"}],
+            })
+        })
+    }
+
+    /// Starts a server with the parameters of `initialize` that an editor sends for the folder.
+    pub fn with_start(files: &[(&str, &str)], parameters: impl FnOnce(&Path) -> Value) -> Client {
         let folder = tempfile::tempdir().expect("a folder");
         for (name, text) in files {
             let path = folder.path().join(name);
@@ -52,14 +63,8 @@ impl Client {
                 .expect("it serves");
         });
         let mut client = Client { connection, server: Some(server), folder, next: 0, version: 0 };
-        let root = client.uri("");
-        client.ask(
-            "initialize",
-            json!({
-                "capabilities": abilities,
-                "workspaceFolders": [{"uri": root, "name": "test"}],
-            }),
-        );
+        let parameters = parameters(client.folder.path());
+        client.ask("initialize", parameters);
         client.tell("initialized", json!({}));
         client
     }

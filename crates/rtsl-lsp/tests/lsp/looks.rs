@@ -1,5 +1,6 @@
 //! Costs of lines and values of pixels: commands that run the program, of which a script is the stand-in.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use expect_test::{Expect, expect};
@@ -48,6 +49,8 @@ const PIXEL: &str = r#"{"pixel":[8,8],"color":["NaN",0.0,0.5],"samples":[{"sampl
 {"kind":"notFinite","depth":2,"lane":0,"method":"Wave.lookup","file":"FOLDER/wave.rtsl","line":11,"text":"NaN"}],
 "dropped":0,"notFinite":{"code":"W0631","severity":"warning","message":"a value that leaves `Wave.lookup` is not finite: NaN","file":"FOLDER/wave.rtsl","line":11,"column":13,"endLine":11,"endColumn":26,"notes":["called by `Path.radiance`","called by `Other.shade`"],"help":[]}}]}"#;
 
+const FILES: &[(&str, &str)] = &[("wave.rtsl", WAVE), ("scene.pbrt", "")];
+
 /// Abilities of an editor that shows hints and progress.
 fn abilities() -> Value {
     json!({
@@ -59,7 +62,11 @@ fn abilities() -> Value {
 
 /// An editor with the texture, and with the outputs of the program.
 fn opened(abilities: Value) -> Client {
-    let mut client = Client::with_abilities(&[("wave.rtsl", WAVE), ("scene.pbrt", "")], abilities);
+    prepared(Client::with_abilities(FILES, abilities))
+}
+
+/// Writes the outputs of the program, and opens the texture.
+fn prepared(mut client: Client) -> Client {
     let folder = client.path("").display().to_string();
     let folder = folder.trim_end_matches('/');
     client.write("bench.json", &COSTS.replace("FOLDER", folder));
@@ -429,6 +436,22 @@ fn faults_of_runs_are_errors_of_their_requests() {
         error(&found).ends_with("the result has more than 64 MiB; ask for one sample"),
         "{found}"
     );
+}
+
+/// As by Helix, for a folder without a `.git`.
+#[test]
+fn a_folder_may_be_named_by_its_path_alone() {
+    let start = |folder: &Path| {
+        json!({
+            "capabilities": abilities(),
+            "workspaceFolders": [],
+            "rootUri": null,
+            "rootPath": folder,
+        })
+    };
+    let mut client = prepared(Client::with_start(FILES, start));
+    let found = run(&mut client, "rtsl.lineCosts", json!({"scene": "scene.pbrt"}));
+    assert_eq!(found["title"], "Costs of lines: scene.pbrt");
 }
 
 #[test]
