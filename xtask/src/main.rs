@@ -20,7 +20,8 @@ The daily commands of RTSL's developers.
 
     cargo xtask COMMAND [ARGUMENTS]
 
-  check              formatting, lints, API documentation, prose, dependencies and their features
+  check [--texts]    formatting, lints, API documentation, prose, dependencies and their features;
+                     --texts leaves out lints and API documentation, which take compilations
   test [ARGUMENTS]   all tests; with arguments, `cargo test ARGUMENTS`
   bless [ARGUMENTS]  as test, but writes the expectations, and lists the files that changed
   crates             renews the picture of the crates in the manual
@@ -60,6 +61,7 @@ fn run(arguments: &[String]) -> Result<()> {
             Ok(())
         }
         "check" if rest.is_empty() => check(),
+        "check" if rest == ["--texts"] => check_texts(),
         "test" => test(rest),
         "bless" => bless(rest),
         "crates" if rest.is_empty() => crates::draw(),
@@ -67,7 +69,8 @@ fn run(arguments: &[String]) -> Result<()> {
         "package" => package::run(rest),
         "python" => python::run(rest),
         "long" => long::run(rest),
-        "check" | "crates" => Err(Failure(format!("`cargo xtask {command}` takes no arguments"))),
+        "check" => Err(Failure("`cargo xtask check` takes nothing but `--texts`".to_owned())),
+        "crates" => Err(Failure("`cargo xtask crates` takes no arguments".to_owned())),
         other => {
             Err(Failure(format!("no command `{other}`; `cargo xtask help` lists the commands")))
         }
@@ -75,6 +78,15 @@ fn run(arguments: &[String]) -> Result<()> {
 }
 
 fn check() -> Result<()> {
+    check_texts()?;
+    say("lints");
+    cargo(["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]).run()?;
+    say("documentation");
+    cargo(["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings").run()
+}
+
+/// The checks that need no compilation.
+fn check_texts() -> Result<()> {
     say("dependencies between the crates");
     crates::check()?;
     say("features of dependencies");
@@ -82,11 +94,7 @@ fn check() -> Result<()> {
     say("prose");
     prose::check()?;
     say("format");
-    cargo(["fmt", "--all", "--check"]).run()?;
-    say("lints");
-    cargo(["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]).run()?;
-    say("documentation");
-    cargo(["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings").run()
+    cargo(["fmt", "--all", "--check"]).run()
 }
 
 fn test(arguments: &[String]) -> Result<()> {
