@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use roxmltree::{Node, ParsingOptions};
 use rtsl_source::{Diagnostic, FileId, SourceMap, Span, diagnostic_codes as codes};
 
-use crate::{limits, old_versions};
+use crate::{color_surfaces, limits, old_versions};
 
 /// The text of a file that a document includes.
 #[derive(Clone, Debug)]
@@ -107,6 +107,7 @@ impl Document {
         reader.add_lama()?;
         let mut document = reader.document;
         old_versions::upgrade(&mut document);
+        color_surfaces::replace(&mut document);
         document.index_names();
         Ok(document)
     }

@@ -9,7 +9,7 @@ use crate::document::{Document, Element, ElementId, Fault};
 use crate::statements::{Statements, Value};
 use crate::translation::ImageUse;
 use crate::types::Type;
-use crate::{limits, literal, places, special, table};
+use crate::{limits, literal, places, special, table, types};
 
 /// The index of a scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -168,6 +168,9 @@ impl<'d> Graph<'d> {
     /// Returns the value of an input or output.
     pub fn port_value(&mut self, scope: ScopeId, port: ElementId) -> Result<Option<Value>, Fault> {
         let Some(source) = self.source(scope, port)? else { return Ok(None) };
+        if matches!(source, Source::Node(..)) {
+            self.check_type(port, "the value keeps the type of what it is connected to");
+        }
         let value = match source {
             Source::Node(scope, node, output) => self.node(scope, node, output.as_deref())?,
             Source::Constant(element) => self.constant(element, port)?,
@@ -393,17 +396,7 @@ impl<'d> Graph<'d> {
         if ty == Type::Text {
             return Ok(Value::new(ty, text));
         }
-        let Some(mut numbers) = literal::numbers(text, ty) else {
-            let message = format!("`{text}` is no value of type `{name}`");
-            let diagnostic = Diagnostic::new(codes::MATERIALX_SYNTAX, message).at(given.span, "");
-            let count = ty.count();
-            let expected = match ty {
-                Type::Boolean => "expected `true` or `false`".to_owned(),
-                _ if count == 1 => "expected a number".to_owned(),
-                _ => format!("expected {count} numbers, with commas between them"),
-            };
-            return Err(Box::new(diagnostic.help(expected)));
-        };
+        let mut numbers = self.numbers(text, ty, element)?;
         if ty.is_color() {
             let space = document.inherited(element, "colorspace").unwrap_or_default();
             match ColorSpace::named(space) {
@@ -415,6 +408,51 @@ impl<'d> Graph<'d> {
             numbers.iter_mut().for_each(|value| *value = value.to_degrees());
         }
         Ok(Value::constant(ty, numbers))
+    }
+
+    /// The numbers of a value that an element gives as text.
+    fn numbers(&mut self, text: &str, ty: Type, element: ElementId) -> Result<Vec<f64>, Fault> {
+        if let Some(numbers) = literal::numbers(text, ty) {
+            return Ok(numbers);
+        }
+        let (name, count) = (ty.name(), ty.count());
+        if let Some(numbers) = literal::first_numbers(text, ty) {
+            let kept = if count == 1 { "the first one counts" } else { "the first ones count" };
+            let message = format!("`{text}` has too many numbers for the type `{name}`: {kept}");
+            self.warn(message, element);
+            return Ok(numbers);
+        }
+        let expected = match ty {
+            Type::Boolean => "expected `true` or `false`".to_owned(),
+            _ if count == 1 => "expected a number".to_owned(),
+            _ => format!("expected {count} numbers, with commas between them"),
+        };
+        let message = format!("`{text}` is no value of type `{name}`");
+        let diagnostic = Diagnostic::new(codes::MATERIALX_SYNTAX, message);
+        Err(Box::new(diagnostic.at(self.document.get(element).span, "").help(expected)))
+    }
+
+    /// Warns of an element whose type neither MaterialX nor the document defines, with what takes its place.
+    fn check_type(&mut self, id: ElementId, instead: &str) {
+        let document = self.document;
+        let Some(name) = document.get(id).attribute("type") else { return };
+        if types::names().any(|known| known == name) {
+            return;
+        }
+        let mut known: Vec<&str> = types::names().collect();
+        known.extend(
+            document.children(document.root(), "typedef").map(|it| document.get(it).name()),
+        );
+        let message = format!("unknown type `{name}`: {instead}");
+        if known.contains(&name) || self.warnings.iter().any(|other| other.message == message) {
+            return;
+        }
+        let warning = Diagnostic::new(codes::MATERIALX_IGNORED, message);
+        let warning = warning.at(document.get(id).span, "");
+        self.warnings.push(match most_similar(name, known) {
+            Some(near) => warning.help(format!("did you mean `{near}`?")),
+            None => warning,
+        });
     }
 
     /// Returns the value of a node's output.
@@ -465,6 +503,7 @@ impl<'d> Graph<'d> {
             };
         }
         if let Some(value) = special::value(self, scope, node, output)? {
+            self.check_type(node, "the node counts as one of the type `float`");
             return Ok(value);
         }
         match table::value(self, scope, node)? {

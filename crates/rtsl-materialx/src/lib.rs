@@ -10,6 +10,7 @@
 mod class;
 mod closure;
 mod color_space;
+mod color_surfaces;
 mod document;
 mod graph;
 mod hair;

@@ -12,9 +12,7 @@ pub fn numbers(text: &str, ty: Type) -> Option<Vec<f64>> {
         },
         Type::Text => None,
         _ => {
-            let parts = text.split(|letter: char| letter == ',' || letter.is_whitespace());
-            let parts = parts.filter(|part| !part.is_empty()).take(ty.count() + 1);
-            let numbers: Option<Vec<f64>> = parts.map(number).collect();
+            let numbers: Option<Vec<f64>> = parts(text).take(ty.count() + 1).map(number).collect();
             let numbers = numbers?;
             match numbers.len() {
                 // One number serves all components.
@@ -24,6 +22,23 @@ pub fn numbers(text: &str, ty: Type) -> Option<Vec<f64>> {
             }
         }
     }
+}
+
+/// Returns the first numbers of a text that has more of them than the type; `None` for other texts.
+pub fn first_numbers(text: &str, ty: Type) -> Option<Vec<f64>> {
+    if matches!(ty, Type::Boolean | Type::Text) {
+        return None;
+    }
+    let mut numbers: Vec<f64> = parts(text).map(number).collect::<Option<_>>()?;
+    let is_longer = numbers.len() > ty.count();
+    numbers.truncate(ty.count());
+    is_longer.then_some(numbers)
+}
+
+/// The words between commas and white space.
+fn parts(text: &str) -> impl Iterator<Item = &str> {
+    let parts = text.split(|letter: char| letter == ',' || letter.is_whitespace());
+    parts.filter(|part| !part.is_empty())
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -64,6 +79,15 @@ mod tests {
         assert_eq!(numbers("nan", Type::Float), None);
         assert_eq!(numbers("1e99", Type::Float), None);
         assert_eq!(numbers("true", Type::Boolean), Some(vec![1.0]));
+        assert_eq!(numbers("10,000", Type::Float), None);
+    }
+
+    #[test]
+    fn the_first_numbers_are_those_of_texts_with_more() {
+        assert_eq!(first_numbers("10,000", Type::Float), Some(vec![10.0]));
+        assert_eq!(first_numbers("1, 2, 3, 4", Type::Color3), Some(vec![1.0, 2.0, 3.0]));
+        assert_eq!(first_numbers("1, 2, 3", Type::Color3), None);
+        assert_eq!(first_numbers("10 m", Type::Float), None);
     }
 
     #[test]

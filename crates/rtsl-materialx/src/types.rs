@@ -35,6 +35,37 @@ const NAMES: [(&str, Type); 13] = [
     ("filename", Type::Text),
 ];
 
+/// Types of documents whose values are no part of expressions.
+const OTHERS: [&str; 22] = [
+    "BSDF",
+    "EDF",
+    "VDF",
+    "booleanarray",
+    "color2array",
+    "color3array",
+    "color4array",
+    "displacementshader",
+    "floatarray",
+    "geomname",
+    "geomnamearray",
+    "integerarray",
+    "lightshader",
+    "material",
+    "multioutput",
+    "none",
+    "stringarray",
+    "surfaceshader",
+    "vector2array",
+    "vector3array",
+    "vector4array",
+    "volumeshader",
+];
+
+/// The names of all types that MaterialX defines.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().map(|(name, _)| *name).chain(OTHERS)
+}
+
 impl Type {
     /// Returns the type with this name in documents.
     pub fn named(name: &str) -> Option<Type> {

@@ -117,6 +117,73 @@ fn values_of_other_types() {
 }
 
 #[test]
+fn numbers_beyond_those_of_the_type_are_left_out() {
+    let of = |input: &str| text_of(&with_input(input));
+    expect![[r#"
+        warning[W0605]: `10, 5, 1` has too many numbers for the type `float`: the first one counts
+          ┌─ test.mtlx:3:1
+          │
+        3 │ <input name="base" type="float" value="10, 5, 1"/>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : StandardSurface;
+
+        public texture float base = 10.0;
+    "#]]
+    .assert_eq(&of(r#"<input name="base" type="float" value="10, 5, 1"/>"#));
+    expect![[r#"
+        warning[W0605]: `1, 0.5, 0, 1` has too many numbers for the type `color3`: the first ones count
+          ┌─ test.mtlx:3:1
+          │
+        3 │ <input name="base_color" type="color3" value="1, 0.5, 0, 1"/>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : StandardSurface;
+
+        public texture color baseColor = color(vec3(1.0, 0.5, 0.0));
+    "#]]
+        .assert_eq(&of(r#"<input name="base_color" type="color3" value="1, 0.5, 0, 1"/>"#));
+}
+
+#[test]
+fn unknown_types_are_warnings() {
+    let text = with_material(
+        "<constant name=\"c\" type=\"float\"><input name=\"value\" type=\"float\" value=\"0.5\"/></constant>\n\
+         <dot name=\"a\" type=\"flot\"><input name=\"in\" type=\"floMat\" nodename=\"c\"/></dot>\n\
+         <standard_surface name=\"surface\" type=\"surfaceshader\">\n\
+         <input name=\"base\" type=\"float\" nodename=\"a\"/>\n</standard_surface>",
+    );
+    expect![[r#"
+        warning[W0605]: unknown type `floMat`: the value keeps the type of what it is connected to
+          ┌─ test.mtlx:3:27
+          │
+        3 │ <dot name="a" type="flot"><input name="in" type="floMat" nodename="c"/></dot>
+          │                           ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+          │
+          = help: did you mean `float`?
+
+        warning[W0605]: unknown type `flot`: the node counts as one of the type `float`
+          ┌─ test.mtlx:3:1
+          │
+        3 │ <dot name="a" type="flot"><input name="in" type="floMat" nodename="c"/></dot>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^
+          │
+          = help: did you mean `float`?
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : StandardSurface;
+
+        public texture float base = 0.5;
+    "#]]
+    .assert_eq(&text_of(&text));
+    let text =
+        text.replace("<constant", "<typedef name=\"floMat\"/><typedef name=\"flot\"/>\n<constant");
+    assert!(!text_of(&text).contains("unknown type"));
+}
+
+#[test]
 fn parts_that_are_not_supported() {
     let text = with_material(
         "<curveadjust name=\"a\" type=\"float\"/>\n\

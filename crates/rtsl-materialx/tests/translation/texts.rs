@@ -407,3 +407,67 @@ fn inputs_without_values_keep_those_of_the_node() {
         text_of(&with_material(&node("standard_surface", "surface", "surfaceshader", &inputs)));
     assert!(!text.contains(" base ") && text.contains("public bool thinWalled = true;"), "{text}");
 }
+
+#[test]
+fn colors_are_surfaces_that_emit() {
+    let of = |input: &str| {
+        text_of(&with_material(&format!(
+            "<constant name=\"c\" type=\"color4\">\
+             <input name=\"value\" type=\"color4\" value=\"0.2, 0.6, 0.3, 0.5\"/></constant>\n\
+             <convert name=\"surface\" type=\"surfaceshader\">{input}</convert>"
+        )))
+    };
+    expect![[r#"
+        import shaders.materialx.color as mxColor;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        public texture color emissionColor = color(vec3(0.2, 0.6, 0.3));
+        public texture float baseWeight = 0.0;
+        public texture float specularWeight = 0.0;
+        public bool geometryThinWalled = true;
+        public texture float emissionLuminance = 1.0 * 1.0 / max(mxColor.unlitOpacity(1.0, 0.0 * vec3(1.0)), 1e-6);
+    "#]].assert_eq(&of(&input("in", "color3", "0.2, 0.6, 0.3")));
+    expect![[r#"
+        import shaders.materialx.color as mxColor;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        public texture float baseWeight = 0.0;
+        public texture float specularWeight = 0.0;
+        public bool geometryThinWalled = true;
+        public texture float emissionLuminance = 1.0 * 0.5 / max(mxColor.unlitOpacity(0.5, 0.0 * vec3(1.0)), 1e-6);
+        public texture float geometryOpacity = mxColor.unlitOpacity(0.5, 0.0 * vec3(1.0));
+
+        color emissionColor() {
+            vec3 n0 = vec4(0.2, 0.6, 0.3, 0.5).xyz;
+            return color(n0);
+        }
+    "#]].assert_eq(&of(&link("in", "color4", "c")));
+    expect![[r#"
+        import shaders.materialx.color as mxColor;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        public texture color emissionColor = color(vec3(0.5));
+        public texture float baseWeight = 0.0;
+        public texture float specularWeight = 0.0;
+        public bool geometryThinWalled = true;
+        public texture float emissionLuminance = 1.0 * 1.0 / max(mxColor.unlitOpacity(1.0, 0.0 * vec3(1.0)), 1e-6);
+    "#]].assert_eq(&of(&input("in", "float", "0.5")));
+    expect![[r#"
+        import shaders.materialx.color as mxColor;
+
+        /// `m` of `test.mtlx`, translated from MaterialX.
+        class M : OpenPbr;
+
+        public texture color emissionColor = color(vec3(0.0));
+        public texture float baseWeight = 0.0;
+        public texture float specularWeight = 0.0;
+        public bool geometryThinWalled = true;
+        public texture float emissionLuminance = 1.0 * 1.0 / max(mxColor.unlitOpacity(1.0, 0.0 * vec3(1.0)), 1e-6);
+    "#]].assert_eq(&of(""));
+}
