@@ -68,6 +68,7 @@ class SceneText:
         search_path: List[str],
         camera: Optional[str] = None,
         integrator: Optional[str] = None,
+        studio: bool = False,
         files: Optional[Dict[str, str]] = None,
     ) -> None: ...
     @property

@@ -24,8 +24,8 @@ _LARGEST_PASS = 64
 
 Transform = Any
 
-#: The path of a scene's file, definitions, folders, the camera and the integrator.
-_Source = Tuple[str, Sequence[str], Sequence[str], Optional[str], Optional[str]]
+#: The path of a scene's file, definitions, folders, the camera, the integrator, and whether a studio is added.
+_Source = Tuple[str, Sequence[str], Sequence[str], Optional[str], Optional[str], bool]
 
 
 class Placed:
@@ -156,15 +156,17 @@ class Scene:
         search_path: Sequence[PathLike] = (),
         camera: Optional[str] = None,
         integrator: Optional[str] = None,
+        studio: bool = False,
     ) -> "Scene":
-        """Loads a scene: a file of the pbrt format, or of glTF (`.gltf`, `.glb`).
+        """Loads a scene: a file of the pbrt format, of glTF (`.gltf`, `.glb`), or a mesh (`.ply`, `.obj`, `.stl`).
 
         ``defines`` sets parameters by names such as `camera.fov`; ``camera`` is one of a glTF file; ``integrator`` is a
-        class. Raises SceneError with the diagnostics of the scene and its shaders.
+        class; ``studio`` adds a studio to the lights of the scene. Raises SceneError with the diagnostics of the scene
+        and its shaders.
         """
         given = [f"{name}={_definition(value)}" for name, value in (defines or {}).items()]
         folders = [os.fspath(it) for it in search_path]
-        scene = cls._of_source((os.fspath(path), given, folders, camera, integrator))
+        scene = cls._of_source((os.fspath(path), given, folders, camera, integrator, studio))
         if scene._text is not None and scene._text.warnings:
             warnings.warn(scene._text.warnings.rstrip(), SceneWarning, stacklevel=2)
         return scene
@@ -174,8 +176,8 @@ class Scene:
         """Loads a scene; `places` has the places of its files by their paths, if they do not lie there."""
         scene = cls()
         scene._source = source
-        path, defines, folders, camera, integrator = source
-        scene._text = _rtsl.SceneText(path, list(defines), list(folders), camera, integrator, places)
+        path, defines, folders, camera, integrator, studio = source
+        scene._text = _rtsl.SceneText(path, list(defines), list(folders), camera, integrator, studio, places)
         return scene
 
     @property

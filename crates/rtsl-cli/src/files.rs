@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
+use rtsl::{Diagnostic, diagnostic_codes as codes, encoding};
 use rtsl_image::atomic_write::replace_file;
 
 use crate::outcome::Failure;
@@ -42,7 +42,7 @@ pub fn text_of(input: impl Read, path: &Path, limit: u64) -> Result<String, Fail
     if length as u64 > limit {
         return Err(unreadable(path, &format!("it is longer than {limit} bytes")));
     }
-    String::from_utf8(bytes).map_err(|_| unreadable(path, "it is not UTF-8"))
+    encoding::utf8(bytes).map_err(|problem| unreadable(path, problem))
 }
 
 /// The diagnostic of a file or folder that cannot be read.

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{
-    Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, most_similar,
+    Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, encoding,
+    most_similar,
 };
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -61,7 +62,8 @@ fn read(path: &Path) -> Result<String, String> {
     if metadata.len() > MAX_SIZE {
         return Err(format!("it is larger than {} MiB", MAX_SIZE >> 20));
     }
-    std::fs::read_to_string(path).map_err(|error| error.to_string())
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    encoding::utf8(bytes).map_err(str::to_owned)
 }
 
 /// Reads the settings and reports their faults.

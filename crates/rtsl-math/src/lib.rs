@@ -16,7 +16,9 @@ pub use tolerances::{
     LIGHT_MARGIN, MAX_SHAPE_MARGIN, MIN_FOOTPRINT_COSINE, MIN_NODE_PROBABILITY, STRETCH_ROUNDING,
     SURFACE_ERROR,
 };
-pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
+pub use transform::{
+    Affine, PackedTransform, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal,
+};
 pub use trigonometry::sine_and_cosine_of_degrees;
 
 /// The number of lanes of the vectors that renderers compute with: eight floats fill an AVX register. BVH nodes have as

@@ -152,6 +152,30 @@ fn unit64(v: DVec3) -> Option<DVec3> {
     (length > 0.0 && length.is_finite()).then(|| v / length)
 }
 
+/// An affine transform in binary64 without its last row, for long lists.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PackedTransform([f64; 12]);
+
+impl From<Transform> for PackedTransform {
+    /// Leaves the last row out, which is that of an affine map.
+    fn from(transform: Transform) -> Self {
+        let columns = transform.columns();
+        PackedTransform(std::array::from_fn(|index| columns[index / 3 * 4 + index % 3]))
+    }
+}
+
+impl From<PackedTransform> for Transform {
+    fn from(PackedTransform(numbers): PackedTransform) -> Self {
+        let column = |index: usize, last: f64| {
+            let [x, y, z] = [numbers[3 * index], numbers[3 * index + 1], numbers[3 * index + 2]];
+            DVec4::new(x, y, z, last)
+        };
+        let columns = [column(0, 0.0), column(1, 0.0), column(2, 0.0), column(3, 1.0)];
+        let [x, y, z, w] = columns;
+        Transform(DMat4::from_cols(x, y, z, w))
+    }
+}
+
 /// An affine map in binary32, applied with one fixed order of operations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {

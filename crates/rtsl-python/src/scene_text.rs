@@ -42,7 +42,7 @@ impl PySceneText {
     /// Loads a file of a format that its name tells. `files` has the places of files by their paths, if they do not lie
     /// where the scene says.
     #[new]
-    #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None, files=None))]
+    #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None, studio=false, files=None))]
     fn new(
         py: Python<'_>,
         path: PathBuf,
@@ -50,6 +50,7 @@ impl PySceneText {
         search_path: Vec<PathBuf>,
         camera: Option<String>,
         integrator: Option<String>,
+        studio: bool,
         files: Option<BTreeMap<PathBuf, PathBuf>>,
     ) -> PyResult<PySceneText> {
         let options = LoadOptions {
@@ -57,6 +58,7 @@ impl PySceneText {
             search_path,
             camera,
             integrator,
+            studio,
             traced: true,
             ..LoadOptions::default()
         };
@@ -152,13 +154,14 @@ impl PySceneText {
     /// Returns what tells a render of the scene as it is now from others.
     pub fn identity(&self, engine: &PyEngine) -> RenderIdentity {
         self.with(|text| {
-            let LoadOptions { defines, integrator, camera, .. } = &text.options;
+            let LoadOptions { defines, integrator, camera, studio, .. } = &text.options;
             let changes = text.changes.iter();
             let changes = changes.map(|(thing, name, to)| format!("{thing}.{name}={to:?}"));
             RenderIdentity {
                 defines: defines.iter().cloned().chain(changes).collect(),
                 integrator: integrator.clone(),
                 camera: camera.clone(),
+                studio: *studio,
                 ..RenderIdentity::new(text.files.digests(&text.path), engine.math, &engine.engine)
             }
         })

@@ -39,7 +39,7 @@ pub fn scene_extent(scene: &Scene, engine: &Engine) -> Result<SceneExtent, Diagn
         let Some(group) = groups[instance.group as usize] else { continue };
         let placed = match &instance.motion {
             Some(motion) => group.moved(motion),
-            None => group.transformed(instance.transform),
+            None => group.transformed(instance.transform.into()),
         };
         bounds = union(bounds, placed);
     }

@@ -38,6 +38,8 @@ pub struct RenderRequest<'a> {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
+    /// True if a studio lights the scene besides its own lights.
+    pub studio: bool,
     /// The memory budget of the scene's files; three quarters of the available memory if `None`.
     pub input_memory: Option<Amount>,
     /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
@@ -234,6 +236,7 @@ fn fingerprint_of(
         defines: request.defines.clone(),
         integrator: request.integrator.clone(),
         camera: request.camera.clone(),
+        studio: request.studio,
         ..RenderIdentity::new(files, request.engine.math, &loaded.engine)
     };
     path::fingerprint(&loaded.scene.settings, Some(&identity), request.noise_target, features)
@@ -316,6 +319,7 @@ impl LoadedScene {
             defines,
             search_path,
             camera: request.camera.clone(),
+            studio: request.studio,
             integrator: request.integrator.clone(),
             input_memory: request.input_memory,
             texture_memory: request.texture_memory,

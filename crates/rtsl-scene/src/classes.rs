@@ -13,8 +13,9 @@ use std::sync::{Arc, LazyLock};
 
 use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{
-    Class, Compilation, Compiler, CompilerOptions, Diagnostics, FileLoader, IncludeError,
-    IncludeFiles, IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
+    Class, Compilation, Compiler, CompilerOptions, Diagnostic, Diagnostics, FileLoader,
+    IncludeError, IncludeFiles, IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
+    diagnostic_codes as codes, encoding,
 };
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
@@ -292,7 +293,14 @@ impl<'a> Classes<'a> {
                         return None;
                     }
                 };
-                let text = String::from_utf8(bytes).ok()?;
+                let text = match encoding::utf8(bytes) {
+                    Ok(text) => text,
+                    Err(problem) => {
+                        let message = format!("`{}` is left out: {problem}", path.display());
+                        messages.push_one(Diagnostic::new(codes::IGNORED_SETTING, message));
+                        return None;
+                    }
+                };
                 held.keep(Amount(text.len() as u64));
                 let declares = declared_classes(&text).map(str::to_owned).collect();
                 Some(ShaderFile { path, text, declares })
@@ -358,7 +366,7 @@ impl IncludeFiles for SceneIncludes<'_> {
             return Err(format!("it is larger than {} MiB", LARGEST_INCLUDE >> 20));
         }
         let bytes = self.0.read(path).map_err(|error| error.to_string())?;
-        String::from_utf8(bytes).map_err(|_| "it is not UTF-8".to_owned())
+        encoding::utf8(bytes).map_err(str::to_owned)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl::{Role, Span};
-use rtsl_math::Transform;
+use rtsl_math::{PackedTransform, Transform};
 
 use crate::reader::{EmbeddedFiles, Parameter, ReferenceKind, Values};
 
@@ -218,15 +218,15 @@ pub struct ObjectDefinition {
     pub shapes: Vec<ShapeUse>,
 }
 
-/// An instance of an object.
-#[derive(Clone, Copy, Debug)]
+/// An instance of an object. There may be millions of them.
+#[derive(Clone, Debug)]
 pub struct InstanceUse {
     /// The index of its definition.
-    pub object: usize,
+    pub object: u32,
     /// The place of the directive.
     pub span: Span,
     /// From the definition's space to the world's; if it moves, its value at the start.
-    pub transform: Transform,
+    pub transform: PackedTransform,
     /// If it moves, the transform at the end.
-    pub end_transform: Option<Transform>,
+    pub end_transform: Option<Box<PackedTransform>>,
 }

@@ -6,15 +6,18 @@
 mod area;
 mod arguments;
 mod attributes;
+mod bounds;
 mod classes;
 mod composition;
 mod curvature;
 mod description;
 pub mod export;
+mod framing;
 pub mod gltf;
 mod load;
 pub mod materialx;
 pub mod mesh;
+mod mesh_scene;
 mod parts;
 mod pbrt;
 mod presence;
@@ -26,6 +29,7 @@ mod shutter;
 mod source;
 pub mod spectrum;
 mod standard;
+mod studio;
 mod vector;
 
 pub use attributes::WantedAttributes;
@@ -35,6 +39,7 @@ pub use description::{
     SceneOptions, ShapeUse,
 };
 pub use load::Origins;
+pub use mesh_scene::is_mesh_file;
 pub use renderer::Renderer;
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 pub use settings::{Crop, Imaging, MAX_TRACE_DEPTH, Settings};

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes, encoding};
 use rtsl_image::has_opacity;
 use rtsl_materialx::{Document, ImageUse, Loaded, Material, TileNumbers, translate};
 use rtsl_math::Transform;
@@ -16,7 +16,7 @@ use crate::description::{DescribedClass, Description, Entity, EntityKind};
 use crate::pbrt::CONVENTION;
 use crate::reader::{
     FileSource, Input, Parameter, ParameterType, ReferenceKind, Values, file_start, resolve,
-    unreadable,
+    unreadable, with_slashes,
 };
 
 /// The type of such materials.
@@ -55,7 +55,8 @@ pub fn read_document(
 fn read_text(path: &Path, files: &dyn FileSource, budget: &InputBudget) -> Result<String, String> {
     let input =
         Input::read(files, path, budget).map_err(|error| unreadable(path, &error).message)?;
-    String::from_utf8(input.bytes).map_err(|_| format!("`{}` is not UTF-8", path.display()))
+    encoding::utf8(input.bytes)
+        .map_err(|problem| format!("cannot read `{}`: {problem}", path.display()))
 }
 
 /// Replaces the materials of MaterialX documents in a description by classes.
@@ -221,7 +222,13 @@ impl Adder<'_> {
         span: Span,
         parameters: &mut Vec<Parameter>,
     ) {
-        let name = Path::new(file).parent().unwrap_or(Path::new("")).join(&image.file);
+        let own = with_slashes(&image.file);
+        if own != image.file {
+            let message = "backslashes in the names of files count as slashes";
+            let warning = Diagnostic::new(codes::MENDED_FAULT, message);
+            self.add_warnings(vec![warning.at(image.span, "")]);
+        }
+        let name = Path::new(file).parent().unwrap_or(Path::new("")).join(&*own);
         let name = name.display().to_string();
         let files = match image.tiles {
             Some(numbers) => self.tiles(image, numbers, &name),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rtsl::Instance;
-use rtsl_math::{MovingTransform, Transform};
+use rtsl_math::{MovingTransform, PackedTransform, Transform};
 
 use super::{Renderer, Settings};
 
@@ -152,13 +152,25 @@ impl SceneObject {
 /// The class of textures with one colour.
 pub(crate) const CONSTANT_TEXTURE: &str = "Constant";
 
-/// An instance of a group.
+/// An instance of a group. There may be millions of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGroup {
     /// The index of the group.
     pub group: u32,
     /// From the group's space to the world's, at shutter open.
-    pub transform: Transform,
+    pub transform: PackedTransform,
     /// The same over the shutter interval, if it moves.
     pub motion: Option<Arc<MovingTransform>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PlacedGroup;
+    use crate::description::InstanceUse;
+
+    #[test]
+    fn instances_are_small() {
+        assert!(size_of::<InstanceUse>() <= 128, "{}", size_of::<InstanceUse>());
+        assert!(size_of::<PlacedGroup>() <= 128, "{}", size_of::<PlacedGroup>());
+    }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::{
-    Compiler, CompilerOptions, Diagnostic, Diagnostics, Instance, Messages, SourceMap,
+    Compiler, CompilerOptions, Diagnostic, Diagnostics, Instance, Messages, SourceMap, Span,
     diagnostic_codes as codes,
 };
 use rtsl_memory::{Amount, InputBudget};
@@ -16,11 +16,13 @@ use super::description::{Description, Entity, EntityId, EntityKind};
 use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
 use super::load::{Earlier, Kept, Loader, Made, Origins};
 use super::materialx::add_materials;
+use super::mesh_scene::{is_mesh_file, read_mesh_scene};
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::presence::Presences;
 use super::renderer::Renderer;
 use super::scene::Scene;
 use super::settings::Settings;
+use super::studio::{add_studio, has_studio};
 use crate::reader::{
     FileSource, FilesRef, Input, Parameter, ParameterType, SceneFiles, Values, defines,
     is_compressed, read_scene_within,
@@ -35,6 +37,8 @@ pub struct LoadOptions {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
+    /// True if a studio lights the scene besides its own lights.
+    pub studio: bool,
     /// The integrator, without parameters, in place of the scene's.
     pub integrator: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
@@ -164,9 +168,15 @@ impl<'f> SceneSource<'f> {
         let mut diagnostics = Diagnostics::new();
         let budget = InputBudget::new(options.input_memory);
         let mut description = read(path, &*files, options, &budget, &mut map, &mut diagnostics);
+        if options.studio {
+            let option = "--studio";
+            let span = Span::new(map.add(option, option), 0, option.len() as u32);
+            add_studio(&mut description, path, 1.0, span, &budget);
+        }
         add_missing_camera(&mut description, &mut diagnostics);
         let own_integrator = description.integrator;
-        let contents = if is_gltf(path) { digest(path, &*files, options) } else { None };
+        let is_text = !is_gltf(path) && !is_mesh_file(path);
+        let contents = if is_text { None } else { digest(path, &*files, options) };
         if let Some(integrator) = &options.integrator {
             defines::set_integrator(&mut description, integrator, &mut map);
         }
@@ -425,7 +435,7 @@ impl<'f> SceneSource<'f> {
     }
 }
 
-/// Reads the description in a file of either format.
+/// Reads the description in a file of any format.
 fn read(
     path: &Path,
     files: &dyn FileSource,
@@ -436,11 +446,19 @@ fn read(
 ) -> Description {
     let camera = options.camera.as_deref();
     if is_gltf(path) {
-        return read_gltf_scene(path, camera, files, budget, map, diagnostics);
+        let mut description = read_gltf_scene(path, camera, files, budget, map, diagnostics);
+        if !options.studio && !has_studio(&description, path) && description.camera.is_some() {
+            let note = "the lights of the file alone light the scene: `--studio` adds a studio";
+            description.notes.push(note.to_owned());
+        }
+        return description;
     }
     if let Some(camera) = camera {
         let message = format!("unknown camera `{camera}`: only glTF files have several");
         diagnostics.push(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message));
+    }
+    if is_mesh_file(path) {
+        return read_mesh_scene(path, files, budget, map, diagnostics);
     }
     let mut description = read_scene_within(path, files, budget, map, diagnostics);
     add_materials(&mut description, path, files, budget, map, diagnostics);

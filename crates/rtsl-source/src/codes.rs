@@ -254,6 +254,7 @@ diagnostics! {
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
     W0604 OLD_SCENE "a scene in the format of an earlier version of pbrt";
     W0605 MATERIALX_IGNORED "a part of a MaterialX document without effect";
+    W0606 MENDED_FAULT "a fault of a file that is read nevertheless";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0631 NOT_FINITE "a value that is not finite, of a traced method";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";

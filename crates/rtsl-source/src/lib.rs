@@ -7,6 +7,7 @@ mod article;
 mod codes;
 pub mod deep_stack;
 mod diagnostic;
+pub mod encoding;
 mod excerpt;
 mod map;
 mod messages;

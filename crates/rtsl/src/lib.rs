@@ -111,7 +111,8 @@ pub use rtsl_packet::line_work::LineWork;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Label, Messages, Position, Severity,
-    SourceMap, Span, Suggestion, code_info, codes, diagnostic_codes, most_similar, render,
+    SourceMap, Span, Suggestion, code_info, codes, diagnostic_codes, encoding, most_similar,
+    render,
 };
 pub use rtsl_spec::{
     ATTRIBUTES, COLOR_COMPONENTS, Direction, MAX_ATTRIBUTE_SCALARS, Method, RayType, Role,

@@ -35,6 +35,7 @@ def render(
     search_path: Sequence[PathLike] = (),
     camera: Optional[str] = None,
     integrator: Optional[str] = None,
+    studio: bool = False,
     backend: str = "auto",
     width: Optional[int] = None,
     math: str = "contract",
@@ -58,7 +59,7 @@ def render(
             new one. A process that is connected to a cluster stays so; `ray.shutdown()` ends the connection.
         seconds: the time after which the picture is returned as it is.
         threads: the processors of a task; those of the smallest node, at most 32, if ``None``.
-        defines, search_path, camera, integrator: as for `Scene.load`, for the path of a scene.
+        defines, search_path, camera, integrator, studio: as for `Scene.load`, for the path of a scene.
         backend, width, math: as for `Engine`, in each node. With `math="fast"` all nodes need the same processor.
         checkpoint: a file for the sums so far, which `rtsl render --resume` reads and writes, too.
         checkpoint_every: the seconds between two checkpoints; ``None`` for one at the end alone.
@@ -68,7 +69,9 @@ def render(
         callback: called about every two seconds with the picture so far; false ends the render.
     """
     ray = connect(address)
-    loading = {"defines": defines, "search_path": search_path, "camera": camera, "integrator": integrator}
+    loading = {
+        "defines": defines, "search_path": search_path, "camera": camera, "integrator": integrator, "studio": studio,
+    }
     if isinstance(scene, Scene):
         unused = [name for name, value in loading.items() if value]
         if unused:

@@ -37,6 +37,7 @@ def parser() -> argparse.ArgumentParser:
     add("--renderer", choices=["batch", "interactive"])
     add("--integrator", help="the class of an integrator in place of the scene's")
     add("--camera", help="the camera of a glTF file")
+    add("--studio", action="store_true", help="light the scene by a studio, besides its own lights")
     add("-D", "--define", action="append", default=[], metavar="NAME.PARAMETER=VALUE")
     add("-I", "--include", action="append", default=[], metavar="FOLDER")
     add("--noise", type=float, help="the noise at which tiles take no more samples")
@@ -73,7 +74,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 def _render(given: argparse.Namespace) -> int:
     ray = connect(given.address)
-    scene = Scene._of_source((given.scene, given.define, given.include, given.camera, given.integrator))
+    scene = Scene._of_source((given.scene, given.define, given.include, given.camera, given.integrator, given.studio))
     if scene._text is not None and scene._text.warnings:
         sys.stderr.write(scene._text.warnings)
     names = ("spp", "size", "seed", "renderer", "noise")

@@ -38,7 +38,7 @@ class Bundle:
 
     #: The version of the package, which is that of the nodes.
     version: str
-    #: The path of the scene's file, definitions, folders, the camera and the integrator.
+    #: The path of the scene's file, definitions, folders, the camera, the integrator, and whether a studio is added.
     source: _Source
     #: Parameters that were set since: numbers of parts, names and numbers.
     changes: Tuple[Any, ...]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rtsl::{Compilation, Diagnostic, Messages, Severity, SourceMap};
 use rtsl_scene::gltf::is_gltf;
+use rtsl_scene::is_mesh_file;
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
@@ -19,7 +20,8 @@ use crate::report::{JsonDiagnostic, Reporter};
 /// The command line of `rtsl check`.
 #[derive(Debug, Args)]
 pub struct CheckArguments {
-    /// The files to check: shaders, or scenes, whose names end with `.pbrt`, `.gltf` or `.glb`.
+    /// The files to check: shaders, or scenes, whose names end with `.pbrt`, `.gltf` or `.glb`, and
+    /// meshes (`.ply`, `.obj`, `.stl`).
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print one JSON object per line for each diagnostic to standard output: code, severity, message, file, line,
@@ -97,7 +99,7 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
 /// True for the names of scenes, compressed ones too.
 pub fn is_scene(file: &Path) -> bool {
     let name = file.to_string_lossy().to_ascii_lowercase();
-    is_gltf(file) || name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")
+    is_gltf(file) || is_mesh_file(file) || name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")
 }
 
 /// The messages of a scene and of its shaders, which are loaded and not rendered.

@@ -31,7 +31,8 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
 /// The command line of `rtsl render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {
-    /// The scene, in the format of pbrt-v4 with RTSL's class names, or a glTF file.
+    /// The scene, in the format of pbrt-v4 with RTSL's class names, a glTF file, or a mesh (PLY, OBJ or STL), which is
+    /// shown in a studio.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: OUT.png or OUT.exr.
@@ -52,6 +53,9 @@ pub struct RenderArguments {
     /// The camera of a glTF file, by its name or index; its first one if not given.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
+    #[arg(long)]
+    studio: bool,
     /// The renderer, overriding the scene's integrator.
     #[arg(long, value_enum)]
     renderer: Option<RendererName>,
@@ -284,6 +288,7 @@ fn request(arguments: &RenderArguments, search_path: &SearchPath) -> RenderReque
         defines: arguments.defines.clone(),
         search_path: search_path.folders(),
         camera: arguments.camera.clone(),
+        studio: arguments.studio,
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,
         size: arguments.size,

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rtsl::{Diagnostic, Diagnostics, Engine, Messages, SourceMap};
 use rtsl_bvh::{Bounds, Geometry};
+use rtsl_math::Transform;
 use rtsl_scene::{PlacedLight, Scene, SceneObject};
 
 use super::bounds::{BoundsMaker, element_bounds};
@@ -71,10 +72,10 @@ impl<'a> SceneBuilder<'a> {
     ///
     /// # Errors
     /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
-    pub fn build(&self, scene: Scene, messages: &mut Messages) -> Result<CompiledScene, Messages> {
+    pub fn build(&self, scene: &Scene, messages: &mut Messages) -> Result<CompiledScene, Messages> {
         let SceneBuilder { engine, shapes, listener } = *self;
         let start = Instant::now();
-        let shaders = ShaderTable::new(engine, &scene);
+        let shaders = ShaderTable::new(engine, scene);
         listener(BuildStep::Kernels { shaders: shaders.len() });
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);
@@ -127,25 +128,27 @@ struct Assembly<'a> {
 
 impl Assembly<'_> {
     /// Returns the scene without its shaders and times.
-    fn scene(&self, scene: Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
+    fn scene(&self, scene: &Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
-        let placed = PlacedObjects::new(&scene, &objects);
+        let placed = PlacedObjects::new(scene, &objects);
         let (geometry, extents, usual_camera_epsilon) = match shapes {
             Shapes::Same(earlier) => {
                 (earlier.geometry.clone(), earlier.extents.clone(), earlier.usual_camera_epsilon)
             }
             Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {
                 // Kernels are compiled while the trees are built.
-                scope.spawn(|| placed.prepare_classes(&scene, &objects, self.shaders));
-                let bounds = self.bounds(&scene)?;
+                scope.spawn(|| placed.prepare_classes(scene, &objects, self.shaders));
+                let bounds = self.bounds(scene)?;
                 let camera_epsilon = usual_camera_epsilon(&scene.objects, &bounds);
                 let extents = Arc::new(Extents::new(&bounds));
-                let geometry = placed.geometry(bounds, shapes.earlier());
+                let geometry = placed.geometry(scene, bounds, shapes.earlier());
                 Ok((Arc::new(geometry), extents, camera_epsilon))
             })?,
         };
-        let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
-        let PlacedObjects { groups: items, instances, .. } = placed;
+        let classes = placed.classes(&geometry, scene, &objects, self.shaders)?;
+        let instances = placed.instances(scene).map(|it| Transform::from(it.transform).affine());
+        let instance_transforms = instances.collect();
+        let PlacedObjects { groups: items, .. } = placed;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         Ok(CompiledScene {
             usual_camera_epsilon,
@@ -162,7 +165,7 @@ impl Assembly<'_> {
             geometry,
             items,
             classes,
-            instance_transforms: instances.iter().map(|it| it.transform.affine()).collect(),
+            instance_transforms,
             scratch_arrays: scratch.max().unwrap_or(0),
             width: self.table.engine().width(),
             is_traced: self.table.engine().options().trace.is_some(),

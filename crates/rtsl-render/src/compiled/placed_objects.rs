@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl::Diagnostic;
 use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
-use rtsl_math::MovingTransform;
+use rtsl_math::{MovingTransform, Transform};
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};
 
 use super::object::Object;
@@ -18,8 +18,8 @@ pub struct PlacedObjects {
     /// The items of the groups: first the scene's, then those of the scene's groups, then moving objects, each in a
     /// group to itself.
     pub groups: Vec<GroupItems>,
-    /// The instances of groups: first the scene's, then those of moving objects.
-    pub instances: Vec<PlacedGroup>,
+    /// The instances of moving objects, which follow the scene's.
+    moving: Vec<PlacedGroup>,
     /// The keys of the classes, by index.
     keys: Vec<ClassKey>,
 }
@@ -113,7 +113,7 @@ impl PlacedObjects {
     /// Collects the objects of a scene.
     pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
         let mut indices = ClassIndices::default();
-        let Groups { groups, instances } = Groups::of(scene);
+        let Groups { groups, moving } = Groups::of(scene);
         let groups = groups.iter().enumerate().map(|(group, members)| {
             let mut items = GroupItems::default();
             for object in members {
@@ -130,7 +130,12 @@ impl PlacedObjects {
             }
             items
         });
-        PlacedObjects { groups: groups.collect(), instances, keys: indices.into_keys() }
+        PlacedObjects { groups: groups.collect(), moving, keys: indices.into_keys() }
+    }
+
+    /// Returns the instances of groups: first the scene's, then those of moving objects.
+    pub fn instances<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s PlacedGroup> {
+        scene.instances.iter().chain(&self.moving)
     }
 
     /// Builds the trees, or refits those of a scene with the same items. `bounds` are those of each object, or of its
@@ -138,10 +143,14 @@ impl PlacedObjects {
     /// triangles take 280 MB, when the memory of a build is greatest.
     pub fn geometry(
         &self,
+        scene: &Scene,
         mut bounds: Vec<Vec<Option<Bounds>>>,
         earlier: Option<(&Geometry, &[GroupItems])>,
     ) -> Geometry {
-        let earlier = earlier.filter(|(geometry, groups)| self.has_same_items(geometry, groups));
+        let count = scene.instances.len() + self.moving.len();
+        let earlier = earlier.filter(|(geometry, groups)| {
+            self.groups == *groups && count == geometry.instances.len()
+        });
         let group = |index: usize, items: Vec<Item>| match earlier {
             Some((geometry, _)) => geometry.groups[index].moved(items),
             None => Group::new(items),
@@ -158,30 +167,31 @@ impl PlacedObjects {
         let mut world = lists.next().unwrap_or_default();
         let placed: Vec<Group> = (1..).zip(lists).map(|(index, it)| group(index, it)).collect();
         let first_instance = world.len() as u32;
-        let instances = self.add_instances(&placed, &mut world);
+        let instances = self.add_instances(scene, &placed, &mut world);
         let groups = std::iter::once(group(0, world)).chain(placed).collect();
         Geometry { groups, instances, first_instance }
     }
 
-    /// True if all items are those of another scene, regardless of their places.
-    fn has_same_items(&self, geometry: &Geometry, groups: &[GroupItems]) -> bool {
-        self.groups == groups && self.instances.len() == geometry.instances.len()
-    }
-
     /// Adds the instances after the world's objects.
-    fn add_instances(&self, placed: &[Group], world: &mut Vec<Item>) -> Vec<Instance> {
-        let instances = self.instances.iter().map(|instance| {
+    fn add_instances(
+        &self,
+        scene: &Scene,
+        placed: &[Group],
+        world: &mut Vec<Item>,
+    ) -> Vec<Instance> {
+        let instances = self.instances(scene).map(|instance| {
             let PlacedGroup { group, transform, motion } = instance;
+            let transform = Transform::from(*transform);
             let placed = &placed[*group as usize];
             let own = placed.bounds();
             let bounds = match motion {
                 // An empty group gets a box that no ray meets.
                 _ if placed.is_empty() => Some(Bounds::NOWHERE),
-                None => own.and_then(|bounds| bounds.transformed(*transform)),
+                None => own.and_then(|bounds| bounds.transformed(transform)),
                 Some(motion) => own.and_then(|bounds| bounds.moved(motion)),
             };
             world.push(Item { bounds, class: INSTANCE });
-            Instance { group: group + 1, inverse: inverse(*transform), motion: motion.clone() }
+            Instance { group: group + 1, inverse: inverse(transform), motion: motion.clone() }
         });
         instances.collect()
     }
@@ -234,10 +244,10 @@ impl PlacedObjects {
     }
 }
 
-/// The objects of each group, and the instances.
+/// The objects of each group, and the instances of moving objects.
 struct Groups {
     groups: Vec<Vec<u32>>,
-    instances: Vec<PlacedGroup>,
+    moving: Vec<PlacedGroup>,
 }
 
 impl Groups {
@@ -247,7 +257,7 @@ impl Groups {
             members.iter().copied().filter(|object| motion(*object).is_none()).collect()
         };
         let groups = std::iter::once(&scene.world).chain(&scene.groups).map(still);
-        let mut all = Groups { groups: groups.collect(), instances: scene.instances.clone() };
+        let mut all = Groups { groups: groups.collect(), moving: Vec::new() };
         for (object, motion) in scene.world.iter().filter_map(|it| Some((*it, motion(*it)?))) {
             let group = all.add_group(object);
             all.add_moving(group, motion.clone());
@@ -258,7 +268,7 @@ impl Groups {
                 let group = all.add_group(object);
                 for instance in placed() {
                     let outer = instance.motion.as_deref().cloned();
-                    let outer = outer.unwrap_or_else(|| instance.transform.into());
+                    let outer = outer.unwrap_or_else(|| Transform::from(instance.transform).into());
                     all.add_moving(group, Arc::new(outer.after(motion)));
                 }
             }
@@ -273,8 +283,8 @@ impl Groups {
     }
 
     fn add_moving(&mut self, group: u32, motion: Arc<MovingTransform>) {
-        let transform = motion.keys()[0];
-        self.instances.push(PlacedGroup { group, transform, motion: Some(motion) });
+        let transform = motion.keys()[0].into();
+        self.moving.push(PlacedGroup { group, transform, motion: Some(motion) });
     }
 }
 

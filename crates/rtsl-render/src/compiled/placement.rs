@@ -52,3 +52,15 @@ pub fn inverse(transform: Transform) -> Affine {
     // The reader rejects transforms without an inverse.
     transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn instances_are_small() {
+        // Those of the geometry, and the transforms of a compiled scene.
+        let size = size_of::<Instance>() + size_of::<Affine>();
+        assert!(size <= 128, "{size}");
+    }
+}

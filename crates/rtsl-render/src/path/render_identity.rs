@@ -20,6 +20,8 @@ pub struct RenderIdentity {
     pub integrator: Option<String>,
     /// The camera that was chosen among several.
     pub camera: Option<String>,
+    /// True if a studio lights the scene besides its own lights.
+    pub studio: bool,
 }
 
 impl RenderIdentity {
@@ -39,6 +41,9 @@ impl RenderIdentity {
         }
         if let Some(camera) = &self.camera {
             fingerprint.set("camera", camera);
+        }
+        if self.studio {
+            fingerprint.set("studio", "added");
         }
     }
 }

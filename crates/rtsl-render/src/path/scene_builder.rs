@@ -75,7 +75,7 @@ impl<'a> BatchSceneBuilder<'a> {
         let aovs = AovPlan::new(aovs, instance.class()).map_err(Messages::one)?;
         let integrator =
             Integrator::new(engine, instance, &aovs.features).map_err(Messages::one)?;
-        let compiled = builder.build(scene.clone(), messages)?;
+        let compiled = builder.build(scene, messages)?;
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();

@@ -15,6 +15,8 @@ pub struct SessionOptions {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
+    /// True if a studio lights the scene besides its own lights.
+    pub studio: bool,
     /// The integrator, by a name of the format or a class, without parameters, overriding the scene's.
     pub integrator: Option<String>,
     /// The memory budget of the scene's files; three quarters of the available memory if `None`.

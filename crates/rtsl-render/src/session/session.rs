@@ -115,6 +115,7 @@ impl Session {
             defines,
             search_path,
             camera: options.camera.clone(),
+            studio: options.studio,
             integrator: options.integrator.clone(),
             input_memory: options.input_memory,
             texture_memory: options.texture_memory,

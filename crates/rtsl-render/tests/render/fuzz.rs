@@ -124,6 +124,12 @@ fn any_ply_file_is_read_or_refused() {
 }
 
 #[test]
+fn any_obj_or_stl_file_is_read_or_refused() {
+    run("tests/meshes", "obj", 5000, ply::obj);
+    run("tests/meshes", "stl", 5000, ply::stl);
+}
+
+#[test]
 fn any_gltf_file_is_read_or_refused() {
     run("tests/meshes", "gltf", 5000, gltf::gltf);
     run("tests/meshes", "glb", 5000, gltf::gltf);

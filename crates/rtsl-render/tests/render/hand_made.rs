@@ -315,7 +315,7 @@ fn scene() -> Scene {
         instances: [[-1.0, 1.5, -2.0], [1.0, -1.0, -2.5]]
             .map(|place| PlacedGroup {
                 group: 0,
-                transform: Transform::translate(place),
+                transform: Transform::translate(place).into(),
                 motion: None,
             })
             .to_vec(),

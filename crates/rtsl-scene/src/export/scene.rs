@@ -45,8 +45,8 @@ impl Exporter<'_, '_> {
         }
         for instance in &description.instances {
             self.text.open("AttributeBegin", None);
-            self.text.transform(instance.transform);
-            let name = self.objects[instance.object].clone();
+            self.text.transform(instance.transform.into());
+            let name = self.objects[instance.object as usize].clone();
             self.text.directive("ObjectInstance", &[&name], Parameters::default());
             self.text.close("AttributeEnd");
         }
@@ -114,7 +114,7 @@ impl Exporter<'_, '_> {
             }
             _ => {
                 let name = self.unique_file("studio", "pfm");
-                let file = self.write(&name, &crate::gltf::octahedral_studio());
+                let file = self.write(&name, &crate::studio::octahedral_studio());
                 let scale = light.number("scale").unwrap_or(1.0);
                 ("infinite", parameters.text("filename", &file).float("scale", scale))
             }

@@ -8,7 +8,6 @@
 //! is allocated. Messages point to a list of the file's objects, because the file itself may be binary.
 
 mod attributes;
-mod bounds;
 mod builder;
 mod cameras;
 mod extension;
@@ -18,7 +17,6 @@ mod materials;
 mod outline;
 mod shapes;
 mod strokes;
-mod studio;
 mod surface;
 mod tangents;
 mod textures;
@@ -35,12 +33,12 @@ use crate::description::Description;
 use crate::mesh::MeshError;
 use crate::mesh::gltf::{GltfFile, structure_memory};
 use crate::reader::{FileSource, Input, resolve, unreadable};
+use crate::studio::add_studio;
 pub use attributes::FileAttributes;
 use builder::Builder;
 use extension::Extension;
 use hierarchy::Hierarchy;
 use outline::{Kind, Outline};
-pub use studio::octahedral_studio;
 
 /// True if the name of a file is that of a glTF file.
 pub fn is_gltf(path: &Path) -> bool {
@@ -142,7 +140,9 @@ impl Builder<'_> {
         self.add_lights(&hierarchy);
         let has_lights = !self.description.lights.is_empty();
         if !has_lights {
-            self.add_studio();
+            // Scenes with lamps have a part of its light.
+            let scale = if self.has_lamps { 0.25 } else { 1.0 };
+            add_studio(&mut self.description, self.path, scale, self.outline.whole(), self.budget);
         }
         let has_camera = self.add_camera(&hierarchy, &bounds, camera);
         let note = match (has_camera, has_lights) {

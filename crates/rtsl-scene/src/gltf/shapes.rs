@@ -10,7 +10,6 @@ use rtsl::{Numbers as Buffer, Scalar};
 use rtsl_math::Transform;
 use rtsl_memory::Amount;
 
-use super::bounds::Bounds;
 use super::builder::Builder;
 use super::extension::extension;
 use super::hierarchy::Hierarchy;
@@ -18,6 +17,7 @@ use super::materials::{Alpha, Finish, FinishKey};
 use super::outline::Kind;
 use super::surface::{Joints, Surface};
 use super::tangents::add_tangents;
+use crate::bounds::Bounds;
 use crate::description::{EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 use crate::mesh::MeshError;
 use crate::mesh::gltf::{DRACO, MESHOPT, Numbers, attribute, size, turned};
@@ -263,7 +263,12 @@ impl Builder<'_> {
             self.note_of_strokes();
             surface.thicken();
         }
-        surface.check()?;
+        if let Some(vertex) = surface.check()? {
+            let message = format!(
+                "vertex {vertex} of a mesh has a coordinate that is not finite, and no triangle uses it: it is left out"
+            );
+            self.warn(message, self.outline.span(Kind::Mesh, use_.mesh));
+        }
         if finish.wanted.tangents && surface.tangents.is_empty() {
             add_tangents(&mut surface);
         }
@@ -365,9 +370,9 @@ impl Builder<'_> {
         }
         shapes.iter().for_each(|shape| bounds.add(&shape.bounds, transform));
         self.description.instances.push(InstanceUse {
-            object,
+            object: object as u32,
             span: self.outline.span(Kind::Node, use_.node),
-            transform,
+            transform: transform.into(),
             end_transform: None,
         });
     }

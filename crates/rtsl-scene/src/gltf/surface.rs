@@ -7,10 +7,10 @@ use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 
 use super::strokes::{Bodies, Strokes};
-use crate::mesh::MeshError;
 use crate::mesh::gltf::{
     GltfFile, MAX_PLACED, Numbers, VertexAttribute, VertexValues, attribute, corners, size,
 };
+use crate::mesh::{MeshError, unused_bad_vertices};
 use crate::vector::cross;
 
 /// The arrays of a primitive. Those that it does not have are empty.
@@ -227,25 +227,26 @@ impl Surface {
         self.tangents.clear();
     }
 
-    /// Checks that there are triangles and that their vertices are finite; normals that are not become 0.
+    /// Checks that there are triangles and that their vertices are finite; normals that are not become 0. Returns the
+    /// first vertex that is not, and that no triangle uses: it becomes one that a triangle uses.
     ///
     /// # Errors
     /// If not.
-    pub fn check(&mut self) -> Result<(), MeshError> {
+    pub fn check(&mut self) -> Result<Option<usize>, MeshError> {
         if self.corners.len() < 3 {
             return Err(MeshError::Empty);
         }
         self.corners.truncate(self.corners.len() / 3 * 3);
         let is_bad = |position: &[f32; 3]| !position.iter().all(|it| it.is_finite());
-        if let Some(vertex) = self.positions.iter().position(is_bad) {
-            return Err(MeshError::NotFinite(vertex));
-        }
+        let bad = unused_bad_vertices(&self.positions, is_bad, &self.corners)?;
+        let used = self.corners.first().and_then(|it| self.positions.get(*it as usize)).copied();
+        bad.iter().for_each(|vertex| self.positions[*vertex] = used.unwrap_or_default());
         for normal in &mut self.normals {
             if !normal.iter().all(|it| it.is_finite()) {
                 *normal = [0.0; 3];
             }
         }
-        Ok(())
+        Ok(bad.first().copied())
     }
 
     /// Makes small bodies of points and lines, in the space of the vertices.

@@ -2,14 +2,18 @@
 
 mod attributes;
 mod emitter;
+mod files;
 mod images;
 mod made;
+mod meshes;
 mod reachable;
 mod relief;
+mod shared_arrays;
 mod standard;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rtsl::{
@@ -32,6 +36,7 @@ use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, un
 use crate::shutter::{SHUTTER, Shutter};
 use made::Slot;
 pub use made::{Earlier, Kept, Made};
+use shared_arrays::SharedArrays;
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -105,6 +110,10 @@ pub struct Loader<'a, 'f> {
     /// Messages about parameters without effect, each of which is reported once.
     said: BTreeSet<String>,
     images: Images,
+    /// The meshes of files, by path.
+    meshes: BTreeMap<PathBuf, MadeMesh>,
+    /// The arrays of shapes.
+    arrays: SharedArrays,
     /// The entities that are checked although nothing uses them, whose files are not read.
     unused: Option<Vec<EntityId>>,
     /// True if such a file was not read.
@@ -138,6 +147,8 @@ impl<'a, 'f> Loader<'a, 'f> {
             depth: 0,
             said: BTreeSet::new(),
             images: Images::default(),
+            meshes: BTreeMap::new(),
+            arrays: SharedArrays::default(),
             unused: None,
             skipped_files: false,
             wanted: Arc::default(),
@@ -175,6 +186,9 @@ impl<'a, 'f> Loader<'a, 'f> {
             Ok(shutter) => parts.shutter = shutter,
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
+        if !self.find_files() {
+            return None;
+        }
         self.find_wanted_attributes();
         self.read_file_attributes();
         self.read_images();
@@ -194,8 +208,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         let lights = self.lights(&mut parts);
         self.check_unused_entities();
         let instances = description.instances.iter().map(|it| {
-            let (transform, motion) = parts.shutter.place(it.transform, it.end_transform);
-            PlacedGroup { group: it.object as u32, transform, motion }
+            let end = it.end_transform.as_deref().copied().map(Transform::from);
+            let (transform, motion) = parts.shutter.place(it.transform.into(), end);
+            PlacedGroup { group: it.object, transform: transform.into(), motion }
         });
         let instances = instances.collect();
         let mut scene = Scene {
@@ -442,6 +457,9 @@ impl<'a, 'f> Loader<'a, 'f> {
             None => self.arguments(entity, &class),
         }?;
         let derived = self.with_attributes(id, &class, &mut arguments)?;
+        if entity.kind == EntityKind::Shape {
+            self.arrays.share(&mut arguments.values);
+        }
         let alpha = match alpha_parameter(entity, &class) {
             Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
             None => None,
@@ -481,21 +499,6 @@ impl<'a, 'f> Loader<'a, 'f> {
             Found::Broken | Found::Nothing => false,
         };
         (unchanged && made.standard.iter().all(same_class)).then_some(made)
-    }
-
-    fn mesh_arguments(&mut self, mesh: MeshShape, entity: &Entity) -> Option<Arguments> {
-        match mesh.arguments(entity, self.files, &self.wanted) {
-            Ok(MadeMesh { values, attributes, warning }) => {
-                if let Some(warning) = warning {
-                    self.say_once(warning, entity.class_span);
-                }
-                Some(Arguments { values, attributes, ..Arguments::default() })
-            }
-            Err(diagnostic) => {
-                self.diagnostics.push(*diagnostic);
-                None
-            }
-        }
     }
 
     /// The arguments of an entity; `None` if one of them was reported as an error.

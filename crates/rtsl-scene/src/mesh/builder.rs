@@ -3,7 +3,7 @@
 use rtsl::{Numbers, Scalar};
 use rtsl_memory::Amount;
 
-use super::MeshError;
+use super::{MeshError, MeshWarning};
 use crate::attributes::GivenAttribute;
 
 /// The greatest length of an array: kernels use 31-bit indices.
@@ -22,8 +22,8 @@ pub struct Mesh {
     pub indices: Numbers,
     /// The attributes of its vertices or faces that were asked for.
     pub attributes: Vec<GivenAttribute>,
-    /// True if the file has materials, which a mesh does not.
-    pub has_materials: bool,
+    /// The parts of its file that are left out.
+    pub warnings: Vec<MeshWarning>,
 }
 
 impl Mesh {
@@ -104,22 +104,35 @@ impl MeshBuilder {
         self.finish_faces()
     }
 
-    fn finish_faces(self) -> Result<Mesh, MeshError> {
+    fn finish_faces(mut self) -> Result<Mesh, MeshError> {
         check_size(self.positions.len(), 3, "vertices")?;
         check_whole(self.positions.len(), 3, "vertex")?;
         let vertices = self.positions.len() / 3;
         check_count("normals", self.normals.len(), 3, vertices)?;
         check_count("texture coordinates", self.uvs.len(), 2, vertices)?;
         check_indices(&self.indices, vertices)?;
-        check_finite(&self.positions)?;
+        let warning = self.move_unused()?;
+        let (normals, _) = self.normals.as_chunks_mut::<3>();
+        for normal in normals.iter_mut().filter(|normal| is_bad(normal.as_slice())) {
+            *normal = [0; 3];
+        }
         Ok(Mesh {
             positions: Numbers::from_words(Scalar::F32, self.positions),
             normals: Numbers::from_words(Scalar::F32, self.normals),
             uvs: Numbers::from_words(Scalar::F32, self.uvs),
             indices: Numbers::from_words(Scalar::I32, self.indices),
             attributes: Vec::new(),
-            has_materials: false,
+            warnings: warning.into_iter().collect(),
         })
+    }
+
+    /// Moves vertices that are not finite and that no face uses to the corner of a face.
+    fn move_unused(&mut self) -> Result<Option<MeshWarning>, MeshError> {
+        let (positions, _) = self.positions.as_chunks_mut::<3>();
+        let bad = unused_bad_vertices(positions, |it| is_bad(it), &self.indices)?;
+        let used = self.indices.first().map_or([0; 3], |index| positions[*index as usize]);
+        bad.iter().for_each(|vertex| positions[*vertex] = used);
+        Ok(bad.first().map(|vertex| MeshWarning::NotFinite(*vertex)))
     }
 }
 
@@ -161,12 +174,30 @@ fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> {
     }
 }
 
-fn check_finite(positions: &[u32]) -> Result<(), MeshError> {
-    let is_bad = |bits: &u32| !f32::from_bits(*bits).is_finite();
-    match positions.iter().position(is_bad) {
-        Some(number) => Err(MeshError::NotFinite(number / 3)),
-        None => Ok(()),
+/// Returns the vertices that are not finite, none of which a face uses.
+///
+/// # Errors
+/// If a face uses one.
+pub(crate) fn unused_bad_vertices<V>(
+    positions: &[V],
+    is_bad: impl Fn(&V) -> bool,
+    corners: &[u32],
+) -> Result<Vec<usize>, MeshError> {
+    let all = positions.iter().enumerate();
+    let bad: Vec<usize> = all.filter(|(_, it)| is_bad(it)).map(|(vertex, _)| vertex).collect();
+    if bad.is_empty() {
+        return Ok(bad);
     }
+    let is_used = |corner: &&u32| positions.get(**corner as usize).is_some_and(&is_bad);
+    match corners.iter().find(is_used) {
+        Some(corner) => Err(MeshError::NotFinite(*corner as usize)),
+        None => Ok(bad),
+    }
+}
+
+/// True if one of some numbers is not finite.
+fn is_bad(numbers: &[u32]) -> bool {
+    numbers.iter().any(|bits| !f32::from_bits(*bits).is_finite())
 }
 
 #[cfg(test)]
@@ -214,6 +245,13 @@ mod tests {
             problem(builder(&infinite, &[0, 1, 2])),
             "vertex 1 has a coordinate that is not finite"
         );
+        let mut unused = builder(&[0., 0., 0., 1., 0., 0., 0., 1., 0.], &[1, 2, 1]);
+        unused.positions[1] = f32::NAN.to_bits();
+        unused.normals = vec![f32::INFINITY.to_bits(); 9];
+        let mesh = unused.finish().unwrap();
+        assert_eq!(mesh.positions.words()[..3], mesh.positions.words()[3..6]);
+        assert_eq!(mesh.normals.words()[..], [0; 9]);
+        assert_eq!(mesh.warnings, [MeshWarning::NotFinite(0)]);
         let mut few = builder(&corners, &[0, 1, 2]);
         few.uvs = vec![0; 4];
         assert_eq!(problem(few), "it has 3 vertices, but 2 texture coordinates");

@@ -65,6 +65,15 @@ pub enum MeshError {
     OverBudget(OverBudget),
 }
 
+/// A part of a mesh that is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshWarning {
+    /// Materials, which a mesh does not have.
+    Materials,
+    /// The first of the vertices that no face uses and that have infinite or NaN coordinates.
+    NotFinite(usize),
+}
+
 impl MeshError {
     /// Returns advice for the user.
     pub fn remedy(&self) -> &'static str {

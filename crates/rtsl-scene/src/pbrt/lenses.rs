@@ -4,7 +4,9 @@
 //! All numbers are computed by additions, multiplications, divisions and roots of binary64, so that they have the same
 //! bits everywhere.
 
-use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
+use std::io;
+
+use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes, encoding};
 use rtsl_memory::Amount;
 
 use super::aperture::Aperture;
@@ -94,12 +96,13 @@ fn read_numbers(
     let input = files.read(&path).and_then(|mut input| {
         // A number of eight bytes may come from two bytes of text.
         input.held.grow_to(Amount(input.bytes.len() as u64).times(6))?;
+        encoding::check_width(&input.bytes).map_err(io::Error::other)?;
         Ok(input)
     });
     let Input { bytes, held: _held } = input.map_err(|error| {
         Box::new(unreadable(&path, &error).at(parameter.values_span, "named here"))
     })?;
-    let text = String::from_utf8_lossy(&bytes);
+    let text = String::from_utf8_lossy(encoding::without_mark(&bytes));
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or(""));
     let words = lines.flat_map(str::split_whitespace);
     Ok(words.map(|word| word.parse().unwrap_or(f64::NAN)).collect())

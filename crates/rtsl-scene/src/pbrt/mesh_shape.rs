@@ -11,7 +11,9 @@ use super::name::PbrtName;
 use super::parallelogram::Parallelogram;
 use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::description::Entity;
-use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within, subdivide};
+use crate::mesh::{
+    Mesh, MeshBuilder, MeshError, MeshWarning, read_gltf_within, read_ply_within, subdivide,
+};
 use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
 /// A mesh shape.
@@ -30,13 +32,14 @@ pub enum MeshShape {
 }
 
 /// A mesh as arguments of its class.
+#[derive(Clone)]
 pub struct MadeMesh {
     /// The arguments.
     pub values: Vec<(String, Value)>,
     /// The attributes that its file has.
     pub attributes: Vec<GivenAttribute>,
-    /// A warning.
-    pub warning: Option<String>,
+    /// Warnings.
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl MeshShape {
@@ -50,6 +53,26 @@ impl MeshShape {
             "loopsubdiv" => Some(MeshShape::Subdivision),
             _ => None,
         }
+    }
+
+    /// The name of its file, if it has one.
+    pub fn file(self, entity: &Entity) -> Option<&str> {
+        match self {
+            MeshShape::Ply | MeshShape::Gltf => entity.text("filename").map(|(name, _)| name),
+            MeshShape::Triangles | MeshShape::Quadrilaterals | MeshShape::Subdivision => None,
+        }
+    }
+
+    /// Checks the names of the parameters of a shape.
+    ///
+    /// # Errors
+    /// If it has no parameter of such a name.
+    pub fn check_names(
+        self,
+        entity: &Entity,
+        wanted: &WantedAttributes,
+    ) -> Result<(), Box<Diagnostic>> {
+        check_names(entity, (self.parameters(), wanted))
     }
 
     fn parameters(self) -> &'static [&'static str] {
@@ -71,9 +94,9 @@ impl MeshShape {
     ) -> Result<MadeMesh, Box<Diagnostic>> {
         if let Some(parallelogram) = Parallelogram::of(entity) {
             let (values, attributes) = (parallelogram.arguments(), Vec::new());
-            return Ok(MadeMesh { values, attributes, warning: None });
+            return Ok(MadeMesh { values, attributes, warnings: Vec::new() });
         }
-        check_names(entity, (self.parameters(), wanted))?;
+        self.check_names(entity, wanted)?;
         let mesh = match self {
             MeshShape::Triangles => triangles(entity, files.budget),
             MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
@@ -81,17 +104,31 @@ impl MeshShape {
             MeshShape::Gltf => file(entity, files, |files, path| gltf(files, path, wanted)),
             MeshShape::Subdivision => subdivision(entity, files.budget),
         }?;
-        let Mesh { positions, normals, uvs, indices, attributes, has_materials } = mesh;
+        let Mesh { positions, normals, uvs, indices, attributes, warnings } = mesh;
         let buffers =
             [("positions", positions), ("normals", normals), ("uvs", uvs), ("indices", indices)];
         let values = buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers)));
-        let file = entity.text("filename").map_or("", |(name, _)| name);
-        let warning = has_materials.then(|| {
+        let name = entity.text("filename").map_or(entity.class.as_str(), |(name, _)| name);
+        let warnings = warnings.iter().map(|warning| warning_of(*warning, name)).collect();
+        Ok(MadeMesh { values: values.into(), attributes, warnings })
+    }
+}
+
+/// The warning about a mesh, with the name of its file or of its shape.
+fn warning_of(warning: MeshWarning, name: &str) -> Diagnostic {
+    match warning {
+        MeshWarning::Materials => Diagnostic::new(
+            codes::IGNORED_SETTING,
             format!(
-                "the materials of `{file}` have no effect on a shape: `rtsl render {file}` shows the file as a scene"
-            )
-        });
-        Ok(MadeMesh { values: values.into(), attributes, warning })
+                "the materials of `{name}` have no effect on a shape: `rtsl render {name}` shows the file as a scene"
+            ),
+        ),
+        MeshWarning::NotFinite(vertex) => Diagnostic::new(
+            codes::MENDED_FAULT,
+            format!(
+                "vertex {vertex} of `{name}` has a coordinate that is not finite, and no face uses it: it is left out"
+            ),
+        ),
     }
 }
 

@@ -6,6 +6,8 @@
 
 use std::fmt::{self, Display};
 
+use rtsl::encoding;
+
 /// The greatest number of vertical or horizontal angles: products of both then fit 32 bits.
 const MAX_ANGLES: usize = 1 << 15;
 
@@ -37,6 +39,7 @@ impl Photometry {
     /// # Errors
     /// If the file does not have the format, or photometry of another type.
     pub fn read(bytes: &[u8], tilt: f64) -> Result<Photometry, PhotometryError> {
+        encoding::check_width(bytes).map_err(|problem| PhotometryError::new(1, problem, REMEDY))?;
         let Header { has_lamp_factor, tilt_kind, mut words } = Header::read(bytes)?;
         let mut scale = match tilt_kind {
             Tilt::None => 1.0,
@@ -83,7 +86,7 @@ enum Tilt {
 
 impl<'a> Header<'a> {
     fn read(bytes: &'a [u8]) -> Result<Header<'a>, PhotometryError> {
-        let mut rest = bytes;
+        let mut rest = encoding::without_mark(bytes);
         let mut line = 0;
         let mut has_lamp_factor = true;
         while !rest.is_empty() {

@@ -7,7 +7,7 @@ use rtsl::{Diagnostic, Diagnostics, FileId, Messages, SourceMap, Span, diagnosti
 use rtsl_memory::{Amount, InputBudget};
 
 use super::directive::{Keyword, directive};
-use super::files::{FileSource, resolve, unreadable};
+use super::files::{FileSource, resolve, unreadable, with_slashes};
 use super::limits::{MAX_INCLUDE_DEPTH, RepeatedDirectives, included_path, read_text};
 use super::parameter::{Parameter, ParameterType, Values};
 use super::parser::{Command, Parser};
@@ -93,7 +93,7 @@ struct Converter<'a> {
 }
 
 /// Parameters that name files.
-const FILES: [&str; 6] =
+pub const FILE_PARAMETERS: [&str; 6] =
     ["filename", "lensfile", "normalmap", "emissionfilename", "bsdffile", "imagefilename"];
 
 impl Converter<'_> {
@@ -287,20 +287,26 @@ impl Converter<'_> {
     /// Gives files the names that they have from the folder of the converted scene.
     fn move_files(&self, command: &mut Command) {
         let folder = |path: &Path| path.parent().map(Path::to_owned);
-        if folder(self.input) == folder(self.output) || command.keyword == Keyword::Film {
+        if command.keyword == Keyword::Film {
             return;
         }
+        let is_beside = folder(self.input) == folder(self.output);
         let is_file = |it: &Parameter, name: &str| match it.kind {
-            ParameterType::Text => FILES.contains(&it.name.as_str()),
+            ParameterType::Text => FILE_PARAMETERS.contains(&it.name.as_str()),
             ParameterType::Spectrum => self.files.size(&resolve(self.input, name)).is_ok(),
             _ => false,
         };
         for parameter in &mut command.parameters {
             let Some(name) = parameter.first_text() else { continue };
-            if is_file(parameter, name) && Path::new(name).is_relative() {
-                let moved = relative(self.output, &resolve(self.input, name));
-                parameter.values = Values::Texts(vec![moved]);
+            if !is_file(parameter, name) {
+                continue;
             }
+            let name = with_slashes(name);
+            let moved = match is_beside || Path::new(&*name).is_absolute() {
+                true => name.into_owned(),
+                false => relative(self.output, &resolve(self.input, &name)),
+            };
+            parameter.values = Values::Texts(vec![moved]);
         }
     }
 

@@ -1,5 +1,6 @@
 //! Sources of a scene's files: the disk, or memory in tests.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{File, Metadata};
 use std::io::{self, Cursor, Read};
@@ -216,10 +217,20 @@ impl<C: AsRef<[u8]> + Sync> FileSource for MemoryFiles<C> {
     }
 }
 
+/// Returns the name of a file with slashes for the backslashes that it has on Windows. The texts of scenes take some of
+/// these for escapes: of ends of lines and of tabs, which no name has.
+pub fn with_slashes(name: &str) -> Cow<'_, str> {
+    if !name.contains(['\\', '\n', '\r', '\t']) {
+        return Cow::Borrowed(name);
+    }
+    let name = name.replace('\n', "/n").replace('\r', "/r").replace('\t', "/t");
+    Cow::Owned(name.replace('\\', "/"))
+}
+
 /// Resolves `path` relative to the file `from`, with `.` and `..` removed as far as the text allows, so that each file
-/// has one name.
+/// has one name. Backslashes count as slashes.
 pub fn resolve(from: &Path, path: &str) -> PathBuf {
-    let joined = from.parent().unwrap_or(Path::new("")).join(path);
+    let joined = from.parent().unwrap_or(Path::new("")).join(&*with_slashes(path));
     let mut resolved = PathBuf::new();
     for component in joined.components() {
         match component {
@@ -251,5 +262,6 @@ mod tests {
         assert_eq!(resolved("./../b/../part.pbrt"), Path::new("scenes/part.pbrt"));
         assert_eq!(resolve(Path::new("main.pbrt"), "../../x"), Path::new("../../x"));
         assert_eq!(resolved("/x/../y"), Path::new("/y"));
+        assert_eq!(resolved("..\\b\tex\\c.png"), Path::new("scenes/b/tex/c.png"));
     }
 }

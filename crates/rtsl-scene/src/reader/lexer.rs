@@ -77,7 +77,8 @@ impl<'a> Lexer<'a> {
 
     fn skip_blanks_and_comments(&mut self) {
         while let Some(byte) = self.peek_byte() {
-            if byte.is_ascii_whitespace() {
+            // Earlier versions of the format have commas between numbers.
+            if byte.is_ascii_whitespace() || byte == b',' {
                 self.offset += 1;
             } else if byte == b'#' {
                 let rest = &self.text.as_bytes()[self.offset..];
@@ -99,7 +100,10 @@ impl<'a> Lexer<'a> {
                 return TokenKind::UnclosedText;
             }
             if escaped {
-                value.push(unescape(character));
+                match unescape(character) {
+                    Some(character) => value.push(character),
+                    None => value.extend(['\\', character]),
+                }
                 escaped = false;
             } else if character == '\\' {
                 escaped = true;
@@ -116,20 +120,23 @@ impl<'a> Lexer<'a> {
 
     fn lex_word_or_number(&mut self) -> TokenKind {
         let rest = &self.text[self.offset..];
-        let ends =
-            |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'[' | b']' | b'"' | b'#');
+        let ends = |byte: &u8| {
+            byte.is_ascii_whitespace() || matches!(byte, b'[' | b']' | b'"' | b'#' | b',')
+        };
         let length = rest.as_bytes().iter().position(ends).unwrap_or(rest.len());
         self.offset += length;
         classify(&rest[..length])
     }
 }
 
-fn unescape(character: char) -> char {
+/// The character of an escape; `None` if there is none of this letter, as in the names of files of Windows.
+fn unescape(character: char) -> Option<char> {
     match character {
-        'n' => '\n',
-        't' => '\t',
-        'r' => '\r',
-        other => other,
+        'n' => Some('\n'),
+        't' => Some('\t'),
+        'r' => Some('\r'),
+        '\\' | '"' | '\'' => Some(character),
+        _ => None,
     }
 }
 
@@ -172,6 +179,19 @@ mod tests {
         assert_eq!(
             kinds("Shape \"a\\\"b\"[1 -.5e1]# rest\nx"),
             [Word, Text("a\"b".into()), Open, Number(1.0), Number(-5.0), Close, Word]
+        );
+    }
+
+    #[test]
+    fn commas_separate_and_backslashes_stay() {
+        use TokenKind::*;
+        assert_eq!(
+            kinds("[1, 2,.5] 3,"),
+            [Open, Number(1.0), Number(2.0), Number(0.5), Close, Number(3.0)]
+        );
+        assert_eq!(
+            kinds(r#""a\\b" "c\d\\" "e\'""#),
+            [Text(r"a\b".into()), Text(r"c\d\".into()), Text("e'".into()),]
         );
     }
 

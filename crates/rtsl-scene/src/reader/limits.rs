@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use rtsl::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Span, diagnostic_codes as codes, encoding};
 use rtsl_memory::{Amount, InputBudget};
 
 use super::files::{FileSource, Input, resolve};
@@ -26,6 +26,7 @@ fn text_of(bytes: Vec<u8>) -> io::Result<String> {
     if bytes.len() > MAX_TEXT {
         return Err(io::Error::other("larger than 1 GiB"));
     }
+    encoding::check_width(&bytes).map_err(io::Error::other)?;
     Ok(String::from_utf8(bytes)
         .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
 }

@@ -40,10 +40,10 @@ mod state;
 mod upgrade;
 mod writer;
 
-pub use conversion::{Conversion, ConversionOptions, convert_scene};
+pub use conversion::{Conversion, ConversionOptions, FILE_PARAMETERS, convert_scene};
 pub use files::{
     DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, file_start, resolve,
-    unreadable,
+    unreadable, with_slashes,
 };
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};

@@ -1,6 +1,6 @@
 //! Conversion of spectral parameters to colours.
 
-use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
+use rtsl::{Diagnostic, diagnostic_codes as codes, encoding, most_similar};
 use rtsl_memory::{Amount, OverBudget};
 
 use super::files::{Input, SceneFiles, unreadable};
@@ -93,8 +93,9 @@ fn named_or_file(
             None => unknown(),
         })
     })?;
-    let spectrum = String::from_utf8(bytes).ok().and_then(|text| Sampled::from_text(&text));
-    let spectrum = spectrum.ok_or_else(|| {
+    encoding::check_width(&bytes).map_err(|problem| wrong(parameter, problem))?;
+    let text = String::from_utf8_lossy(encoding::without_mark(&bytes));
+    let spectrum = Sampled::from_text(&text).ok_or_else(|| {
         wrong(parameter, "the file does not contain increasing wavelengths with values")
     })?;
     Ok(color(&spectrum, emits))

@@ -106,7 +106,9 @@ impl Writer {
         let inner = source.trim_start_matches('[').trim_end_matches(']');
         let is_matrix = matches!(command.keyword, Keyword::Transform | Keyword::ConcatTransform);
         self.text.push_str(if is_matrix { " [ " } else { " " });
-        if !source.contains('#') && spelled_numbers(command.numbers_span, map) == command.numbers {
+        if !source.contains(['#', ','])
+            && spelled_numbers(command.numbers_span, map) == command.numbers
+        {
             let words: Vec<&str> = inner.split_ascii_whitespace().collect();
             self.text.push_str(&words.join(" "));
         } else {
@@ -229,6 +231,9 @@ fn type_word<'w>(parameter: &Parameter, word: &'w str) -> &'w str {
 /// True if the values of a parameter are those at its place in the file, as pbrt-v4 spells them.
 fn keeps_spelling(parameter: &Parameter, map: &SourceMap) -> bool {
     let source = map.text(parameter.values_span);
+    if source.contains(',') && matches!(parameter.values, Values::Numbers(_)) {
+        return false;
+    }
     match (&parameter.values, parameter.kind) {
         (Values::Numbers(numbers), ParameterType::Numeric { component, .. }) => {
             let is_spelled = match component {

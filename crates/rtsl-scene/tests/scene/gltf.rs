@@ -6,7 +6,10 @@ use base64::Engine;
 use expect_test::{Expect, expect};
 use rtsl_math::Transform;
 use rtsl_scene::reader::{MemoryFiles, Values};
-use rtsl_scene::{Description, Entity, EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
+use rtsl_scene::{
+    Description, Entity, EntityId, EntityKind, InstanceUse, LoadOptions, Loaded, SceneSource,
+    load_scene,
+};
 
 pub type Files = MemoryFiles<Vec<u8>>;
 
@@ -195,8 +198,8 @@ fn meshes_of_several_nodes_are_objects() {
     let description = description(&members);
     assert_eq!((description.shapes.len(), description.objects.len()), (0, 1));
     assert_eq!(description.objects[0].name, "tile");
-    let places: Vec<_> =
-        description.instances.iter().map(|it| it.transform.point([0.0; 3])).collect();
+    let place = |it: &InstanceUse| Transform::from(it.transform).point([0.0; 3]);
+    let places: Vec<_> = description.instances.iter().map(place).collect();
     assert_eq!(places, [[0., 0., 0.], [0., 0., 1.], [0., 0., 2.], [3., 0., 2.], [0., 4., 2.]]);
 }
 
@@ -656,13 +659,39 @@ fn what_a_file_lacks_is_noted() {
             "extensions": {{"KHR_lights_punctual": {{"lights": [{{"type": "point"}}]}}}}"#
         )
     };
-    assert_eq!(notes(&scene(&format!(", {camera}, {light}"))), [""; 0]);
+    let own = "the lights of the file alone light the scene: `--studio` adds a studio";
+    assert_eq!(notes(&scene(&format!(", {camera}, {light}"))), [own]);
     let dark = ["the file has no lights: a studio lights the scene"];
     assert_eq!(notes(&scene(&format!(", {camera}"))), dark);
-    let unseen = ["the file has no camera: one that shows all of the scene takes its place"];
+    let unseen = ["the file has no camera: one that shows all of the scene takes its place", own];
     assert_eq!(notes(&scene(&format!(", {light}"))), unseen);
     let neither = ["the file has neither camera nor lights: all of the scene is shown in a studio"];
     assert_eq!(notes(&scene("")), neither);
+}
+
+/// A studio can be added to the lights of any scene, and is there once.
+#[test]
+fn the_studio_is_added_on_demand() {
+    let options = LoadOptions { studio: true, ..LoadOptions::default() };
+    let lights = |path: &str, files: &Files| {
+        let loaded = load_scene(Path::new(path), files, &options).expect("it has no errors");
+        let notes: Vec<String> = loaded.warnings.notes().map(str::to_owned).collect();
+        assert!(!notes.iter().any(|note| note.contains("--studio")), "{notes:?}");
+        let names = loaded.scene.lights.iter().map(|it| it.light.class().name.clone());
+        names.collect::<Vec<_>>()
+    };
+    let nodes = r#"{"mesh": 0}, {"extensions": {"KHR_lights_punctual": {"light": 0}}}"#;
+    let file = |nodes: &str| {
+        files(&format!(
+            r#""nodes": [{nodes}], "meshes": [{{"primitives": [{SQUARE}]}}],
+            "extensions": {{"KHR_lights_punctual": {{"lights": [{{"type": "point"}}]}}}}"#
+        ))
+    };
+    assert_eq!(lights("model.gltf", &file(nodes)), ["PointLight", "ImageSky"]);
+    assert_eq!(lights("model.gltf", &file(r#"{"mesh": 0}"#)), ["ImageSky"]);
+    let text = "Camera \"Pinhole\"\nWorldBegin\nLightSource \"point\"\nShape \"Sphere\"\n";
+    let text = Files::default().with("scene.pbrt", text);
+    assert_eq!(lights("scene.pbrt", &text), ["PointLight", "ImageSky"]);
 }
 
 /// Primitives that share arrays keep the vertices that they use.

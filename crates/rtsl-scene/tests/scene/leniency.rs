@@ -105,7 +105,7 @@ fn objects_may_be_defined_after_their_instances() {
         "WorldBegin ObjectInstance \"b\" ObjectInstance \"a\"\n\
          ObjectBegin \"a\" Shape \"s\" ObjectEnd ObjectBegin \"b\" Shape \"s\" ObjectEnd\n",
     );
-    let objects: Vec<usize> = description.instances.iter().map(|it| it.object).collect();
+    let objects: Vec<u32> = description.instances.iter().map(|it| it.object).collect();
     assert_eq!((objects, messages.as_str()), (vec![1, 0], ""));
     check_heads(
         "WorldBegin ObjectInstance \"tree\" ObjectInstance \"tree\"",
@@ -250,4 +250,93 @@ fn textures_for_numbers_and_for_colours_may_share_a_name() {
         &both.replace("spectrum", "float"),
         &["error[E0611]: texture `t` is defined twice"],
     );
+}
+
+#[test]
+fn commas_between_numbers_are_blanks() {
+    let (description, messages) = read(
+        "LookAt 0, 0, -5,  0, 0, 0,  0, 1, 0\nCamera \"perspective\" \"float fov\" [ 40, ]\nWorldBegin\n\
+         LightSource \"infinite\" \"rgb L\" [ 1, 0.5,.25 ]",
+    );
+    assert_eq!(messages, "");
+    let values = &description.entities[1].parameters[0].values;
+    assert_eq!(*values, Values::Numbers(vec![1.0, 0.5, 0.25]));
+}
+
+/// The files of a folder, whose scene names others as on Windows.
+#[test]
+fn backslashes_in_names_of_files_are_slashes() {
+    let scene = "Camera \"perspective\"\nWorldBegin\nInclude \"parts\\top.pbrt\"\n\
+                 Include \"..\\scenes\\new\\base.pbrt\"\n";
+    let mesh = "Shape \"plymesh\" \"string filename\" \"parts\\mesh.ply\"\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+               0 0 0 1 0 0 0 1 0 3 0 1 2\n";
+    let files = MemoryFiles::<String>::default()
+        .with("scenes/scene.pbrt", scene)
+        .with("scenes/parts/top.pbrt", mesh)
+        .with("scenes/new/base.pbrt", "Shape \"sphere\"\n")
+        .with("scenes/parts/mesh.ply", ply);
+    let path = Path::new("scenes/scene.pbrt");
+    let loaded = load_scene(path, &files, &LoadOptions::default()).expect("it has no errors");
+    assert_eq!(loaded.scene.objects.len(), 2);
+    let warnings = loaded.warnings.to_text(false);
+    let expected = ["warning[W0606]: backslashes in the names of files count as slashes"];
+    assert_eq!(heads(&warnings), expected, "{warnings}");
+}
+
+#[test]
+fn faults_without_effect_are_said_once() {
+    let text = "Camera \"perspective\"\nWorldBegin\nAttributeBegin\nScale 1 0 1\n\
+                Shape \"sphere\"\nShape \"sphere\"\nAttributeEnd\n\
+                Shape \"trianglemesh\" \"integer indices\" [0 1 2]\n\
+                \"point3 P\" [0 0 0  1 0 0  0 1 0  1e30 1e30 1e30]\n";
+    let warnings = load(text);
+    let expected = ["warning[W0606]: shapes that their transform flattens are left out"];
+    assert_eq!(heads(&warnings), expected, "{warnings}");
+    let flat = "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd Scale 0 0 0 ObjectInstance \"a\"";
+    check_heads(&format!("WorldBegin {flat} {flat}").replacen("\"a\"", "\"b\"", 2), &expected);
+    check_heads(
+        "Scale 0 1 1 Camera \"perspective\"",
+        &["error[E0613]: the current transform has no inverse: it flattens what it places"],
+    );
+}
+
+/// Files with marks before their texts are read, and those in UTF-16 are named.
+#[test]
+fn encodings_of_texts() {
+    let scene = "Camera \"perspective\"\nWorldBegin\nInclude \"part.pbrt\"\n";
+    let part = "Shape \"sphere\"\nLightSource \"infinite\" \"spectrum L\" \"white.spd\"\n";
+    let marked = |text: &str| format!("\u{feff}{text}").into_bytes();
+    let wide = |text: &str| -> Vec<u8> {
+        format!("\u{feff}{text}").encode_utf16().flat_map(u16::to_le_bytes).collect()
+    };
+    let load = |part: Vec<u8>, spectrum: Vec<u8>| {
+        let files = MemoryFiles::<Vec<u8>>::default()
+            .with("scene.pbrt", marked(scene))
+            .with("part.pbrt", part)
+            .with("white.spd", spectrum);
+        let loaded = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+        loaded.map_or_else(|errors| errors.to_text(false), |it| it.warnings.to_text(false))
+    };
+    let spectrum = "400 1\n700 1\n# caf\u{e9}\n";
+    assert_eq!(load(marked(part), marked(spectrum)), "");
+    expect![[r#"
+        error[E0601]: cannot read `part.pbrt`: it is in UTF-16: save it as UTF-8
+          ┌─ scene.pbrt:3:9
+          │
+        3 │ Include "part.pbrt"
+          │         ^^^^^^^^^^^ named here
+
+    "#]]
+    .assert_eq(&load(wide(part), marked(spectrum)));
+    expect![[r#"
+        error[E0607]: `L` is not a spectrum: it is in UTF-16: save it as UTF-8
+          ┌─ part.pbrt:2:37
+          │
+        2 │ LightSource "infinite" "spectrum L" "white.spd"
+          │                                     ^^^^^^^^^^^
+
+    "#]]
+    .assert_eq(&load(marked(part), wide(spectrum)));
 }

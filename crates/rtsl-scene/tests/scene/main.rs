@@ -13,6 +13,7 @@ mod inputs;
 mod leniency;
 mod materialx;
 mod measured;
+mod mesh_files;
 mod motion;
 mod pages;
 #[path = "../../../../fuzz/entries/paint.rs"]

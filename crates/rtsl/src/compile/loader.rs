@@ -155,7 +155,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     if bytes.len() as u64 > SIZE_LIMIT {
         return Err(format!("it is larger than {} MiB", SIZE_LIMIT >> 20));
     }
-    String::from_utf8(bytes).map_err(|_| "it is not UTF-8".to_owned())
+    rtsl_source::encoding::utf8(bytes).map_err(str::to_owned)
 }
 
 fn folder_of(file: &Path) -> &Path {

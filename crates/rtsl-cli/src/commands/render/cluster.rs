@@ -95,6 +95,7 @@ fn options(arguments: &RenderArguments, search_path: &SearchPath) -> Vec<OsStrin
     options.add("--renderer", arguments.renderer.as_ref().map(name));
     options.add("--integrator", arguments.integrator.as_ref());
     options.add("--camera", arguments.camera.as_ref());
+    options.add_flag("--studio", arguments.studio);
     arguments.defines.iter().for_each(|define| options.add("--define", Some(define)));
     search_path.folders().iter().for_each(|folder| options.add("--include", Some(folder)));
     options.add("--noise", text(arguments.noise));

@@ -6,6 +6,7 @@ use std::path::Path;
 use rtsl::{Instance, Messages, diagnostic_codes as codes};
 use rtsl_render::extent::SceneExtent;
 use rtsl_scene::gltf::is_gltf;
+use rtsl_scene::is_mesh_file;
 use rtsl_scene::reader::RecordedFiles;
 use rtsl_scene::{Description, Entity, EntityId, EntityKind, Loaded, SceneSource};
 use serde::Serialize;
@@ -15,7 +16,7 @@ use serde::Serialize;
 #[serde(rename_all = "camelCase")]
 pub struct Contents {
     pub scene: String,
-    /// `pbrt-v4`, `pbrt-v3 or earlier`, or `glTF`.
+    /// `pbrt-v4`, `pbrt-v3 or earlier`, `glTF`, or `mesh`.
     pub format: &'static str,
     pub camera: String,
     pub film: String,
@@ -122,6 +123,7 @@ impl Contents {
         let is_old = loaded.warnings.iter().any(|(_, it)| it.code == codes::OLD_SCENE);
         let format = match is_gltf(path) {
             true => "glTF",
+            false if is_mesh_file(path) => "mesh",
             false if is_old => "pbrt-v3 or earlier",
             false => "pbrt-v4",
         };

@@ -42,6 +42,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         defines: arguments.defines.clone(),
         search_path: search_path.folders(),
         camera: None,
+        studio: false,
         integrator: None,
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,

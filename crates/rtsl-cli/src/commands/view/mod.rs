@@ -19,12 +19,16 @@ use crate::report::Reporter;
 Drag to orbit, turn the wheel to come nearer, fly with w a s d, click to pick; h shows all keys.
 Shaders beside the scene are watched: save one, in the editor of the window or in another, and the picture changes.")]
 pub struct ViewArguments {
-    /// The scene, in the format of pbrt-v4 with RTSL's class names, or a glTF file.
+    /// The scene, in the format of pbrt-v4 with RTSL's class names, a glTF file, or a mesh (PLY, OBJ or STL), which is
+    /// shown in a studio.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The camera of a glTF file, by its name or index; its first one if not given.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
+    #[arg(long)]
+    studio: bool,
     /// The integrator, by a name of the format or a class, without parameters, overriding the scene's. Scenes that name
     /// no class are shown by the interactive renderer.
     #[arg(long, value_name = "NAME")]

@@ -22,6 +22,7 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
         defines: arguments.defines.clone(),
         search_path: search_path.folders(),
         camera: arguments.camera.clone(),
+        studio: arguments.studio,
         integrator: arguments.integrator.clone(),
         input_memory: arguments.input.input_memory,
         texture_memory: arguments.input.texture_memory,

@@ -8,6 +8,7 @@ use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::scene::Node;
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Accessor, Index, Root, Value};
+use rtsl::encoding;
 use rtsl_memory::{Amount, InputBudget};
 
 use super::buffers::Buffers;
@@ -110,7 +111,9 @@ pub fn size(number: USize64) -> usize {
 
 /// Returns the JSON text and the embedded buffer of a file.
 fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
-    if bytes.starts_with(b"glTF") { split(bytes) } else { Ok((bytes, None)) }
+    let (json, embedded) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
+    encoding::check_width(json).map_err(|problem| MeshError::Malformed(problem.to_owned()))?;
+    Ok((encoding::without_mark(json), embedded))
 }
 
 /// Splits a binary file into its JSON text and its buffer.

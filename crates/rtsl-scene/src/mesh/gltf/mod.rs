@@ -29,7 +29,7 @@ pub use draco::DRACO;
 pub use file::{GltfFile, ReadFile, attribute, size, structure_memory};
 pub use numbers::Numbers;
 
-use super::{Mesh, MeshBuilder, MeshError};
+use super::{Mesh, MeshBuilder, MeshError, MeshWarning};
 use crate::attributes::WantedAttributes;
 use attributes::JoinedAttributes;
 
@@ -62,7 +62,9 @@ pub fn read_gltf_within(
     let mut reader = Reader { file, wanted, attributes: JoinedAttributes::default() };
     let mesh = reader.scene(&mut held)?.finish()?;
     let attributes = reader.attributes.finish(mesh.vertices());
-    let mesh = Mesh { has_materials, attributes, ..mesh };
+    let warnings =
+        has_materials.then_some(MeshWarning::Materials).into_iter().chain(mesh.warnings.clone());
+    let mesh = Mesh { warnings: warnings.collect(), attributes, ..mesh };
     held.keep(mesh.memory());
     drop(of_structure);
     Ok(mesh)

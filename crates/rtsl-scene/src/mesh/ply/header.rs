@@ -2,6 +2,8 @@
 
 use std::io::{BufRead, Read};
 
+use rtsl::encoding;
+
 use crate::mesh::MeshError;
 
 /// The content of a header.
@@ -97,7 +99,9 @@ const MAX_HEADER_BYTES: usize = 16 << 20;
 impl Header {
     /// Reads the lines up to `end_header`.
     pub fn read(reader: &mut impl BufRead) -> Result<Header, MeshError> {
-        if next_line(reader)?.trim_end() != "ply" {
+        encoding::check_width(reader.fill_buf()?)
+            .map_err(|problem| MeshError::Malformed(problem.to_owned()))?;
+        if next_line(reader)?.trim_start_matches('\u{feff}').trim_end() != "ply" {
             return Err(MeshError::Malformed("it is not a PLY file".to_owned()));
         }
         let mut encoding = None;

@@ -1,7 +1,7 @@
 //! The reader of PLY files: text, and binary of either byte order.
 //!
 //! It reads positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`) of vertices, the list `vertex_indices` or `vertex_index` of faces, and attributes; other
+//! `texture_s texture_t`) of vertices, the list `vertex_indices` or `vertex_index` of faces and of strips of triangles (`tristrips`), and attributes; other
 //! properties and elements are skipped. Numbers may have any of the format's types.
 //!
 //! The crate `ply-rs-bw` 4.0, the maintained library for the format, is as fast, but rejects `.5` and `1.` in text, and
@@ -59,6 +59,10 @@ pub fn read_ply_within(
             "face" => {
                 let columns = columns(Spread::Faces);
                 read_faces(element, &mut numbers, (&mut builder, columns), &mut held)?
+            }
+            "tristrips" => {
+                read_strips(element, &mut numbers, &mut builder, &mut held)?;
+                continue;
             }
             _ => {
                 skip(element, &mut numbers)?;
@@ -140,7 +144,6 @@ fn read_faces<R: Read>(
     (builder, mut attributes): (&mut MeshBuilder, AttributeColumns),
     held: &mut Held,
 ) -> Result<AttributeColumns, MeshError> {
-    let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
     if !element.properties.iter().any(|property| is_corners(&property.name)) {
         return Err(MeshError::Malformed("its faces lack `vertex_indices`".to_owned()));
     }
@@ -172,6 +175,53 @@ fn read_faces<R: Read>(
     Ok(attributes)
 }
 
+/// Reads lists of triangles, each of which has its two last corners from the one before it. Every other one is turned
+/// around, and a negative number begins anew.
+fn read_strips<R: Read>(
+    element: &Element,
+    numbers: &mut NumberReader<R>,
+    builder: &mut MeshBuilder,
+    held: &mut Held,
+) -> Result<(), MeshError> {
+    if !element.properties.iter().any(|property| is_corners(&property.name)) {
+        return Err(MeshError::Malformed("its strips lack `vertex_indices`".to_owned()));
+    }
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.kind {
+                Kind::List { count, item } if is_corners(&property.name) => {
+                    let mut strip = Vec::with_capacity(3);
+                    let mut is_turned = false;
+                    for _ in 0..read_count(count, numbers)? {
+                        let number = numbers.next(item)?;
+                        if number < 0.0 {
+                            strip.clear();
+                            is_turned = false;
+                            continue;
+                        }
+                        strip.push(index(number));
+                        let &[a, b, c] = strip.as_slice() else { continue };
+                        // Strips are joined by triangles without area.
+                        if a != b && b != c && c != a {
+                            held.grow_to(builder.memory(3))?;
+                            builder.polygon(&if is_turned { [b, a, c] } else { [a, b, c] })?;
+                        }
+                        is_turned = !is_turned;
+                        strip.remove(0);
+                    }
+                }
+                kind => skip_property(kind, numbers)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// True for the name of the list of the corners of faces.
+fn is_corners(name: &str) -> bool {
+    matches!(name, "vertex_indices" | "vertex_index")
+}
+
 /// Converts an index for the builder's check: an invalid one becomes one that no vertex has.
 fn index(number: f64) -> u32 {
     let index = number as u32;
@@ -188,9 +238,6 @@ fn read_count<R: Read>(ty: NumberType, numbers: &mut NumberReader<R>) -> Result<
 }
 
 fn skip<R: Read>(element: &Element, numbers: &mut NumberReader<R>) -> Result<(), MeshError> {
-    if element.name == "tristrips" {
-        return Err(MeshError::Malformed("it has triangle strips, expected faces".to_owned()));
-    }
     // Elements without properties occupy no bytes, so their count is not limited by the file's length.
     let count = if element.properties.is_empty() { 0 } else { element.count };
     for _ in 0..count {

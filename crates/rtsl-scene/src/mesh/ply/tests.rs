@@ -107,8 +107,8 @@ fn what_is_wrong_is_said() {
     );
     assert_eq!(problem("property float x\n", ""), "its header has the line `property float x`");
     assert_eq!(
-        problem("element tristrips 1\nproperty list int int vertex_indices\n", ""),
-        "it has triangle strips, expected faces"
+        problem("element tristrips 1\nproperty int x\n", "1"),
+        "its strips lack `vertex_indices`"
     );
     let file = |text: &str| read_ply(text.as_bytes()).expect_err("it is wrong").to_string();
     assert_eq!(file("solid cube"), "the file ends within its header");
@@ -133,4 +133,18 @@ fn what_a_header_claims_costs_nothing() {
     assert_eq!(problem(&format!("element nothing {many}\n"), ""), "it has no face");
     let faces = format!("element face {many}\nproperty list uint int vertex_indices\n");
     assert_eq!(problem(&faces, "4294967295 1 2"), "the file ends within its numbers");
+}
+
+#[test]
+fn strips_are_triangles() {
+    let vertices = "element vertex 5\nproperty float x\nproperty float y\nproperty float z\n";
+    let header = "ply\nformat ascii 1.0\n";
+    let strips = "element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let corners = "0 0 0 1 0 0 0 1 0 1 1 0 0 2 0 ";
+    let file = format!("{header}{vertices}{strips}{corners}9 0 1 2 3 -1 2 3 3 4");
+    let mesh = read_ply(file.as_bytes()).unwrap();
+    assert_eq!(mesh.indices.words()[..], [0, 1, 2, 2, 1, 3]);
+    let file = format!("{header}{vertices}{strips}{corners}5 0 1 2 3 4");
+    let mesh = read_ply(file.as_bytes()).unwrap();
+    assert_eq!(mesh.indices.words()[..], [0, 1, 2, 2, 1, 3, 2, 3, 4]);
 }

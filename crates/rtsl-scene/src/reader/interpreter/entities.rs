@@ -9,6 +9,7 @@ use super::{
     Executed, Interpreter, MAX_ATTRIBUTE_VALUES, MAX_ATTRIBUTES, defined_twice, first_text,
     unknown_name,
 };
+use crate::reader::conversion::FILE_PARAMETERS;
 use crate::reader::files::SceneFiles;
 use crate::reader::parameter::{COLOR, Parameter, ParameterType, ReferenceKind, Values};
 use crate::reader::parser::{Command, SpannedText};
@@ -126,6 +127,12 @@ impl Interpreter<'_> {
     /// Adds an entity whose class is the command's first quoted string.
     pub fn add(&mut self, kind: EntityKind, command: Command) -> EntityId {
         let mut parameters = command.parameters;
+        let is_file = |it: &Parameter| FILE_PARAMETERS.contains(&it.name.as_str());
+        for parameter in parameters.iter().filter(|it| is_file(it)) {
+            if let Some(name) = parameter.first_text() {
+                self.note_backslashes(name, parameter.values_span);
+            }
+        }
         self.convert_spectra(kind, &mut parameters);
         if let Some(defaults) = self.state.defaults.get(&kind) {
             let given: BTreeSet<String> =

@@ -12,6 +12,7 @@ impl Interpreter<'_> {
     /// Reads the file that a command names. Returns its last command if it is still to be executed.
     pub fn include(&mut self, command: &Command) -> Result<Option<Command>, Box<Diagnostic>> {
         let name = first_text(command);
+        self.note_backslashes(&name.text, name.span);
         let path = self.included_path(&name.text);
         let cycle = self.open_files.contains(&path);
         if cycle || self.open_files.len() >= MAX_INCLUDE_DEPTH {

@@ -23,14 +23,14 @@ use self::texture_names::NamedTextures;
 use super::command_memory::{entity_kind, memory};
 use super::current_transform::CurrentTransform;
 use super::directive::{Keyword, directive};
-use super::files::{FileSource, unreadable};
+use super::files::{FileSource, unreadable, with_slashes};
 use super::limits::{RepeatedDirectives, read_text};
 use super::parameter::ReferenceKind;
 use super::parser::{Command, Parser, SpannedText};
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
 use super::upgrade::{Target, Upgrader, is_old_text};
 use crate::spectrum::ColorSpace;
-use crate::{Description, EntityId, EntityKind, InstanceUse};
+use crate::{Description, EntityId, EntityKind};
 
 /// The greatest number of parameters, and of their values, that `Attribute` may set for following entities.
 const MAX_ATTRIBUTES: usize = 64;
@@ -78,8 +78,8 @@ struct Interpreter<'a> {
     named_materials: BTreeMap<String, EntityId>,
     named_textures: BTreeMap<String, NamedTextures>,
     objects: BTreeMap<String, usize>,
-    /// Uses of objects, which may be defined after them.
-    instance_uses: Vec<(SpannedText, InstanceUse)>,
+    /// The objects that have instances, which may be defined after them: a number and the first use, by name.
+    instantiated: BTreeMap<String, (u32, Span)>,
     /// Uses of named materials, resolved when all are known: `(shape's list, index, name)`.
     material_uses: Vec<MaterialUse>,
     /// The number of open files that were read before, and the number of directives from such files.
@@ -124,7 +124,7 @@ impl<'a> Interpreter<'a> {
             named_materials: BTreeMap::new(),
             named_textures: BTreeMap::new(),
             objects: BTreeMap::new(),
-            instance_uses: Vec::new(),
+            instantiated: BTreeMap::new(),
             material_uses: Vec::new(),
             repeated_files: 0,
             repeated_directives: RepeatedDirectives::default(),
@@ -265,9 +265,21 @@ impl<'a> Interpreter<'a> {
 
     /// Reports a part of the format that has no effect, or another one than in pbrt, once for the scene.
     fn warn_once(&mut self, message: impl Into<String>, span: Span) {
-        let message = message.into();
-        if self.said.insert(message.clone()) {
-            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+        self.say_once(Diagnostic::new(codes::IGNORED_SETTING, message.into()), span);
+    }
+
+    /// Reports a warning once for the scene, at a place.
+    fn say_once(&mut self, warning: Diagnostic, span: Span) {
+        if self.said.insert(warning.message.clone()) {
+            self.diagnostics.push(warning.at(span, ""));
+        }
+    }
+
+    /// Reports once that a name of a file has backslashes.
+    fn note_backslashes(&mut self, name: &str, span: Span) {
+        if with_slashes(name) != name {
+            let message = "backslashes in the names of files count as slashes";
+            self.say_once(Diagnostic::new(codes::MENDED_FAULT, message), span);
         }
     }
 

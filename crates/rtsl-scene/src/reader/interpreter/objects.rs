@@ -1,12 +1,10 @@
 //! Shapes, and the objects that instances place.
 
-use std::collections::BTreeSet;
-
 use rtsl::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_math::Transform;
 
 use super::{Executed, Interpreter, MaterialUse, defined_twice, first_text, unknown_name};
-use crate::reader::parser::Command;
+use crate::reader::parser::{Command, SpannedText};
 use crate::reader::state::{BlockKind, MaterialChoice};
 use crate::{EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 
@@ -47,31 +45,49 @@ impl Interpreter<'_> {
                 Diagnostic::new(codes::MISPLACED_DIRECTIVE, message).at(command.span, ""),
             ));
         }
+        if self.is_flattened(command) {
+            return Ok(());
+        }
         self.check_regular(command)?;
-        let instance = InstanceUse {
-            object: 0,
+        let next = self.instantiated.len() as u32;
+        let (number, _) = *self.instantiated.entry(name.text.clone()).or_insert((next, name.span));
+        self.description.instances.push(InstanceUse {
+            object: number,
             span: command.span,
-            transform: self.state.transform.start(),
-            end_transform: self.state.transform.end(),
-        };
-        self.instance_uses.push((name.clone(), instance));
+            transform: self.state.transform.start().into(),
+            end_transform: self.state.transform.end().map(|end| Box::new(end.into())),
+        });
         Ok(())
     }
 
-    /// Finds the objects of all instances, once all objects are known.
+    /// Finds the objects of all instances, which have the numbers of their names until all objects are known.
     pub fn resolve_instances(&mut self) {
-        let mut unknown = BTreeSet::new();
-        for (name, instance) in std::mem::take(&mut self.instance_uses) {
-            if let Some(object) = self.objects.get(&name.text) {
-                self.description.instances.push(InstanceUse { object: *object, ..instance });
-            } else if unknown.insert(name.text.clone()) {
-                let names = self.objects.keys().map(String::as_str);
-                self.diagnostics.push(*unknown_name("object", &name, names));
+        let mut found = vec![None; self.instantiated.len()];
+        let mut unknown = Vec::new();
+        for (text, (number, span)) in std::mem::take(&mut self.instantiated) {
+            match self.objects.get(&text) {
+                Some(object) => found[number as usize] = Some(*object as u32),
+                None => unknown.push((number, SpannedText { text, span })),
             }
         }
+        // In the order of the text.
+        unknown.sort_by_key(|(number, _)| *number);
+        for (_, name) in unknown {
+            let names = self.objects.keys().map(String::as_str);
+            self.diagnostics.push(*unknown_name("object", &name, names));
+        }
+        self.description.instances.retain_mut(|instance| {
+            let object = found[instance.object as usize];
+            instance.object = object.unwrap_or_default();
+            object.is_some()
+        });
+        self.description.instances.shrink_to_fit();
     }
 
     pub fn shape(&mut self, command: Command) -> Executed {
+        if self.is_flattened(&command) {
+            return Ok(());
+        }
         self.check_regular(&command)?;
         let object = self.open_object();
         let shape = self.add(EntityKind::Shape, command);
@@ -96,6 +112,19 @@ impl Interpreter<'_> {
             reverse_orientation: self.state.reverse_orientation,
         });
         Ok(())
+    }
+
+    /// True if the current transform flattens what a command places, which is then left out, with a warning.
+    fn is_flattened(&mut self, command: &Command) -> bool {
+        let transform = &self.state.transform;
+        let mut values = [Some(transform.start()), transform.end()].into_iter().flatten();
+        let is_flattened = values.any(|value| value.inverse().is_none());
+        if is_flattened {
+            let message = "shapes that their transform flattens are left out";
+            let warning = Diagnostic::new(codes::MENDED_FAULT, message);
+            self.say_once(warning.help("a scale by 0 has no inverse"), command.span);
+        }
+        is_flattened
     }
 
     pub fn check_regular(&self, command: &Command) -> Executed {

@@ -1,14 +1,14 @@
 //! The light of scenes without lights: a photographer's studio as an image of all directions, which is in memory only.
 
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
+use rtsl::Span;
 use rtsl_math::{Transform, sine_and_cosine_of_degrees};
-use rtsl_memory::Amount;
+use rtsl_memory::{Amount, InputBudget};
 
-use super::builder::Builder;
-use super::outline::Kind;
-use crate::description::EntityKind;
-use crate::reader::resolve;
+use crate::description::{Description, Entity, EntityId, EntityKind};
+use crate::reader::{Parameter, ParameterType, Values, resolve};
 
 const WIDTH: usize = 512;
 const HEIGHT: usize = 256;
@@ -23,29 +23,62 @@ const SOFTBOXES: [Softbox; 3] = [
     ([0.25, 0.7, -0.75], 3.0, 25.0),
 ];
 
-/// The part of its light that scenes with lamps have.
-const BESIDE_LAMPS: f64 = 0.25;
+/// The name of the light, and the end of that of its image.
+const NAME: &str = "studio";
 
-impl Builder<'_> {
-    /// Adds the studio.
-    pub fn add_studio(&mut self) {
-        let amount = Amount::of::<u8>(PICTURE.len());
-        let Ok(held) = self.budget.hold(amount) else { return };
-        held.keep(amount);
-        let file = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let name = format!("{file}#studio");
-        self.description.embedded.insert(resolve(self.path, &name), PICTURE.clone());
-        let mut parameters = self.parameters(Kind::File, 0).text("filename", &name);
-        if self.has_lamps {
-            parameters = parameters.numbers("scale", &[BESIDE_LAMPS]);
-        }
-        // The axis of skies is z.
-        let upright = Transform::from_columns(&[
-            1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
-        ]);
-        let light = self.add(EntityKind::Light, "infinite", Some("studio"), parameters, upright);
-        self.description.lights.push(light);
+/// Adds the studio to the scene in the file `path`, with so much of its light, unless it is there. Messages about it
+/// point to `span`.
+pub fn add_studio(
+    description: &mut Description,
+    path: &Path,
+    scale: f64,
+    span: Span,
+    budget: &InputBudget,
+) {
+    let image = image_name(path);
+    let file = resolve(path, &image);
+    if description.embedded.contains_key(&file) {
+        return;
     }
+    let Ok(held) = budget.hold(Amount::of::<u8>(PICTURE.len())) else { return };
+    held.keep(Amount::of::<u8>(PICTURE.len()));
+    description.embedded.insert(file, PICTURE.clone());
+    let parameter = |kind: ParameterType, name: &str, values: Values| Parameter {
+        kind,
+        name: name.to_owned(),
+        declaration: span,
+        values,
+        values_span: span,
+    };
+    let mut parameters =
+        vec![parameter(ParameterType::Text, "filename", Values::Texts(vec![image]))];
+    if scale != 1.0 {
+        parameters.push(parameter(ParameterType::Given, "scale", Values::Numbers(vec![scale])));
+    }
+    // The axis of skies is z.
+    let upright = Transform::from_columns(&[
+        1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
+    ]);
+    description.lights.push(EntityId(description.entities.len()));
+    description.entities.push(Entity {
+        kind: EntityKind::Light,
+        class: "infinite".to_owned(),
+        class_span: span,
+        name: Some(NAME.to_owned()),
+        parameters,
+        transform: upright,
+        end_transform: None,
+    });
+}
+
+/// True if a scene has the studio.
+pub fn has_studio(description: &Description, path: &Path) -> bool {
+    description.embedded.contains_key(&resolve(path, &image_name(path)))
+}
+
+/// The name by which the scene in a file calls the image.
+fn image_name(path: &Path) -> String {
+    format!("{}#{NAME}", path.file_name().unwrap_or_default().to_string_lossy())
 }
 
 static PICTURE: LazyLock<Arc<[u8]>> = LazyLock::new(|| picture().into());
