@@ -15,7 +15,8 @@ pub struct SessionOptions {
     pub search_path: Vec<PathBuf>,
     /// The camera of a glTF file, by its name or index; its first one if `None`.
     pub camera: Option<String>,
-    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's.
+    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
+    /// scene's that it has, too.
     pub integrator: Option<String>,
     /// The memory budget of the scene's files; three quarters of the available memory if `None`.
     pub input_memory: Option<Amount>,
