@@ -24,6 +24,7 @@ from ._errors import (
     Error,
     InterpreterWarning,
     ParameterError,
+    ParameterWarning,
     SceneError,
     SceneWarning,
 )
@@ -58,6 +59,7 @@ __all__ = [
     "MethodInfo",
     "Parameter",
     "ParameterError",
+    "ParameterWarning",
     "PartialRender",
     "Pixel",
     "Placed",

@@ -55,6 +55,10 @@ class SceneError(Error):
     """A scene that cannot be loaded or rendered."""
 
 
+class ParameterWarning(UserWarning):
+    """Values outside of the ranges that a class declares for its parameters. They are taken as they are."""
+
+
 class SceneWarning(UserWarning):
     """What the renderer reports about a scene that it renders anyway."""
 

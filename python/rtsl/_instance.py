@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from . import _rtsl
 from ._call import BoundMethod, Result
 from ._classes import Class, MethodInfo, methods_of, shown
 from ._engine import default_engine
+from ._errors import ParameterWarning
 from ._names import meant, snake_case
 
 _OWN = ("_class", "_values", "_made", "_made_of", "_methods", "_plans")
@@ -46,6 +48,8 @@ class Instance:
         made, made_of = self._made, tuple(id(it) for it in referred)
         if made is None or self._made_of[0] != made_of:
             made = self._class._handle.instance(natives)
+            for text in made.warnings:
+                warnings.warn(text, ParameterWarning, stacklevel=4)
             object.__setattr__(self, "_made", made)
             # The referred instances are kept, so that nothing else has their identities.
             object.__setattr__(self, "_made_of", (made_of, referred))

@@ -150,6 +150,8 @@ def _widget(ipywidgets: Any, target: Any, control: Dict[str, Any], changed: Call
 def _slider(ipywidgets: Any, control: Dict[str, Any], value: float, common: Dict[str, Any]) -> Any:
     low = control["min"] if control["min"] is not None else min(_USUAL_RANGE[0], 2 * value)
     high = control["max"] if control["max"] is not None else max(_USUAL_RANGE[1], 2 * value, low + 1)
+    # The scene may give a value outside of the range, which the slider is not to change.
+    low, high = min(low, value), max(high, value)
     if control["kind"] == "whole":
         return ipywidgets.IntSlider(
             value=int(value), min=int(low), max=int(high), continuous_update=False, **common

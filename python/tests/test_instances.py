@@ -18,8 +18,8 @@ def test_parameters_are_attributes():
 
 def test_wrong_values_change_nothing():
     sphere = library.Sphere(radius=2)
-    with pytest.raises(rtsl.ParameterError, match="-1 is not at least 0") as caught:
-        sphere.radius = -1
+    with pytest.raises(rtsl.ParameterError, match="NaN is not at least 0") as caught:
+        sphere.radius = float("nan")
     assert caught.value.diagnostics[0].code == "E0504"
     assert isinstance(caught.value, ValueError)
     assert sphere.radius == 2
@@ -31,6 +31,13 @@ def test_wrong_values_change_nothing():
         library.Sphere(radius="wide")
     with pytest.raises(rtsl.ParameterError, match="`radius`"):
         library.Sphere(radius=object())
+
+
+def test_values_outside_of_ranges_are_taken_with_a_warning():
+    sphere = library.Sphere()
+    with pytest.warns(rtsl.ParameterWarning, match="`radius` of `Sphere` is outside of its range: -1 is not at least 0"):
+        sphere.radius = -1
+    assert sphere.radius == -1
 
 
 def test_vectors_colors_and_choices():

@@ -23,7 +23,7 @@ typedef enum {
     RTSL_RESULT_LANES = 4,
     // There is no class, method or parameter of that name.
     RTSL_RESULT_UNKNOWN = 5,
-    // A parameter has a wrong type or lies out of range, or one that is required is not set.
+    // A parameter has a wrong type or a value without a meaning, or one that is required is not set.
     RTSL_RESULT_PARAMETER = 6,
     // An instance or objects belong to another class than the kernel's, or were not committed.
     RTSL_RESULT_INSTANCE = 7,
@@ -463,7 +463,7 @@ RtslResult rtsl_instance_set_instances(RtslInstanceId instance,
 RtslResult rtsl_instance_unset(RtslInstanceId instance, const char *path);
 
 // Makes what the parameters say now: checks them and runs the constructor. Nothing is compiled. Where it fails the instance stays
-// what it was.
+// what it was. Numbers outside of the ranges of their parameters are warnings among the diagnostics.
 RtslResult rtsl_instance_commit(RtslInstanceId instance);
 
 // Lets shapes pass attributes to materials and textures: those that `readers` or what they refer to read and that one of

@@ -24,7 +24,7 @@ pub enum RtslResult {
     Lanes = 4,
     /// There is no class, method or parameter of that name.
     Unknown = 5,
-    /// A parameter has a wrong type or lies out of range, or one that is required is not set.
+    /// A parameter has a wrong type or a value without a meaning, or one that is required is not set.
     Parameter = 6,
     /// An instance or objects belong to another class than the kernel's, or were not committed.
     Instance = 7,

@@ -9,7 +9,8 @@ use rtsl::{
     Scalar, SourceMap, Value,
 };
 
-use crate::error::{Error, RtslResult, guard, place, slice, text};
+use crate::error::{Error, RtslResult, guard, guard_with_warnings, place, slice, text};
+use crate::kept_diagnostic::KeptDiagnostic;
 use crate::registry::{RtslInstanceId, RtslKernelId, RtslUnitId, id};
 
 /// A class with values for its parameters, and what was last made of them.
@@ -83,7 +84,8 @@ impl InstanceEntry {
         Ok(block)
     }
 
-    fn commit(&self) -> Result<(), Error> {
+    /// Makes the instance, and returns warnings about values outside of their ranges.
+    fn commit(&self) -> Result<Vec<KeptDiagnostic>, Error> {
         let values = self.state().values.clone();
         let arguments =
             self.class.parameters.iter().filter_map(|parameter| {
@@ -94,10 +96,13 @@ impl InstanceEntry {
         let instance = made.map_err(|problems| {
             Error::of_diagnostics(&SourceMap::new(), &problems, RtslResult::Parameter)
         })?;
+        let sources = SourceMap::new();
+        let outside = instance.outside_range().iter();
+        let warnings = outside.map(|it| KeptDiagnostic::new(&sources, &it.warning)).collect();
         let mut state = self.state();
         state.committed = Some(instance);
         state.blocks.clear();
-        Ok(())
+        Ok(warnings)
     }
 
     /// Replaces the instance made last by one with these attributes.
@@ -429,10 +434,10 @@ pub unsafe extern "C" fn rtsl_instance_unset(
 }
 
 /// Makes what the parameters say now: checks them and runs the constructor. Nothing is compiled. Where it fails the instance stays
-/// what it was.
+/// what it was. Numbers outside of the ranges of their parameters are warnings among the diagnostics.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtsl_instance_commit(instance: RtslInstanceId) -> RtslResult {
-    guard(|| instance.get()?.commit())
+    guard_with_warnings(|| instance.get()?.commit())
 }
 
 /// Lets shapes pass attributes to materials and textures: those that `readers` or what they refer to read and that one of

@@ -55,7 +55,7 @@ pub fn set_last(diagnostics: Vec<KeptDiagnostic>) {
 }
 
 impl KeptDiagnostic {
-    fn new(sources: &SourceMap, diagnostic: &Diagnostic) -> KeptDiagnostic {
+    pub fn new(sources: &SourceMap, diagnostic: &Diagnostic) -> KeptDiagnostic {
         let span = diagnostic.primary.as_ref().map(|label| label.span);
         let lines = span.map_or([0; 4], |span| {
             let start = sources.position(span.file, span.start);

@@ -75,7 +75,7 @@ pub enum Contract {
     SameBits,
     /// No method exceeds its budget of loop iterations.
     Budget,
-    /// Rays towards samples with a density find the light, so that the two can be weighted against each other.
+    /// Rays that leave the scene find samples with a density at infinity, and no others.
     LightMeeting,
     /// The radiance of an integrator is finite.
     Radiance,
@@ -139,7 +139,7 @@ impl Contract {
             Contract::Pictures => "pictures have the same bits at every width",
             Contract::SameBits => "results have the same bits at every width",
             Contract::Budget => "every call comes to its end",
-            Contract::LightMeeting => "rays find what samples with a density are",
+            Contract::LightMeeting => "rays find samples with a density at infinity alone",
         }
     }
 
@@ -235,7 +235,7 @@ impl Contract {
             }
             Contract::Budget => "the condition of a loop, above all for NaN and infinity",
             Contract::LightMeeting => {
-                "a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near"
+                "emission is for rays that leave the scene: what they find is infinitely far away and has evaluatePDF; leave out emission, and rt_PDF does for samples alone, or let a shape emit what is near"
             }
         }
     }

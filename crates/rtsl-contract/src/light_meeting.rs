@@ -1,9 +1,10 @@
 //! Consistency of rays and light samples: a ray that hits a light must find the radiance of its samples.
 //!
-//! Materials divide the light between samples of lights, which they weight by `rt_PDF`, and rays that they trace. A
-//! sample with a density must therefore also be found by a ray in its direction. A light without `emission` is found by
-//! no ray, and renderers treat its samples as those of a delta light; a light with `emission` needs `evaluatePDF`, so
-//! that both techniques can be weighted.
+//! Integrators divide the light between samples of lights, which they weight by `rt_PDF`, and rays that they trace. Rays
+//! that leave the scene find what is infinitely far away: a sample there with a density must be found by a ray in its
+//! direction, and `evaluatePDF` be there, so that both techniques can be weighted. No ray finds a sample at a finite
+//! distance, whose weight is 1, as that of all samples of a light without `emission`: `emission` must be black there, or
+//! the light counts twice.
 
 use std::ops::Range;
 
@@ -17,7 +18,6 @@ use crate::report::Finding;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
-use crate::values::is_close;
 
 /// The number of samples for each point: each is compared individually, so that few suffice.
 const SAMPLES: u64 = 4096;
@@ -68,19 +68,20 @@ fn check_samples(
     for (ray, density) in samples.floats("rt_PDF").iter().enumerate().filter(|(_, it)| **it > 0.0) {
         let (color, distance) = (colors[ray], distances[ray]);
         // Samples at infinity are compared by `LightEmission`.
-        let is_met = distance == f32::INFINITY || is_close(color, emitted[ray]);
+        let is_far = distance == f32::INFINITY;
         let message = || {
-            if is_met {
+            if is_far {
                 return format!(
                     "illumination gives a sample of density {density}, and rays meet the light, but the class has no evaluatePDF to weigh the two by"
                 );
             }
             format!(
-                "illumination gives {color} at distance {distance}; a ray towards {} goes on beyond, and emission says {} of it",
+                "illumination gives {color} at distance {distance}; a ray towards {} goes on beyond, and emission gives {} for it",
                 directions[ray], emitted[ray]
             )
         };
-        if tally.test(is_met && has_density, message) {
+        let holds = if is_far { has_density } else { emitted[ray] == Vec3::ZERO };
+        if tally.test(holds, message) {
             tally.set_inputs(subject.inputs(Method::Illumination, samples, ray)?);
         }
     }

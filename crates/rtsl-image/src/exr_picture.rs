@@ -306,27 +306,25 @@ fn layer(channel: &str) -> Option<&str> {
     channel.rfind('.').map(|point| &channel[..=point])
 }
 
-/// Copies halves; infinities and NaN become 0.
+/// Copies halves.
 fn copy_halves<'t>(bytes: &[u8], targets: impl Iterator<Item = &'t mut f16>) {
     for (target, pair) in targets.zip(bytes.as_chunks().0) {
-        let value = f16::from_ne_bytes(*pair);
-        *target = if value.is_finite() { value } else { f16::ZERO };
+        *target = f16::from_ne_bytes(*pair);
     }
 }
 
 impl Channel {
-    /// Copies a channel as floats; infinities and NaN become 0.
+    /// Copies a channel as floats.
     fn copy<'t>(self, bytes: &[u8], targets: impl Iterator<Item = &'t mut f32>) {
-        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
         let (twos, fours) = (bytes.as_chunks().0.iter(), bytes.as_chunks().0.iter());
         match self.kind {
             SampleType::F16 => {
                 let pairs = targets.zip(twos);
-                pairs.for_each(|(target, it)| *target = finite(f16::from_ne_bytes(*it).to_f32()));
+                pairs.for_each(|(target, it)| *target = f16::from_ne_bytes(*it).to_f32());
             }
             SampleType::F32 => {
                 let pairs = targets.zip(fours);
-                pairs.for_each(|(target, it)| *target = finite(f32::from_ne_bytes(*it)));
+                pairs.for_each(|(target, it)| *target = f32::from_ne_bytes(*it));
             }
             SampleType::U32 => {
                 let pairs = targets.zip(fours);

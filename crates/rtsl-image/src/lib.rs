@@ -22,6 +22,7 @@ mod hdr_picture;
 mod image;
 mod jpeg_picture;
 mod ktx2_picture;
+mod limits;
 mod metadata;
 mod mipmap;
 mod opacity;
@@ -49,6 +50,7 @@ pub use file::{
     write_pixels,
 };
 pub use image::Image;
+pub use limits::NoLight;
 pub use metadata::ImageMetadata;
 pub use mipmap::Mipmap;
 pub use opacity::has_opacity;

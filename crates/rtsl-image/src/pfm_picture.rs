@@ -8,7 +8,7 @@ use super::picture_file::hold;
 use super::texel_format::{Depth, TexelFormat};
 
 /// Reads a picture of one channel (`Pf`) or three (`PF`). Its scale multiplies the numbers; they are little-endian if
-/// it is negative. Infinities and NaN become 0.
+/// it is negative.
 pub fn read(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), PictureError> {
     let mut rest = bytes;
     let channels = if word(&mut rest)? == "PF" { 3 } else { 1 };
@@ -23,10 +23,9 @@ pub fn read(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), Pictu
         return Err("it ends too early".into());
     }
     let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
-    let finite = |value: f32| if value.is_finite() { value * scale.abs() } else { 0.0 };
     let mut samples = reserved(width * height * channels)?;
     for row in numbers[..width * height * channels].chunks_exact(width * channels).rev() {
-        samples.extend(row.iter().map(|bytes| finite(decode(*bytes))));
+        samples.extend(row.iter().map(|bytes| decode(*bytes) * scale.abs()));
     }
     let samples = Samples::Floats(samples);
     Ok((Picture { width, height, channels, samples, encoding: Encoding::Linear }, held))

@@ -21,11 +21,25 @@ impl Picture {
     /// `encoding` is that of PNG, WebP and KTX 2.0 files. As in pbrt-v4, JPEG, TGA and BMP files are sRGB, QOI files
     /// name their encoding, and EXR, HDR and PFM files are linear. Opacity is read from EXR, QOI, WebP and KTX 2.0 files
     /// and from PNG files with red, green, blue and opacity. It is encoded as colours are, and dropped if it is 1
-    /// everywhere; other files are opaque.
+    /// everywhere; other files are opaque. Infinities and NaN become 0.
     ///
     /// # Errors
     /// If it is no such file, is damaged, or takes more memory than is left in the budget.
     pub fn read(
+        bytes: &[u8],
+        encoding: Encoding,
+        budget: &InputBudget,
+    ) -> Result<(Picture, Held), PictureError> {
+        let (mut picture, held) = Picture::read_as_stored(bytes, encoding, budget)?;
+        picture.make_finite();
+        Ok((picture, held))
+    }
+
+    /// The same, with infinities and NaN.
+    ///
+    /// # Errors
+    /// If it is no such file, is damaged, or takes more memory than is left in the budget.
+    pub fn read_as_stored(
         bytes: &[u8],
         encoding: Encoding,
         budget: &InputBudget,
@@ -48,6 +62,7 @@ impl Picture {
         if picture.bytes().is_some() {
             picture.encoding = encoding;
         }
+        picture.make_finite();
         Ok((picture, held))
     }
 }

@@ -42,6 +42,13 @@ impl PyInstance {
         }
     }
 
+    /// Warnings about values outside of the ranges of their parameters.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let outside = self.instance.outside_range().iter();
+        outside.map(|it| format!("{}: {}", it.warning.code, it.warning.message)).collect()
+    }
+
     /// The number of its elements, such as the triangles of a mesh.
     #[getter]
     fn element_count(&self) -> Option<u32> {

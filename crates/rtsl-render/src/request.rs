@@ -30,7 +30,8 @@ pub struct RenderRequest<'a> {
     pub scene: PathBuf,
     /// The renderer, overriding the scene's. If neither selects one, paths are traced if all surfaces support it.
     pub renderer: Option<Renderer>,
-    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's.
+    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
+    /// scene's that it has, too.
     pub integrator: Option<String>,
     /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,

@@ -24,6 +24,8 @@ pub struct Description {
     pub sampler: Option<EntityId>,
     /// The integrator.
     pub integrator: Option<EntityId>,
+    /// The integrator of the scene's text, from which another one in its place takes over parameters.
+    pub own_integrator: Option<EntityId>,
     /// Lights, in order.
     pub lights: Vec<EntityId>,
     /// Shapes outside all object definitions.
@@ -76,6 +78,7 @@ impl Default for Description {
             filter: None,
             sampler: None,
             integrator: None,
+            own_integrator: None,
             lights: Vec::new(),
             shapes: Vec::new(),
             objects: Vec::new(),

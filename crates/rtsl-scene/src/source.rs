@@ -17,7 +17,7 @@ use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
 use super::load::{Earlier, Kept, Loader, Made, Origins};
 use super::materialx::add_materials;
 use super::mesh_scene::{is_mesh_file, read_mesh_scene};
-use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
+use super::pbrt::{PbrtName, add_missing_camera, class_name, share_film_size};
 use super::presence::Presences;
 use super::renderer::Renderer;
 use super::scene::Scene;
@@ -39,7 +39,7 @@ pub struct LoadOptions {
     pub camera: Option<String>,
     /// True if a studio lights the scene besides its own lights.
     pub studio: bool,
-    /// The integrator, without parameters, in place of the scene's.
+    /// The integrator in place of the scene's, from which it takes over the parameters that it has, too.
     pub integrator: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
@@ -116,8 +116,6 @@ pub struct SceneSource<'f> {
     options: LoadOptions,
     map: SourceMap,
     description: Description,
-    /// The integrator of the scene's text.
-    own_integrator: Option<EntityId>,
     settings: Settings,
     /// The messages of reading.
     diagnostics: Diagnostics,
@@ -174,7 +172,7 @@ impl<'f> SceneSource<'f> {
             add_studio(&mut description, path, 1.0, span, &budget);
         }
         add_missing_camera(&mut description, &mut diagnostics);
-        let own_integrator = description.integrator;
+        description.own_integrator = description.integrator;
         let is_text = !is_gltf(path) && !is_mesh_file(path);
         let contents = if is_text { None } else { digest(path, &*files, options) };
         if let Some(integrator) = &options.integrator {
@@ -197,7 +195,6 @@ impl<'f> SceneSource<'f> {
             options: options.clone(),
             map,
             description,
-            own_integrator,
             settings,
             diagnostics,
             read_time: start.elapsed(),
@@ -224,7 +221,6 @@ impl<'f> SceneSource<'f> {
             options: LoadOptions { traced: true, ..self.options.clone() },
             map: self.map.clone(),
             description: self.description.clone(),
-            own_integrator: self.own_integrator,
             settings: self.settings.clone(),
             diagnostics: self.diagnostics.clone(),
             read_time: self.read_time,
@@ -271,7 +267,8 @@ impl<'f> SceneSource<'f> {
     /// the standard library.
     pub fn integrators(&self) -> Vec<String> {
         let interactive = Renderer::Interactive.name();
-        let own = self.own_integrator.map(|EntityId(index)| &self.description.entities[index]);
+        let own = self.description.own_integrator;
+        let own = own.map(|EntityId(index)| &self.description.entities[index]);
         let own = own.filter(|own| Renderer::of_integrator(own) == Renderer::Batch);
         let is_other = |name: &&str| own.is_none_or(|own| !own.class.eq_ignore_ascii_case(name));
         let standard = Classes::standard_integrators().filter(is_other).map(str::to_owned);
@@ -284,8 +281,8 @@ impl<'f> SceneSource<'f> {
         self.options.integrator.as_deref()
     }
 
-    /// Selects an integrator by a name of the format or a class, without parameters unless it is the scene's own; `None`
-    /// selects the scene's own. The next load makes it. Parameters that were set stay.
+    /// Selects an integrator by a name of the format or a class; `None` selects the scene's own. The next load makes it.
+    /// It takes over the parameters of the scene's own that it has, too. Parameters that were set stay.
     pub fn select_integrator(&mut self, name: Option<&str>) {
         self.options.integrator = name.map(str::to_owned);
         let entities = &self.description.entities;
@@ -293,9 +290,12 @@ impl<'f> SceneSource<'f> {
             let entity = &entities[*index];
             entity.kind == EntityKind::Integrator && Some(entity.class.as_str()) == name
         };
-        let own = self.own_integrator.filter(|own| name.is_none() || has_name(own));
+        let own = self.description.own_integrator;
+        let own = own.filter(|own| name.is_none() || has_name(own));
         let known = own.or_else(|| (0..entities.len()).map(EntityId).find(has_name));
         self.description.integrator = known;
+        // The parameters that it takes over may have changed.
+        self.changed.extend(known.filter(|known| own != Some(*known)));
         if let (None, Some(name)) = (known, name) {
             defines::set_integrator(&mut self.description, name, &mut self.map);
         }
@@ -481,9 +481,4 @@ fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
         values,
         values_span: span,
     }
-}
-
-/// The class's name of an entity's parameter.
-fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
-    PbrtName::of(entity).map_or(name, |standard| standard.parameter(name))
 }

@@ -178,7 +178,7 @@ diagnostics! {
     E0501 MISSING_PARAMETER "a required parameter that is not set";
     E0502 NO_SUCH_PARAMETER "a parameter that the class does not have";
     E0503 PARAMETER_TYPE "a value of another type than its parameter";
-    E0504 PARAMETER_RANGE "a value outside the range of its parameter";
+    E0504 PARAMETER_RANGE "a value without a meaning for its parameter";
     E0505 REFERENCE_CYCLE "instances that refer to one another in a circle";
     E0506 REFERENCE_ROLE "a reference to an instance of another role";
     E0507 NO_SUCH_CLASS "a class that the text does not have";
@@ -249,6 +249,9 @@ diagnostics! {
     W0338 ANGLE_IN_DEGREES "an angle that is more than a full turn";
     W0339 TEXTURED_IN_CONSTRUCTOR "a parameter that may be a texture, read by the constructor";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
+    W0502 OUTSIDE_RANGE "a value outside the range of its parameter";
+    W0503 NO_LIGHT "an image of a light with numbers that are no light";
+    W0504 UNREACHABLE_EMISSION "the `emission` of a light at a finite distance";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";

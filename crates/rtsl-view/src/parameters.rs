@@ -1,6 +1,6 @@
 //! The pane of parameters: the parts of the scene, and a control for each parameter of the selected one.
 
-use egui::{Checkbox, ComboBox, DragValue, RichText, ScrollArea, Slider, Ui};
+use egui::{Checkbox, ComboBox, DragValue, RichText, ScrollArea, Slider, SliderClamping, Ui};
 use rtsl_render::session::{Control, ControlKind, Thing};
 use rtsl_scene::EntityId;
 
@@ -211,6 +211,8 @@ fn show_numbers(ui: &mut Ui, control: &mut Control) -> bool {
         let changed = match (least, greatest) {
             (Some(least), Some(greatest)) if least < greatest && count == 1 => {
                 let slider = Slider::new(value, least..=greatest).max_decimals(4);
+                // The scene may give a value outside, which stays until it is changed.
+                let slider = slider.clamping(SliderClamping::Edits);
                 let slider = if kind == ControlKind::Whole { slider.integer() } else { slider };
                 ui.add(slider).changed()
             }
@@ -239,7 +241,7 @@ fn field(
         _ => value.abs().max(0.1) * 0.01,
     };
     let range = least.unwrap_or(f64::NEG_INFINITY)..=greatest.unwrap_or(f64::INFINITY);
-    let field = DragValue::new(value).speed(speed).range(range);
+    let field = DragValue::new(value).speed(speed).range(range).clamp_existing_to_range(false);
     if kind == ControlKind::Whole { field.fixed_decimals(0) } else { field.max_decimals(4) }
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn no_elements(class: &Class) -> Diagnostic {
 pub(crate) enum Mismatch {
     /// The value has another type than `expected`.
     Type { expected: String, found: String },
-    /// A number is outside the annotated range.
+    /// A number is none of the choices, or outside the annotated range and not finite.
     Range(String),
     /// An instance lacks the role that a reference asks for.
     Role { class: String, role: &'static str },
@@ -76,6 +76,13 @@ pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch)
             format!("{name} is {}, and `{class}` is none", with_article(role)),
         ),
     }
+}
+
+/// A finite number outside the annotated range.
+pub(crate) fn outside_range(class: &Class, parameter: &Parameter, reason: &str) -> Diagnostic {
+    let (name, class) = (&parameter.name, &class.name);
+    let message = format!("the parameter `{name}` of `{class}` is outside of its range: {reason}");
+    Diagnostic::new(codes::OUTSIDE_RANGE, message)
 }
 
 pub(crate) fn too_many_references(class: &Class) -> Diagnostic {

@@ -66,7 +66,7 @@ pub use engine::stage_kernels::{
 pub use engine::tiered_kernel::TieredKernel;
 pub use errors::unknown_class;
 pub use instance::defaults::default_value;
-pub use instance::instance::Instance;
+pub use instance::instance::{Instance, OutsideRange};
 pub use instance::parameters::place_words;
 pub use instance::value::{Numbers, Value};
 pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;

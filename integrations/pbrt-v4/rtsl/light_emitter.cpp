@@ -71,11 +71,14 @@ pstd::optional<LightLiSample> LightEmitter::SampleLi(const LightSampleContext &c
     Float distance = std::min(sample.distance, 2 * sceneRadius);
     Interaction end(context.p() + distance * sample.direction, &mediumInterface);
     SampledSpectrum radiance = Radiance(sample.color, lambda);
-    if (sample.pdf > 0)
+    bool isFound = emission && sample.distance == Infinity;
+    if (sample.pdf > 0 && (isFound || !emission))
         return LightLiSample(radiance, sample.direction, sample.pdf, end);
-    // A delta of a light that rays can find, too: they never find this part of it, so its weight is to be 1.
+    // A delta, or a point at a finite distance, of a light that rays can find, too: they never find this part of it, so
+    // its weight is to be 1.
     Float pdf = emission ? 1e6f : 1;
-    return LightLiSample(pdf * radiance, sample.direction, pdf, end);
+    Float own = sample.pdf > 0 ? sample.pdf : 1;
+    return LightLiSample(pdf / own * radiance, sample.direction, pdf, end);
 }
 
 Float LightEmitter::PDF_Li(const LightSampleContext &context, Vector3f wi) const {

@@ -1,4 +1,6 @@
 /* Whatever a host does wrong that can be seen is an error with a message. */
+#include <math.h>
+
 #include "check.h"
 
 static const RtslUnitId no_unit;
@@ -83,6 +85,12 @@ static void parameters(RtslUnitId unit)
     FAILS(rtsl_instance_set_floats(sphere, "radius", numbers, SIZE_MAX), RTSL_RESULT_ARGUMENT, "elements");
     FAILS(rtsl_instance_set_instances(sphere, "radius", &sphere, 1), RTSL_RESULT_INSTANCE, "commit");
     OK(rtsl_instance_commit(sphere));
+    OK(rtsl_instance_set_floats(sphere, "radius", numbers, 1));
+    OK(rtsl_instance_commit(sphere));
+    RtslDiagnostic outside;
+    OK(rtsl_last_diagnostic(0, &outside));
+    CHECK(strcmp(outside.code, "W0502") == 0 && strstr(outside.message, "-1 is not at least 0"));
+    numbers[0] = NAN;
     OK(rtsl_instance_set_floats(sphere, "radius", numbers, 1));
     FAILS(rtsl_instance_commit(sphere), RTSL_RESULT_PARAMETER, "E0504");
     OK(rtsl_instance_set_floats(sphere, "radius", numbers, 3));

@@ -60,7 +60,7 @@ pub struct RenderArguments {
     #[arg(long, value_enum)]
     renderer: Option<RendererName>,
     /// The integrator, overriding the scene's: a class written in RTSL such as `Normals`, or a name of the pbrt format.
-    /// `-D integrator.NAME=VALUE` sets its parameters.
+    /// It takes over the parameters of the scene's that it has, too; `-D integrator.NAME=VALUE` sets others.
     #[arg(long, value_name = "NAME", conflicts_with = "renderer")]
     integrator: Option<String>,
     /// Samples per pixel, overriding the scene's.

@@ -10,7 +10,7 @@ use rtsl::{
 use serde_json::Value as JsonValue;
 
 use crate::arguments::SearchPath;
-use crate::eval::{ValueError, make_instance};
+use crate::eval::{ValueError, make_instance, range_warnings};
 use crate::outcome::Failure;
 use crate::report::Reporter;
 
@@ -88,14 +88,16 @@ pub fn engine(options: EngineOptions, reporter: &Reporter) -> Result<Engine, Fai
     Ok(engine)
 }
 
-/// Creates an instance with the parameters of a command line.
+/// Creates an instance with the parameters of a command line, and reports its warnings.
 pub fn instance(
     params: &[(String, JsonValue)],
-    class: &Arc<Class>,
-    unit: &Unit,
+    (class, unit): (&Arc<Class>, &Unit),
+    reporter: &Reporter,
 ) -> Result<Arc<Instance>, Failure> {
     let params = params.iter().map(|(name, value)| (name, value));
-    make_instance(class, unit, params).map_err(value_failure)
+    let instance = make_instance(class, unit, params).map_err(value_failure)?;
+    range_warnings(&instance).iter().for_each(|warning| reporter.diagnostic(warning));
+    Ok(instance)
 }
 
 /// The failure for an invalid value.

@@ -10,4 +10,6 @@ mod values;
 pub use lines::answer_lines;
 pub use request::{Answer, Evaluation, Request};
 pub use session::Session;
-pub use values::{Lanes, ValueError, make_instance, parse_setting, parse_state, parse_value};
+pub use values::{
+    Lanes, ValueError, make_instance, parse_setting, parse_state, parse_value, range_warnings,
+};

@@ -61,6 +61,7 @@ pub fn run(
         find_method(request.method.as_deref().unwrap_or_default()).map_err(Refusal::Request)?;
     let params = request.params.iter().chain(&request.buffers);
     let instance = values::make_instance(class, unit, params)?;
+    evaluation.further.extend(values::range_warnings(&instance));
     let program = engine.program(&instance);
     let linked = program.method(method)?;
     evaluation.further.extend(linked.warnings.iter().cloned());

@@ -130,6 +130,13 @@ pub fn make_instance<'a>(
         .map_err(|errors| ValueError::Instance(errors.iter().cloned().collect()))
 }
 
+/// Returns the warnings about values of an instance, and of those that it refers to, outside of their ranges.
+pub fn range_warnings(instance: &Instance) -> Vec<Diagnostic> {
+    let own = instance.outside_range().iter().map(|it| it.warning.clone());
+    let referred = instance.references().iter().flatten().flatten();
+    own.chain(referred.flat_map(|instance| range_warnings(instance))).collect()
+}
+
 /// Collects all floats of a value, in order.
 fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
     match parse_value(json, &Unit::default()) {

@@ -7,6 +7,7 @@ use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Scalar, Value, libr
 use rtsl_contract::{Contract, Options, check, engine_options, settings};
 
 use crate::common::seeds::seeds;
+use crate::outside_ranges;
 
 /// The classes of a role.
 fn classes(role: Role) -> Vec<Arc<Class>> {
@@ -81,11 +82,11 @@ fn broken_of_class(engine: &Engine, class: &Arc<Class>, options: &Options) -> St
             }
         }
     }
-    all
+    all + &outside_ranges::problems(engine, class)
 }
 
 /// Values that annotations do not give, and those without a default, by class: a row for each instance.
-fn table(class: &str) -> Vec<Vec<(String, Value)>> {
+pub fn table(class: &str) -> Vec<Vec<(String, Value)>> {
     let floats = |numbers: &[f32]| Value::Numbers(Numbers::floats(numbers.iter().copied()));
     let ints = |numbers: &[i32]| Value::Numbers(Numbers::ints(numbers.iter().copied()));
     let corners = [-0.5, 0.0, 0.2, 1.3, 0.2, -0.1, -0.4, 1.1, 0.5, 1.9, 1.4, 0.9];

@@ -3,6 +3,7 @@
 mod common;
 mod everywhere;
 mod library;
+mod outside_ranges;
 mod right;
 mod wrong_materials;
 mod wrong_others;

@@ -131,11 +131,43 @@ fn a_panel_near_by_that_rays_meet_everywhere() {
         &panel("void emission() { rt_EmissionColor = color(2.0); }"),
         expect![[r#"
         breaks
-          BROKEN  rays find what samples with a density are
-                  illumination gives [10, 10, 10] at distance 2.6828434; a ray towards [-0.40747878, 0.6709299, 0.6195272] goes on beyond, and emission says [2, 2, 2] of it
+          BROKEN  rays find samples with a density at infinity alone
+                  illumination gives [10, 10, 10] at distance 2.6828434; a ray towards [-0.40747878, 0.6709299, 0.6195272] goes on beyond, and emission gives [2, 2, 2] for it
                   (12288 of 12288 tests)
                   inputs of illumination: rt_HitPoint=0.4,1.2,-1.5
-                  look at: a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near
+                  look at: emission is for rays that leave the scene: what they find is infinitely far away and has evaluatePDF; leave out emission, and rt_PDF does for samples alone, or let a shape emit what is near
+    "#]],
+    );
+}
+
+/// What `emission` says is true of the panel, and of no ray that leaves the scene.
+#[test]
+fn a_panel_near_by_that_rays_seem_to_meet() {
+    let others = "bool meets(vec3 from, vec3 d) {
+            vec2 at = (from + d * ((corner.y - from.y) / d.y) - corner).xz;
+            return d.y > 0.0 && corner.y > from.y && min(at.x, at.y) >= 0.0 && max(at.x, at.y) <= 2.0;
+        }
+        void evaluatePDF() {
+            float d = (corner.y - rt_HitPoint.y) / rt_LightDirection.y;
+            rt_PDF = meets(rt_HitPoint, rt_LightDirection) ? d * d / (rt_LightDirection.y * 4.0) : 0.0;
+        }
+        void emission() { if (meets(rt_RayOrigin, rt_RayDirection)) rt_EmissionColor = color(10.0); }";
+    finds(
+        &panel(others),
+        expect![[r#"
+        breaks
+          BROKEN  rays find samples with a density at infinity alone
+                  illumination gives [10, 10, 10] at distance 2.6828434; a ray towards [-0.40747878, 0.6709299, 0.6195272] goes on beyond, and emission gives [10, 10, 10] for it
+                  (12288 of 12288 tests)
+                  inputs of illumination: rt_HitPoint=0.4,1.2,-1.5
+                  look at: emission is for rays that leave the scene: what they find is infinitely far away and has evaluatePDF; leave out emission, and rt_PDF does for samples alone, or let a shape emit what is near
+    "#]],
+    );
+    let without = others.split("void emission").next().unwrap();
+    finds(
+        &panel(without),
+        expect![[r#"
+        keeps all
     "#]],
     );
 }
@@ -153,10 +185,10 @@ fn a_sky_that_nobody_can_weigh() {
         sky,
         expect![[r#"
         breaks
-          BROKEN  rays find what samples with a density are
+          BROKEN  rays find samples with a density at infinity alone
                   illumination gives a sample of density 0.07957747, and rays meet the light, but the class has no evaluatePDF to weigh the two by
                   (12288 of 12288 tests)
-                  look at: a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near
+                  look at: emission is for rays that leave the scene: what they find is infinitely far away and has evaluatePDF; leave out emission, and rt_PDF does for samples alone, or let a shape emit what is near
     "#]],
     );
 }

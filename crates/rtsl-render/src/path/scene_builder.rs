@@ -112,7 +112,7 @@ impl<'a> BatchSceneBuilder<'a> {
             titles: Vec::new(),
         };
         made.warn_of_shade(messages);
-        made.select_lights()?;
+        made.select_lights(messages)?;
         made.compile_integrator((scene, instance), (values, earlier), messages)?;
         made.compile_time = made.compiled.compile_time + start.elapsed();
         Ok(made)
@@ -164,14 +164,17 @@ impl BatchScene {
         builder.build(scene, messages)
     }
 
-    /// Finds out how much light the lights send, by which they are selected.
-    fn select_lights(&mut self) -> Result<(), Messages> {
+    /// Finds out how much light the lights send, by which they are selected, and which of them rays cannot find.
+    fn select_lights(&mut self, messages: &mut Messages) -> Result<(), Messages> {
         let errors = RuntimeErrors::default();
         let probes = PathTracer::new(self, &errors).probe_lights();
         if errors.any() {
             return Err(exhausted_budgets(&self.compiled, &errors));
         }
         self.lights.select_by(&probes);
+        for class in self.lights.remove_unreachable_skies(&probes) {
+            messages.push_one(unreachable_emission(&class));
+        }
         Ok(())
     }
 
@@ -270,6 +273,17 @@ fn has_shade(engine: &Engine, scene: &Scene) -> bool {
         };
         is_shaded(&engine.program(material))
     })
+}
+
+/// The warning about a light whose samples claim that rays that leave the scene find them, at finite distances.
+fn unreachable_emission(class: &str) -> Diagnostic {
+    let message = format!(
+        "`emission` of the light `{class}` has no effect: its samples lie at finite distances"
+    );
+    Diagnostic::new(codes::UNREACHABLE_EMISSION, message)
+        .note("rays that leave the scene find what is infinitely far away")
+        .help("leave out `emission`, or `rt_LightDistance` if the light is behind everything")
+        .help("a light that rays are to find near by is a shape with an area light")
 }
 
 fn failed(messages: &mut Messages, diagnostics: Diagnostics) -> Messages {

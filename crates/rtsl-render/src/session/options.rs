@@ -17,7 +17,8 @@ pub struct SessionOptions {
     pub camera: Option<String>,
     /// True if a studio lights the scene besides its own lights.
     pub studio: bool,
-    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's.
+    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
+    /// scene's that it has, too.
     pub integrator: Option<String>,
     /// The memory budget of the scene's files; three quarters of the available memory if `None`.
     pub input_memory: Option<Amount>,

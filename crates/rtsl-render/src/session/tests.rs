@@ -247,17 +247,21 @@ fn a_parameter_of_a_shape_moves_its_box() {
 }
 
 #[test]
-fn a_value_out_of_range_changes_nothing() {
+fn a_value_without_a_meaning_changes_nothing() {
     let folder = Folder::new("range");
     let mut session = folder.open();
     let first = finish(&mut session);
     let pattern = find(&session, "pattern");
-    let messages = session.set_control(pattern, "width", &[9.0]).unwrap_err();
+    let messages = session.set_control(pattern, "width", &[f64::NAN]).unwrap_err();
     assert!(messages.to_text(false).contains("width"), "{}", messages.to_text(false));
     assert!(!session.is_busy());
     assert_eq!(session.controls(pattern)[0].values, [0.5]);
     assert_eq!(session.film().image().unwrap(), first);
     assert!(session.set_control(pattern, "nothing", &[9.0]).is_err());
+    // The range is that of the slider alone.
+    session.set_control(pattern, "width", &[9.0]).unwrap();
+    assert_eq!(session.controls(pattern)[0].values, [9.0]);
+    session.set_control(pattern, "width", &[0.5]).unwrap();
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::{RenderRequest, RenderResult, Renderer};
 use rtsl_scene::reader::MemoryFiles;
 
 /// A rectangle whose samples have a density, and that no ray finds: it has no `emission`.
@@ -19,15 +19,48 @@ void illumination() {
     rt_PDF = dot(d, d) / (rt_LightDirection.y * 16.0);
 }";
 
+/// What the panel would be if rays found it.
+const FOUND: &str = "class Found : Panel;
+bool meets(vec3 from, vec3 d) {
+    vec2 at = (from + d * ((corner.y - from.y) / d.y) - corner).xz;
+    return d.y > 0.0 && corner.y > from.y && min(at.x, at.y) >= 0.0 && max(at.x, at.y) <= 4.0;
+}
+void evaluatePDF() {
+    float d = (corner.y - rt_HitPoint.y) / rt_LightDirection.y;
+    rt_PDF = meets(rt_HitPoint, rt_LightDirection) ? d * d / (rt_LightDirection.y * 16.0) : 0.0;
+}
+void emission() { if (meets(rt_RayOrigin, rt_RayDirection)) rt_EmissionColor = color(10.0); }
+// Even light from above, of which one half comes from a finite distance.
+class HalfSky : rt_Light;
+public bool near = true;
+const float DENSITY = 0.5 / 3.14159265;
+bool isNear(vec3 d) { return near && d.x > 0.0; }
+void illumination() {
+    rt_LightDirection = sampleUniformSphere(vec2(rand(), rand()));
+    rt_LightDirection.y = abs(rt_LightDirection.y);
+    if (isNear(rt_LightDirection)) rt_LightDistance = 1000.0;
+    rt_LightColor = color(1.0);
+    rt_PDF = DENSITY;
+}
+void evaluatePDF() { if (rt_LightDirection.y > 0.0) rt_PDF = DENSITY; }
+void emission() { if (rt_RayDirection.y > 0.0 && !isNear(rt_RayDirection)) rt_EmissionColor = color(1.0); }";
+
 /// The mean of the picture of a floor under a light.
 fn mean(light: &str, material: &str, renderer: Renderer) -> f64 {
+    let image = render(light, material, "Shape \"Plane\"", renderer).image;
+    let sum: f64 = image.pixels.iter().map(|pixel| f64::from(pixel[0])).sum();
+    sum / image.pixels.len() as f64
+}
+
+fn render(light: &str, material: &str, shapes: &str, renderer: Renderer) -> RenderResult {
     let scene = format!(
         "LookAt 0 4 -9  0 0.7 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 40
         Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 20
         Sampler \"stratified\" \"integer pixelsamples\" 81\nWorldBegin
-        LightSource {light}\nMaterial {material}\nShape \"Plane\""
+        LightSource {light}\nMaterial {material}\n{shapes}"
     );
-    let files = [("scene.pbrt", scene.as_str()), ("panel.rtsl", PANEL)];
+    let found = format!("{PANEL}\n{FOUND}");
+    let files = [("scene.pbrt", scene.as_str()), ("panel.rtsl", found.as_str())];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
@@ -35,9 +68,7 @@ fn mean(light: &str, material: &str, renderer: Renderer) -> f64 {
         ..RenderRequest::default()
     };
     let result = render_scene_from(&request, &MemoryFiles(files.into()));
-    let image = result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).image;
-    let sum: f64 = image.pixels.iter().map(|pixel| f64::from(pixel[0])).sum();
-    sum / image.pixels.len() as f64
+    result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 
 #[track_caller]
@@ -67,4 +98,31 @@ fn both_renderers_light_highlights_by_a_sky() {
     for material in ["\"Ward\"", "\"Phong\""] {
         check("\"ConstantSky\"", material);
     }
+}
+
+/// Rays that leave the scene find what is infinitely far away: a panel near by gives the same light with `emission`,
+/// whether walls are behind it or not.
+#[test]
+fn what_is_near_by_has_no_emission() {
+    let floor = "Shape \"Plane\"";
+    let room = "Shape \"Box\" \"point3 corner\" [-9 0 -12] \"point3 opposite\" [9 5 9]";
+    for shapes in [floor, room] {
+        for renderer in [Renderer::Interactive, Renderer::Batch] {
+            let [without, with] = ["\"Panel\"", "\"Found\""]
+                .map(|light| render(light, "\"Phong\"", shapes, renderer));
+            assert!(without.image == with.image, "{shapes}, {renderer:?}");
+            let warnings = with.warnings.to_text(false);
+            assert!(warnings.contains("W0504"), "{shapes}, {renderer:?}: {warnings}");
+            assert_eq!(without.warnings.to_text(false), "");
+        }
+    }
+}
+
+/// A sky of which a panel hides a part counts once in each direction: its samples there are near by.
+#[test]
+fn samples_near_by_and_far_away_count_once() {
+    let sky = "\"HalfSky\"";
+    let whole = mean(sky, "\"Lambertian\"", Renderer::Batch);
+    let expected = mean("\"HalfSky\" \"bool near\" false", "\"Lambertian\"", Renderer::Batch);
+    assert!((whole - expected).abs() < 0.02 * expected, "{whole} {expected}");
 }

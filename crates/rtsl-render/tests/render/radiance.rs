@@ -209,7 +209,6 @@ fn what_scenes_get_wrong_has_its_codes() {
              MakeNamedMaterial \"b\" \"string type\" \"Mix\" \"material first\" \"a\"",
             "E0505",
         ),
-        ("Shape \"Sphere\" \"float radius\" -1", "E0504"),
         ("Shape \"Broken\"", "E0201"),
     ];
     let broken = "class Broken : rt_Primitive;\nvoid intersect() { hit(nothing); }\n";
@@ -218,6 +217,39 @@ fn what_scenes_get_wrong_has_its_codes() {
         let found = codes(try_render(&scene, &[("broken.rtsl", broken)]));
         assert!(found.contains(&code), "{text}: {code} expected, found {found:?}");
     }
+}
+
+#[test]
+fn values_outside_of_ranges_are_rendered_with_a_warning() {
+    let looking = HEAD.replace("\"Pinhole\" \"float fov\" 40", "\"perspective\" \"float fov\" 0.5");
+    let scene = format!(
+        "{looking}WorldBegin\nLightSource \"infinite\"\n\
+         Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n\
+         Shape \"sphere\" \"float radius\" -1\nShape \"sphere\" \"float radius\" -2\n"
+    );
+    let result = render(&scene, &[]);
+    assert!(result.image.pixels.iter().all(|pixel| (pixel[0] - 0.5).abs() < 0.05), "{result:?}");
+    // One for each parameter of a class.
+    expect![[""]].assert_eq(&result.warnings.to_text(false));
+}
+
+/// pbrt's falloff of a spot light whose soft edge is wider than its cone begins beyond the axis.
+#[test]
+fn a_soft_edge_may_be_wider_than_its_cone() {
+    let scene = |delta: u32| {
+        format!(
+            "LookAt 0 0 -50  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-4 4 -4 4]\n\
+             Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16\n\
+             PixelFilter \"box\"\nWorldBegin\n\
+             LightSource \"spot\" \"point3 from\" [0 0 -4] \"point3 to\" [0 0 0] \"rgb I\" [16 16 16]\n\
+             \"float coneangle\" 30 \"float conedeltaangle\" {delta}\n\
+             Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n\
+             Shape \"bilinearmesh\" \"point3 P\" [-9 -9 0 9 -9 0 -9 9 0 9 9 0]"
+        )
+    };
+    let [wide, same] = [40, 20].map(|delta| render(&scene(delta), &[]).image);
+    // The light is full up to 10 degrees on either side of the axis.
+    assert!(wide == same);
 }
 
 /// A white matte plane, lit by one lamp overhead only, seen from the side in one point below it.

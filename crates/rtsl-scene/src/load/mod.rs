@@ -4,10 +4,12 @@ mod attributes;
 mod emitter;
 mod files;
 mod images;
+mod integrator;
 mod made;
 mod meshes;
 mod reachable;
 mod relief;
+mod resolver;
 mod shared_arrays;
 mod standard;
 
@@ -17,8 +19,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
-    most_similar,
+    Class, Diagnostic, Diagnostics, Instance, OutsideRange, Role, Span, Value,
+    diagnostic_codes as codes, most_similar,
 };
 use rtsl_math::Transform;
 
@@ -28,14 +30,15 @@ use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::gltf::FileAttributes;
 use crate::parts::SceneParts;
-use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, translated, without_effect};
+use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, class_name, translated, without_effect};
 use crate::presence::{PRESENCE_CLASS, PRESENCE_TEXT, Presences};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
-use crate::scene::{CONSTANT_TEXTURE, PlacedGroup, PlacedLight, Scene, SceneObject};
-use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings, is_named_integrator, unknown_integrator};
+use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+use crate::settings::{SETTINGS_OF_INTEGRATORS, Settings};
 use crate::shutter::{SHUTTER, Shutter};
 use made::Slot;
 pub use made::{Earlier, Kept, Made};
+use resolver::Resolver;
 use shared_arrays::SharedArrays;
 
 /// The entities from which the parts of a scene were made, by the indices of the parts.
@@ -240,23 +243,6 @@ impl<'a, 'f> Loader<'a, 'f> {
         Some((scene, origins))
     }
 
-    /// Makes the instance of an integrator written in RTSL; `None` if it is one by a name of the format.
-    ///
-    /// # Errors
-    /// If there is none of this name, or it cannot be made, which was reported.
-    fn integrator(&mut self, id: EntityId) -> Result<Option<Arc<Instance>>, ()> {
-        let entity = &self.description.entities[id.0];
-        if is_named_integrator(entity) {
-            return Ok(None);
-        }
-        if matches!(self.classes.find(&entity.class), Found::Nothing) {
-            let classes: Vec<&str> = Classes::standard_integrators().collect();
-            self.diagnostics.push(unknown_integrator(entity, &classes));
-            return Err(());
-        }
-        self.instance(id).map(Some).ok_or(())
-    }
-
     fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
         let mut indices = Vec::with_capacity(shapes.len());
         for shape in shapes {
@@ -427,7 +413,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         let made = self.make(id);
         self.depth -= 1;
         if let Some(made) = &made {
-            self.warn_of_unset_references(id, &made.instance);
+            self.warn_of_values(&self.description.entities[id.0], &made.instance);
         }
         let instance = made.as_ref().map(Made::outermost);
         self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
@@ -509,7 +495,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         if standard.is_some_and(PbrtName::has_files) && self.unused.is_some() {
             self.skipped_files = true;
         } else if let Some(standard) = standard {
-            match standard.make(entity, self.files, &mut self.images) {
+            let made = standard.make(entity, self.files, &mut self.images);
+            self.warn_of_images();
+            match made {
                 Ok(values) => match standard.image() {
                     Some(reference) => {
                         complete &= self.put_image(&mut arguments, reference, class, values);
@@ -587,8 +575,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         arguments: &mut Arguments,
         find: impl FnOnce(&mut dyn Resolve) -> Result<T, Box<Diagnostic>>,
     ) -> Option<T> {
-        let mut resolver =
-            Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
+        let mut resolver = Resolver::new(self);
         let found = find(&mut resolver);
         let reported = resolver.reported;
         arguments.named.append(&mut resolver.named);
@@ -618,7 +605,10 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn parameters<'e>(&mut self, entity: &'e Entity, class: &Class) -> Vec<Cow<'e, Parameter>> {
         match self.pbrt_name(entity) {
             Some(standard) => translated(entity, standard, class),
-            None => entity.parameters.iter().map(Cow::Borrowed).collect(),
+            None => {
+                let taken_over = self.taken_over(entity, class).into_iter().map(Cow::Owned);
+                entity.parameters.iter().map(Cow::Borrowed).chain(taken_over).collect()
+            }
         }
     }
 
@@ -654,19 +644,30 @@ impl<'a, 'f> Loader<'a, 'f> {
         left_out
     }
 
-    /// Warns about references that the instance calls through and that are not set, once for each of a class.
-    fn warn_of_unset_references(&mut self, id: EntityId, instance: &Instance) {
-        let span = self.description.entities[id.0].class_span;
-        for warning in instance.unset_reference_warnings() {
-            if self.said.insert(warning.message.clone()) {
-                self.diagnostics.push(warning.at(span, ""));
+    /// Warns about values outside of their ranges, once for each parameter of a class, and about references that the
+    /// instance calls through and that are not set, once for each of a class.
+    fn warn_of_values(&mut self, entity: &Entity, instance: &Instance) {
+        for OutsideRange { parameter, warning } in instance.outside_range() {
+            if self.said.insert(format!("{}.{parameter} is outside", instance.class().name)) {
+                let own = |it: &&Parameter| class_name(entity, &it.name) == parameter;
+                let given = entity.parameters.iter().find(own);
+                let span = given.map_or(entity.class_span, |given| given.values_span);
+                self.diagnostics.push(warning.clone().at(span, ""));
             }
+        }
+        for warning in instance.unset_reference_warnings() {
+            self.warn_once(warning.at(entity.class_span, ""));
         }
     }
 
     fn say_once(&mut self, message: String, span: Span) {
-        if self.said.insert(message.clone()) {
-            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+        self.warn_once(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+    }
+
+    /// Reports a warning, unless one with its message was reported.
+    fn warn_once(&mut self, warning: Diagnostic) {
+        if self.said.insert(warning.message.clone()) {
+            self.diagnostics.push(warning);
         }
     }
 
@@ -748,49 +749,4 @@ fn alpha_parameter<'e>(entity: &'e Entity, class: &Class) -> Option<&'e Paramete
     let is_own = class.parameters.iter().any(|parameter| parameter.name == ALPHA);
     let mut given = entity.parameters.iter();
     given.find(|it| entity.kind == EntityKind::Shape && it.name == ALPHA && !is_own)
-}
-
-/// Resolves references for the arguments of one instance.
-struct Resolver<'l, 'a, 'f> {
-    loader: &'l mut Loader<'a, 'f>,
-    /// True if an error was reported where it occurred.
-    reported: bool,
-    /// The entities referred to.
-    named: Vec<(EntityId, Arc<Instance>)>,
-    /// The classes of constants.
-    standard: Vec<Arc<Class>>,
-}
-
-impl Resolver<'_, '_, '_> {
-    fn report(
-        &mut self,
-        instance: Option<Arc<Instance>>,
-    ) -> Result<Arc<Instance>, Box<Diagnostic>> {
-        self.reported |= instance.is_none();
-        instance.ok_or_else(|| Box::new(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, "")))
-    }
-}
-
-impl Resolve for Resolver<'_, '_, '_> {
-    fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>> {
-        let key = (kind, name.to_owned());
-        let Some(id) = self.loader.names.get(&key).copied() else {
-            let loader = &mut *self.loader;
-            if loader.description.failed.contains(&key) || !loader.unknown.insert(key) {
-                return self.report(None);
-            }
-            return Err(loader.unknown_name(kind, name));
-        };
-        let instance = self.loader.instance(id);
-        self.named.extend(instance.clone().map(|instance| (id, instance)));
-        self.report(instance)
-    }
-
-    fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>> {
-        let value = Value::from(color);
-        let instance =
-            self.loader.standard_instance(CONSTANT_TEXTURE, vec![(CONSTANT_COLOR, value)]);
-        self.standard.extend(instance.as_ref().map(|instance| instance.class().clone()));
-        self.report(instance)
-    }
 }

@@ -36,7 +36,7 @@ pub fn goniometric(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) 
     if !has_file(entity) {
         return Ok(power.map(|power| gain(power, SPHERE)).into_iter().collect());
     }
-    let image = images.of(entity, files, Use::Texture)?;
+    let image = images.of(entity, files, Use::Light)?;
     let mut values = slide(&image.values, true);
     if let Some(power) = power {
         let means = image
@@ -51,7 +51,7 @@ pub fn goniometric(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) 
 
 /// The arguments of the texture of a projector, and the projector's shape and gain.
 pub fn projection(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made {
-    let image = images.of(entity, files, Use::Texture)?;
+    let image = images.of(entity, files, Use::Light)?;
     let mut values = slide(&image.values, true);
     let aspect = image.image.width as f64 / image.image.height as f64;
     values.push(("aspect".to_owned(), Value::Float(aspect as f32)));
@@ -67,7 +67,7 @@ pub fn glow(entity: &Entity, files: SceneFiles<'_>, images: &mut Images) -> Made
     if !has_file(entity) {
         return Ok(Vec::new());
     }
-    Ok(slide(&images.of(entity, files, Use::Texture)?.values, false))
+    Ok(slide(&images.of(entity, files, Use::Light)?.values, false))
 }
 
 /// The power that an area light is given on each face of its shape.
@@ -86,7 +86,7 @@ impl Images {
         };
         let sides = if light.parameters.iter().any(is_two_sided) { 2.0 } else { 1.0 };
         // The error of an image that cannot be read is reported where the light is made.
-        let image = has_file(light).then(|| self.of(light, files, Use::Texture).ok()).flatten();
+        let image = has_file(light).then(|| self.of(light, files, Use::Light).ok()).flatten();
         let mean = |it: &Mipmap| it.colors().map(luminance).sum::<f64>() / texels(it);
         sides * image.map_or(1.0, |converted| mean(&converted.image))
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
-use rtsl_image::{Depth, Encoding, Mipmap, Picture, PictureError};
+use rtsl_image::{Depth, Encoding, Mipmap, NoLight, Picture, PictureError};
 use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, temporary_folder};
 
 use super::image_lights;
@@ -41,6 +41,10 @@ pub struct Images {
     in_memory: Amount,
     /// The linear values of bytes, by encoding.
     tables: BTreeMap<EncodingKey, Arc<[u32]>>,
+    /// The names of textures that lights look up.
+    of_lights: BTreeSet<String>,
+    /// Warnings about images that are light.
+    warnings: Vec<Diagnostic>,
 }
 
 /// An image, and the arguments of classes that have it.
@@ -48,6 +52,8 @@ pub struct Images {
 pub struct Converted {
     pub image: Mipmap,
     pub values: Vec<(String, Value)>,
+    /// The numbers that are no light, if it is that of a light.
+    no_light: NoLight,
 }
 
 /// An image that an entity names.
@@ -88,6 +94,7 @@ struct Decoded {
     held: Held,
     /// The distributions of a sky.
     distributions: Vec<(String, Value)>,
+    no_light: NoLight,
 }
 
 /// The place of an image's texels.
@@ -108,6 +115,9 @@ type EncodingKey = (u8, u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Use {
     Texture,
+    /// A texture whose colours are light.
+    Light,
+    /// Light from all directions.
     Sky,
 }
 
@@ -117,7 +127,7 @@ pub fn texture(
     files: SceneFiles<'_>,
     images: &mut Images,
 ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
-    let mut values = images.of(entity, files, Use::Texture)?.values.clone();
+    let mut values = images.of(entity, files, images.use_of(entity))?.values.clone();
     let mut choose = |name: &str, ours: &str, known: &[(&str, i32)]| {
         let value = choice(entity, name, known)?;
         values.extend(value.map(|value| (ours.to_owned(), Value::Int(value))));
@@ -182,6 +192,22 @@ fn key(encoding: Encoding) -> EncodingKey {
 }
 
 impl Images {
+    /// The images of a scene in which lights look up textures of these names.
+    pub fn new(of_lights: BTreeSet<String>) -> Images {
+        Images { of_lights, ..Images::default() }
+    }
+
+    /// The use of the image of a texture.
+    fn use_of(&self, texture: &Entity) -> Use {
+        let is_light = texture.name.as_ref().is_some_and(|name| self.of_lights.contains(name));
+        if is_light { Use::Light } else { Use::Texture }
+    }
+
+    /// Returns the warnings about images since the last call.
+    pub fn take_warnings(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.warnings)
+    }
+
     /// The image that an entity names.
     pub fn of(
         &mut self,
@@ -191,7 +217,12 @@ impl Images {
     ) -> Result<Arc<Converted>, Box<Diagnostic>> {
         let file = NamedFile::of(entity, files)?;
         let reading = reading(entity)?;
-        self.read(&file.path, reading, files, use_).map_err(|diagnostic| file.at(diagnostic))
+        let image = self.read(&file.path, reading, files, use_);
+        let image = image.map_err(|diagnostic| file.at(diagnostic))?;
+        if !image.no_light.is_none() {
+            self.warnings.push(*file.at(no_light(&file.path, &image.no_light)));
+        }
+        Ok(image)
     }
 
     /// The texels of the image file that the scene calls `name`, without an encoding, as the class `Image` takes them.
@@ -298,11 +329,11 @@ impl Images {
 
     /// Keeps an image for all entities that name it.
     fn keep(&mut self, key: Key, decoded: Decoded) -> Arc<Converted> {
-        let Decoded { image, held, distributions } = decoded;
+        let Decoded { image, held, distributions, no_light } = decoded;
         let mut values = self.stored(&image);
         values.extend(distributions);
         held.keep(values.iter().map(|(_, value)| memory(value)).sum());
-        let converted = Arc::new(Converted { image, values });
+        let converted = Arc::new(Converted { image, values, no_light });
         match self.converted.entry(key) {
             Entry::Occupied(known) => known.get().clone(),
             Entry::Vacant(place) => place.insert(converted).clone(),
@@ -335,21 +366,27 @@ impl Undecoded {
     fn decode(self, budget: &InputBudget) -> Result<Decoded, Diagnostic> {
         let Undecoded { key: (_, use_, ..), path, input, reading } = self;
         let Reading { encoding, of_gltf } = reading;
-        let read = if of_gltf { Picture::read_for_gltf } else { Picture::read };
+        let is_light = matches!(use_, Use::Light | Use::Sky);
+        let read = match (of_gltf, is_light) {
+            (true, _) => Picture::read_for_gltf,
+            (false, true) => Picture::read_as_stored,
+            (false, false) => Picture::read,
+        };
         let read = read(&input.bytes, encoding, budget);
-        let (picture, held) = read.map_err(|error| match error {
+        let (mut picture, held) = read.map_err(|error| match error {
             PictureError::Malformed(problem) => unreadable(&path, &io::Error::other(problem))
                 .help("convert the image to a PNG or an EXR file"),
             PictureError::OverBudget(error) => error.diagnostic(path.display()),
         })?;
         drop(input);
+        let no_light = if is_light { picture.limit_to_light() } else { NoLight::default() };
         let (image, distributions) = match use_ {
-            Use::Texture => (Mipmap::new(picture), Vec::new()),
+            Use::Texture | Use::Light => (Mipmap::new(picture), Vec::new()),
             Use::Sky => (Mipmap::flat(&picture), image_lights::distributions(&picture).to_vec()),
         };
         let image =
             image.map_err(|error: OutOfMemory| unreadable(&path, &io::Error::other(error)))?;
-        Ok(Decoded { image, held, distributions })
+        Ok(Decoded { image, held, distributions, no_light })
     }
 }
 
@@ -373,11 +410,11 @@ impl Decoded {
 impl<'e> NamedImage<'e> {
     /// Returns the images that an entity of one of pbrt's names uses. Those with a wrong encoding are left out: their
     /// use reports it.
-    pub fn of(entity: &'e Entity) -> impl Iterator<Item = NamedImage<'e>> {
+    pub fn of(entity: &'e Entity, images: &Images) -> impl Iterator<Item = NamedImage<'e>> {
         let use_ = match entity.kind {
-            EntityKind::Texture | EntityKind::AreaLight => Some(Use::Texture),
+            EntityKind::Texture => Some(images.use_of(entity)),
             EntityKind::Light if entity.class == "infinite" => Some(Use::Sky),
-            EntityKind::Light => Some(Use::Texture),
+            EntityKind::AreaLight | EntityKind::Light => Some(Use::Light),
             _ => None,
         };
         let file = entity.text("filename").zip(use_).zip(reading(entity).ok());
@@ -389,6 +426,27 @@ impl<'e> NamedImage<'e> {
             use_: Use::Texture,
         });
         file.into_iter().chain(relief)
+    }
+}
+
+/// The warning about an image of a light with numbers that are no light.
+fn no_light(path: &Path, found: &NoLight) -> Diagnostic {
+    let NoLight { negative, infinite, nan, greatest } = *found;
+    let kinds = [(negative, "negative"), (infinite, "infinite"), (nan, "NaN")];
+    let kinds = kinds.iter().filter(|(count, _)| *count > 0);
+    let kinds: Vec<String> = kinds.map(|(count, kind)| format!("{count} {kind}")).collect();
+    let message =
+        format!("`{}` has numbers that are no light: {}", path.display(), kinds.join(", "));
+    let diagnostic = Diagnostic::new(codes::NO_LIGHT, message);
+    let diagnostic = if negative + nan > 0 {
+        diagnostic.note("negative numbers and NaN count as 0")
+    } else {
+        diagnostic
+    };
+    if infinite > 0 {
+        diagnostic.note(format!("infinite numbers count as {greatest}"))
+    } else {
+        diagnostic
     }
 }
 

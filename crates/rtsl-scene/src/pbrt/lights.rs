@@ -98,7 +98,7 @@ fn scale_to(light: &mut Translation<'_>, name: &str, unscaled: f64) {
 /// curve in the cosine that is symmetric about its middle.
 fn spot_power(light: &Translation<'_>) -> f64 {
     let edge = light.number("coneAngle", 30.0);
-    let full = (edge - light.number("softness", 5.0)).max(0.0);
+    let full = edge - light.number("softness", 5.0);
     let cosine = |degrees: f64| sine_and_cosine_of_degrees(degrees).1;
     2.0 * PI * (1.0 - 0.5 * (cosine(edge) + cosine(full)))
 }

@@ -27,5 +27,5 @@ pub use cameras::{add_missing_camera, share_film_size};
 pub use image_lights::given_power;
 pub use images::{CONVENTION, Images, NamedImage};
 pub use mesh_shape::{MadeMesh, MeshShape};
-pub use name::PbrtName;
+pub use name::{PbrtName, class_name};
 pub use translation::{translated, without_effect};

@@ -71,6 +71,11 @@ fn names(kind: EntityKind) -> Option<&'static Names> {
     ALL.into_iter().find(|names| names.kind == kind)
 }
 
+/// The class's name of an entity's parameter.
+pub fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
+    PbrtName::of(entity).map_or(name, |standard| standard.parameter(name))
+}
+
 impl PbrtName {
     /// The implementation of an entity's class, if it is a pbrt name.
     pub fn of(entity: &Entity) -> Option<&'static PbrtName> {

@@ -28,7 +28,7 @@ pub fn apply_defines(
     }
 }
 
-/// Puts an integrator without parameters in the place of the scene's.
+/// Puts an integrator in the place of the scene's.
 pub fn set_integrator(description: &mut Description, class: &str, map: &mut SourceMap) {
     let file = map.add("<command line>", class.to_owned());
     description.integrator = Some(EntityId(description.entities.len()));

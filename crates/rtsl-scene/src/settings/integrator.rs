@@ -5,6 +5,7 @@ use rtsl::{Diagnostic, Diagnostics};
 use super::Settings;
 use super::parameters::{ParameterReader, unknown_setting};
 use crate::description::Entity;
+use crate::reader::{Parameter, Values};
 use crate::renderer::Renderer;
 
 /// The integrators: the name, the renderer, and what takes its place if the picture may differ from pbrt's.
@@ -69,7 +70,7 @@ impl Settings {
             self.loop_budget = budget as u32;
         }
         if known.is_none() {
-            // A class of this name has the other parameters.
+            self.read_parameters_of_class(entity);
             return;
         }
         if let Some((name, _, Some(instead))) = known {
@@ -77,7 +78,7 @@ impl Settings {
         }
         // As in pbrt, negative numbers limit nothing.
         if let Some(depth) = reader.whole("maxdepth", f64::from(i32::MIN), f64::from(i32::MAX)) {
-            self.max_depth = if depth < 0.0 { MAX_DEPTH } else { (depth as u32).min(MAX_DEPTH) };
+            self.max_depth = depth_of(depth);
             if renderer == Renderer::Interactive && self.max_depth > MAX_TRACE_DEPTH {
                 let message = format!(
                     "the interactive renderer follows rays to a depth of {MAX_TRACE_DEPTH}"
@@ -88,12 +89,14 @@ impl Settings {
         if let Some(cutoff) = reader.number_between("cutoff", 0.0, 1.0) {
             self.cutoff = cutoff as f32;
         }
-        if let Some(threshold) = reader.number_between("rrthreshold", 0.0, 1.0) {
-            self.roulette_threshold = threshold as f32;
+        // As in pbrt, paths that carry more than 1 never end at random.
+        if let Some(threshold) = reader.number("rrthreshold") {
+            self.roulette_threshold = threshold.clamp(0.0, 1.0) as f32;
         }
-        self.regularize = reader.boolean("regularize").unwrap_or(false);
+        let regularize = reader.boolean("regularize");
+        self.regularize = regularize.unwrap_or(self.regularize);
         let no_effects = [
-            ("regularize", self.regularize && renderer == Renderer::Interactive),
+            ("regularize", regularize == Some(true) && renderer == Renderer::Interactive),
             ("visualizestrategies", reader.boolean("visualizestrategies") == Some(true)),
             ("visualizeweights", reader.boolean("visualizeweights") == Some(true)),
         ];
@@ -106,6 +109,47 @@ impl Settings {
         reader.accept(&["imagefilename"]);
         reader.finish();
     }
+
+    /// Reads the parameters of a class that are settings of the renderers that may take its place. Where the class is
+    /// made they are checked.
+    fn read_parameters_of_class(&mut self, entity: &Entity) {
+        let number = |name: &str| entity.number(name);
+        if let Some(depth) = number("maxDepth") {
+            self.max_depth = depth_of(depth);
+        }
+        if let Some(threshold) = number("rouletteThreshold") {
+            self.roulette_threshold = threshold.clamp(0.0, 1.0) as f32;
+        }
+        if let Some(Values::Booleans(values)) = entity.parameter("regularize").map(|it| &it.values)
+            && let [regularize] = values[..]
+        {
+            self.regularize = regularize;
+        }
+    }
+}
+
+/// The depth that a scene gives. As in pbrt, negative numbers limit nothing.
+fn depth_of(given: f64) -> u32 {
+    if given < 0.0 { MAX_DEPTH } else { (given as u32).min(MAX_DEPTH) }
+}
+
+/// Parameters of named integrators, by the names that classes have for them.
+const NAMES_IN_CLASSES: [(&str, &str); 2] =
+    [("maxdepth", "maxDepth"), ("rrthreshold", "rouletteThreshold")];
+
+/// Returns the parameters of the scene's own integrator by the names that a class in its place has for them.
+pub fn taken_over(own: &Entity) -> impl Iterator<Item = Parameter> {
+    let is_named = is_named_integrator(own);
+    own.parameters.iter().cloned().map(move |mut parameter| {
+        let in_class =
+            NAMES_IN_CLASSES.iter().find(|(name, _)| is_named && *name == parameter.name);
+        let Some((_, name)) = in_class else { return parameter };
+        parameter.name = (*name).to_owned();
+        if let (true, Values::Numbers(values)) = (*name == "maxDepth", &mut parameter.values) {
+            values.iter_mut().for_each(|depth| *depth = f64::from(depth_of(*depth)));
+        }
+        parameter
+    })
 }
 
 impl Renderer {

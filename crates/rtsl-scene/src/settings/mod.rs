@@ -21,7 +21,9 @@ use sampler::{grid, stratified};
 pub use crop::Crop;
 pub use imaging::Imaging;
 pub use integrator::MAX_TRACE_DEPTH;
-pub(crate) use integrator::{SETTINGS_OF_INTEGRATORS, is_named_integrator, unknown_integrator};
+pub(crate) use integrator::{
+    SETTINGS_OF_INTEGRATORS, is_named_integrator, taken_over, unknown_integrator,
+};
 
 /// All settings of an image that are not shaders.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +106,14 @@ impl Settings {
         } else if let Some(seed) = description.options.seed {
             settings.sampler.seed = seed;
         }
-        if let Some(integrator) = entity(description.integrator) {
+        let integrator = entity(description.integrator);
+        if let Some(own) = entity(description.own_integrator)
+            && integrator.is_some_and(|integrator| !std::ptr::eq(integrator, own))
+        {
+            // Its mistakes matter to nobody while another one takes its place.
+            settings.read_integrator(own, &mut Diagnostics::new());
+        }
+        if let Some(integrator) = integrator {
             settings.read_integrator(integrator, diagnostics);
         }
         settings.apply_options(&description.options);

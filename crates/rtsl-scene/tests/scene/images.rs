@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use expect_test::expect;
 use rtsl::Instance;
 use rtsl_memory::{Amount, SharedWords};
 use rtsl_scene::reader::DiskFiles;
@@ -108,4 +109,94 @@ fn portals_are_rectangles() {
         let text = messages(portal);
         assert!(text.contains(problem), "{portal}: {text}");
     }
+}
+
+/// Writes an image of four floats a side, of which four are no light.
+fn write_pfm(path: &Path) {
+    let mut numbers = [0.25_f32; 48];
+    (numbers[3], numbers[10], numbers[20], numbers[47]) =
+        (-5.0, f32::INFINITY, f32::NAN, f32::NEG_INFINITY);
+    let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+    std::fs::write(path, [b"PF\n4 4\n-1.0\n".to_vec(), bytes.collect()].concat()).expect("written");
+}
+
+/// Loads a scene with an image that has numbers which are no light. Returns all numbers of the buffers of lights,
+/// materials and what they refer to, and the messages without the folder.
+fn numbers_of(world: &str) -> (Vec<f32>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_pfm(&folder.path().join("sun.pfm"));
+    let path = folder.path().join("scene.pbrt");
+    let text = format!("Camera \"perspective\"\nWorldBegin\n{world}\n");
+    std::fs::write(&path, text).expect("the scene");
+    let loaded = SceneSource::read(&path, &DiskFiles, &LoadOptions::default()).load();
+    let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    let folder = format!("{}/", folder.path().display());
+    let messages = loaded.warnings.to_text(false).replace(&folder, "");
+    let scene = loaded.scene;
+    let lights = scene.lights.iter().map(|placed| placed.light.clone());
+    let mut open: Vec<Arc<Instance>> = lights.chain(scene.materials).collect();
+    let mut numbers = Vec::new();
+    while let Some(instance) = open.pop() {
+        for name in ["words", "texels", "rows", "columns", "sums"] {
+            let words = instance.buffer(name).map(|words| words.iter().copied());
+            numbers.extend(words.into_iter().flatten().map(f32::from_bits));
+        }
+        open.extend(instance.references().iter().flatten().flatten().cloned());
+    }
+    (numbers, messages)
+}
+
+#[test]
+fn texels_of_lights_are_light() {
+    let file = "\"string filename\" \"sun.pfm\"";
+    let texture = format!("Texture \"sun\" \"spectrum\" \"imagemap\" {file}\n");
+    let portal = "\"point3 portal\" [-1 -1 2 1 -1 2 1 1 2 -1 1 2]";
+    for world in [
+        format!("LightSource \"infinite\" {file}"),
+        format!("LightSource \"infinite\" {file} \"float illuminance\" 3"),
+        format!("LightSource \"infinite\" {file} {portal}"),
+        format!("LightSource \"goniometric\" {file} \"float power\" 3"),
+        format!("LightSource \"projection\" {file} \"float power\" 3"),
+        format!("AreaLightSource \"diffuse\" {file} \"float power\" 3\nShape \"sphere\""),
+        // Several uses are reported once.
+        format!("LightSource \"infinite\" {file}\nLightSource \"projection\" {file}"),
+        format!("{texture}LightSource \"GoboLight\" \"texture image\" \"sun\""),
+        format!(
+            "{texture}Texture \"half\" \"spectrum\" \"scale\" \"texture tex\" \"sun\" \"float scale\" 0.5
+            AreaLightSource \"Emissive\" \"texture image\" \"half\"\nShape \"sphere\""
+        ),
+    ] {
+        let (numbers, messages) = numbers_of(&world);
+        let found = "`sun.pfm` has numbers that are no light: 2 negative, 1 infinite, 1 NaN\n";
+        assert!(messages.starts_with(&format!("warning[W0503]: {found}")), "{messages}");
+        assert_eq!(messages.matches("warning").count(), 1, "{messages}");
+        assert!(numbers.iter().any(|it| *it > 0.0), "{world}");
+        assert!(numbers.iter().all(|it| it.is_finite() && *it >= 0.0), "{world}: {numbers:?}");
+    }
+}
+
+#[test]
+fn other_textures_keep_their_numbers() {
+    let texture = "Texture \"sun\" \"spectrum\" \"imagemap\" \"string filename\" \"sun.pfm\"\n";
+    let material = "Material \"diffuse\" \"texture reflectance\" \"sun\"\nShape \"sphere\"";
+    let (numbers, messages) = numbers_of(&format!("{texture}{material}"));
+    assert_eq!(messages, "");
+    assert!(numbers.contains(&-5.0) && numbers.iter().all(|it| it.is_finite()), "{numbers:?}");
+}
+
+#[test]
+fn the_file_of_a_light_is_named() {
+    let (_, messages) = numbers_of("LightSource \"infinite\" \"string filename\" \"sun.pfm\"");
+    expect![[r#"
+        warning[W0503]: `sun.pfm` has numbers that are no light: 2 negative, 1 infinite, 1 NaN
+          ┌─ scene.pbrt:3:42
+          │
+        3 │ LightSource "infinite" "string filename" "sun.pfm"
+          │                                          ^^^^^^^^^ named here
+          │
+          = note: negative numbers and NaN count as 0
+          = note: infinite numbers count as 65504
+
+    "#]]
+    .assert_eq(&messages);
 }

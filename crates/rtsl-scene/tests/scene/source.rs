@@ -1,9 +1,10 @@
 //! Instances that stay the same object when a scene is loaded again.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use rtsl_scene::reader::{DiskFiles, Values};
-use rtsl_scene::{EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
+use rtsl_scene::reader::{DiskFiles, MemoryFiles, Values};
+use rtsl_scene::{EntityId, EntityKind, LoadOptions, Loaded, Scene, SceneSource, Settings};
 use tempfile::TempDir;
 
 const SCENE: &str = r#"
@@ -120,9 +121,66 @@ fn a_parameter_changes_its_instance_alone() {
     let second = load(&mut source);
     assert_eq!(same(&first, &second), [true, true, false, true, true]);
     let camera = entity(&source, EntityKind::Camera, None);
-    let earlier = source.set_parameter(camera, "fov", Values::Numbers(vec![300.0]));
+    let earlier = source.set_parameter(camera, "fov", Values::Numbers(vec![30.0, 40.0]));
     let messages = source.load().unwrap_err().to_text(false);
-    assert!(messages.contains("fov"), "out of its range: {messages}");
+    assert!(messages.contains("fov"), "{messages}");
     source.restore_parameter(camera, "fov", earlier);
     assert_eq!(load(&mut source).scene.camera.member("fov"), Some(&[40.0_f32.to_bits()][..]));
+}
+
+/// The settings and the integrators of a scene whose own integrator is given, with another one in its place.
+fn with_integrator(own: &str, other: Option<&str>) -> Scene {
+    let text = format!("Camera \"Pinhole\"\n{own}\nWorldBegin\nShape \"Sphere\"\n");
+    let path = Path::new("scene.pbrt");
+    let files = MemoryFiles([(path.to_owned(), text)].into());
+    let load = |source: &mut SceneSource<'_>| load(source).scene;
+    let options = LoadOptions { integrator: other.map(str::to_owned), ..LoadOptions::default() };
+    let scene = load(&mut SceneSource::read(path, &files, &options));
+    // A viewer chooses it later, after another one.
+    let mut source = SceneSource::read(path, &files, &LoadOptions::default());
+    source.select_integrator(Some("Direct"));
+    load(&mut source);
+    source.select_integrator(other);
+    let chosen = load(&mut source);
+    assert_eq!(scene.settings, chosen.settings, "{own}, {other:?}");
+    let data = |scene: &Scene| {
+        let members = scene.integrator().class().members.iter();
+        members
+            .map(|it| scene.integrator().member(&it.name).map(<[u32]>::to_vec))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(data(&scene), data(&chosen), "{own}, {other:?}");
+    scene
+}
+
+#[test]
+fn an_integrator_takes_over_what_the_scene_gives_its_own() {
+    let depth_of = |scene: &Scene| scene.integrator().member("maxDepth").map(|it| it[0]);
+    let named = "Integrator \"volpath\" \"integer maxdepth\" 20 \"float rrthreshold\" 0.25
+        \"bool regularize\" true \"float epsilon\" 0.125 \"integer budget\" 5000";
+    let own = with_integrator(named, None).settings;
+    for other in ["path", "simplepath", "bdpt", "Path"] {
+        let scene = with_integrator(named, Some(other));
+        assert_eq!(scene.settings, own, "{other}");
+        let path = ["maxDepth", "rouletteThreshold", "regularize"];
+        let path = path.map(|name| scene.integrator().member(name).unwrap()[0]);
+        assert_eq!(path, [20, 0.25_f32.to_bits(), 1], "{other}");
+    }
+    let interactive = with_integrator(named, Some("interactive")).settings;
+    assert_eq!(Settings { renderer: own.renderer, ..interactive }, own);
+
+    // Classes have their own names for these, and more parameters.
+    let class = "Integrator \"Direct\" \"integer maxDepth\" 20 \"integer samples\" 3";
+    for other in ["path", "Path", "Direct"] {
+        assert_eq!(depth_of(&with_integrator(class, Some(other))), Some(20), "{other}");
+    }
+    let again = with_integrator(class, Some("Direct"));
+    assert_eq!(again.integrator().member("samples"), Some(&[3][..]));
+    assert_eq!(with_integrator(class, Some("interactive")).settings.max_depth, 20);
+    with_integrator(class, Some("Normals"));
+
+    // A depth without a limit is none in a class, either.
+    let endless = "Integrator \"path\" \"integer maxdepth\" -1";
+    assert_eq!(depth_of(&with_integrator(endless, Some("Direct"))), Some(1 << 16));
+    assert_eq!(depth_of(&with_integrator("", Some("Direct"))), Some(8), "the default of the class");
 }

@@ -74,13 +74,23 @@ fn what_is_neither_is_an_error() {
             "\"float roughness\" [0.1 0.2]",
             "`roughness` is of type `float`, which takes 1 numbers, found 2",
         ),
-        ("\"float roughness\" 2", "2 is not between 0 and 1"),
         ("\"bool roughness\" true", "`roughness` is of type `float`, found"),
         ("\"texture roughness\" [\"checks\" \"checks\"]", "`roughness` takes 1 names, found 2"),
     ] {
         let messages = material(&format!("Material \"conductor\" {parameter}")).unwrap_err();
         assert!(messages.contains(message), "{messages}");
     }
+}
+
+/// pbrt reads them, too.
+#[test]
+fn values_outside_of_their_ranges_are_taken() {
+    let rough = material("Material \"conductor\" \"float roughness\" 1.5 \"rgb eta\" [-0.1 1 1]");
+    let (rough, messages) = rough.unwrap_or_else(|messages| panic!("{messages}"));
+    assert_eq!(floats(&rough, "roughness"), [1.5]);
+    assert_eq!(floats(&rough, "eta"), [-0.1, 1.0, 1.0]);
+    assert_eq!(messages.matches("warning[W0502]").count(), 2, "{messages}");
+    assert!(messages.contains("1.5 is not between 0 and 1"), "{messages}");
 }
 
 #[test]

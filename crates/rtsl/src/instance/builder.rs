@@ -9,7 +9,7 @@ use rtsl_ir::{Function, VariableKind};
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use super::environment::Environment;
-use super::instance::{Attached, Instance, Unmade, class_tree, for_each_element};
+use super::instance::{Attached, Instance, OutsideRange, Unmade, class_tree, for_each_element};
 use super::parameters;
 use super::parameters::Argument;
 use super::value::Value;
@@ -29,7 +29,7 @@ impl Instance {
     /// constructor.
     ///
     /// # Errors
-    /// Every problem of the arguments: unknown names, wrong types, numbers out of range, missing
+    /// Every problem of the arguments: unknown names, wrong types, values without a meaning, missing
     /// parameters.
     pub fn new<'a>(
         class: &Arc<Class>,
@@ -51,6 +51,7 @@ struct Builder<'a> {
     constructor_arguments: Leaves,
     members: Leaves,
     references: BTreeMap<&'a str, Vec<Arc<Instance>>>,
+    outside_range: Vec<OutsideRange>,
     problems: Diagnostics,
 }
 
@@ -62,6 +63,7 @@ impl<'a> Builder<'a> {
             constructor_arguments: Leaves::new(),
             members: Leaves::new(),
             references: BTreeMap::new(),
+            outside_range: Vec::new(),
             problems: Diagnostics::new(),
         }
     }
@@ -80,13 +82,19 @@ impl<'a> Builder<'a> {
                 self.members.remove(&parameter.name);
                 self.references.insert(&parameter.name, instances);
             }
-            Ok(Argument::Data(leaves)) => match parameter.target {
-                ParameterTarget::Constructor => self.constructor_arguments.extend(leaves),
-                ParameterTarget::Member => {
-                    self.references.remove(parameter.name.as_str());
-                    self.members.extend(leaves);
+            Ok(Argument::Data(leaves, outside)) => {
+                self.outside_range.extend(outside.map(|reason| OutsideRange {
+                    parameter: parameter.name.clone(),
+                    warning: errors::outside_range(class, parameter, &reason),
+                }));
+                match parameter.target {
+                    ParameterTarget::Constructor => self.constructor_arguments.extend(leaves),
+                    ParameterTarget::Member => {
+                        self.references.remove(parameter.name.as_str());
+                        self.members.extend(leaves);
+                    }
                 }
-            },
+            }
         }
     }
 
@@ -139,6 +147,7 @@ impl<'a> Builder<'a> {
             tree_size,
             depth,
             unmade,
+            outside_range: self.outside_range,
             attributes,
             attached,
         })

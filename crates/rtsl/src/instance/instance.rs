@@ -48,9 +48,19 @@ pub struct Instance {
     pub(super) depth: u32,
     /// The state before the constructor ran, if the class has [elements](Instance::element_count).
     pub(super) unmade: Option<Box<Unmade>>,
+    pub(super) outside_range: Vec<OutsideRange>,
     /// The attributes of the scene's objects, if the instance reads or gives them.
     pub(super) attributes: AttributeTable,
     pub(super) attached: Attached,
+}
+
+/// A value that a host gave, outside of the range that the annotations `min` and `max` of its parameter declare.
+#[derive(Clone, Debug)]
+pub struct OutsideRange {
+    /// The name of the parameter.
+    pub parameter: String,
+    /// A warning about it, for users.
+    pub warning: Diagnostic,
 }
 
 /// The instance with attributes that was made of an instance last.
@@ -120,6 +130,11 @@ impl Instance {
             elements.iter().enumerate().map(|(index, it)| (element_path(reference, index), it))
         });
         named.find(|(name, _)| name == path).and_then(|(_, element)| element.as_ref())
+    }
+
+    /// Returns the values outside of the ranges of their parameters. They are taken as they are; hosts tell users of them.
+    pub fn outside_range(&self) -> &[OutsideRange] {
+        &self.outside_range
     }
 
     /// Returns a warning for each unset reference that a method of the class calls through and none tests.

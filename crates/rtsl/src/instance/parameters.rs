@@ -20,8 +20,8 @@ const DEPTH_LIMIT: usize = 64;
 
 /// The converted value of a parameter.
 pub(crate) enum Argument {
-    /// Data, leaf by leaf.
-    Data(Leaves),
+    /// Data, leaf by leaf, and what is outside of the parameter's range, as a clause.
+    Data(Leaves, Option<String>),
     /// The instances of a reference or of an array of references.
     References(Vec<Arc<Instance>>),
 }
@@ -44,8 +44,8 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
                 expected: format!("{} or a texture", type_name(ty)),
                 found: value.describe(),
             })?;
-            check_range(parameter, &leaves)?;
-            Ok(Argument::Data(leaves))
+            let outside = outside_range(parameter, &leaves)?;
+            Ok(Argument::Data(leaves, outside))
         }
         ty => {
             let mut leaves = Leaves::new();
@@ -56,9 +56,9 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
             } else {
                 add(ty, value, &parameter.name, &mut leaves, 0)?;
             }
-            check_range(parameter, &leaves)?;
+            let outside = outside_range(parameter, &leaves)?;
             check_choices(&choices, &leaves)?;
-            Ok(Argument::Data(leaves))
+            Ok(Argument::Data(leaves, outside))
         }
     }
 }
@@ -274,23 +274,33 @@ fn mismatch(ty: &ParameterType, value: &Value) -> Mismatch {
     Mismatch::Type { expected: type_name(ty), found: value.describe() }
 }
 
-fn check_range(parameter: &Parameter, leaves: &Leaves) -> Result<(), Mismatch> {
+/// Returns what is outside of the range of a parameter, if anything is.
+///
+/// # Errors
+/// If it is not finite, and so has no meaning.
+fn outside_range(parameter: &Parameter, leaves: &Leaves) -> Result<Option<String>, Mismatch> {
     let least = bound(&parameter.annotations, "min");
     let greatest = bound(&parameter.annotations, "max");
-    let Some(scalar) = number_type(&parameter.ty) else { return Ok(()) };
+    let Some(scalar) = number_type(&parameter.ty) else { return Ok(None) };
     if least.is_none() && greatest.is_none() {
-        return Ok(());
+        return Ok(None);
     }
+    let mut outside = None;
     for word in leaves.values().flat_map(|words| words.as_slice()) {
         let value = to_f64(Constant::from_bits(scalar, *word));
         // A NaN is in no range.
         let above = least.is_none_or(|least| value >= least);
         let below = greatest.is_none_or(|greatest| value <= greatest);
-        if !(above && below) {
-            return Err(Mismatch::Range(format!("{value} is not {}", range_name(least, greatest))));
+        if above && below {
+            continue;
         }
+        let reason = || format!("{value} is not {}", range_name(least, greatest));
+        if !value.is_finite() {
+            return Err(Mismatch::Range(reason()));
+        }
+        outside = outside.or_else(|| Some(reason()));
     }
-    Ok(())
+    Ok(outside)
 }
 
 /// Returns the value with the numbers of choices instead of their names.

@@ -237,9 +237,9 @@ fn every_problem_is_told() {
         "#]],
     );
     check_errors(
-        vec![("radius", Value::Float(10.5))],
+        vec![("radius", Value::Float(f32::INFINITY))],
         expect![[r#"
-        E0504: the parameter `radius` of `Ball` is out of range: 10.5 is not between 0 and 10
+        E0504: the parameter `radius` of `Ball` is out of range: inf is not between 0 and 10
     "#]],
     );
     check_errors(
@@ -256,6 +256,20 @@ fn every_problem_is_told() {
         E0506: the parameter `skin` of `Ball` is a texture, and `Glow` is none
     "#]],
     );
+}
+
+#[test]
+fn values_outside_of_their_ranges_are_taken_and_told() {
+    let told = |radius: f32| {
+        let ball = Instance::new(&class(), [("radius", radius.into())]).unwrap();
+        assert_eq!(floats(&ball, "radius"), [radius]);
+        let told = ball.outside_range().iter();
+        told.map(|it| format!("{} {}", it.parameter, it.warning.message)).collect::<Vec<_>>()
+    };
+    assert_eq!(told(10.0), [""; 0]);
+    let warning = "radius the parameter `radius` of `Ball` is outside of its range: ";
+    assert_eq!(told(10.5), [format!("{warning}10.5 is not between 0 and 10")]);
+    assert_eq!(told(-0.1), [format!("{warning}-0.1 is not between 0 and 10")]);
 }
 
 #[test]

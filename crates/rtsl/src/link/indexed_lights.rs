@@ -17,7 +17,7 @@ use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
 use super::arithmetic::{Arithmetic, Vector};
 use super::chosen_light::ChosenLight;
 use super::class_tree::ClassTree;
-use super::lights::{LightLinks, LitPoint};
+use super::lights::{LightLinks, LitPoint, Weighed};
 use super::linker::{Linked, Linker, Linking, Site};
 use super::sequences::Purpose;
 use super::stage::SurfaceLinks;
@@ -159,14 +159,19 @@ impl Linker {
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let (sample, is_weighed) =
+        let (sample, weighed) =
             self.sampled_color(caller, (links, light), (lit, key, sampler), to)?;
         let code = &mut Arithmetic { linker: self, to };
         let (mut color, mut density) = (sample.color, sample.density);
-        if !is_weighed {
+        if !matches!(weighed, Weighed::All) {
             let one = code.float(1.0)?;
-            let divided = code.weighed(&sample, one, is_weighed)?;
-            color = [divided[4], divided[5], divided[6]];
+            let divided = code.weighed(&sample, one, weighed)?;
+            for (channel, divided) in color.iter_mut().zip(&divided[4..7]) {
+                *channel = match weighed {
+                    Weighed::Where(is_found) => code.select(is_found, *channel, *divided)?,
+                    Weighed::None | Weighed::All => *divided,
+                };
+            }
             density = divided[7];
         }
         let ends = [sample.distance, sample.end];

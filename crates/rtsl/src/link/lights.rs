@@ -84,7 +84,7 @@ pub(crate) struct LightLink {
     pub density: Option<Arc<LinkedMethod>>,
     /// True if samples are transformed to the world.
     pub is_placed: bool,
-    /// True if rays that leave the scene can find the light, so that samples have densities.
+    /// True if rays that leave the scene can find the light, so that samples at infinity have densities.
     pub is_weighed: bool,
 }
 
@@ -148,6 +148,15 @@ pub(super) struct SampledColor {
     pub color: Vector,
     /// The density, without the probability of the light; 0 or less for deltas.
     pub density: Value,
+}
+
+/// The samples of a light that rays find as well, so that the two are weighted against each other.
+#[derive(Clone, Copy)]
+pub(super) enum Weighed {
+    None,
+    All,
+    /// Those for which this is true.
+    Where(Value),
 }
 
 /// A sample of a light, as the results of its query, without the first.
@@ -331,34 +340,38 @@ impl Linker {
         probability: Value,
         to: &mut Vec<Op>,
     ) -> Linking<Sample> {
-        let (sample, is_weighed) = self.sampled_color(caller, light, of, to)?;
-        Arithmetic { linker: self, to }.weighed(&sample, probability, is_weighed)
+        let (sample, weighed) = self.sampled_color(caller, light, of, to)?;
+        Arithmetic { linker: self, to }.weighed(&sample, probability, weighed)
     }
 
-    /// Returns a sample of one light for a point, with numbers of the sequence with a key, and whether rays find the
-    /// light too.
+    /// Returns a sample of one light for a point, with numbers of the sequence with a key, and whether rays find it, too.
     pub(super) fn sampled_color(
         &mut self,
         caller: &Site<'_>,
         (links, index): (&LightLinks, usize),
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
-    ) -> Linking<(SampledColor, bool)> {
+    ) -> Linking<(SampledColor, Weighed)> {
         self.begin_numbers(key, *sampler, to)?;
         let sampled = match links.lights.get(index) {
             Some(light) => {
-                let sample = self.shapeless_sample(caller, light, lit, to);
-                sample.map(|sample| (sample, light.is_weighed))
+                let sample = self.shapeless_sample(caller, light, lit, to)?;
+                let code = &mut Arithmetic { linker: &mut *self, to };
+                let weighed = match light.is_weighed {
+                    true => Weighed::Where(code.is_infinite(sample.distance)?),
+                    false => Weighed::None,
+                };
+                (sample, weighed)
             }
             None => {
                 let areas = links.areas.as_deref().expect("lights that are shapes are linked");
                 let light = &areas[index - links.lights.len()];
-                let sample = self.area_light_sample(caller, light, lit, to);
-                sample.map(|sample| (sample, light.is_weighed))
+                let sample = self.area_light_sample(caller, light, lit, to)?;
+                (sample, if light.is_weighed { Weighed::All } else { Weighed::None })
             }
         };
         self.copied_numbers = None;
-        sampled
+        Ok(sampled)
     }
 
     /// Returns a sample of a light without a shape.
@@ -489,7 +502,7 @@ impl Arithmetic<'_> {
         &mut self,
         sample: &SampledColor,
         part: Value,
-        is_weighed: bool,
+        weighed: Weighed,
     ) -> Linking<Sample> {
         let SampledColor { direction, end, color, density: own, .. } = sample;
         let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
@@ -499,8 +512,18 @@ impl Arithmetic<'_> {
         let divisor = self.select(is_delta, part, density)?;
         let scale = self.divide(one, divisor)?;
         let color = self.scaled(*color, scale)?;
-        let density = if is_weighed { density } else { zero };
+        let density = match weighed {
+            Weighed::None => zero,
+            Weighed::All => density,
+            Weighed::Where(is_found) => self.select(is_found, density, zero)?,
+        };
         Ok([&direction[..], &[*end], &color, &[density]].concat())
+    }
+
+    /// True if rays that leave the scene find a sample at this distance.
+    fn is_infinite(&mut self, distance: Value) -> Linking<Value> {
+        let infinity = self.float(f32::INFINITY)?;
+        self.compare(CompareOp::Equal, distance, infinity)
     }
 
     /// The factor that converts the colour of a delta light's sample to the world.

@@ -80,7 +80,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         Some(name) => vec![find_method(name).map_err(Failure::Usage)?],
         None => class.methods.keys().copied().collect(),
     };
-    let instance = instance(&arguments.params, class, &unit)?;
+    let instance = instance(&arguments.params, (class, &unit), reporter)?;
     if let Some(scene) = integrator::scene_of(arguments, &methods)? {
         return integrator::run(arguments, scene, &instance, reporter);
     }

@@ -29,8 +29,8 @@ pub struct ViewArguments {
     /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
     #[arg(long)]
     studio: bool,
-    /// The integrator, by a name of the format or a class, without parameters, overriding the scene's. Scenes that name
-    /// no class are shown by the interactive renderer.
+    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
+    /// scene's that it has, too. Scenes that name no class are shown by the interactive renderer.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
     /// Columns and rows of the picture, overriding the scene's. Panes of the window are beside it.

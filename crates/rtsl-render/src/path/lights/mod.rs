@@ -6,7 +6,7 @@ mod sample;
 mod sampled_surface;
 mod selection;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
@@ -50,7 +50,7 @@ pub struct LightClass {
     of: Batching,
     illumination: Arc<Kernel>,
     reads_normals: bool,
-    /// True if rays that leave the scene can hit them, so that samples are weighted.
+    /// True if rays that leave the scene can hit them, so that samples at infinity are weighted.
     is_weighed: bool,
     /// True if any has a transform.
     is_placed: bool,
@@ -128,7 +128,7 @@ impl Lights {
         };
         lights.add_classes(maker, scene, classes.compiled);
         lights.add_shapes(maker, scene, classes, objects);
-        let unknown = LightProbe { bounds: None, strength: 1.0 };
+        let unknown = LightProbe { bounds: None, strength: 1.0, is_near: false };
         lights.selection = Selection::new(&vec![unknown; lights.entries.len()]);
         lights
     }
@@ -136,6 +136,16 @@ impl Lights {
     /// Sets the selection probabilities of lights from these probes.
     pub fn select_by(&mut self, probes: &[LightProbe]) {
         self.selection = Selection::new(probes);
+    }
+
+    /// Removes lights from those that rays hit which leave the scene if all samples of theirs, which they claim to be
+    /// found by such rays, lie at finite distances. Returns the names of their classes.
+    pub fn remove_unreachable_skies(&mut self, probes: &[LightProbe]) -> BTreeSet<String> {
+        let is_unreachable = |sky: &mut Sky| {
+            sky.density.as_ref().is_some_and(|(_, entry)| probes[*entry as usize].is_near)
+        };
+        let removed = self.skies.extract_if(.., is_unreachable);
+        removed.map(|sky| sky.program.class().name.clone()).collect()
     }
 
     /// True if no light is sampled.

@@ -103,10 +103,13 @@ fn set_points(batch: &mut ShadingBatch, lights: &[u32], world: Bounds) {
 /// Evaluates the samples of one light.
 fn probe(batch: &ShadingBatch, start: usize) -> LightProbe {
     let (mut bounds, mut strength) = (Bounds::EMPTY, 0.0);
+    let is_lit = |lane: &usize| get(&batch.light.color, *lane) != [0.0; 3];
+    let mut lit = (start..start + SAMPLES).filter(is_lit).peekable();
+    let is_near = lit.peek().is_some() && lit.all(|lane| batch.light.reach[lane] < f32::INFINITY);
     for lane in start..start + SAMPLES {
         let distance = batch.light.distance[lane];
         if distance.is_nan() || distance == f32::INFINITY {
-            return LightProbe { bounds: None, strength: 1.0 };
+            return LightProbe { bounds: None, strength: 1.0, is_near };
         }
         let (point, direction) = (get(&batch.point, lane), get(&batch.light.direction, lane));
         let place: [f32; 3] = std::array::from_fn(|axis| point[axis] + direction[axis] * distance);
@@ -119,5 +122,5 @@ fn probe(batch: &ShadingBatch, start: usize) -> LightProbe {
         strength += if intensity.is_finite() { intensity.max(0.0) / SAMPLES as f32 } else { 0.0 };
     }
     let is_somewhere = bounds != Bounds::EMPTY;
-    LightProbe { bounds: is_somewhere.then_some(bounds), strength }
+    LightProbe { bounds: is_somewhere.then_some(bounds), strength, is_near }
 }

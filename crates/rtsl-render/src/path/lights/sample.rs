@@ -140,16 +140,32 @@ impl LightMemory {
         }
     }
 
-    /// Divides colours by densities, and includes the selection probabilities in both.
+    /// Divides colours by densities, and includes the selection probabilities in both; samples that no ray finds have no
+    /// density then. `weights` tells whether samples that rays find as well are divided, too.
     #[inline(always)]
-    fn weigh<S: Simd>(&mut self, simd: S) {
+    fn weigh<S: Simd>(&mut self, simd: S, found: Found, weights: Weights) {
         for eight in eights_of(simd, self.lanes.count()) {
             let (own, part) = (eight.floats(&self.density), eight.floats(&self.part));
             let density = own * part;
             // With a NaN density the sample is NaN, not a delta.
             let is_delta = own.simd_le(0.0);
             let scale = 1.0 / is_delta.select(part, density);
-            let color = scaled(&eight.vectors(&self.color), scale);
+            let radiance = eight.vectors(&self.color);
+            let divided = scaled(&radiance, scale);
+            let none = eight.splat(0.0);
+            let (color, density) = match (found, weights) {
+                (Found::All, Weights::Left) => (radiance, density),
+                (Found::All, Weights::Divided) => (divided, density),
+                (Found::None, _) => (divided, none),
+                (Found::AtInfinity, _) => {
+                    let is_found = eight.floats(&self.reach).simd_eq(f32::INFINITY);
+                    let color = match weights {
+                        Weights::Left => select(is_found, &radiance, &divided),
+                        Weights::Divided => divided,
+                    };
+                    (color, is_found.select(density, none))
+                }
+            };
             eight.put_vectors(&color, &mut self.color);
             eight.put(density, &mut self.density);
         }
@@ -179,6 +195,14 @@ enum Weights {
     Divided,
     /// Colours are radiances.
     Left,
+}
+
+/// The samples of a class of lights that rays find as well.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Found {
+    None,
+    AtInfinity,
+    All,
 }
 
 impl PathTracer<'_> {
@@ -242,20 +266,15 @@ impl PathTracer<'_> {
             }
             memory.load(batch);
             let class = class as usize;
-            let is_weighed = if let Some(class) = lights.classes.get(class) {
+            let found = if let Some(class) = lights.classes.get(class) {
                 self.sample_class(class, lights, batch, memory);
-                class.is_weighed
+                if class.is_weighed { Found::AtInfinity } else { Found::None }
             } else {
                 let shapes = &lights.shapes[class - lights.classes.len()];
                 self.sample_shapes(shapes, lights, memory);
-                !shapes.is_invisible
+                if shapes.is_invisible { Found::None } else { Found::All }
             };
-            if weights == Weights::Divided || !is_weighed {
-                dispatch!(Level::new(), simd => memory.weigh(simd));
-            }
-            if !is_weighed {
-                memory.density.fill(0.0);
-            }
+            dispatch!(Level::new(), simd => memory.weigh(simd, found, weights));
             memory.store(&mut batch.light);
         }
     }

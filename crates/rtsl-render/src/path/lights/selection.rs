@@ -17,6 +17,8 @@ pub struct LightProbe {
     pub bounds: Option<Bounds>,
     /// Luminous intensity, averaged over directions. Not used for lights at infinity.
     pub strength: f32,
+    /// True if there is light, and all of it comes from finite distances.
+    pub is_near: bool,
 }
 
 /// The light hierarchy.
@@ -270,7 +272,7 @@ mod tests {
         });
         let strength = prop_oneof![Just(0.0), 0.0_f32..10.0, Just(f32::INFINITY), Just(f32::NAN)];
         (prop_oneof![1 => Just(None), 4 => finite], strength)
-            .prop_map(|(bounds, strength)| LightProbe { bounds, strength })
+            .prop_map(|(bounds, strength)| LightProbe { bounds, strength, is_near: false })
     }
 
     proptest! {
@@ -301,7 +303,8 @@ mod tests {
     fn near_and_strong_lights_are_chosen_often() {
         let at = |x: f32| Bounds::new([x, 0.0, 0.0], [x, 0.0, 0.0]);
         let probes = [(1.0, 1.0), (10.0, 1.0), (10.5, 50.0), (100.0, 1.0)];
-        let probes = probes.map(|(x, strength)| LightProbe { bounds: at(x), strength });
+        let probes =
+            probes.map(|(x, strength)| LightProbe { bounds: at(x), strength, is_near: true });
         let selection = Selection::new(&probes);
         let [near, weak, strong, far] = [0, 1, 2, 3].map(|it| selection.probability(it, [0.0; 3]));
         assert!(near > 0.5 && strong > weak && weak > far, "{near} {weak} {strong} {far}");
