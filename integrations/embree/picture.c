@@ -235,7 +235,7 @@ static void draw_packet(const Scene *scene, Camera camera, Options options, int 
     EmbreeRays shadows;
     uint32_t count = options.width;
     for (uint32_t lane = 0; lane < count; lane++) {
-        put_ray(rays, count, lane, camera.eye, direction_to(x + (int)lane, y, options.size), 1e-4f * camera.scale);
+        put_ray(rays, count, lane, camera.eye, direction_to(x + (int)lane, y, options.size), 0.0f);
         valid[lane] = -1;
     }
     embree_intersect(&scene->embree, scene->scene, valid, rays, count, true);

@@ -6,6 +6,11 @@
 /// the one that leaves it.
 pub const SURFACE_ERROR: f32 = 16.0 * (f32::EPSILON / 2.0);
 
+/// The error of a point that is transformed from the space of its shape to the world, moved along the normal, and
+/// transformed back with the ray that begins there, relative to the sizes of its coordinates in both: three roundings
+/// for each map, one for its coefficients, and one for the move.
+pub const TRANSFORM_ERROR: f32 = 5.0 * (f32::EPSILON / 2.0);
+
 /// The least cosine for which footprints are computed; smaller ones are clamped.
 pub const MIN_FOOTPRINT_COSINE: f32 = 0.01;
 

@@ -34,7 +34,9 @@ pub fn look(eye: [f64; 3], direction: [f64; 3], up: [f64; 3]) -> Option<Transfor
 pub fn frame(bounds: &Bounds) -> Transform {
     let all = [[-1.0; 3], [1.0; 3]].into_iter().collect();
     let bounds = if bounds.is_empty() || !bounds.radius().is_finite() { &all } else { bounds };
-    let (center, radius) = (bounds.center(), bounds.radius().max(1e-6));
+    let (center, radius) = (bounds.center(), bounds.radius());
+    // A point has no size.
+    let radius = if radius > 0.0 { radius } else { 1e-6 };
     let [Some(back), Some(right)] =
         [unit(THREE_QUARTERS), unit(cross([0.0, 1.0, 0.0], THREE_QUARTERS))]
     else {

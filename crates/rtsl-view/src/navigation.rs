@@ -139,7 +139,8 @@ impl Navigation {
 
     fn distance(&self, session: &Session) -> f64 {
         let position = camera_control::position(session.camera());
-        camera_control::distance(position, self.pivot).max(1e-6)
+        let distance = camera_control::distance(position, self.pivot);
+        if distance > 0.0 { distance } else { 1.0 }
     }
 
     /// Returns the camera as a line of a scene file.

@@ -74,7 +74,7 @@ pub use link::attributes::AttributeTable;
 pub use link::indexed_lights::SHADOW_LIMIT;
 pub use link::light_selection::{LightContent, LightNode, LightSelection};
 pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
-pub use link::linked_method::LinkedMethod;
+pub use link::linked_method::{HitPlacement, LinkedMethod};
 pub use link::outputs::Outputs;
 pub use link::sequences::SEQUENCES_OF_SEARCH;
 pub use program::camera_program::{CameraArrays, CameraProgram, CameraView};

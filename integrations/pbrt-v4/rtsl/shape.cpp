@@ -111,6 +111,8 @@ pstd::optional<ShapeIntersection> RtslShape::Intersect(const Ray &ray, Float tMa
     // The state and the scratch of the call that found the hit are there for the methods that follow.
     Caller &caller = Caller::Current();
     Normals normals = NormalsAt(*hit, caller);
+    // computeNormal may have put it back on the surface.
+    hit->point = caller.Point(RTSL_STATE_HitPoint);
     Point2f uv = CoordinatesAt(*hit, caller);
     Tangents tangents = TangentsAt(normals, caller);
     Point3fi point = ToRender(hit->point, hit->t * Length(hit->direction));

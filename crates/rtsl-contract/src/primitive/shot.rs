@@ -77,6 +77,9 @@ impl Shot {
             subject.call(method, &mut self.rays)?;
         }
         if method == Method::ComputeNormal {
+            // It may have put hits back on the surface.
+            let placed = self.rays.vectors("rt_HitPoint").into_iter().zip(&self.hits);
+            self.points = placed.map(|(point, hit)| hit.map_or(Vec3::ZERO, |_| point)).collect();
             for variable in ["rt_GeometricNormal", "rt_ShadingNormal"] {
                 let unit = self.rays.vectors(variable).into_iter().map(Vec3::normalize);
                 self.rays.set_vectors(variable, unit);

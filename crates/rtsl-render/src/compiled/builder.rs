@@ -131,18 +131,15 @@ impl Assembly<'_> {
     fn scene(&self, scene: &Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
         let placed = PlacedObjects::new(scene, &objects);
-        let (geometry, extents, usual_camera_epsilon) = match shapes {
-            Shapes::Same(earlier) => {
-                (earlier.geometry.clone(), earlier.extents.clone(), earlier.usual_camera_epsilon)
-            }
+        let (geometry, extents) = match shapes {
+            Shapes::Same(earlier) => (earlier.geometry.clone(), earlier.extents.clone()),
             Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {
                 // Kernels are compiled while the trees are built.
                 scope.spawn(|| placed.prepare_classes(scene, &objects, self.shaders));
                 let bounds = self.bounds(scene)?;
-                let camera_epsilon = usual_camera_epsilon(&scene.objects, &bounds);
                 let extents = Arc::new(Extents::new(&bounds));
                 let geometry = placed.geometry(scene, bounds, shapes.earlier());
-                Ok((Arc::new(geometry), extents, camera_epsilon))
+                Ok((Arc::new(geometry), extents))
             })?,
         };
         let classes = placed.classes(&geometry, scene, &objects, self.shaders)?;
@@ -151,7 +148,6 @@ impl Assembly<'_> {
         let PlacedObjects { groups: items, .. } = placed;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         Ok(CompiledScene {
-            usual_camera_epsilon,
             epsilon: scene.settings.epsilon.unwrap_or(0.0),
             extents,
             settings: scene.settings.clone(),
@@ -209,27 +205,4 @@ impl Assembly<'_> {
 
 fn placed_light(light: &PlacedLight) -> Light {
     Light { forward: light.transform.affine(), inverse: inverse(light.transform) }
-}
-
-/// The least distance of a camera ray's hit: 1e-4 of the scene's scale. The scale is the median diagonal of the
-/// objects' boxes, so that one large floor does not hide small objects near the camera, but at least a hundredth of the
-/// diagonal of the scene.
-fn usual_camera_epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
-    let placed = objects.iter().zip(own_bounds).flat_map(|(object, bounds)| {
-        let bounds = bounds.iter().flatten();
-        bounds.filter_map(|own| match object.motion {
-            None => Some(*own),
-            Some(_) => own.transformed(object.transform),
-        })
-    });
-    let bounds: Vec<Bounds> = placed.collect();
-    if bounds.is_empty() {
-        return 1e-4;
-    }
-    let mut diagonals: Vec<f64> = bounds.par_iter().map(Bounds::diagonal).collect();
-    let middle = diagonals.len() / 2;
-    let (_, median, _) = diagonals.select_nth_unstable_by(middle, f64::total_cmp);
-    let all = bounds.iter().fold(Bounds::EMPTY, |all, bounds| all.union(bounds));
-    let scale = median.max(all.diagonal() / 100.0);
-    if scale > 0.0 { (scale * 1e-4) as f32 } else { 1e-4 }
 }

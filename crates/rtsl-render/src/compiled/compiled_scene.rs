@@ -46,10 +46,8 @@ pub struct CompiledScene {
     pub instance_transforms: Vec<Affine>,
     /// The extents of its objects' bounding boxes.
     pub extents: Arc<Extents>,
-    /// The value of `camera_epsilon` if the scene's settings do not set it.
-    pub(super) usual_camera_epsilon: f32,
-    /// The least distance of hits of all rays but camera rays. Their origins are offset from surfaces, so it is 0
-    /// unless the scene sets it.
+    /// The distance beyond which hits of rays count, unless the camera sets another: 0 unless the scene sets it, since
+    /// cameras are in no surface, and the origins of other rays are offset from surfaces.
     pub epsilon: f32,
     /// The greatest number of scratch arrays of a shader.
     pub scratch_arrays: usize,
@@ -65,11 +63,6 @@ pub struct CompiledScene {
 }
 
 impl CompiledScene {
-    /// Returns the least distance of a camera ray's hit, unless the camera sets another.
-    pub fn camera_epsilon(&self) -> f32 {
-        self.settings.epsilon.unwrap_or(self.usual_camera_epsilon)
-    }
-
     /// Returns the shader of an instance.
     pub fn shader(&self, instance: &ShaderInstance) -> &Shader {
         &self.shaders[instance.shader]

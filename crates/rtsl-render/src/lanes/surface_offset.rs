@@ -11,10 +11,13 @@
 //! bound follows from sizes, axis by axis: those of the ray's origin and of its segment up to the hit, of the shape's
 //! box, and of their images under the transforms between spaces. Along an axis where all of them are small, as is the
 //! height over a level floor, the bound is small however far the other axes reach.
+//!
+//! Shapes that put their hits back on the surface know the error of that. Renderers then add only their own: that of the
+//! point and its transforms, without the shape's box, and without the ray where the point has been moved.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use rtsl_math::{LIGHT_MARGIN, SURFACE_ERROR};
+use rtsl_math::LIGHT_MARGIN;
 
 use super::eight::{Eight, Vectors, dots, scaled};
 
@@ -40,15 +43,15 @@ pub fn sizes_on_rays<S: Simd>(
     sums(&sizes(origin), &sizes(&scaled(direction, parameter)))
 }
 
-/// Returns the distances from points, which are computed from terms of these sizes, along their unit normals at which
-/// rays begin; 0 if sizes overflow.
+/// Returns the distances from points, which are computed from terms of these sizes with this relative error, along their
+/// unit normals at which rays begin; 0 if sizes overflow.
 #[inline(always)]
 pub fn surface_offsets<S: Simd>(
     eight: Eight<S>,
     normal: &Vectors<S>,
-    sizes_of_points: &Vectors<S>,
+    (sizes_of_points, error): (&Vectors<S>, f32),
 ) -> f32x8<S> {
-    let offset = dots(&sizes(normal), sizes_of_points) * eight.splat(SURFACE_ERROR);
+    let offset = dots(&sizes(normal), sizes_of_points) * eight.splat(error);
     offset.simd_lt(f32::INFINITY).select(offset, eight.splat(0.0))
 }
 

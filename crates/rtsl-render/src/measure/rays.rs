@@ -39,8 +39,7 @@ impl RaySets {
         let compiled = &tracer.scene.compiled;
         let world = compiled.geometry.groups.first().and_then(|world| world.bounds());
         if let Some(world) = world {
-            sets.random =
-                (0..count).map(|index| random(world, compiled.camera_epsilon(), index)).collect();
+            sets.random = (0..count).map(|index| random(world, compiled.epsilon, index)).collect();
         }
         sets
     }

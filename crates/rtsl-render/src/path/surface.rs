@@ -30,6 +30,7 @@ impl PathTracer<'_> {
             transforms: SurfaceTransforms::new(&self.scene.compiled, group.key.class, hits),
             needs: group.needs,
             shapes_read_normals: group.shapes_read_normals,
+            placement: group.shape.placement,
         };
         let mut lanes = BatchSurfaces { tracer: self, group, batch };
         dispatch!(Level::new(), simd => {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
-    ATTRIBUTES, Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, StateVariable,
-    TO_OBJECT, TO_WORLD, Variant, lookup_state,
+    ATTRIBUTES, HitPlacement, Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query,
+    StateVariable, TO_OBJECT, TO_WORLD, Variant, lookup_state,
 };
 
 use super::group_plan::Classes;
@@ -70,6 +70,8 @@ pub struct ShapeKernels {
     pub derivatives: Option<Arc<Kernel>>,
     /// `samplePDF`.
     pub density: Option<Arc<Kernel>>,
+    /// What `computeNormal` sets of hits.
+    pub placement: HitPlacement,
 }
 
 /// The programs and instances of a group's parts.
@@ -300,7 +302,9 @@ impl ShapeKernels {
             let variant = if class.is_placed() { variant.placed() } else { variant };
             maker.kernel_of(program, Method::Intersect, variant)
         });
-        ShapeKernels { hit: hit.flatten(), normal, coordinates, derivatives, density }
+        let placement = linked(Method::ComputeNormal).map(|it| it.hit_placement());
+        let placement = placement.unwrap_or_default();
+        ShapeKernels { hit: hit.flatten(), normal, coordinates, derivatives, density, placement }
     }
 }
 

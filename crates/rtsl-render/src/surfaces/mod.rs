@@ -8,8 +8,8 @@ mod transforms;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use rtsl::Method;
-use rtsl_math::SIMD_LANES;
+use rtsl::{HitPlacement, Method};
+use rtsl_math::{SIMD_LANES, SURFACE_ERROR, TRANSFORM_ERROR};
 
 pub use hit_lanes::{EightSurfaces, HitLanes, ObjectHit, SurfaceLanes};
 pub use state::EightRays;
@@ -17,9 +17,11 @@ pub use surface_needs::SurfaceNeeds;
 pub use transforms::SurfaceTransforms;
 
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled};
-use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
-use state::{normalize_normals, set_hits, set_inverse_directions, set_tangents};
+use crate::lanes::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
+use crate::lanes::surface_offset::{sizes, sizes_on_rays, surface_offsets};
+use state::{
+    normalize_normals, set_hits, set_inverse_directions, set_moved_coordinates, set_tangents,
+};
 
 /// The surfaces of objects of one traversal class.
 pub struct Surfaces<'a> {
@@ -29,6 +31,8 @@ pub struct Surfaces<'a> {
     pub needs: SurfaceNeeds,
     /// True if methods of the shapes may read normals.
     pub shapes_read_normals: bool,
+    /// What the shapes' `computeNormal` sets of hits.
+    pub placement: HitPlacement,
 }
 
 impl Surfaces<'_> {
@@ -48,6 +52,9 @@ impl Surfaces<'_> {
             self.keep_light_densities(simd, lanes);
         }
         if coordinates || derivatives {
+            if self.placement.moves {
+                set_moved_coordinates(lanes.eights(simd), lanes.state());
+            }
             lanes.call(Method::ComputeTextureCoordinates);
         }
         if derivatives {
@@ -184,8 +191,6 @@ impl Surfaces<'_> {
         lanes: &mut L,
     ) -> EightSurfaces<S> {
         let v = variables();
-        let EightRays { origin, direction, .. } = rays;
-        let distance = lanes.distances(eight);
         let normals = [
             eight.load_vectors(lanes.state(), v.geometric_normal),
             eight.load_vectors(lanes.state(), v.shading_normal),
@@ -194,17 +199,48 @@ impl Surfaces<'_> {
         let up = eight.splat_vector([0.0, 0.0, 1.0]);
         let geometric_normal = eight.normalized_or(&geometric, &up);
         let shading_normal = eight.normalized_or(&shading, &geometric_normal);
-        let sizes = sizes_on_rays(origin, direction, distance);
-        let sizes = self.transforms.sizes_of_points(eight, lanes, &sizes);
-        let offset = surface_offsets(eight, &geometric_normal, &sizes);
-        let own = self.offsets_of_shapes(eight, &normals[0], lanes);
-        EightSurfaces {
-            direction: *direction,
-            point: points_on_rays(origin, direction, distance),
-            offset: own.map_or(offset, |own| own.max(offset)),
-            geometric_normal,
-            shading_normal,
+        let (point, sizes) = self.points(eight, rays, lanes);
+        let HitPlacement { is_bounded, .. } = self.placement;
+        let sizes = self.transforms.sizes_of_points(eight, lanes, &sizes, !is_bounded);
+        let error = if is_bounded { TRANSFORM_ERROR } else { SURFACE_ERROR };
+        let offset = surface_offsets(eight, &geometric_normal, (&sizes, error));
+        let offset = match self.offsets_of_shapes(eight, &normals[0], lanes) {
+            None => offset,
+            Some(own) if is_bounded => own + offset,
+            Some(own) => own.max(offset),
+        };
+        let direction = rays.direction;
+        EightSurfaces { direction, point, offset, geometric_normal, shading_normal }
+    }
+
+    /// Returns the hit points in world space, and the sizes of the terms that they are computed from. Hits of shapes that
+    /// put them back are where the shape says, but where the ray is if that is as precise in the shape's space and the
+    /// shape has left them there: the world's coordinates near a camera have more digits than those of a planet.
+    #[inline(always)]
+    fn points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        rays: &EightRays<S>,
+        lanes: &mut impl SurfaceLanes,
+    ) -> (Vectors<S>, Vectors<S>) {
+        let v = variables();
+        let distance = lanes.distances(eight);
+        let on_rays = points_on_rays(&rays.origin, &rays.direction, distance);
+        let of_rays = sizes_on_rays(&rays.origin, &rays.direction, distance);
+        if !self.placement.moves {
+            return (on_rays, of_rays);
         }
+        let [origin, direction, found] = [v.ray_origin, v.ray_direction, v.hit_point]
+            .map(|variable| eight.load_vectors(lanes.state(), variable));
+        let [x, y, z] = points_on_rays(&origin, &direction, distance);
+        let [size, of_ray] = [sizes(&found), sizes_on_rays(&origin, &direction, distance)]
+            .map(|[x, y, z]| x + y + z);
+        let stays = x.simd_eq(found[0])
+            & y.simd_eq(found[1])
+            & z.simd_eq(found[2])
+            & of_ray.simd_le(size + size);
+        let moved = self.transforms.points(eight, lanes, &found);
+        (select(stays, &on_rays, &moved), select(stays, &of_rays, &sizes(&moved)))
     }
 
     /// Returns the offsets that the shapes set, in world space, given the normals in the shapes' spaces; `None` if none

@@ -97,6 +97,19 @@ fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vect
     }
 }
 
+/// Sets the default coordinates for solid textures to hit points that `computeNormal` may have moved.
+#[inline(always)]
+pub fn set_moved_coordinates<S: Simd>(
+    eights: impl Iterator<Item = Eight<S>>,
+    state: &mut LaneBlock,
+) {
+    let v = variables();
+    for eight in eights {
+        let point = eight.load_vectors(state, v.hit_point);
+        eight.store_vectors(state, v.texture_uvw, &point);
+    }
+}
+
 /// Normalises the normals in the object's space.
 #[inline(always)]
 pub fn normalize_normals<S: Simd>(eights: impl Iterator<Item = Eight<S>>, state: &mut LaneBlock) {

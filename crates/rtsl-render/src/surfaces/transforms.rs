@@ -174,16 +174,10 @@ impl<'a> SurfaceTransforms<'a> {
         &self.scene.objects[lanes.hit(lane).object as usize]
     }
 
-    /// Returns the magnitudes that bound the rounding errors of hit points in the world, given those of the rays: on
-    /// the way to the objects' spaces, and back.
+    /// Returns the extents of the bounding boxes that were hit, in the spaces of the objects' groups.
     #[inline(always)]
-    pub fn sizes_of_points<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        lanes: &impl HitLanes,
-        of_rays: &Vectors<S>,
-    ) -> Vectors<S> {
-        let extents = match self.extents {
+    fn extents<S: Simd>(&self, eight: Eight<S>, lanes: &impl HitLanes) -> Vectors<S> {
+        match self.extents {
             Some(extents) => eight.splat_vector(extents),
             None => {
                 let [x, y, z, _] = fours(eight.simd(), |lane| {
@@ -193,10 +187,25 @@ impl<'a> SurfaceTransforms<'a> {
                 });
                 [x, y, z]
             }
-        };
+        }
+    }
+
+    /// Returns the magnitudes that bound the rounding errors of hit points in the world, given those of the rays: on
+    /// the way to the objects' spaces, and back; with the extents of the shapes or without.
+    #[inline(always)]
+    pub fn sizes_of_points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        lanes: &impl HitLanes,
+        of_rays: &Vectors<S>,
+        has_extents: bool,
+    ) -> Vectors<S> {
         let to_group = self.world_to_group(eight, lanes);
-        let in_group = to_group.map_or(*of_rays, |maps| maps.of_sizes().points(of_rays));
-        let in_group = self.sizes_in_group(eight, lanes, &sums(&in_group, &extents));
+        let mut in_group = to_group.map_or(*of_rays, |maps| maps.of_sizes().points(of_rays));
+        if has_extents {
+            in_group = sums(&in_group, &self.extents(eight, lanes));
+        }
+        let in_group = self.sizes_in_group(eight, lanes, &in_group);
         match self.group_to_world(eight, lanes) {
             None => in_group,
             Some(maps) => sums(of_rays, &maps.of_sizes().vectors(&in_group)),

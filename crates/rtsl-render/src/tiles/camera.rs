@@ -111,7 +111,7 @@ fn block(program: &CameraProgram, scene: &CompiledScene) -> InstanceBlock {
     let view = CameraView {
         size: scene.settings.whole_size().map(|side| side as u32),
         map: map.columns,
-        epsilon: scene.camera_epsilon(),
+        epsilon: scene.epsilon,
     };
     program.block(&scene.camera.block, &view)
 }

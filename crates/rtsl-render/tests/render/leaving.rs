@@ -61,6 +61,20 @@ void computeBounds() {
     rt_BoundMax = max(corner, far);
 }
 void computeNormal() { rt_GeometricNormal = cross(across, along); }
+class Egg : rt_Primitive;
+float field(vec3 p) { return length(p * vec3(1.0, 0.8, 1.2)) - 0.8; }
+void intersect() {
+    float speed = length(rt_RayDirection);
+    float t = max(-dot(rt_RayOrigin, rt_RayDirection) / (speed * speed) - 1.1 / speed, 0.0);
+    float side = field(rt_RayOrigin) < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < 300 && t < rt_HitDistance; i++) {
+        float apart = side * field(rt_RayOrigin + t * rt_RayDirection);
+        if (apart < 1e-6 && t > 0.0) { hit(t); return; }
+        if (apart > 3.0) return;
+        t += max(0.8 * apart, 1e-6) / speed;
+    }
+}
+void computeBounds() { rt_BoundMin = vec3(-1.1); rt_BoundMax = vec3(1.1); }
 ";
 
 fn render(scene: &str, renderer: Renderer) -> Pixels {
@@ -183,15 +197,58 @@ const SHAPES: &[fn([f64; 3], f64) -> String] = &[
     |place, scale| placed(place, scale, &Mesh::ball(300, 3).text()),
 ];
 
-/// A row of all shapes, apart from each other, as the camera sees it from aside.
-fn scene_of_row(place: [f64; 3], scale: f64, material: &str, integrator: &str) -> String {
+/// Convex shapes that put their hits back on the surface.
+const ROUND_SHAPES: &[fn([f64; 3], f64) -> String] = &[
+    |place, scale| placed(place, scale, "Shape \"PartialSphere\" \"float radius\" 0.9"),
+    |place, scale| {
+        let cone = "Shape \"Cone\" \"float radius\" 0.8 \"float yMin\" -0.6 \"float yMax\" 0.9";
+        placed(place, scale, cone)
+    },
+    |place, scale| {
+        let cone = "Rotate 90 1 0 0 Shape \"Cone\" \"float radius\" 0.8 \"float topRadius\" 0.7
+            \"float yMin\" -0.7 \"float yMax\" 0.7";
+        placed(place, scale, cone)
+    },
+    |place, scale| placed(place, scale, "Rotate 70 1 0.3 0 Shape \"RoundCone\""),
+    |place, scale| {
+        let [from, to] = [[0.4, 0.3, -0.2], [-0.5, -0.2, 0.3]];
+        let [from, to] = [from, to].map(|point| row(at(place, scale)(point)));
+        format!(
+            "Shape \"RoundCone\" \"point3 start\" {from} \"point3 end\" {to} \"float startRadius\" {}
+            \"float endRadius\" {}\n",
+            0.3 * scale,
+            0.5 * scale
+        )
+    },
+    |place, scale| {
+        let block = "Rotate 50 1 0.3 0 Shape \"Superquadric\" \"vector3 radii\" [0.9 0.5 0.7]
+            \"float profile\" 0.4 \"float section\" 0.7";
+        placed(place, scale, block)
+    },
+    |place, scale| {
+        let union = "Shape \"SdfUnion\" \"point3 centers\" [0 0 0] \"float radii\" [0.8]";
+        placed(place, scale, union)
+    },
+    |place, scale| placed(place, scale, "Rotate 50 1 0.3 0 Shape \"Egg\""),
+];
+
+/// Columns of pixels for each shape of a row.
+const COLUMNS: usize = 22;
+
+/// A row of shapes, apart from each other, as the camera sees it from aside.
+fn scene_of_row(
+    shapes: &[fn([f64; 3], f64) -> String],
+    (place, scale): ([f64; 3], f64),
+    material: &str,
+    integrator: &str,
+) -> String {
     const WAY: [f64; 3] = [0.4, 0.7, -0.6];
     const ALONG: [f64; 3] = [0.9, -0.17, 0.401];
     let eye = at(place, 30.0 * scale)(WAY);
     let mut text = format!(
         "LookAt {} {} {}  {} {} {}  0.1 1 0.2
         Camera \"Pinhole\" \"float fov\" 3.917
-        Film \"rgb\" \"integer xresolution\" 240 \"integer yresolution\" 10
+        Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" 10
         Sampler \"independent\" \"integer pixelsamples\" 4\n{integrator}\nWorldBegin
         Material {material} \"float near\" {}\n",
         eye[0],
@@ -200,10 +257,11 @@ fn scene_of_row(place: [f64; 3], scale: f64, material: &str, integrator: &str) -
         place[0],
         place[1],
         place[2],
+        COLUMNS * shapes.len(),
         2.2 * scale,
     );
-    for (index, shape) in SHAPES.iter().enumerate() {
-        let aside = 4.5 * (index as f64 - 0.5 * (SHAPES.len() - 1) as f64);
+    for (index, shape) in shapes.iter().enumerate() {
+        let aside = 4.536 * (index as f64 - 0.5 * (shapes.len() - 1) as f64);
         let place = at(place, scale * aside)(ALONG);
         let _ = writeln!(text, "AttributeBegin {} AttributeEnd", shape(place, scale));
     }
@@ -212,7 +270,12 @@ fn scene_of_row(place: [f64; 3], scale: f64, material: &str, integrator: &str) -
 
 /// Checks rows of shapes of many scales, in many places. Pixels are 0 where nothing is seen, and above 100 where a ray
 /// meets what it left.
-fn check_everywhere(renderer: Renderer, material: &str, integrator: &str) {
+fn check_everywhere(
+    renderer: Renderer,
+    shapes: &[fn([f64; 3], f64) -> String],
+    material: &str,
+    integrator: &str,
+) {
     let mut wrong = String::new();
     for (scale, away) in [
         (1e-4, 0.0),
@@ -225,10 +288,11 @@ fn check_everywhere(renderer: Renderer, material: &str, integrator: &str) {
         (1e6, 1e5),
     ] {
         let place = ASKEW.map(|axis| axis * away);
-        let pixels = render(&scene_of_row(place, scale, material, integrator), renderer);
-        for shape in 0..SHAPES.len() {
-            let columns = shape * 240 / SHAPES.len()..(shape + 1) * 240 / SHAPES.len();
-            let of_shape = || (0..10).flat_map(|row| &pixels[240 * row..][columns.clone()]);
+        let scene = scene_of_row(shapes, (place, scale), material, integrator);
+        let pixels = render(&scene, renderer);
+        for shape in 0..shapes.len() {
+            let rows = pixels.chunks(COLUMNS * shapes.len());
+            let of_shape = || rows.clone().flat_map(|row| &row[COLUMNS * shape..][..COLUMNS]);
             let seen = of_shape().filter(|pixel| pixel[0] > 0.0).count();
             let met = of_shape().filter(|pixel| pixel[0] > 100.0).count();
             let most = of_shape().fold(0.0, |most: f32, pixel| most.max(pixel[0]));
@@ -248,13 +312,15 @@ fn check_everywhere(renderer: Renderer, material: &str, integrator: &str) {
 #[test]
 fn no_ray_of_shade_meets_the_convex_shape_that_it_leaves() {
     let integrator = "Integrator \"interactive\" \"integer maxdepth\" 1";
-    check_everywhere(Renderer::Interactive, "\"Probe\"", integrator);
+    check_everywhere(Renderer::Interactive, SHAPES, "\"Probe\"", integrator);
+    check_everywhere(Renderer::Interactive, ROUND_SHAPES, "\"Probe\"", integrator);
 }
 
 #[test]
 fn no_path_meets_the_convex_shape_that_it_leaves() {
     let integrator = "Integrator \"path\" \"integer maxdepth\" 1 \"float rrthreshold\" 0";
-    check_everywhere(Renderer::Batch, "\"Close\"", integrator);
+    check_everywhere(Renderer::Batch, SHAPES, "\"Close\"", integrator);
+    check_everywhere(Renderer::Batch, ROUND_SHAPES, "\"Close\"", integrator);
 }
 
 /// A ground so large that its vertices are far from the origin, though its coordinates in view are small.

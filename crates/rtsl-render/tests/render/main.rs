@@ -29,6 +29,7 @@ mod presence;
 mod progress;
 mod radiance;
 mod refit;
+mod scale;
 mod scenes;
 mod scratch;
 mod shading;

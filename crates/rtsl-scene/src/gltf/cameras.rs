@@ -117,13 +117,16 @@ impl Builder<'_> {
     /// that faces all lights is at most 2: many files have lights as bright as the sun.
     fn exposure(&self, bounds: &Bounds) -> f64 {
         let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
+        // No light is in the middle itself.
+        let nearest = if bounds.is_empty() { 0.0 } else { 1e-3 * bounds.radius() };
+        let nearest = (nearest * nearest).max(f64::MIN_POSITIVE);
         let lights = self.description.lights.iter().map(|light| {
             let light = &self.description.entities[light.0];
             let strength = light.number("strength").unwrap_or(0.0);
             match light.parameter("position").map(|it| &it.values) {
                 Some(Values::Numbers(position)) if position.len() == 3 => {
                     let parts = (0..3).map(|axis| position[axis] - center[axis]);
-                    strength / parts.map(|part| part * part).sum::<f64>().max(1e-6)
+                    strength / parts.map(|part| part * part).sum::<f64>().max(nearest)
                 }
                 Some(_) | None => strength,
             }

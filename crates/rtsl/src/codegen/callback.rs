@@ -10,7 +10,7 @@ use crate::link::outputs::Outputs;
 ///
 /// Rays with a hit get the outputs and the [marks](RayRecord::marks); nothing else is written. State that the record
 /// has no rows for has its default, except `rt_InverseRayDirection`, which is computed. `rt_HitPoint` is origin +
-/// distance * direction, each operation rounded.
+/// distance * direction, each operation rounded, until `computeNormal` sets it.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;

@@ -32,7 +32,24 @@ pub struct LinkedMethod {
     pub(crate) nesting: usize,
 }
 
+/// What `computeNormal` of a class sets of its hits besides normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HitPlacement {
+    /// True if it sets `rt_HitPoint`: it puts hits back on the surface.
+    pub moves: bool,
+    /// True if it sets `rt_SurfaceOffset`, too: this bounds the errors of hits in the space of the shape, of which
+    /// hosts otherwise know no more than the shape's extents.
+    pub is_bounded: bool,
+}
+
 impl LinkedMethod {
+    /// Returns what the method, which is `computeNormal`, sets of hits.
+    pub fn hit_placement(&self) -> HitPlacement {
+        let sets = |name: &str| self.writes.iter().any(|variable| variable.name == name);
+        let moves = sets("rt_HitPoint");
+        HitPlacement { moves, is_bounded: moves && sets("rt_SurfaceOffset") }
+    }
+
     /// Returns the texts in which operations have places, of [traced](crate::CompilerOptions::traced) classes.
     pub fn sources(&self) -> &[Arc<Source>] {
         self.function.names.sources()

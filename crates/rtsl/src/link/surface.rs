@@ -9,13 +9,13 @@ use std::sync::Arc;
 use rtsl_ir::{
     BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, StateComponent, UnaryOp, Value,
 };
-use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR};
+use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR, TRANSFORM_ERROR};
 use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{ATTRIBUTES, MAX_ATTRIBUTE_SCALARS, Method, Role, lookup_state};
 
 use super::arithmetic::{Arithmetic, Map, Vector};
 use super::light_selection::LightSelection;
-use super::linked_method::LinkedMethod;
+use super::linked_method::{HitPlacement, LinkedMethod};
 use super::linker::{Linker, Linking, Site, default_of, find_override};
 use super::stage::{TIME_COLUMN, asks_host, first_of};
 
@@ -135,8 +135,8 @@ impl ShapeLinks {
         code.scaled(normal, side)
     }
 
-    /// The bound of the rounding error of a point along a unit normal, given the magnitudes of the terms from which the
-    /// point is computed; 0 if they overflow.
+    /// The bound of the rounding error of a point of the shape along a unit normal, given the magnitudes of the terms from
+    /// which the point is computed; 0 if they overflow.
     pub(super) fn rounding_error(
         &self,
         code: &mut Arithmetic<'_>,
@@ -144,20 +144,58 @@ impl ShapeLinks {
         (normal, sizes): (Vector, Vector),
     ) -> Linking<Value> {
         let extents = code.member(&self.member(EXTENTS), 4, 0)?;
-        let mut sizes = code.sum(sizes, extents)?;
+        let sizes = code.sum(sizes, extents)?;
+        code.error_of_sizes(maps, (normal, sizes), SURFACE_ERROR)
+    }
+
+    /// What `computeNormal` sets of hits.
+    fn placement(&self) -> HitPlacement {
+        let method = self.methods.get(&Method::ComputeNormal);
+        method.map(|method| method.hit_placement()).unwrap_or_default()
+    }
+
+    fn has(&self, method: Method) -> bool {
+        self.methods.contains_key(&method)
+    }
+}
+
+impl Arithmetic<'_> {
+    /// The magnitudes of the terms from which a point on a ray is computed.
+    fn sizes_on_ray(
+        &mut self,
+        origin: Vector,
+        direction: Vector,
+        distance: Value,
+    ) -> Linking<Vector> {
+        let (start, way) = (self.sizes(origin)?, self.scaled(direction, distance)?);
+        let way = self.sizes(way)?;
+        self.sum(start, way)
+    }
+
+    /// The sum of the components.
+    fn total(&mut self, [x, y, z]: Vector) -> Linking<Value> {
+        let sum = self.add(x, y)?;
+        self.add(sum, z)
+    }
+
+    /// The bound of an error along a unit normal: a part of the magnitudes of the terms from which a point is computed,
+    /// in the world and through the space of its shape; 0 if they overflow.
+    fn error_of_sizes(
+        &mut self,
+        maps: Option<&Maps>,
+        (normal, mut sizes): (Vector, Vector),
+        error: f32,
+    ) -> Linking<Value> {
+        let code = self;
         if let Some(maps) = maps {
             let through = code.transformed_point(&maps.sizes, sizes)?;
             sizes = code.sum(sizes, through)?;
         }
         let normal = code.sizes(normal)?;
-        let error = code.products(normal, sizes)?;
-        let roundings = code.float(SURFACE_ERROR)?;
-        let error = code.multiply(error, roundings)?;
+        let size = code.products(normal, sizes)?;
+        let error = code.float(error)?;
+        let error = code.multiply(size, error)?;
         code.finite_or_zero(error)
-    }
-
-    fn has(&self, method: Method) -> bool {
-        self.methods.contains_key(&method)
     }
 }
 
@@ -168,6 +206,8 @@ struct SurfaceCode<'a> {
     maps: Option<Maps>,
     /// The state in the space of the shape; of several values of a component the last counts.
     state: Vec<(StateComponent, Value)>,
+    /// The point on the ray, in the space of the shape.
+    hit_point: Vector,
 }
 
 /// Maps of a placed shape.
@@ -199,12 +239,8 @@ impl Linker {
     ) -> Linking<Vec<Value>> {
         let operand = |name| operands[first_of(Query::SurfaceProperties.operands(), name)];
         let hit = Hit::of(operands);
-        let mut surface = SurfaceCode { shape, maps: None, state: Vec::new() };
-        surface.begin(
-            &mut Arithmetic { linker: &mut *self, to: &mut *to },
-            hit,
-            operand("epsilon"),
-        )?;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
         let called = surface.call_methods(self, caller, (hit, operand("limit")), to);
         self.scratch = scratch;
@@ -226,8 +262,7 @@ impl Linker {
         let point = [0, 1, 2].map(|axis| operands[SURFACE_SCALARS + axis]);
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let hit = Hit::of(operands).seen_from(code, point)?;
-        let mut surface = SurfaceCode { shape, maps: None, state: Vec::new() };
-        surface.begin(code, hit, operand("epsilon"))?;
+        let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
         let called = surface
             .find_normals(self, caller, (hit, operand("limit")), to)
@@ -278,30 +313,17 @@ impl Hit {
     }
 }
 
-impl SurfaceCode<'_> {
-    fn set(&mut self, name: &str, values: &[Value]) {
-        let Some(variable) = lookup_state(name) else { return };
-        let components = (0..).zip(values);
-        self.state.extend(components.map(|(component, value)| {
-            (StateComponent { variable: variable.index, component }, *value)
-        }));
-    }
-
-    fn get(&self, name: &str, component: u32) -> Option<Value> {
-        let variable = lookup_state(name)?.index;
-        find_override(&self.state, StateComponent { variable, component })
-    }
-
-    /// Returns a vector that has been set.
-    fn vector(&self, name: &str) -> Vector {
-        [0, 1, 2].map(|axis| self.get(name, axis).expect("it has a default"))
-    }
-
-    /// Sets the inputs of methods, and the results of those that the class lacks.
-    fn begin(&mut self, code: &mut Arithmetic<'_>, hit: Hit, epsilon: Value) -> Linking<()> {
+impl<'a> SurfaceCode<'a> {
+    /// Returns the inputs of methods, and the results of those that the class lacks.
+    fn begin(
+        code: &mut Arithmetic<'_>,
+        shape: &'a ShapeLinks,
+        hit: Hit,
+        epsilon: Value,
+    ) -> Linking<SurfaceCode<'a>> {
         let mut local = hit;
-        self.maps = self.shape.maps(code)?;
-        if let Some(Maps { inverse, .. }) = &self.maps {
+        let maps = shape.maps(code)?;
+        if let Some(Maps { inverse, .. }) = &maps {
             local.origin = code.transformed_point(inverse, hit.origin)?;
             local.direction = code.transformed_vector(inverse, hit.direction)?;
         }
@@ -311,6 +333,7 @@ impl SurfaceCode<'_> {
         let inverse = code.each(|it, axis| it.divide(one, local.direction[axis]))?;
         let zero = code.float(0.0)?;
         let time = code.column(TIME_COLUMN, Scalar::F32)?;
+        let mut surface = SurfaceCode { shape, maps, state: Vec::new(), hit_point: point };
         for (name, values) in [
             ("rt_RayOrigin", &local.origin[..]),
             ("rt_RayDirection", &local.direction),
@@ -329,9 +352,27 @@ impl SurfaceCode<'_> {
             ("rt_dtdu", &[zero]),
             ("rt_dtdv", &[one]),
         ] {
-            self.set(name, values);
+            surface.set(name, values);
         }
-        Ok(())
+        Ok(surface)
+    }
+
+    fn set(&mut self, name: &str, values: &[Value]) {
+        let Some(variable) = lookup_state(name) else { return };
+        let components = (0..).zip(values);
+        self.state.extend(components.map(|(component, value)| {
+            (StateComponent { variable: variable.index, component }, *value)
+        }));
+    }
+
+    fn get(&self, name: &str, component: u32) -> Option<Value> {
+        let variable = lookup_state(name)?.index;
+        find_override(&self.state, StateComponent { variable, component })
+    }
+
+    /// Returns a vector that has been set.
+    fn vector(&self, name: &str) -> Vector {
+        [0, 1, 2].map(|axis| self.get(name, axis).expect("it has a default"))
     }
 
     fn call_methods(
@@ -367,6 +408,10 @@ impl SurfaceCode<'_> {
             self.state = state;
         }
         self.call_linked(linker, caller, Method::ComputeNormal, to)?;
+        if shape.placement().moves {
+            let point = self.vector("rt_HitPoint");
+            self.set("rt_TextureUVW", &point);
+        }
         let reads_normals = shape.is_sampled
             || shape.has(Method::ComputeTextureCoordinates)
             || shape.has(Method::ComputeDerivatives);
@@ -417,8 +462,8 @@ impl SurfaceCode<'_> {
     ) -> Linking<Vec<Value>> {
         let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(|name| self.vector(name));
         let [geometric, shading] = self.normals(code, normals)?;
-        let point = code.point_on_ray(hit.origin, hit.direction, hit.distance)?;
-        let offset = self.offset(code, hit, geometric, normals[0])?;
+        let (point, sizes) = self.point(code, hit)?;
+        let offset = self.offset(code, sizes, geometric, normals[0])?;
         let [dpdu, dpdv] = self.tangents(code, geometric)?;
         let widths = footprints(code, hit, geometric, [dpdu, dpdv], (width, spread))?;
         let scalar = |name: &str, component: u32| self.get(name, component);
@@ -460,27 +505,54 @@ impl SurfaceCode<'_> {
         Ok([geometric, shading])
     }
 
-    /// The offset at which rays that leave the surface begin, which bounds the rounding error of the point.
+    /// The point, and the sizes of the terms that it is computed from. The hit of a shape that puts hits back is where the
+    /// shape says, but on the ray if that is as precise in the shape's space and the shape has left it there.
+    fn point(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<(Vector, Vector)> {
+        let on_ray = code.point_on_ray(hit.origin, hit.direction, hit.distance)?;
+        let of_ray = code.sizes_on_ray(hit.origin, hit.direction, hit.distance)?;
+        if !self.shape.placement().moves {
+            return Ok((on_ray, of_ray));
+        }
+        let found = self.vector("rt_HitPoint");
+        let [x, y, z] =
+            code.each(|it, axis| it.compare(CompareOp::Equal, self.hit_point[axis], found[axis]))?;
+        let stays = code.and(x, y)?;
+        let stays = code.and(stays, z)?;
+        let [origin, direction] = ["rt_RayOrigin", "rt_RayDirection"].map(|it| self.vector(it));
+        let of_local_ray = code.sizes_on_ray(origin, direction, hit.distance)?;
+        let of_local_ray = code.total(of_local_ray)?;
+        let size = code.sizes(found)?;
+        let size = code.total(size)?;
+        let twice = code.add(size, size)?;
+        let is_near = code.compare(CompareOp::LessEqual, of_local_ray, twice)?;
+        let stays = code.and(stays, is_near)?;
+        let moved = match &self.maps {
+            Some(maps) => code.transformed_point(&maps.forward, found)?,
+            None => found,
+        };
+        let of_moved = code.sizes(moved)?;
+        let point = code.select_vector(stays, on_ray, moved)?;
+        Ok((point, code.select_vector(stays, of_ray, of_moved)?))
+    }
+
+    /// The offset at which rays that leave the surface begin, which bounds the error of the point.
     fn offset(
         &self,
         code: &mut Arithmetic<'_>,
-        hit: Hit,
+        sizes: Vector,
         normal: Vector,
         local_normal: Vector,
     ) -> Linking<Value> {
-        let (start, way) = (code.sizes(hit.origin)?, code.scaled(hit.direction, hit.distance)?);
-        let way = code.sizes(way)?;
-        let sizes = code.sum(start, way)?;
-        let error = self.shape.rounding_error(code, self.maps.as_ref(), (normal, sizes))?;
+        let HitPlacement { is_bounded, .. } = self.shape.placement();
+        let error = match is_bounded {
+            true => code.error_of_sizes(self.maps.as_ref(), (normal, sizes), TRANSFORM_ERROR)?,
+            false => self.shape.rounding_error(code, self.maps.as_ref(), (normal, sizes))?,
+        };
         let sets = self.shape.methods.get(&Method::ComputeNormal);
         let sets = sets.is_some_and(|it| it.writes.iter().any(|it| it.name == "rt_SurfaceOffset"));
-        match self.get("rt_SurfaceOffset", 0).filter(|_| sets) {
-            None => Ok(error),
-            Some(own) => {
-                let own = self.offset_of_shape(code, own, local_normal)?;
-                code.larger(own, error)
-            }
-        }
+        let Some(own) = self.get("rt_SurfaceOffset", 0).filter(|_| sets) else { return Ok(error) };
+        let own = self.offset_of_shape(code, own, local_normal)?;
+        if is_bounded { code.add(own, error) } else { code.larger(own, error) }
     }
 
     /// The density per solid angle of the world that the shape has set; 0 if it is none.

@@ -35,7 +35,7 @@ impl Picture {
             let mut rays = Rays::new(width);
             for ray in 0..width {
                 let direction = direction_to(pixel % size + ray, pixel / size, size);
-                rays.set(ray, camera.eye, direction, 1e-4 * camera.scale);
+                rays.set(ray, camera.eye, direction, 0.0);
             }
             scene.intersect(&mut rays);
             let mut shadows = shadow_rays(&rays, camera.scale);

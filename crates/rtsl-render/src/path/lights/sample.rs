@@ -3,8 +3,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state};
-use rtsl_math::MAX_SHAPE_MARGIN;
 use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
+use rtsl_math::{MAX_SHAPE_MARGIN, SURFACE_ERROR};
 
 use super::super::kernels::Batching;
 use super::super::path_tracer::PathTracer;
@@ -539,8 +539,9 @@ impl SampledShapes<'_> {
             eight.put_vectors(&direction, &mut memory.direction);
             eight.put(distance, &mut memory.reach);
             let sizes = sums(&sizes(&origin), &sizes(&way));
-            let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes);
-            let height = surface_offsets(eight, &normal, &sizes) + eight.floats(&memory.offset);
+            let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes, true);
+            let height = surface_offsets(eight, &normal, (&sizes, SURFACE_ERROR))
+                + eight.floats(&memory.offset);
             // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
             // grazing angles this is a longer distance along the ray.
             let margin = height / dots(&normal, &direction).abs();

@@ -30,6 +30,7 @@ impl PathTracer<'_> {
             transforms: SurfaceTransforms::new(&self.scene.compiled, class, hits),
             needs: surface.needs,
             shapes_read_normals: true,
+            placement: surface.kernels.placement,
         };
         let class = self.scene.compiled.class(class);
         let mut lanes = SampledSurfaces { tracer: self, class, of, surface, memory };
