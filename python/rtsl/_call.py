@@ -272,6 +272,10 @@ class BoundMethod:
         reads.update(name for name, _ in plan["sets"] if name == "rt_HitDistance")
         if "rt_InverseRayDirection" in reads:
             reads.add("rt_RayDirection")
+        if "rt_ShadingNormal" in reads and "rt_ShadingNormal" not in state:
+            reads.add("rt_GeometricNormal")
+        if "rt_TextureUVW" in reads and "rt_TextureUVW" not in state:
+            reads.add("rt_HitPoint")
         if "rt_HitPoint" in reads and "rt_HitPoint" not in state:
             reads.update(_RAY)
         return [name for name in state if name in reads]

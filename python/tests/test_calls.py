@@ -265,3 +265,19 @@ def test_what_asks_a_scene_is_refused():
         library.Path().radiance((0, 0, 0), (0, 0, 1))
     with pytest.raises(AttributeError, match="neither parameter nor method `lookup`"):
         library.Sphere().lookup
+
+
+def test_state_that_follows_from_other_state_is_derived():
+    text = """class Box : rt_Primitive;
+    void intersect() {
+        vec3 a = (vec3(-1.0) - rt_RayOrigin) * rt_InverseRayDirection;
+        vec3 b = (vec3(1.0) - rt_RayOrigin) * rt_InverseRayDirection;
+        vec3 near = min(a, b);
+        hit(max(near.x, max(near.y, near.z)));
+    }
+    void computeTextureCoordinates() { rt_TextureUV = rt_ShadingNormal.xy; }"""
+    box = rtsl.compile(text).Box()
+    # The direction is the default.
+    assert box.intersect((0, 0, -5)).hit_distance == 4
+    uv = box.compute_texture_coordinates(geometric_normal=(0.5, 0.25, 1)).texture_uv
+    np.testing.assert_array_equal(uv, [0.5, 0.25])

@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 use numpy::{PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 use rtsl::{
-    CallArguments, CallMode, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LinkedMethod,
-    LoopOwners, Method, Program, StateVariable, default_components, lookup_state,
-    state_component_count,
+    CallArguments, CallMode, Derivation, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask,
+    LinkedMethod, LoopOwners, Method, Program, Role, StateVariable, default_components,
+    derived_components, lookup_state, state_component_count,
 };
 
 use crate::array_host::{ArrayHost, HostAnswers};
@@ -71,7 +71,9 @@ pub fn call(
     for (name, array) in &inputs {
         state.set_input(variable(name)?, Input::all(array, LaneAxis::Rows));
     }
-    state.derive();
+    if let Some(role) = program.class().role_of(method) {
+        state.derive(role, method);
+    }
     let mut results = Vec::new();
     for (name, array) in &outputs {
         let first = variable(name)?.first_component;
@@ -122,10 +124,8 @@ enum Fill<'a> {
     Done,
     /// The same for all lanes.
     Value(f32),
-    /// The reciprocals of another component.
-    ReciprocalOf(u32),
-    /// A point on a ray: origin, direction and distance.
-    PointOn([u32; 3]),
+    /// Computed from other components.
+    Derived(Derivation),
 }
 
 /// A component with the origin of its values.
@@ -186,34 +186,17 @@ impl<'a> StatePlan<'a> {
         self.fills[range.start] = Some(Fill::Vectors(vectors));
     }
 
-    /// Computes what hosts compute for every ray: the reciprocal of its direction and the point of its hit.
-    fn derive(&mut self) {
-        let first = |name| lookup_state(name).map_or(0, |it| it.first_component);
-        let (origin, direction) = (first("rt_RayOrigin"), first("rt_RayDirection"));
-        let (inverse, point) = (first("rt_InverseRayDirection"), first("rt_HitPoint"));
-        let distance = first("rt_HitDistance");
-        let has = |given: &[bool], component: u32| given[component as usize];
-        for axis in 0..3 {
-            if has(&self.given, direction) && !has(&self.given, inverse + axis) {
-                self.set_derived(inverse + axis, Fill::ReciprocalOf(direction + axis));
-            }
-            let ray = [origin + axis, direction + axis, distance];
-            if ray.iter().all(|it| has(&self.given, *it)) && !has(&self.given, point + axis) {
-                self.set_derived(point + axis, Fill::PointOn(ray));
+    /// Plans what hosts compute for every ray, such as the reciprocal of its direction.
+    fn derive(&mut self, role: Role, method: Method) {
+        let is_given = |it: &StateVariable| self.given[it.first_component as usize];
+        let derived = derived_components(role, method, is_given);
+        // What is computed from others needs them, so it comes before them here.
+        for (component, derivation) in derived.into_iter().rev() {
+            if self.needed[component as usize] && !self.changed[component as usize] {
+                derivation.sources().iter().for_each(|it| self.needed[*it as usize] = true);
+                self.fills[component as usize] = Some(Fill::Derived(derivation));
             }
         }
-    }
-
-    fn set_derived(&mut self, component: u32, fill: Fill<'a>) {
-        if !self.needed[component as usize] || self.changed[component as usize] {
-            return;
-        }
-        match &fill {
-            Fill::ReciprocalOf(of) => self.needed[*of as usize] = true,
-            Fill::PointOn(ray) => ray.iter().for_each(|it| self.needed[*it as usize] = true),
-            Fill::Lanes(_) | Fill::Vectors(_) | Fill::Done | Fill::Value(_) => {}
-        }
-        self.fills[component as usize] = Some(fill);
     }
 
     /// Returns the components that the call has, those that others are derived from first.
@@ -228,7 +211,11 @@ impl<'a> StatePlan<'a> {
                 is_changed: changed[component as usize],
             })
             .collect();
-        fills.sort_by_key(|it| matches!(it.fill, Fill::ReciprocalOf(_) | Fill::PointOn(_)));
+        fills.sort_by_key(|it| match it.fill {
+            Fill::Derived(Derivation::SameAs(_)) => 2,
+            Fill::Derived(_) => 1,
+            Fill::Lanes(_) | Fill::Vectors(_) | Fill::Done | Fill::Value(_) => 0,
+        });
         fills
     }
 }
@@ -395,19 +382,7 @@ impl ArrayCall<'_> {
                 Fill::Lanes(input) => {
                     input.read(first, &mut state.floats_mut(component)[..count]);
                 }
-                Fill::ReciprocalOf(of) => {
-                    for lane in 0..count {
-                        let value = 1.0 / state.floats(*of as usize)[lane];
-                        state.floats_mut(component)[lane] = value;
-                    }
-                }
-                Fill::PointOn(ray) => {
-                    for lane in 0..count {
-                        let [origin, direction, distance] =
-                            ray.map(|it| state.floats(it as usize)[lane]);
-                        state.floats_mut(component)[lane] = origin + distance * direction;
-                    }
-                }
+                Fill::Derived(derivation) => derivation.set(state, component as u32, count),
             }
         }
     }

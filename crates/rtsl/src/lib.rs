@@ -85,7 +85,7 @@ pub use program::searched_scene::{SearchedClass, SearchedItem, SearchedObject, S
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
 pub use program::staged_program::{ParameterValues, StageRequest, StageScene, StagedProgram};
 pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};
-pub use state::{default_components, new_state, set_defaults};
+pub use state::{Derivation, default_components, derived_components, new_state, set_defaults};
 pub use type_name::{scalar_name, type_name};
 
 pub use rtsl_abi::description;

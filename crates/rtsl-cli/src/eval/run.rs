@@ -8,7 +8,7 @@ use rtsl::host::PlainHost;
 use rtsl::{
     CallArguments, CallMode, Class, Diagnostic, Engine, Instance, Instances, LaneBlock, LaneMask,
     LoopOwners, Messages, Method, ParameterType, Program, Scalar, StateVariable, Unit, Value,
-    diagnostic_codes as codes, new_state, place_words, set_defaults,
+    derived_components, diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
 use rtsl_render::batch::Evaluation as SceneEvaluation;
 use rtsl_scene::reader::DiskFiles;
@@ -75,6 +75,12 @@ pub fn run(
         set_defaults(&mut state, role);
     }
     set_state(&mut state, &state_values)?;
+    if let Some(role) = class.role_of(method) {
+        let is_given = |it: &StateVariable| state_values.contains_key(it.name);
+        for (component, derivation) in derived_components(role, method, is_given) {
+            derivation.set(&mut state, component, lanes);
+        }
+    }
     let mut scratch = program.new_scratch(lanes);
     set_scratch(&mut scratch, &program, &scratch_values)?;
     let show = |state: &LaneBlock, scratch: &LaneBlock| {

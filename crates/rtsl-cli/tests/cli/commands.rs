@@ -535,3 +535,41 @@ fn explain_info_and_help_answer() {
     folder.run(&["--version"]).exits(DONE);
     folder.run(&[]).exits(WRONG_USAGE);
 }
+
+/// What renderers compute of other state has its value for every command that calls a method.
+#[test]
+fn state_that_follows_from_other_state_is_derived() {
+    let folder = Folder::new("derived");
+    let text = "class Slab : rt_Primitive;
+void intersect() {
+    float near = (-1.0 - rt_RayOrigin.z) * rt_InverseRayDirection.z;
+    if (near > 0.0) hit(near);
+}
+void computeNormal() { rt_GeometricNormal = rt_HitPoint; }
+void computeTextureCoordinates() { rt_TextureUV = rt_ShadingNormal.xy; }
+";
+    folder.write("slab.rtsl", text);
+    let eval = |method: &str, state: &[&str]| {
+        let state = state.iter().flat_map(|it| ["--state", it]);
+        let arguments: Vec<&str> = ["eval", "slab.rtsl", method].into_iter().chain(state).collect();
+        folder.run(&arguments).exits(DONE).output()
+    };
+    let hit = "hit = true\nrt_HitDistance = 4.0\n";
+    // The direction is the default.
+    assert_eq!(eval("intersect", &["rt_RayOrigin=0,0,-5"]), hit);
+    let given = ["rt_RayOrigin=0,0,-5", "rt_InverseRayDirection=0,0,0.5"];
+    assert_eq!(eval("intersect", &given), hit.replace("4.0", "2.0"));
+    let point = eval("computeNormal", &["rt_RayOrigin=1,0,-5", "rt_HitDistance=4"]);
+    assert!(point.contains("rt_GeometricNormal = [1.0,0.0,-1.0]"), "{point}");
+    let coordinates = eval("computeTextureCoordinates", &["rt_GeometricNormal=0.5,0.25,1"]);
+    assert!(coordinates.contains("rt_TextureUV = [0.5,0.25]"), "{coordinates}");
+    let request = r#"{"file": "slab.rtsl", "method": "intersect", "state": {"rt_RayOrigin": [0, 0, -5],
+        "rt_RayDirection": {"lanes": [[0, 0, 1], [0, 0, 2]]}}}"#;
+    let answer = folder.run_with(&["eval", "--stdin"], &request.replace('\n', " "));
+    let answer = answer.exits(DONE).output();
+    assert!(answer.contains(r#""hit":{"lanes":[true,true]}"#), "{answer}");
+    assert!(answer.contains(r#""rt_HitDistance":{"lanes":[4.0,2.0]}"#), "{answer}");
+    let debug = ["debug", "slab.rtsl", "intersect", "--state", "rt_RayOrigin=0,0,-5"];
+    let shown = folder.run(&debug).exits(DONE).output();
+    assert!(shown.starts_with(hit), "{shown}");
+}

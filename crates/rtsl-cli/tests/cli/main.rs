@@ -7,6 +7,7 @@ mod command;
 mod commands;
 mod dap;
 mod debug;
+mod documented_commands;
 mod files;
 mod fmt;
 mod framing;

@@ -297,11 +297,8 @@ impl<'a> Checker<'a> {
     }
 
     fn add_implied_methods(&mut self, class: &ast::Class) {
-        let present: Vec<Method> = self
-            .class
-            .iter()
-            .flat_map(|class| class.methods.iter().map(|(method, _)| *method))
-            .collect();
+        let present: Vec<(Method, FunctionId)> =
+            self.class.iter().flat_map(|class| class.methods.iter().copied()).collect();
         let implied = self.implied_functions(&present);
         let functions: Vec<&ast::Function> =
             implied.iter().map(|(function, _)| *function).collect();
@@ -311,8 +308,10 @@ impl<'a> Checker<'a> {
         let outer = std::mem::replace(&mut self.in_prelude, true);
         let mut declared = Vec::new();
         for (function, method) in implied {
-            if let Some(id) = self.declare_function(function, Some(method), 0) {
-                self.add_method(method, id);
+            if let Some(id) = self.declare_function(function, method, 0) {
+                if let Some(method) = method {
+                    self.add_method(method, id);
+                }
                 self.function_info[id.0 as usize].is_implied = true;
                 declared.push((function, id));
             }

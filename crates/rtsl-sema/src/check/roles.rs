@@ -140,7 +140,7 @@ impl Checker<'_> {
 
     /// All uses in `start` and the functions that it calls, directly or indirectly: writes of state for each interface
     /// method through which they are reached, others once. The constructor computes no parameters.
-    fn reach(&self, start: FunctionId, is_constructor: bool) -> Vec<Reached> {
+    pub(super) fn reach(&self, start: FunctionId, is_constructor: bool) -> Vec<Reached> {
         let mut seen: BTreeSet<(FunctionId, bool, Option<Method>)> = BTreeSet::new();
         let mut pending = vec![(start, false, None)];
         let mut searched: BTreeSet<(FunctionId, bool)> = BTreeSet::new();
