@@ -15,6 +15,7 @@ pub mod gltf;
 mod load;
 pub mod materialx;
 pub mod mesh;
+mod not_scene;
 mod parts;
 mod pbrt;
 mod presence;

@@ -16,6 +16,7 @@ use super::description::{Description, Entity, EntityId, EntityKind};
 use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
 use super::load::{Earlier, Kept, Loader, Made, Origins};
 use super::materialx::add_materials;
+use super::not_scene::shader_instead_of_scene;
 use super::pbrt::{PbrtName, add_missing_camera, share_film_size};
 use super::presence::Presences;
 use super::renderer::Renderer;
@@ -437,6 +438,10 @@ fn read(
     let camera = options.camera.as_deref();
     if is_gltf(path) {
         return read_gltf_scene(path, camera, files, budget, map, diagnostics);
+    }
+    if let Some(error) = shader_instead_of_scene(path, files, budget) {
+        diagnostics.push(error);
+        return Description::default();
     }
     if let Some(camera) = camera {
         let message = format!("unknown camera `{camera}`: only glTF files have several");

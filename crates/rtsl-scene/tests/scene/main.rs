@@ -14,6 +14,7 @@ mod leniency;
 mod materialx;
 mod measured;
 mod motion;
+mod names;
 mod pages;
 #[path = "../../../../fuzz/entries/paint.rs"]
 mod paint;

@@ -98,7 +98,7 @@ impl Header {
     /// Reads the lines up to `end_header`.
     pub fn read(reader: &mut impl BufRead) -> Result<Header, MeshError> {
         if next_line(reader)?.trim_end() != "ply" {
-            return Err(MeshError::Malformed("it is not a PLY file".to_owned()));
+            return Err(MeshError::OtherFormat("it is not a PLY file".to_owned()));
         }
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
