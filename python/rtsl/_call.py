@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import inspect
 import math
@@ -11,6 +12,7 @@ import numpy as np
 
 from . import _rtsl
 from ._arrays import Lanes, Shape, mask_rows, output_array, output_rows, rows_of, scalar_or_array
+from ._copies import NotPickled
 from ._engine import default_engine
 from ._errors import Error
 from ._host import Host
@@ -25,13 +27,15 @@ _RAY = ("rt_RayOrigin", "rt_RayDirection", "rt_HitDistance")
 _KINDS = {"float": np.float32, "int": np.int32, "uint": np.uint32}
 
 
-class Result(Mapping[str, Any]):
+class Result(NotPickled, Mapping[str, Any]):
     """The results of a call: arrays by the names of state variables, as items and as attributes.
 
     ``result.hit_distance``, ``result["hit_distance"]`` and ``result["rt_HitDistance"]`` are the same array. Given to
     another call as an argument, a result passes on the state of its rays, with its scratch to methods of the same
     instance; a result of `intersect` also passes its ``hit`` as the mask.
     """
+
+    _INSTEAD = "`dict(result)` has its arrays"
 
     def __init__(self, values: Dict[str, np.ndarray], state: Dict[str, Any], shape: Shape) -> None:
         self._values = values
@@ -104,6 +108,17 @@ class Result(Mapping[str, Any]):
             if name in (known, snake_case(known)):
                 return scalar_or_array(np.asarray(value))
         raise AttributeError(f"no result `{name}`{meant(name, self)}")
+
+    def __copy__(self) -> "Result":
+        copied = Result.__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> "Result":
+        copied = self.__copy__()
+        for name in ("_values", "_state", "_hit", "_mask", "_scratch"):
+            setattr(copied, name, copy.deepcopy(getattr(self, name), memo))
+        return copied
 
     def __iter__(self) -> Iterator[str]:
         if self._hit is not None:

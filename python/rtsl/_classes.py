@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence,
 import numpy as np
 
 from . import _rtsl
+from ._arguments import checked
+from ._copies import Immutable
 from ._engine import default_engine
 from ._errors import Diagnostic
 from ._names import POSITIONAL, meant, snake_case
@@ -132,8 +134,10 @@ def shown(value: Any) -> str:
     return str(value)
 
 
-class Class:
+class Class(Immutable):
     """A class of a text. Calling it makes an instance: ``Sphere(radius=2)``."""
+
+    _INSTEAD = "compile the text again where it is needed"
 
     def __init__(self, handle: _rtsl.Class) -> None:
         self._handle = handle
@@ -219,8 +223,10 @@ def methods_of(described: Sequence[Dict[str, Any]]) -> Dict[str, MethodInfo]:
     return methods
 
 
-class Unit:
+class Unit(Immutable):
     """The classes of a text: ``unit.Sphere``, ``unit["Sphere"]``."""
+
+    _INSTEAD = "compile the text again where they are needed"
 
     def __init__(self, handle: _rtsl.Unit) -> None:
         self._classes = {it.name: Class(it) for it in handle.classes()}
@@ -262,6 +268,7 @@ class Unit:
 PathLike = Union[str, "os.PathLike[str]"]
 
 
+@checked
 def compile(text: str, *, name: str = "<text>", search_path: Sequence[PathLike] = ()) -> Unit:
     """Compiles a text.
 
@@ -273,6 +280,7 @@ def compile(text: str, *, name: str = "<text>", search_path: Sequence[PathLike] 
     return Unit(_rtsl.compile_text(text, name, [os.fspath(it) for it in search_path]))
 
 
+@checked
 def compile_file(path: PathLike, *, search_path: Sequence[PathLike] = ()) -> Unit:
     """Compiles a file; `#include` and `import` search its folder first. Raises CompileError as `compile` does."""
     return Unit(_rtsl.compile_file(os.fspath(path), [os.fspath(it) for it in search_path]))

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import copy as copies
 import os
 from typing import Any, Dict, Mapping, Optional, Union
 
 import numpy as np
 
 from . import _rtsl
+from ._arguments import checked
+from ._copies import NotPickled
 
 
-class Image:
+class Image(NotPickled):
     """A picture of linear colours, with images of other quantities (AOVs) by name.
 
     In a notebook it shows itself.
     """
+
+    _INSTEAD = "`pixels` and `aovs` are arrays, and `save` writes a file"
 
     def __init__(self, picture: _rtsl.Picture, figures: Optional[Mapping[str, Any]] = None) -> None:
         self._picture = picture
@@ -58,6 +63,7 @@ class Image:
         array = self.pixels if dtype is None else self.pixels.astype(dtype)
         return array.copy() if copy else array
 
+    @checked
     def png(self, *, exposure: float = 0.0, view: str = "standard") -> bytes:
         """Returns the picture as a PNG file; `view` is `standard`, `filmic` or `raw`."""
         return self._picture.png(exposure, view)
@@ -65,6 +71,7 @@ class Image:
     def _repr_png_(self) -> bytes:
         return self.png()
 
+    @checked
     def save(
         self,
         path: Union[str, "os.PathLike[str]"],
@@ -79,6 +86,16 @@ class Image:
         ``half`` writes colours of an EXR with 16 bits, and ``parts`` each image as a part of its own.
         """
         self._picture.save(os.fspath(path), exposure, view, half, parts)
+
+    def __copy__(self) -> "Image":
+        copied = Image(self._picture, self._figures)
+        copied._pixels, copied._aovs = self._pixels, self._aovs
+        return copied
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> "Image":
+        copied = Image(self._picture, self._figures)
+        copied._pixels, copied._aovs = copies.deepcopy((self._pixels, self._aovs), memo)
+        return copied
 
     def __repr__(self) -> str:
         names = f", AOVs {', '.join(self.aovs)}" if self.aovs else ""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
+import copy
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from . import _rtsl
+from ._arguments import warn
 from ._call import BoundMethod, Result
 from ._classes import Class, MethodInfo, methods_of, shown
+from ._copies import NotPickled
 from ._engine import default_engine
 from ._errors import ParameterWarning
 from ._names import meant, snake_case
@@ -17,13 +19,14 @@ from ._names import meant, snake_case
 _OWN = ("_class", "_values", "_made", "_made_of", "_methods", "_plans")
 
 
-class Instance:
+class Instance(NotPickled):
     """A class with values for its parameters, which are attributes, as are its methods.
 
     An assigned value is checked at once, and compiles nothing: parameters are data. References take other instances;
     a change of these shows in the instance that refers to them.
     """
 
+    _INSTEAD = "compile the text again where they are needed"
     _class: Class
     _values: Dict[str, Any]
     _made: Optional[_rtsl.Instance]
@@ -49,7 +52,7 @@ class Instance:
         if made is None or self._made_of[0] != made_of:
             made = self._class._handle.instance(natives)
             for text in made.warnings:
-                warnings.warn(text, ParameterWarning, stacklevel=4)
+                warn(text, ParameterWarning)
             object.__setattr__(self, "_made", made)
             # The referred instances are kept, so that nothing else has their identities.
             object.__setattr__(self, "_made_of", (made_of, referred))
@@ -167,8 +170,11 @@ class Instance:
         values = ", ".join(f"{name}={_shown(value)}" for name, value in self._values.items())
         return f"{self._class.name}({values})"
 
-    def __reduce__(self) -> Tuple[Any, ...]:
-        raise TypeError("instances cannot be pickled: compile the text again where they are needed")
+    def __copy__(self) -> "Instance":
+        return self.copy()
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> "Instance":
+        return Instance(self._class, copy.deepcopy(self._values, memo))
 
 
 def _shown(value: Any) -> str:

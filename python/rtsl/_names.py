@@ -44,6 +44,15 @@ def snake_case(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
+def with_article(name: str) -> str:
+    """Returns a name behind its indefinite article.
+
+    >>> with_article("texture"), with_article("integrator")
+    ('a texture', 'an integrator')
+    """
+    return f"{'an' if name[:1].lower() in 'aeio' else 'a'} {name}"
+
+
 def meant(name: str, known: Iterable[str]) -> str:
     """Returns the question whether a similar name was meant, or nothing."""
     near = difflib.get_close_matches(name, list(known), n=1)

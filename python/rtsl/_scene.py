@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import os
-import warnings
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _rtsl, transforms
+from ._arguments import aovs_of, checked, refuse, size_of, warn
 from ._classes import PathLike
+from ._copies import NotCopied
 from ._engine import Engine, default_engine
-from ._errors import SceneError, SceneWarning
+from ._errors import SceneError
 from ._host import Color, vector
 from ._image import Image
 from ._instance import Instance
 from ._looking import Costs, Pixel, counting_engine, recording_lock, traced_engine
-from ._names import meant
+from ._names import meant, with_article
 from ._progress import Progress
 
 #: The samples of the passes between which a callback is called, which double up to this number.
 _LARGEST_PASS = 64
 
 Transform = Any
+
+#: The keywords of `Scene.begin`, which are also the names of `Scene.settings`.
+_SETTINGS = ("spp", "size", "seed", "aovs", "renderer", "max_depth", "noise", "width", "engine")
 
 #: The path of a scene's file, definitions, folders, the camera, the integrator, and whether a studio is added.
 _Source = Tuple[str, Sequence[str], Sequence[str], Optional[str], Optional[str], bool]
@@ -52,8 +56,10 @@ class Placed:
         return f"<{self.role}{name}: {self.instance!r}>"
 
 
-class Thing:
+class Thing(NotCopied):
     """A part of a loaded scene. Its parameters are attributes, which may be assigned; nothing is compiled."""
+
+    _INSTEAD = "they are parts of a scene, which `Scene.load` loads again"
 
     def __init__(self, text: _rtsl.SceneText, number: int, kind: str, title: str, class_name: str) -> None:
         object.__setattr__(self, "_text", text)
@@ -116,7 +122,7 @@ def numbers_of(control: Mapping[str, Any], value: Any) -> List[float]:
     return numbers
 
 
-class Scene:
+class Scene(NotCopied):
     """A scene of shapes, lights and a camera, which it renders.
 
     >>> from rtsl import Scene, library, transforms
@@ -128,6 +134,8 @@ class Scene:
 
     What does not change from one render to the next is not prepared again: values of parameters compile nothing.
     """
+
+    _INSTEAD = "load or make another one"
 
     def __init__(self, camera: Optional[Instance] = None, transform: Transform = None) -> None:
         self._text: Optional[_rtsl.SceneText] = None
@@ -148,6 +156,7 @@ class Scene:
             self.add(camera, transform=transform)
 
     @classmethod
+    @checked
     def load(
         cls,
         path: PathLike,
@@ -167,8 +176,8 @@ class Scene:
         given = [f"{name}={_definition(value)}" for name, value in (defines or {}).items()]
         folders = [os.fspath(it) for it in search_path]
         scene = cls._of_source((os.fspath(path), given, folders, camera, integrator, studio))
-        if scene._text is not None and scene._text.warnings:
-            warnings.warn(scene._text.warnings.rstrip(), SceneWarning, stacklevel=2)
+        if scene._text is not None:
+            warn(scene._text.warnings)
         return scene
 
     @classmethod
@@ -204,6 +213,7 @@ class Scene:
     def __iter__(self) -> Iterator[Placed]:
         return iter(self.placed)
 
+    @checked
     def add(
         self,
         instance: Instance,
@@ -219,7 +229,8 @@ class Scene:
         roles = instance._class.roles
         role = next((it for it in ("primitive", "light", "camera", "integrator") if it in roles), None)
         if role is None:
-            raise SceneError(f"`{instance._class.name}` is a {'/'.join(roles)}: shapes have it as their `material`")
+            role_names = with_article("/".join(roles))
+            raise SceneError(f"`{instance._class.name}` is {role_names}: shapes have it as their `material`")
         placed = Placed(
             instance, role, transform=transform, material=material, emission=emission, alpha=alpha,
             flipped=flipped, name=name,
@@ -237,13 +248,14 @@ class Scene:
         """Removes what was added."""
         self._placed.remove(placed)
 
+    @checked
     def render(
         self,
         spp: Optional[int] = None,
         size: Optional[Tuple[int, int]] = None,
         *,
         seed: Optional[int] = None,
-        aovs: Sequence[str] = (),
+        aovs: Union[str, Sequence[str]] = (),
         renderer: Optional[str] = None,
         max_depth: Optional[int] = None,
         noise: Optional[float] = None,
@@ -314,10 +326,9 @@ class Scene:
         engine, width = given.pop("engine", None), given.pop("width", None)
         if engine is None:
             engine = default_engine() if width is None else self._engine_of(width)
-        _refuse(given)
+        _refuse_others(given)
         render, messages = self._composer.begin(engine, self._parts(), settings)
-        if messages:
-            warnings.warn(messages.rstrip(), SceneWarning, stacklevel=3)
+        warn(messages)
         return PartialRender(render)
 
     def inspect(
@@ -350,13 +361,12 @@ class Scene:
         """
         settings, given = self._settings({"spp": spp, "size": size, **keywords})
         # The engine is one that looks at what it does.
-        _refuse({name: it for name, it in given.items() if name not in ("engine", "width")})
+        _refuse_others({name: it for name, it in given.items() if name not in ("engine", "width")})
         samples = (0, None) if sample is None else (sample, 1)
         engine = traced_engine(detail)
         with recording_lock:
             color, made, messages = self._composer.inspect(engine, self._parts(), settings, (x, y), samples)
-        if messages:
-            warnings.warn(messages.rstrip(), SceneWarning, stacklevel=2)
+        warn(messages)
         return Pixel((x, y), color, made)
 
     def costs(
@@ -375,11 +385,10 @@ class Scene:
         """
         settings, given = self._settings({"spp": spp, "size": size, **keywords})
         # The engine is one that looks at what it does.
-        _refuse({name: it for name, it in given.items() if name not in ("engine", "width")})
+        _refuse_others({name: it for name, it in given.items() if name not in ("engine", "width")})
         engine = counting_engine(width)
         texts, paths, lanes, messages = self._composer.costs(engine, self._parts(), settings, threads)
-        if messages:
-            warnings.warn(messages.rstrip(), SceneWarning, stacklevel=2)
+        warn(messages)
         return Costs(texts, paths, lanes)
 
     def _settings(
@@ -388,7 +397,7 @@ class Scene:
         """Returns the settings that the extension module takes, and the keywords that are left."""
         given = {**self.settings, **{name: it for name, it in keywords.items() if it is not None}}
         settings = {name: given.pop(name, None) for name in ("size", "spp", "seed", "max_depth", "renderer")}
-        settings["aovs"] = [str(it) for it in given.pop("aovs", ())]
+        settings["size"], settings["aovs"] = size_of(settings["size"]), aovs_of(given.pop("aovs", ()))
         settings["noise"], settings["first_sample"] = given.pop("noise", None), first_sample
         if settings["spp"] is not None and settings["spp"] < 1:
             raise ValueError("`spp` is at least 1")
@@ -431,12 +440,14 @@ class Scene:
         return f"<Scene: {loaded}{shapes} shapes, {len(self._placed) - shapes} lights>"
 
 
-class PartialRender:
+class PartialRender(NotCopied):
     """A render that advances part by part: ranges of samples of ranges of tiles.
 
     Tiles are of 8 by 8 pixels, in rows from the top left. When all parts are done, in any order of tiles and with the
     samples of each tile in order, the picture has the bits of one that was rendered at once.
     """
+
+    _INSTEAD = "`sums` are bytes, with which `restore` continues"
 
     def __init__(self, render: _rtsl.PartialRender) -> None:
         self._render = render
@@ -517,10 +528,9 @@ class PartialRender:
         return Image(self._render.picture())
 
 
-def _refuse(given: Mapping[str, Any]) -> None:
+def _refuse_others(given: Mapping[str, Any]) -> None:
     """Raises an error for keywords that nobody takes."""
-    if given:
-        raise TypeError(f"no keyword {', '.join(f'`{it}`' for it in given)}")
+    refuse(given, _SETTINGS, "the settings of a picture have")
 
 
 def _passes(samples: int, is_watched: bool) -> Iterator[int]:

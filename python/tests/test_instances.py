@@ -1,5 +1,8 @@
 """Instances and their parameters."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -85,3 +88,31 @@ def test_copies_are_their_own():
     one = library.Sphere(radius=2)
     other = one.copy(radius=5)
     assert (one.radius, other.radius) == (2, 5)
+
+
+def test_python_copies_instances():
+    checker = library.Checker(even=0.25)
+    ward = library.Ward(kd=checker)
+    shallow, deep = copy.copy(ward), copy.deepcopy(ward)
+    assert shallow.kd is checker and deep.kd is not checker
+    checker.even = 0.5
+    np.testing.assert_allclose(deep.kd.even, [0.25] * 3)
+    assert copy.deepcopy(library.Sphere) is library.Sphere is copy.copy(library.Sphere)
+    hits = library.Sphere().intersect((0, 0, -5), (0, 0, 1))
+    assert copy.copy(hits).hit_distance == copy.deepcopy(hits).hit_distance == 4
+
+
+def test_pickles_say_what_to_do_instead():
+    sphere = library.Sphere()
+    unit = rtsl.compile("class A : rt_Texture; void lookup() { rt_FloatTextureValue = 1.0; }")
+    hits = sphere.intersect((0, 0, -5), (0, 0, 1))
+    for subject, advice in [
+        (sphere, "compile the text again"),
+        (library.Sphere, "compile the text again"),
+        (unit, "compile the text again"),
+        (hits, "dict"),
+    ]:
+        with pytest.raises(TypeError, match=f"type {type(subject).__name__} cannot be pickled: .*{advice}"):
+            pickle.dumps(subject)
+    with pytest.raises(TypeError, match="no keyword `nmae`; did you mean `name`"):
+        rtsl.compile("", nmae="a.rtsl")

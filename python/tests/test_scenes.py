@@ -1,7 +1,9 @@
 """Scenes and renders."""
 
+import copy
 import os
 import pathlib
+import pickle
 import signal
 import threading
 
@@ -212,3 +214,67 @@ def test_progress_is_told(capsys, monkeypatch):
     assert "%" in capsys.readouterr().err
     ball_scene().render(**SMALL)
     assert capsys.readouterr().err == ""
+
+
+def test_sizes_and_names_of_aovs_are_as_people_give_them():
+    scene = ball_scene()
+    expected = scene.render(spp=1, size=(20, 10)).pixels
+    for size in ([20, 10], np.array([20, 10]), (np.int64(20), np.uint8(10))):
+        assert np.array_equal(scene.render(spp=1, size=size).pixels, expected)
+    for size, said in [
+        ("20x10", r"such as \(1024, 768\), not '20x10'"),
+        (100, r"such as \(100, 100\), not 100"),
+        ((20, 10, 3), "two whole numbers"),
+        ((20.5, 10), "two whole numbers"),
+        (np.float32([20, 10]), "two whole numbers"),
+    ]:
+        with pytest.raises(TypeError, match=said):
+            scene.render(spp=1, size=size)
+    for size in ((0, 10), (20, -1), (20, 65537)):
+        with pytest.raises(ValueError, match="1 to 65536 columns and rows"):
+            scene.render(spp=1, size=size)
+    assert list(scene.render(spp=1, size=(8, 6), aovs="normal").aovs) == ["normal"]
+
+
+def test_unknown_keywords_name_the_ones_that_were_meant():
+    scene = ball_scene()
+    for call, meant in [
+        (lambda: scene.render(ssp=1), r"render\(\) has no keyword `ssp`; did you mean `spp`"),
+        (lambda: scene.begin(sizes=(8, 6)), "the settings of a picture have no keyword `sizes`; did you mean `size`"),
+        (lambda: scene.inspect(0, 0, aov=["normal"]), "did you mean `aovs`"),
+        (lambda: scene.costs(maxdepth=1), "did you mean `max_depth`"),
+        (lambda: scene.add(library.Sphere(), materials=None), "did you mean `material`"),
+        (lambda: rtsl.Scene.load("a.pbrt", define={}), "did you mean `defines`"),
+        (lambda: scene.render(**SMALL).save("a.png", exposures=1), "did you mean `exposure`"),
+        (lambda: rtsl.cluster.render("a.pbrt", max_dept=1), "did you mean `max_depth`"),
+    ]:
+        with pytest.raises(TypeError, match=meant):
+            call()
+    scene.settings = {"sed": 1}
+    with pytest.raises(TypeError, match="did you mean `seed`"):
+        scene.render(**SMALL)
+
+
+def test_copies_and_pickles_of_scenes_work_or_say_why_not():
+    scene = ball_scene()
+    image = scene.render(**SMALL)
+    deep = copy.deepcopy(image)
+    deep.pixels[0, 0] = 7
+    assert copy.copy(image).pixels is image.pixels and not np.any(image.pixels == 7)
+    placed = copy.copy(scene["ball"])
+    assert placed.instance is scene["ball"].instance and copy.deepcopy(placed).instance is not placed.instance
+    thing = rtsl.Scene.load(SCENES / "three-spheres.pbrt").things[0]
+    for subject in (scene, thing, scene.begin(**SMALL)):
+        for function in (copy.copy, copy.deepcopy):
+            with pytest.raises(TypeError, match=f"type {type(subject).__name__} cannot be copied: "):
+                function(subject)
+    for subject in (scene, thing, image, scene.begin(**SMALL)):
+        with pytest.raises(TypeError, match=f"type {type(subject).__name__} cannot be pickled: "):
+            pickle.dumps(subject)
+
+
+def test_warnings_are_those_of_the_line_that_calls(tmp_path: pathlib.Path):
+    (tmp_path / "a.pbrt").write_text('WorldBegin\nShape "sphere"\n')
+    with pytest.warns(rtsl.SceneWarning, match="no camera") as caught:
+        rtsl.Scene.load(tmp_path / "a.pbrt")
+    assert caught[0].filename == __file__

@@ -1,6 +1,9 @@
 //! The command line.
 
-use clap::{ArgAction, Parser, Subcommand};
+use std::path::Path;
+
+use clap::error::ErrorKind;
+use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use crate::arguments::Color;
 use crate::commands::bench::BenchArguments;
@@ -35,6 +38,30 @@ pub struct Arguments {
     /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// Parses the command line of this process. A wrong one ends the process.
+pub fn parse() -> Arguments {
+    let given = || std::env::args_os().skip(1);
+    let dashed = given().find_map(|argument| as_option(argument.to_str()?));
+    match dashed {
+        Some(problem) => Arguments::command().error(ErrorKind::UnknownArgument, problem).exit(),
+        None => Arguments::parse(),
+    }
+}
+
+/// The problem of an argument that begins with a dash of print, which word processors and web pages write in place of
+/// `-` or `--`, unless a file has this name.
+fn as_option(argument: &str) -> Option<String> {
+    const DASHES: [char; 6] =
+        ['\u{2010}', '\u{2011}', '\u{2012}', '\u{2013}', '\u{2014}', '\u{2212}'];
+    let name = argument.trim_start_matches(DASHES);
+    if name.len() == argument.len() || Path::new(argument).exists() {
+        return None;
+    }
+    let dash = if name.trim_start_matches('-').chars().nth(1).is_some() { "--" } else { "-" };
+    let option = format!("{dash}{}", name.trim_start_matches('-'));
+    Some(format!("`{argument}` begins with a dash of print: write `{option}`"))
 }
 
 /// The subcommands.

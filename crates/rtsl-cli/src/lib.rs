@@ -23,7 +23,7 @@ mod trace;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::CommandFactory;
 
 use crate::command_line::{Arguments, Command};
 use crate::outcome::{Failure, INPUT_AT_FAULT, Outcome, WRONG_USAGE};
@@ -33,7 +33,7 @@ use crate::spans::Spans;
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
     rtsl_memory::limit_arenas();
-    let arguments = Arguments::parse();
+    let arguments = command_line::parse();
     let reporter = Reporter::new(arguments.color, arguments.verbose > 0);
     let spans = Spans::record(arguments.verbose, arguments.command.wants_timings());
     let result = match arguments.command {

@@ -2,6 +2,7 @@
 
 use rtsl::{Direction, Method, Role, Span, StateVariable, rows};
 use rtsl_sema::index::Symbol;
+use rtsl_source::with_article;
 use rtsl_spec::builtins;
 
 use crate::declaration::{Declaration, DeclarationKind};
@@ -144,9 +145,9 @@ pub(crate) fn role_text(role: Role) -> String {
     let methods: Vec<String> =
         role.methods().map(|method| format!("- `{}` {}", method.name(), method.doc())).collect();
     format!(
-        "{}\n\nThe role of a {}. Its methods:\n\n{}",
+        "{}\n\nThe role of {}. Its methods:\n\n{}",
         code(role.class()),
-        role.name(),
+        with_article(role.name()),
         methods.join("\n")
     )
 }

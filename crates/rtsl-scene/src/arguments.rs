@@ -1,12 +1,14 @@
 //! Conversion of a scene's parameters to the arguments of a class.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Instance, Numbers, ParameterType as ClassType, ReferenceCount, Role, Scalar,
-    Value, diagnostic_codes as codes, most_similar, type_name,
+    Diagnostic, Instance, Numbers, ParameterType as ClassType, ReferenceCount, Role, Scalar, Value,
+    diagnostic_codes as codes, type_name, with_article,
 };
 
+use crate::pbrt::NamedEntity;
 use crate::reader::{Component, Parameter, ParameterType, ReferenceKind, Values};
 
 /// Resolves the references in arguments.
@@ -18,15 +20,29 @@ pub trait Resolve {
     fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>>;
 }
 
-/// Converts a parameter of the scene to an argument of `class`.
+/// Converts a parameter of an entity, by the class's names, to an argument of the class. Messages have the scene's names.
 pub fn argument(
-    class: &Class,
+    of: NamedEntity<'_>,
+    mut parameter: Cow<'_, Parameter>,
+    resolve: &mut dyn Resolve,
+) -> Result<Value, Box<Diagnostic>> {
+    let Some(expected) = of.class.parameters.iter().find(|it| it.name == parameter.name) else {
+        return Err(of.unknown_parameter(&parameter));
+    };
+    let written = of.written(&parameter);
+    if written != parameter.name {
+        let written = written.to_owned();
+        parameter.to_mut().name = written;
+    }
+    value(expected, &parameter, resolve)
+}
+
+/// Converts a parameter, whose name is that of messages, to a value.
+fn value(
+    expected: &rtsl::Parameter,
     parameter: &Parameter,
     resolve: &mut dyn Resolve,
 ) -> Result<Value, Box<Diagnostic>> {
-    let Some(expected) = class.parameters.iter().find(|it| it.name == parameter.name) else {
-        return Err(unknown_parameter(class, parameter));
-    };
     if matches!(expected.ty, ClassType::Textured(_)) {
         return textured(parameter, &expected.ty, resolve);
     }
@@ -128,9 +144,9 @@ fn reference_names(
         (ParameterType::Given | ParameterType::Text, Values::Texts(names)) => names,
         _ => {
             let message = format!(
-                "`{}` refers to a {}, expected `\"{} {}\" \"name\"`",
+                "`{}` refers to {}, expected `\"{} {}\" \"name\"`",
                 parameter.name,
-                kind.word(),
+                with_article(kind.word()),
                 kind.word(),
                 parameter.name
             );
@@ -281,23 +297,10 @@ fn words(parameter: &Parameter, scalar: Scalar) -> Option<Vec<u32>> {
     }
 }
 
-fn unknown_parameter(class: &Class, parameter: &Parameter) -> Box<Diagnostic> {
-    let name = &parameter.name;
-    let message = format!("`{}` has no parameter `{name}`", class.name);
-    let diagnostic =
-        Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
-    let names: Vec<&str> = class.parameters.iter().map(|it| it.name.as_str()).collect();
-    Box::new(match most_similar(name, names.iter().copied()) {
-        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-        None if names.is_empty() => diagnostic.note("the class has no parameters"),
-        None => diagnostic.note(format!("it has {}", names.join(", "))),
-    })
-}
-
 fn mismatch(parameter: &Parameter, ty: &ClassType) -> Box<Diagnostic> {
     if let ParameterType::Reference(kind) = parameter.kind {
         let (name, ty, kind) = (&parameter.name, type_name(ty), kind.word());
-        let message = format!("`{name}` is of type `{ty}`, found a {kind}");
+        let message = format!("`{name}` is of type `{ty}`, found {}", with_article(kind));
         let help = match kind {
             "texture" => {
                 "give a value; a class takes textures by members of type `rt_Texture` or with the qualifier `texture`"

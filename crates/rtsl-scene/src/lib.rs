@@ -18,6 +18,7 @@ mod load;
 pub mod materialx;
 pub mod mesh;
 mod mesh_scene;
+mod not_scene;
 mod parts;
 mod pbrt;
 mod presence;

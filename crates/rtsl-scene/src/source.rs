@@ -17,6 +17,7 @@ use super::gltf::{FileAttributes, is_gltf, read_gltf_scene};
 use super::load::{Earlier, Kept, Loader, Made, Origins};
 use super::materialx::add_materials;
 use super::mesh_scene::{is_mesh_file, read_mesh_scene};
+use super::not_scene::shader_instead_of_scene;
 use super::pbrt::{PbrtName, add_missing_camera, class_name, share_film_size};
 use super::presence::Presences;
 use super::renderer::Renderer;
@@ -452,6 +453,10 @@ fn read(
             description.notes.push(note.to_owned());
         }
         return description;
+    }
+    if let Some(error) = shader_instead_of_scene(path, files, budget) {
+        diagnostics.push(error);
+        return Description::default();
     }
     if let Some(camera) = camera {
         let message = format!("unknown camera `{camera}`: only glTF files have several");

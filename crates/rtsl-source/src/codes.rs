@@ -141,6 +141,7 @@ diagnostics! {
     E0237 BAD_GENERIC "a generic type that no argument determines";
     E0238 BAD_PRINT "a text to print that does not fit its values";
     E0239 NOT_PRINTABLE "a value that cannot be printed";
+    E0240 FOREIGN_SYNTAX "a form of another language";
     E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";

@@ -79,12 +79,15 @@ impl LexicalError {
             LexicalError::UnexpectedCharacter => {
                 new(format!("unexpected character `{shown}`")).at(span, "no token begins with this")
             }
-            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
-                new(format!("`{shown}` is not ASCII")).at(span, "outside a comment").note(
+            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => match look_alike(text) {
+                Some((name, instead)) => new(format!("`{shown}` is {name}, which is not ASCII"))
+                    .at(span, "outside a comment")
+                    .suggest("write the character of the keyboard", span, instead),
+                None => new(format!("`{shown}` is not ASCII")).at(span, "outside a comment").note(
                     "names are ASCII as in GLSL; other characters may appear in comments and in \
                      the text of annotations",
-                )
-            }
+                ),
+            },
             LexicalError::UnterminatedComment => new("a comment that never ends".to_string())
                 .at(Span { end: span.start + 2, ..span }, "begins here")
                 .note("comments do not nest: the first `*/` ends a comment"),
@@ -95,6 +98,31 @@ impl LexicalError {
             }
         }
     }
+}
+
+/// The name of a character that looks like a token, or stands for one in mathematics, and the token. Word processors
+/// and web pages write such characters.
+fn look_alike(text: &str) -> Option<(&'static str, &'static str)> {
+    Some(match text {
+        "\u{2010}" | "\u{2011}" => ("a hyphen", "-"),
+        "\u{2012}" | "\u{2013}" => ("an en dash", "-"),
+        "\u{2014}" | "\u{2015}" => ("an em dash", "-"),
+        "\u{2212}" => ("a minus sign", "-"),
+        "\u{201c}" | "\u{201d}" | "\u{201e}" => ("a typographic quotation mark", "\""),
+        "\u{d7}" | "\u{22c5}" | "\u{b7}" | "\u{2217}" => ("a multiplication sign", "*"),
+        "\u{f7}" => ("a division sign", "/"),
+        "\u{2215}" | "\u{2044}" => ("a slash of mathematics", "/"),
+        "\u{2264}" => ("a sign of mathematics", "<="),
+        "\u{2265}" => ("a sign of mathematics", ">="),
+        "\u{2260}" => ("a sign of mathematics", "!="),
+        "\u{a0}" | "\u{2007}" | "\u{202f}" => ("a space that does not break", " "),
+        "\u{200b}" | "\u{feff}" => ("a space without width", ""),
+        "\u{ff0c}" => ("a fullwidth comma", ","),
+        "\u{ff1b}" => ("a fullwidth semicolon", ";"),
+        "\u{ff08}" => ("a fullwidth parenthesis", "("),
+        "\u{ff09}" => ("a fullwidth parenthesis", ")"),
+        _ => return None,
+    })
 }
 
 macro_rules! punctuators {

@@ -168,8 +168,13 @@ fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
         "sizeof" => ("arrays have `.length()`", Reading::Name),
         "interface" => ("derive a class from a role such as `rt_Material`", Reading::Name),
         "cast" => ("constructors convert: `int(x)`", Reading::Name),
-        "common" | "partition" | "active" | "asm" | "resource" | "input" | "filter"
-        | "namespace" => (FUTURE, Reading::Name),
+        "common" | "partition" | "active" | "asm" | "resource" | "input" | "filter" => {
+            (FUTURE, Reading::Name)
+        }
+        "namespace" => (
+            "leave it out: a file that is imported gives its names a prefix, `module.name`",
+            Reading::Name,
+        ),
         _ => return None,
     })
 }

@@ -6,37 +6,35 @@ use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar, with_article};
 use rtsl_spec::{COLOR_COMPONENTS, MAX_ATTRIBUTE_SCALARS, Method};
 
+use crate::instance::wording::Wording;
 use crate::type_name::type_name;
 
 /// The greatest number of names in a message.
 const LISTED: usize = 12;
 
-pub(crate) fn missing_parameters(class: &Class, missing: &[&Parameter]) -> Diagnostic {
-    let names: Vec<&str> = missing.iter().map(|parameter| parameter.name.as_str()).collect();
+pub(crate) fn missing_parameters(wording: &Wording, missing: &[&Parameter]) -> Diagnostic {
+    let names: Vec<&str> =
+        missing.iter().map(|parameter| wording.parameter(&parameter.name)).collect();
     let plural = if names.len() == 1 { "the parameter" } else { "the parameters" };
     let mut diagnostic = Diagnostic::new(
         codes::MISSING_PARAMETER,
-        format!("{plural} {} of `{}` must be set", list(&names), class.name),
+        format!("{plural} {} of {} must be set", list(&names), wording.subject),
     );
-    for parameter in missing.iter().take(LISTED) {
-        diagnostic = diagnostic.note(format!(
-            "`{}` is {}",
-            parameter.name,
-            with_article(&type_name(&parameter.ty))
-        ));
+    for (parameter, name) in missing.iter().zip(&names).take(LISTED) {
+        diagnostic =
+            diagnostic.note(format!("`{name}` is {}", with_article(&type_name(&parameter.ty))));
     }
     diagnostic
 }
 
-pub(crate) fn unknown_parameter(class: &Class, name: &str) -> Diagnostic {
-    let names: Vec<&str> = class.parameters.iter().map(|it| it.name.as_str()).collect();
-    let diagnostic = Diagnostic::new(
-        codes::NO_SUCH_PARAMETER,
-        format!("`{}` has no parameter `{name}`", class.name),
-    );
+pub(crate) fn unknown_parameter(class: &Class, name: &str, wording: &Wording) -> Diagnostic {
+    let names: Vec<&str> = class.parameters.iter().map(|it| wording.parameter(&it.name)).collect();
+    let subject = &wording.subject;
+    let diagnostic =
+        Diagnostic::new(codes::NO_SUCH_PARAMETER, format!("{subject} has no parameter `{name}`"));
     match most_similar(name, names.iter().copied()) {
         Some(similar) => diagnostic.help(format!("did you mean `{similar}`?")),
-        None if names.is_empty() => diagnostic.note(format!("`{}` has no parameters", class.name)),
+        None if names.is_empty() => diagnostic.note(format!("{subject} has no parameters")),
         None => diagnostic.note(format!("it has {}", list(&names))),
     }
 }
@@ -61,8 +59,9 @@ pub(crate) enum Mismatch {
     Role { class: String, role: &'static str },
 }
 
-pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch) -> Diagnostic {
-    let name = format!("the parameter `{}` of `{}`", parameter.name, class.name);
+pub(crate) fn mismatch(wording: &Wording, parameter: &Parameter, mismatch: Mismatch) -> Diagnostic {
+    let name = wording.parameter(&parameter.name);
+    let name = format!("the parameter `{name}` of {}", wording.subject);
     match mismatch {
         Mismatch::Type { expected, found } => Diagnostic::new(
             codes::PARAMETER_TYPE,

@@ -69,6 +69,7 @@ pub use instance::defaults::default_value;
 pub use instance::instance::{Instance, OutsideRange};
 pub use instance::parameters::place_words;
 pub use instance::value::{Numbers, Value};
+pub use instance::wording::Wording;
 pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;
 pub use link::attributes::AttributeTable;
 pub use link::indexed_lights::SHADOW_LIMIT;
@@ -112,7 +113,7 @@ pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Label, Messages, Position, Severity,
     SourceMap, Span, Suggestion, code_info, codes, diagnostic_codes, encoding, most_similar,
-    render,
+    render, with_article,
 };
 pub use rtsl_spec::{
     ATTRIBUTES, COLOR_COMPONENTS, Direction, MAX_ATTRIBUTE_SCALARS, Method, RayType, Role,

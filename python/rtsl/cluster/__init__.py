@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from typing import Any, Callable, Mapping, Optional, Sequence, Tuple, Union
 
+from .._arguments import aovs_of, checked, size_of
 from .._classes import PathLike
 from .._image import Image
 from .._scene import Scene
@@ -18,6 +19,7 @@ from ._head import Head, warn
 __all__ = ["render"]
 
 
+@checked
 def render(
     scene: Union[PathLike, Scene],
     spp: Optional[int] = None,
@@ -25,7 +27,7 @@ def render(
     *,
     address: Optional[str] = None,
     seed: Optional[int] = None,
-    aovs: Sequence[str] = (),
+    aovs: Union[str, Sequence[str]] = (),
     renderer: Optional[str] = None,
     max_depth: Optional[int] = None,
     noise: Optional[float] = None,
@@ -78,9 +80,9 @@ def render(
             raise TypeError(f"a scene that is loaded takes no `{unused[0]}`")
     else:
         scene = Scene.load(scene, **loading)  # type: ignore[arg-type]
-    given = {"spp": spp, "size": size, "seed": seed, "renderer": renderer, "max_depth": max_depth, "noise": noise}
+    given = {"spp": spp, "size": size_of(size), "seed": seed, "renderer": renderer, "max_depth": max_depth, "noise": noise}
     head = Head(
-        ray, scene, {**given, "aovs": list(aovs)}, {"backend": backend, "width": width, "math": math}, threads=threads,
+        ray, scene, {**given, "aovs": aovs_of(aovs)}, {"backend": backend, "width": width, "math": math}, threads=threads,
         task_seconds=task_seconds, checkpoint=None if checkpoint is None else os.fspath(checkpoint),
         checkpoint_every=checkpoint_every, resume=resume,
     )

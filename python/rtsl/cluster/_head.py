@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-import warnings
 from typing import Any, Callable, Dict, List, Mapping, Optional, Set, Tuple
 
-from .._errors import InterpreterWarning, SceneError, SceneWarning
+from .._arguments import warn as _warn
+from .._errors import InterpreterWarning, SceneError
 from .._image import Image
 from .._progress import Progress
 from .._scene import PartialRender, Scene
@@ -183,7 +183,7 @@ class Head:
         if not report.is_compiled and self.bundle.engine.get("backend") != "interpreter" and node not in self._slow:
             self._slow.add(node)
             message = f"node {node} of the cluster has no LLVM, so it renders on the interpreter, slowly"
-            warnings.warn(message, InterpreterWarning, stacklevel=4)
+            _warn(message, InterpreterWarning)
 
     def _cancel(self) -> None:
         running, self._running = self._running, []
@@ -217,6 +217,4 @@ class Head:
 
 def warn(image: Image) -> None:
     """Warns about samples that were not finite."""
-    message = image._picture.warnings
-    if message:
-        warnings.warn(message.rstrip(), SceneWarning, stacklevel=3)
+    _warn(image._picture.warnings)

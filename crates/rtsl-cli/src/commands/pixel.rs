@@ -25,7 +25,7 @@ pub struct PixelArguments {
     )]
     pixel: Option<[usize; 2]>,
     /// The sample of the pixel, from 0; all of them if not given.
-    #[arg(long, value_name = "N", requires = "pixel", conflicts_with = "output")]
+    #[arg(long, value_name = "N")]
     sample: Option<u32>,
     /// Print the calls of methods with their state, or with `lines` the values of variables too; and the first operation
     /// whose result is NaN or an infinity.
@@ -35,14 +35,31 @@ pub struct PixelArguments {
         value_enum,
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = "calls",
-        requires = "pixel",
-        conflicts_with = "output"
+        default_missing_value = "calls"
     )]
     trace: Option<TraceName>,
-    /// Print JSON.
-    #[arg(long, requires = "pixel", conflicts_with = "output")]
+    /// Print the pixel as JSON.
+    #[arg(long)]
     json: bool,
+}
+
+impl PixelArguments {
+    /// The problem of options that are for one pixel, without a pixel.
+    pub fn misplaced(&self) -> Option<String> {
+        let given = [
+            ("sample", self.sample.is_some()),
+            ("trace", self.trace.is_some()),
+            ("json", self.json),
+        ];
+        let (name, _) = given.iter().find(|(_, is_given)| *is_given && self.pixel.is_none())?;
+        let advice = match *name {
+            "json" => ", or write the statistics of a picture as JSON by `--stats FILE`",
+            _ => "",
+        };
+        Some(format!(
+            "`--{name}` is for one pixel: give `--pixel X,Y` in place of `--output`{advice}"
+        ))
+    }
 }
 
 /// Renders the pixel and prints what happens.

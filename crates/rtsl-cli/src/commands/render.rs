@@ -210,6 +210,9 @@ impl From<OptimiseWhen> for Optimise {
 
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
+    if let Some(problem) = arguments.pixel.misplaced() {
+        return Err(Failure::Usage(problem));
+    }
     let Some(output) = &arguments.output else {
         let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
         return render_one(&request(arguments, &search_path), &arguments.pixel, reporter);
@@ -389,13 +392,18 @@ pub fn report(messages: &Messages, reporter: &Reporter) {
     messages.notes().for_each(|note| reporter.message("note", note));
 }
 
+/// The greatest number of columns or rows of a picture.
+const MAX_SIDE: usize = 65_536;
+
 /// Parses columns and rows.
 pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
-    let size = text.split_once(['x', 'X']).and_then(|(width, height)| {
-        let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side));
-        Some((side(width)?, side(height)?))
-    });
-    size.ok_or_else(|| "expected columns and rows, such as 1024x768".to_owned())
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|it| it.is_ascii_digit());
+    let sides =
+        text.split_once(['x', 'X']).filter(|(width, height)| is_number(width) && is_number(height));
+    let (width, height) = sides.ok_or("expected columns and rows, such as 1024x768")?;
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
+    let size = side(width).zip(side(height));
+    size.ok_or_else(|| format!("a picture has 1 to {MAX_SIDE} columns and rows"))
 }
 
 /// Parses a number of threads.
@@ -426,5 +434,5 @@ fn parse_noise(text: &str) -> Result<f32, String> {
 fn parse_seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| *seconds >= 0.0);
     let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    duration.ok_or_else(|| "expected seconds".to_owned())
+    duration.ok_or_else(|| "expected a number of seconds, 0 or more".to_owned())
 }

@@ -1,6 +1,7 @@
 //! A run of the command in a folder of its own, and what it printed.
 
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use expect_test::Expect;
@@ -28,9 +29,18 @@ impl Folder {
     }
 
     pub fn run_with(&self, arguments: &[&str], input: &str) -> Ran {
+        self.run_at(self.0.path(), arguments, input)
+    }
+
+    /// Runs `rtsl` in a folder inside of this one.
+    pub fn run_in(&self, place: &Path, arguments: &[&str]) -> Ran {
+        self.run_at(&self.0.path().join(place), arguments, "")
+    }
+
+    fn run_at(&self, place: &Path, arguments: &[&str], input: &str) -> Ran {
         let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
             .args(arguments)
-            .current_dir(&self.0)
+            .current_dir(place)
             .env_remove("NO_COLOR")
             // Whatever is installed.
             .env("RTSL_OIDN", "no-such-library")

@@ -305,7 +305,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
             13 │ Shape "plymesh" "string filename" "scene.pbrt"
                │                                   ^^^^^^^^^^^^
                │
-               = help: export it again, as plain triangles without compression
+               = help: convert it, or correct its name
 
             error[E0607]: `filename` takes a string, found 1 numbers
                ┌─ scene.pbrt:14:34
@@ -327,7 +327,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
             16 │ Shape "gltf" "string filename" "cut.ply"
                │                                ^^^^^^^^^
                │
-               = help: export it again, as plain triangles without compression
+               = help: convert it, or correct its name
 
         "#]],
     );

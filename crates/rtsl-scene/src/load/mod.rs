@@ -30,7 +30,9 @@ use crate::classes::{Classes, Found};
 use crate::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use crate::gltf::FileAttributes;
 use crate::parts::SceneParts;
-use crate::pbrt::{Images, MadeMesh, MeshShape, PbrtName, class_name, translated, without_effect};
+use crate::pbrt::{
+    Images, MadeMesh, MeshShape, NamedEntity, PbrtName, class_name, translated, without_effect,
+};
 use crate::presence::{PRESENCE_CLASS, PRESENCE_TEXT, Presences};
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use crate::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
@@ -451,7 +453,8 @@ impl<'a, 'f> Loader<'a, 'f> {
             None => None,
         };
         let given = arguments.values.iter().map(|(name, value)| (name.as_str(), value.clone()));
-        let instance = match Instance::new(&derived, given) {
+        let of = NamedEntity { entity, class: &class, standard: self.pbrt_name(entity) };
+        let instance = match Instance::with_wording(&derived, given, of.wording()) {
             Ok(instance) => instance,
             Err(problems) => {
                 let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
@@ -533,11 +536,11 @@ impl<'a, 'f> Loader<'a, 'f> {
         };
         let parameters: Vec<Cow<'_, Parameter>> =
             parameters.filter(|it| !is_elsewhere(&it.name) && !is_attribute(&it.name)).collect();
+        let of = NamedEntity { entity, class, standard };
         for parameter in parameters {
-            let value =
-                self.resolve(&mut arguments, |resolver| argument(class, &parameter, resolver));
-            match value {
-                Some(value) => arguments.values.push((parameter.name.clone(), value)),
+            let name = parameter.name.clone();
+            match self.resolve(&mut arguments, |resolver| argument(of, parameter, resolver)) {
+                Some(value) => arguments.values.push((name, value)),
                 None => complete = false,
             }
         }

@@ -10,9 +10,15 @@ pub enum MeshError {
     /// The file, or one that it names, cannot be read.
     #[error("{0}")]
     Unreadable(io::Error),
-    /// The file does not have its format, or uses an unsupported feature.
+    /// The file breaks the rules of its format.
     #[error("{0}")]
     Malformed(String),
+    /// The file has another format than its name says.
+    #[error("{0}")]
+    OtherFormat(String),
+    /// Data in the file are compressed in a way that cannot be decoded.
+    #[error("{0}")]
+    Compressed(String),
     /// The file is truncated.
     #[error("the file ends within {0}")]
     Truncated(String),
@@ -79,7 +85,11 @@ impl MeshError {
     pub fn remedy(&self) -> &'static str {
         match self {
             MeshError::Unreadable(_) => "paths are relative to the folder of the scene",
-            MeshError::Malformed(_) => "export it again, as plain triangles without compression",
+            MeshError::Malformed(_) => {
+                "it is damaged, or its exporter has a fault: export it again"
+            }
+            MeshError::OtherFormat(_) => "convert it, or correct its name",
+            MeshError::Compressed(_) => "export it again, without compression",
             MeshError::Truncated(_) => "it was cut off: copy or export it again",
             MeshError::Empty => "a mesh needs at least one face with three corners",
             MeshError::Incomplete(..) => {

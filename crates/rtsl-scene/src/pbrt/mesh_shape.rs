@@ -4,11 +4,12 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
+use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes};
 use rtsl_memory::{Held, InputBudget};
 
 use super::name::PbrtName;
 use super::parallelogram::Parallelogram;
+use super::wording::unknown_parameter;
 use crate::attributes::{GivenAttribute, WantedAttributes};
 use crate::description::Entity;
 use crate::mesh::{
@@ -149,14 +150,8 @@ fn check_names(
             && !standard.is_some_and(|standard| standard.has_no_effect(name))
     };
     let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
-    let name = &parameter.name;
-    let message = format!("`{}` has no parameter `{name}`", entity.class);
-    let diagnostic =
-        Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
-    Err(Box::new(match most_similar(name, known.iter().copied()) {
-        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-        None => diagnostic.note(format!("it has {}", known.join(", "))),
-    }))
+    let subject = format!("{} `{}`", entity.kind.word(), entity.class);
+    Err(unknown_parameter(&subject, parameter, known))
 }
 
 /// Holds the memory of the arrays made of the numbers in a scene's text.

@@ -22,6 +22,7 @@ mod subsurface;
 mod tensor;
 mod textures;
 mod translation;
+mod wording;
 
 pub use cameras::{add_missing_camera, share_film_size};
 pub use image_lights::given_power;
@@ -29,3 +30,4 @@ pub use images::{CONVENTION, Images, NamedImage};
 pub use mesh_shape::{MadeMesh, MeshShape};
 pub use name::{PbrtName, class_name};
 pub use translation::{translated, without_effect};
+pub use wording::NamedEntity;

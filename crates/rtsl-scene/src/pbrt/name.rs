@@ -116,6 +116,11 @@ impl PbrtName {
         renamed.map_or(name, |(_, ours)| ours)
     }
 
+    /// Returns the parameters with another name in the class: the format's name, the class's name.
+    pub fn renamed_parameters(&self) -> &'static [(&'static str, &'static str)] {
+        self.parameters
+    }
+
     /// Returns parameters of the class that have these values if the scene gives none.
     pub fn defaults(&self) -> impl Iterator<Item = (&'static str, &'static [f64])> {
         self.defaults.iter().copied()

@@ -53,6 +53,7 @@ pub use parameter::{
 };
 pub use recorded_files::{Digest, RecordedFiles};
 pub use shared_files::FilesRef;
+pub(crate) use upgrade::format_parameters;
 pub use writer::push_quoted;
 
 #[cfg(doc)]

@@ -9,9 +9,10 @@ use crate::reader::{Parameter, ParameterType, Values};
 pub fn unknown_setting(entity: &Entity, known: &[&str]) -> Diagnostic {
     let message = format!("unknown {} `{}`", entity.kind.word(), entity.class);
     let diagnostic = Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
-    match most_similar(&entity.class, known.iter().copied()) {
+    let diagnostic = diagnostic.note(format!("known are {}", known.join(", ")));
+    match similar(known, &entity.class) {
         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-        None => diagnostic.help(format!("known are {}", known.join(", "))),
+        None => diagnostic,
     }
 }
 
@@ -161,8 +162,10 @@ impl<'a> ParameterReader<'a> {
 }
 
 /// The parameter that was probably meant by a name: a similar one, or one that the name abbreviates.
-fn similar(known: &[&'static str], name: &str) -> Option<&'static str> {
+fn similar<'k>(known: &[&'k str], name: &str) -> Option<&'k str> {
     const SHORTEST: usize = 3;
-    let abbreviated = |known: &&'static str| name.len() >= SHORTEST && known.starts_with(name);
+    let begins =
+        |known: &str| known.get(..name.len()).is_some_and(|it| it.eq_ignore_ascii_case(name));
+    let abbreviated = |known: &&'k str| name.len() >= SHORTEST && begins(known);
     most_similar(name, known.iter().copied()).or_else(|| known.iter().copied().find(abbreviated))
 }

@@ -569,7 +569,7 @@ fn files_that_show_nothing_are_refused() {
         None,
         expect![[r#"
         error[E0620]: `model.gltf` cannot be used: it is not a glTF file: expected value at line 1 column 1
-         = help: export it again, as plain triangles without compression
+         = help: convert it, or correct its name
 
     "#]],
     );
@@ -578,7 +578,7 @@ fn files_that_show_nothing_are_refused() {
         None,
         expect![[r#"
         error[E0620]: `model.gltf` cannot be used: it is a glTF file of version 1.0, expected version 2
-         = help: export it again, as plain triangles without compression
+         = help: convert it, or correct its name
 
     "#]],
     );

@@ -15,6 +15,7 @@ mod materialx;
 mod measured;
 mod mesh_files;
 mod motion;
+mod names;
 mod pages;
 #[path = "../../../../fuzz/entries/paint.rs"]
 mod paint;

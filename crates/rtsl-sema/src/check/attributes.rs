@@ -4,7 +4,7 @@
 //! attributes in `computeTextureCoordinates`, where they start with their default values.
 
 use rtsl_ir::Scalar;
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes, with_article};
 use rtsl_spec::{Method, Role};
 use rtsl_syntax::ast::{self, Qualifier};
 
@@ -22,11 +22,11 @@ impl Checker<'_> {
         let Some(class) = &self.class else { return false };
         let hosts = [Role::Primitive, Role::Texture, Role::Material];
         if !class.roles_unknown && !hosts.iter().any(|role| class.roles.contains(role)) {
-            let roles = role_list(&class.roles, "and");
+            let roles = with_article(&role_list(&class.roles, "and"));
             let span = variable.qualifiers.find(Qualifier::Attribute).unwrap_or(variable.span);
             let diagnostic = Diagnostic::new(
                 codes::ATTRIBUTE_OUT_OF_PLACE,
-                format!("a {roles} has no attributes"),
+                format!("{roles} has no attributes"),
             )
             .at(span, "needs an object that a ray hit")
             .note("primitives give attributes, and materials and textures read them");

@@ -110,7 +110,7 @@ impl Checker<'_> {
             return;
         }
         let name = &function.name.name;
-        let shown = self.show(result);
+        let shown = self.show_one(result);
         if self.function.returns_value {
             self.report(
                 Diagnostic::new(
@@ -122,7 +122,7 @@ impl Checker<'_> {
         } else {
             self.report(
                 Diagnostic::new(codes::NO_RETURN, format!("`{name}` returns no value"))
-                    .at(function.name.span, format!("expected a `return` with a `{shown}`")),
+                    .at(function.name.span, format!("expected a `return` with {shown}")),
             );
         }
     }

@@ -56,13 +56,18 @@ const RENAMED_FUNCTIONS: [(&str, &str); 30] = [
 ];
 
 /// Functions that are written in another way.
-const REPLACED_FUNCTIONS: [(&str, &str); 15] = [
+const REPLACED_FUNCTIONS: [(&str, &str); 18] = [
     ("asfloat", "write `intBitsToFloat(x)` or `uintBitsToFloat(x)`"),
     ("cbrt", "write `sign(x) * pow(abs(x), 1.0 / 3.0)`"),
+    (
+        "clip",
+        "a material makes holes by its method `presence`; `intersect` rejects a hit by not calling `hit`",
+    ),
     ("exp10", "write `pow(10.0, x)`"),
     ("fmod", "write `x - y * trunc(x / y)`; `mod(x, y)` differs where x is negative"),
     ("fprintf", PRINTING),
     ("hypot", "write `length(vec2(x, y))`"),
+    ("isfinite", "write `!isnan(x) && !isinf(x)`"),
     ("length2", "write `dot(v, v)`"),
     ("log10", "write `log(x) / log(10.0)`"),
     ("mul", "write `a * b`, which multiplies matrices and vectors"),
@@ -70,6 +75,7 @@ const REPLACED_FUNCTIONS: [(&str, &str); 15] = [
     ("printf", PRINTING),
     ("rcp", "write `1.0 / x`"),
     ("saturate", "write `clamp(x, 0.0, 1.0)`"),
+    ("select", "write `mix(b, a, condition)`; for vectors `condition` is a `bvec`"),
     ("sincos", "write `sin(x)` and `cos(x)`"),
     (
         "transform",
@@ -106,6 +112,12 @@ pub(super) fn counterpart(name: &str) -> Option<Counterpart> {
     if is(&["main", "mainImage"]) {
         return advice("hosts call the interface methods of a class");
     }
+    if is(&["NULL", "null", "nullptr"]) {
+        return advice("references are tested by `isSet(reference)`");
+    }
+    if ["auto", "let", "var"].contains(&name) {
+        return type_counterpart(name);
+    }
     if is(&["PI", "M_PI", "M_PI_F"]) {
         return advice("declare it: `const float PI = 3.14159265;`");
     }
@@ -119,13 +131,20 @@ fn function_counterpart(name: &str) -> Option<Counterpart> {
     if let Some((_, advice)) = REPLACED_FUNCTIONS.iter().find(|(theirs, _)| *theirs == name) {
         return Some(Counterpart::Advice(advice));
     }
+    // CUDA's constructors: `make_float3`.
+    if let Some(ours) = name.strip_prefix("make_").and_then(sized_type) {
+        return Some(Counterpart::Name(ours));
+    }
     // C's functions of binary32: `sqrtf`, `fminf`.
     let stem = name.strip_suffix('f')?;
     if builtins::find(stem).is_some_and(|builtin| builtin.usable != Usable::Prelude) {
         return Some(Counterpart::Name(stem.to_owned()));
     }
-    matches!(stem, "fabs" | "fmax" | "fmin" | "atan2" | "fmod" | "cbrt" | "log10" | "hypot")
-        .then(|| function_counterpart(stem))?
+    const FLOATS: [&str; 12] = [
+        "atan2", "cbrt", "exp10", "fabs", "fmax", "fmin", "fmod", "hypot", "lerp", "log10",
+        "rsqrt", "saturate",
+    ];
+    FLOATS.contains(&stem).then(|| function_counterpart(stem))?
 }
 
 /// Types with other names that do not contain sizes.
@@ -145,8 +164,46 @@ const RENAMED_TYPES: [(&str, &str); 13] = [
     ("vector", "vec3"),
 ];
 
+/// The name of the language that a name with its prefix `rt_` probably stands for.
+const MEANT: [(&str, &str); 20] = [
+    ("rt_BRDF", "rt_Material"),
+    ("rt_BSDF", "rt_Material"),
+    ("rt_Background", "rt_Light"),
+    ("rt_Bsdf", "rt_Material"),
+    ("rt_Color", "color"),
+    ("rt_Curve", "rt_Primitive"),
+    ("rt_Emitter", "rt_Light"),
+    ("rt_Environment", "rt_Light"),
+    ("rt_Geometry", "rt_Primitive"),
+    ("rt_Image", "rt_Texture"),
+    ("rt_Lamp", "rt_Light"),
+    ("rt_Lens", "rt_Camera"),
+    ("rt_Mesh", "rt_Primitive"),
+    ("rt_Object", "rt_Primitive"),
+    ("rt_Pattern", "rt_Texture"),
+    ("rt_Renderer", "rt_Integrator"),
+    ("rt_Shader", "rt_Material"),
+    ("rt_Shape", "rt_Primitive"),
+    ("rt_Sky", "rt_Light"),
+    ("rt_Tracer", "rt_Integrator"),
+];
+
+/// The equivalent of an unknown name of a class or a type with the prefix of the language.
+pub(super) fn role_counterpart(name: &str) -> Option<Counterpart> {
+    let meant = MEANT.iter().find(|(theirs, _)| theirs.eq_ignore_ascii_case(name));
+    meant.map(|(_, ours)| Counterpart::Name((*ours).to_owned()))
+}
+
 /// The equivalent of an unknown type.
 pub(super) fn type_counterpart(name: &str) -> Option<Counterpart> {
+    if ["auto", "decltype", "let", "val", "var"].contains(&name) {
+        return Some(Counterpart::Advice(
+            "a declaration names the type of its value: `float x = 1.0;`, `vec3 p = rt_HitPoint;`",
+        ));
+    }
+    if let Some(ours) = role_counterpart(name) {
+        return Some(ours);
+    }
     if ["string", "String", "char"].contains(&name) {
         return Some(Counterpart::Advice(
             "there is no type for text; an `int` or a `bool` can choose between variants",
@@ -220,6 +277,9 @@ mod tests {
         for (theirs, _) in REPLACED_FUNCTIONS {
             assert!(builtins::find(theirs).is_none(), "{theirs}");
         }
+        for (theirs, ours) in MEANT {
+            assert!(builtin_type(theirs).is_none() && builtin_type(ours).is_some(), "{theirs}");
+        }
         for (theirs, ours) in RENAMED_TYPES {
             assert!(builtin_type(theirs).is_none() && builtin_type(ours).is_some(), "{theirs}");
         }
@@ -261,9 +321,14 @@ mod tests {
 
     #[test]
     fn functions_of_c_lose_their_letter() {
-        for (theirs, ours) in
-            [("sqrtf", "sqrt"), ("fminf", "min"), ("atan2f", "atan"), ("powf", "pow")]
-        {
+        for (theirs, ours) in [
+            ("sqrtf", "sqrt"),
+            ("fminf", "min"),
+            ("atan2f", "atan"),
+            ("powf", "pow"),
+            ("rsqrtf", "inversesqrt"),
+            ("make_float3", "vec3"),
+        ] {
             assert_eq!(counterpart(theirs), Some(Counterpart::Name(ours.to_owned())), "{theirs}");
         }
         for other in ["f", "off", "fminff", "elif"] {

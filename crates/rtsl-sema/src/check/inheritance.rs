@@ -8,6 +8,8 @@ use rtsl_syntax::ast;
 
 use super::Checker;
 use super::classes::ClassDeclaration;
+use super::foreign::{advise, role_counterpart};
+use super::references::quoted_list;
 use super::scope::Entity;
 use super::suggestions::suggest;
 
@@ -119,10 +121,19 @@ impl<'a> Checker<'a> {
     fn report_unknown_base(&mut self, base: &ast::Identifier) {
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_BASE, format!("there is no class `{}`", base.name))
-                .at(base.span, "unknown class")
-                .note("a class can be used only after its declaration");
-        let similar = self.similar_class(&base.name);
-        self.report(suggest(diagnostic, base.span, similar));
+                .at(base.span, "unknown class");
+        if !base.name.starts_with("rt_") {
+            let diagnostic = diagnostic.note("a class can be used only after its declaration");
+            let similar = self.similar_class(&base.name);
+            return self.report(suggest(diagnostic, base.span, similar));
+        }
+        let roles = Role::ALL.map(Role::class);
+        let diagnostic = diagnostic.note(format!("the roles are {}", quoted_list(&roles)));
+        let similar = self.similar_of(&base.name, roles);
+        self.report(match (similar, role_counterpart(&base.name)) {
+            (None, Some(counterpart)) => advise(diagnostic, base.span, counterpart),
+            (similar, _) => suggest(diagnostic, base.span, similar),
+        });
     }
 
     /// The class and its ancestors, the nearest first.

@@ -53,13 +53,13 @@ impl Checker<'_> {
             }
             Type::Color => self.check_fixed_list(ty, vec![FLOAT; 3], items, span),
             Type::Scalar(_) | Type::Reference(_) | Type::Void => {
-                let shown = self.show(ty);
+                let shown = self.show_one(ty);
                 self.report(
                     Diagnostic::new(
                         codes::BAD_INITIALIZER,
-                        format!("a `{shown}` cannot be initialized with a list"),
+                        format!("{shown} cannot be initialized with a list"),
                     )
-                    .at(span, format!("expected a `{shown}`")),
+                    .at(span, format!("expected {shown}")),
                 );
                 error_expression(span)
             }
@@ -77,11 +77,11 @@ impl Checker<'_> {
         if items.len() == expected {
             return true;
         }
-        let (shown, found) = (self.show(ty), items.len());
+        let (shown, found) = (self.show_one(ty), items.len());
         self.report(
             Diagnostic::new(
                 codes::BAD_INITIALIZER,
-                format!("a `{shown}` needs {expected} values, not {found}"),
+                format!("{shown} needs {expected} values, not {found}"),
             )
             .at(span, format!("{found} values")),
         );

@@ -11,6 +11,7 @@ use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 use super::Checker;
 use super::expressions::error_expression;
 use super::foreign::{advise, counterpart};
+use super::references::quoted_list;
 use super::scope::Entity;
 use super::suggestions::suggest;
 use super::types::{FLOAT, builtin_type, leaf_count};
@@ -96,10 +97,13 @@ impl Checker<'_> {
             .at(span, "unknown name");
         let diagnostic = match counterpart(name) {
             Some(counterpart) => advise(diagnostic, span, counterpart),
-            None => {
-                let similar = self.similar_name(name);
-                suggest(diagnostic, span, similar)
-            }
+            None => match (self.similar_name(name), &*self.related_states(name)) {
+                (None, [only]) => suggest(diagnostic, span, Some((*only).to_owned())),
+                (None, related @ [_, ..]) => {
+                    diagnostic.help(format!("there are {}", quoted_list(related)))
+                }
+                (similar, _) => suggest(diagnostic, span, similar),
+            },
         };
         self.report(diagnostic);
         error_expression(span)
@@ -213,10 +217,10 @@ impl Checker<'_> {
             other => (i64::from(other.bits()), count.is_none_or(|count| other.bits() < count)),
         };
         if !in_range {
-            let shown = self.show(indexed);
+            let shown = self.show_one(indexed);
             let range = match count {
                 Some(0) | None => "the first element has index 0".to_owned(),
-                Some(count) => format!("a `{shown}` has indices 0 to {}", count - 1),
+                Some(count) => format!("{shown} has indices 0 to {}", count - 1),
             };
             self.report(
                 Diagnostic::new(
@@ -230,10 +234,10 @@ impl Checker<'_> {
     }
 
     fn report_not_indexable(&mut self, base: &Expression, span: Span) -> Expression {
-        let shown = self.show(&base.ty);
+        let shown = self.show_one(&base.ty);
         self.report(
-            Diagnostic::new(codes::NOT_INDEXABLE, format!("a `{shown}` has no elements"))
-                .at(base.span, format!("this is `{shown}`"))
+            Diagnostic::new(codes::NOT_INDEXABLE, format!("{shown} has no elements"))
+                .at(base.span, format!("this is {shown}"))
                 .note("arrays, buffers, vectors and matrices have elements"),
         );
         error_expression(span)
@@ -283,9 +287,9 @@ impl Checker<'_> {
         name: &ast::Identifier,
         span: Span,
     ) -> Expression {
-        let shown = self.show(&base.ty);
+        let shown = self.show_one(&base.ty);
         let mut diagnostic =
-            Diagnostic::new(codes::UNKNOWN_FIELD, format!("a `{shown}` has no `{}`", name.name))
+            Diagnostic::new(codes::UNKNOWN_FIELD, format!("{shown} has no `{}`", name.name))
                 .at(name.span, "unknown");
         if matches!(base.ty, Type::Array(..) | Type::Buffer(_)) && name.name == "length" {
             diagnostic = diagnostic.suggest("call it", name.span, "length()");
@@ -308,7 +312,8 @@ impl Checker<'_> {
                 format!("`{}` has no field `{}`", declared.name, name.name),
             )
             .at(name.span, "unknown field");
-            let fields = declared.fields.iter().map(|(field, _)| field.as_str());
+            let fields: Vec<&str> = declared.fields.iter().map(|(field, _)| &**field).collect();
+            let diagnostic = diagnostic.note(format!("it has {}", quoted_list(&fields)));
             let similar = self.similar_of(&name.name, fields);
             self.report(suggest(diagnostic, name.span, similar));
             return error_expression(span);
@@ -377,7 +382,7 @@ impl Checker<'_> {
         size: u8,
         ty: &Type,
     ) -> Option<Vec<u8>> {
-        let shown = self.show(ty);
+        let shown = self.show_one(ty);
         let set = COMPONENT_SETS
             .iter()
             .find(|set| name.name.chars().next().is_some_and(|first| set.contains(first)));
@@ -386,14 +391,14 @@ impl Checker<'_> {
             .chars()
             .any(|letter| !COMPONENT_SETS.iter().any(|set| set.contains(letter)))
         {
-            Some(format!("a `{shown}` has no `{}`", name.name))
+            Some(format!("{shown} has no `{}`", name.name))
         } else if name.name.len() > 4 {
             Some("a swizzle has at most 4 components".to_owned())
         } else {
             None
         };
         let (Some(set), None) = (set, &problem) else {
-            let problem = problem.unwrap_or_else(|| format!("a `{shown}` has no `{}`", name.name));
+            let problem = problem.unwrap_or_else(|| format!("{shown} has no `{}`", name.name));
             return self.report_swizzle(problem, name, "components are `xyzw`, `rgba` or `stpq`");
         };
         let mut components = Vec::new();
@@ -403,7 +408,7 @@ impl Checker<'_> {
                 Some(_) => {
                     let known = &set[..usize::from(size)];
                     return self.report_swizzle(
-                        format!("a `{shown}` has no component `{letter}`"),
+                        format!("{shown} has no component `{letter}`"),
                         name,
                         &format!("its components are `{known}`"),
                     );

@@ -109,14 +109,19 @@ impl Checker<'_> {
         known: &[&str],
         span: Span,
     ) -> Expression {
-        let shown = self.show(ty);
+        let shown = self.show_one(ty);
         let mut diagnostic = Diagnostic::new(
             codes::UNKNOWN_FIELD,
-            format!("a `{shown}` has no method `{}`", method.name),
+            format!("{shown} has no method `{}`", method.name),
         )
         .at(method.span, "unknown method");
         if !known.is_empty() {
             diagnostic = diagnostic.note(format!("it has {}", quoted_list(known)));
+        } else if matches!(ty, Type::Struct(_)) {
+            let name = &method.name;
+            diagnostic = diagnostic.help(format!(
+                "structs have no methods: a function that takes one is called as `{name}(value, ...)`"
+            ));
         }
         let similar = self.similar_of(&method.name, known.iter().copied());
         self.report(suggest(diagnostic, method.span, similar));

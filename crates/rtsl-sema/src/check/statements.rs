@@ -474,10 +474,10 @@ impl Checker<'_> {
         let result = self.function.result.clone();
         let Some(value) = value else {
             if result != Type::Void {
-                let shown = self.show(&result);
+                let shown = self.show_one(&result);
                 self.report(
                     Diagnostic::new(codes::BAD_RETURN, "this `return` has no value")
-                        .at(span, format!("expected a `{shown}`")),
+                        .at(span, format!("expected {shown}")),
                 );
                 self.function.returns_value = true;
             }

@@ -30,6 +30,14 @@ impl Checker<'_> {
         similar.or_else(|| self.similar_function(name))
     }
 
+    /// The state variables in reach that end in the same word as `name`: `rt_ShadingNormal` and others for `rt_Normal`.
+    pub(super) fn related_states(&self, name: &str) -> Vec<&'static str> {
+        let start = name.rfind(|letter: char| letter.is_ascii_uppercase());
+        let (Some(start), true) = (start, name.starts_with("rt_")) else { return Vec::new() };
+        let word = &name[start..];
+        self.states_in_reach().into_iter().filter(|state| state.ends_with(word)).collect()
+    }
+
     /// The function that was probably meant.
     pub(super) fn similar_function(&mut self, name: &str) -> Option<String> {
         self.compared(name, |checker| {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::Scalar;
-use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
 use rtsl_spec::builtins::{self, SpecStruct, SpecType};
 use rtsl_spec::{COLOR_COMPONENTS, Role, StateType};
 use rtsl_syntax::ast;
@@ -184,6 +184,11 @@ pub(super) enum TypePlace {
 }
 
 impl Checker<'_> {
+    /// Formats a value of the type: "an `int`".
+    pub(super) fn show_one(&self, ty: &Type) -> String {
+        with_article(&format!("`{}`", self.show(ty)))
+    }
+
     /// Formats the type as the language writes it.
     pub(super) fn show(&self, ty: &Type) -> String {
         let mut suffix = String::new();

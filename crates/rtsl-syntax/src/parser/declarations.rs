@@ -25,6 +25,10 @@ impl Parser<'_> {
             let mut own_type = ty.clone();
             let start = name.span;
             self.parse_declarator_sizes(&mut own_type)?;
+            // In the header of a loop a `:` stands before a list.
+            if !self.peek_at(2).is(Punctuator::RightParenthesis) {
+                self.refuse_semantic();
+            }
             let (initializer, failed) = self.parse_optional_initializer();
             variables.push(Variable {
                 annotations: annotations.clone(),

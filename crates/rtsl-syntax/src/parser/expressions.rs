@@ -174,6 +174,10 @@ impl Parser<'_> {
                 Punctuator::LeftBracket => self.parse_index(built)?,
                 Punctuator::LeftParenthesis => self.parse_call(built)?,
                 Punctuator::Dot => self.parse_member(built)?,
+                Punctuator::Minus if self.at_arrow() => {
+                    self.refuse_arrow();
+                    self.parse_member(built)?
+                }
                 Punctuator::Increment | Punctuator::Decrement => self.parse_step(built, punctuator),
                 _ => return Ok(built),
             };
@@ -274,6 +278,9 @@ impl Parser<'_> {
     }
 
     fn parse_primary(&mut self) -> Parse<Built> {
+        if self.refuse_cast() {
+            return self.parse_binding(UNARY);
+        }
         let token = self.peek();
         match token.kind {
             TokenKind::Number => {
@@ -305,7 +312,14 @@ impl Parser<'_> {
                 return Ok(Built::leaf(ExpressionKind::Bool(false), token.span));
             }
             Word::Keyword(_) => return Err(self.unexpected("an expression")),
-            Word::Plain | Word::Type => self.text(token),
+            Word::Plain | Word::Type => {
+                self.bump();
+                let last = self.without_scopes(token);
+                return Ok(Built::leaf(
+                    ExpressionKind::Name(self.text(last).to_string()),
+                    last.span,
+                ));
+            }
             Word::Reserved(reserved) => {
                 self.complain_reserved(token, reserved);
                 match reserved.reading {

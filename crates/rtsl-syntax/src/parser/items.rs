@@ -224,6 +224,13 @@ impl Parser<'_> {
             items.push(Item::Assertion(self.parse_assertion()?));
             return Ok(());
         }
+        if self.refuse_access_label("write `public` or `private` before each member") {
+            return Ok(());
+        }
+        self.refuse_constant_buffer()?;
+        if self.at_attribute() && !self.peek_at(1).is(Punctuator::LeftBracket) {
+            self.refuse_attribute();
+        }
         let start = self.position;
         let annotations = self.parse_annotations()?;
         let annotation_tokens = self.position - start;
@@ -257,6 +264,7 @@ impl Parser<'_> {
             return Ok(());
         }
         let name = self.expect_declared_name(&ty)?;
+        self.refuse_operator(&name)?;
         if self.at(Punctuator::LeftParenthesis) {
             if let Some(annotation) = annotations.first() {
                 self.complain(
@@ -354,6 +362,8 @@ impl Parser<'_> {
             }
         };
         let span = first.span.to(self.previous_span());
+        self.refuse_semantic();
+        self.refuse_trailing_qualifiers();
         let body = if self.at(Punctuator::LeftBrace) {
             Some(self.parse_block()?)
         } else if self.maybe(Punctuator::Semicolon).is_some() {
@@ -395,6 +405,7 @@ impl Parser<'_> {
         if self.peek().kind == TokenKind::Name {
             name = Some(self.expect_identifier("the parameter's name")?);
             self.parse_declarator_sizes(&mut ty)?;
+            self.refuse_semantic();
         }
         let default = match self.maybe(Punctuator::Assign) {
             Some(_) => Some(self.parse_initializer()?),
@@ -413,11 +424,12 @@ impl Parser<'_> {
         } else {
             self.expect_identifier("the struct's name")?
         };
+        self.refuse_bases_of_struct();
         let open = self.expect(Punctuator::LeftBrace)?;
         let mut fields = Vec::new();
         while !self.at_end() && !self.at(Punctuator::RightBrace) && !self.at_class() {
             let before = self.position;
-            if self.parse_fields(&mut fields).is_err() {
+            if self.parse_fields(&name.name, &mut fields).is_err() {
                 self.recover_statement();
             }
             self.ensure_progress(before);
@@ -426,7 +438,13 @@ impl Parser<'_> {
         Ok(Struct { name, fields, span: keyword.span.to(close.span) })
     }
 
-    fn parse_fields(&mut self, fields: &mut Vec<Field>) -> Parse<()> {
+    /// Parses fields of the struct of this name.
+    fn parse_fields(&mut self, structure: &str, fields: &mut Vec<Field>) -> Parse<()> {
+        if self.refuse_access_label("leave it out: all fields can be read and written")
+            || self.refuse_constructor_of_struct(structure)
+        {
+            return Ok(());
+        }
         let qualifiers = self.parse_qualifiers();
         if let Some((_, place)) = qualifiers.list.first() {
             self.complain(
@@ -449,9 +467,14 @@ impl Parser<'_> {
         let type_tokens = self.position - start;
         loop {
             let name = self.expect_identifier("the field's name")?;
+            self.refuse_operator(&name)?;
+            if self.refuse_method_of_struct(structure, &name) {
+                return Ok(());
+            }
             self.charge_copy(type_tokens)?;
             let mut ty = ty.clone();
             self.parse_declarator_sizes(&mut ty)?;
+            self.refuse_semantic();
             fields.push(Field { ty, name });
             if self.at(Punctuator::Assign) {
                 let place = self.peek().span;

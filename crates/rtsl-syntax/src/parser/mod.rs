@@ -12,6 +12,7 @@ mod declarations;
 pub(crate) mod documentation;
 mod enumerations;
 mod expressions;
+mod foreign;
 mod items;
 mod operators;
 mod prints;
@@ -221,6 +222,10 @@ impl Parser<'_> {
             if self.begins_arguments_of(&["print"]) {
                 diagnostic = diagnostic.help("`print` is a statement, and has no value");
             }
+        }
+        let is_address = token.is(Punctuator::Ampersand) || token.is(Punctuator::Star);
+        if is_address && self.peek_at(1).kind == TokenKind::Name {
+            diagnostic = diagnostic.help(foreign::NO_POINTERS);
         }
         self.report(diagnostic)
     }

@@ -74,6 +74,10 @@ impl Parser<'_> {
                 self.bump();
                 Ok(StatementKind::Empty)
             }
+            TokenKind::Punctuator(Punctuator::LeftBracket) if self.at_attribute() => {
+                self.refuse_attribute();
+                self.nested(Self::parse_statement_kind)
+            }
             TokenKind::Name => match self.symbols.word(token.spelling) {
                 Word::Keyword(keyword) => self.parse_keyword_statement(keyword, token),
                 Word::Reserved(reserved) => match reserved.reading {
@@ -200,8 +204,17 @@ impl Parser<'_> {
         // `module.Type name`
         let is_qualified =
             self.peek_at(1).is(Punctuator::Dot) && self.peek_at(2).kind == TokenKind::Name;
-        let name_tokens = if is_qualified { 3 } else { 1 };
-        let after = self.tokens[self.after_array_sizes(self.position + name_tokens)];
+        let mut end = self.position + if is_qualified { 3 } else { 1 };
+        while self.is_scope(end) {
+            end += 3;
+        }
+        if self.is_type_argument(end) {
+            end = self.after_type_arguments(end).unwrap_or(end);
+        }
+        let after = self.tokens[self.after_array_sizes(end)];
+        if self.is_indirection(end) {
+            return true;
+        }
         match self.word_of(after) {
             // A keyword on the next line begins the next statement: a `;` is missing.
             Some(Word::Keyword(_)) => !after.starts_line,
@@ -426,6 +439,9 @@ impl Parser<'_> {
         let name = self.expect_identifier("the declaration's name")?;
         let mut variables = Vec::new();
         self.parse_declarators(Vec::new(), qualifiers, ty, name, copied, &mut variables)?;
+        if self.at(Punctuator::Colon) {
+            return Err(self.refuse_range());
+        }
         self.expect(Punctuator::Semicolon)?;
         Ok(StatementKind::Variables(variables))
     }

@@ -36,7 +36,10 @@ impl Parser<'_> {
                     self.bump();
                     self.add_qualifier(&mut qualifiers, Qualifier::Texture, token);
                 }
-                _ => return qualifiers,
+                _ => match self.foreign_qualifier() {
+                    Some(help) => self.refuse_qualifier(help),
+                    None => return qualifiers,
+                },
             }
         }
     }
@@ -101,10 +104,14 @@ impl Parser<'_> {
             return Err(self.unexpected(&format!("the type of {what}")));
         }
         let token = self.bump();
+        let token = self.without_scopes(token);
         let name = self.type_identifier(token);
         let name = self.parse_qualified(name)?;
+        self.refuse_type_arguments(&name);
         let sizes = self.parse_sizes()?;
-        Ok(TypeName { name, sizes, span: token.span.to(self.previous_span()) })
+        let span = token.span.to(self.previous_span());
+        self.refuse_indirection();
+        Ok(TypeName { name, sizes, span })
     }
 
     fn type_identifier(&mut self, token: Token) -> Identifier {

@@ -205,11 +205,15 @@ impl Preprocessor<'_> {
             ["STDGL" | "optimize" | "debug", ..] => {}
             _ => {
                 let message = format!("unknown pragma `{}`", shorten(&self.line_text(rest)));
-                self.report(
-                    Diagnostic::new(codes::UNKNOWN_PRAGMA, message)
-                        .at(name.span, "has no effect")
-                        .note("RTSL knows `#pragma once`, `#pragma once(off)`"),
-                );
+                let diagnostic = Diagnostic::new(codes::UNKNOWN_PRAGMA, message)
+                    .at(name.span, "has no effect")
+                    .note("RTSL knows `#pragma once`, `#pragma once(off)`");
+                self.report(match words.first() {
+                    Some(&("unroll" | "nounroll" | "loop")) => {
+                        diagnostic.help("leave it out: the compiler chooses how it compiles loops")
+                    }
+                    _ => diagnostic,
+                });
             }
         }
     }

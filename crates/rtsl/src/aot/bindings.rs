@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::class::{Class, Reference, ReferenceCount};
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes, with_article};
 
 use crate::errors;
 use crate::link::attributes::AttributeTable;
@@ -51,9 +51,9 @@ impl Bindings {
         let role = role.ok_or_else(|| self.unknown_reference(class, reference))?;
         if !to.roles.contains(&role) {
             let problem = format!(
-                "`{}.{reference}` refers to a {}, and `{}` is none",
+                "`{}.{reference}` refers to {}, and `{}` is none",
                 class.name,
-                role.name(),
+                with_article(role.name()),
                 to.name
             );
             return Err(Diagnostic::new(codes::REFERENCE_ROLE, problem));

@@ -13,6 +13,7 @@ use super::instance::{Attached, Instance, OutsideRange, Unmade, class_tree, for_
 use super::parameters;
 use super::parameters::Argument;
 use super::value::Value;
+use super::wording::Wording;
 use super::words::{Leaves, Words};
 use crate::errors;
 use crate::link::attributes::AttributeTable;
@@ -35,7 +36,20 @@ impl Instance {
         class: &Arc<Class>,
         arguments: impl IntoIterator<Item = (&'a str, Value)>,
     ) -> Result<Arc<Instance>, Diagnostics> {
-        let mut builder = Builder::new(class);
+        Instance::with_wording(class, arguments, None)
+    }
+
+    /// Makes an instance like [`Instance::new`], with these words in messages.
+    ///
+    /// # Errors
+    /// Those of [`Instance::new`].
+    pub fn with_wording<'a>(
+        class: &Arc<Class>,
+        arguments: impl IntoIterator<Item = (&'a str, Value)>,
+        wording: Option<Wording>,
+    ) -> Result<Arc<Instance>, Diagnostics> {
+        let wording = wording.unwrap_or_else(|| Wording::of(class));
+        let mut builder = Builder::new(class, &wording);
         for (name, value) in arguments {
             builder.argument(name, &value);
         }
@@ -47,6 +61,7 @@ impl Instance {
 /// Collects arguments and their errors.
 struct Builder<'a> {
     class: &'a Arc<Class>,
+    wording: &'a Wording,
     given: Vec<&'a str>,
     constructor_arguments: Leaves,
     members: Leaves,
@@ -56,9 +71,10 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(class: &'a Arc<Class>) -> Self {
+    fn new(class: &'a Arc<Class>, wording: &'a Wording) -> Self {
         Builder {
             class,
+            wording,
             given: Vec::new(),
             constructor_arguments: Leaves::new(),
             members: Leaves::new(),
@@ -71,12 +87,14 @@ impl<'a> Builder<'a> {
     fn argument(&mut self, name: &str, value: &Value) {
         let class = self.class;
         let Some(parameter) = class.parameters.iter().find(|it| it.name == name) else {
-            self.problems.push(errors::unknown_parameter(class, name));
+            self.problems.push(errors::unknown_parameter(class, name, self.wording));
             return;
         };
         self.given.push(&parameter.name);
         match parameters::argument(parameter, value) {
-            Err(mismatch) => self.problems.push(errors::mismatch(class, parameter, mismatch)),
+            Err(mismatch) => {
+                self.problems.push(errors::mismatch(self.wording, parameter, mismatch));
+            }
             Ok(Argument::References(instances)) => {
                 // A textured parameter has the value or the texture that is given last.
                 self.members.remove(&parameter.name);
@@ -106,7 +124,7 @@ impl<'a> Builder<'a> {
             .filter(|it| it.required && !self.given.contains(&it.name.as_str()))
             .collect();
         if !missing.is_empty() {
-            self.problems.push(errors::missing_parameters(self.class, &missing));
+            self.problems.push(errors::missing_parameters(self.wording, &missing));
         }
     }
 

@@ -9,4 +9,5 @@ pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
 pub(crate) mod value;
+pub(crate) mod wording;
 pub(crate) mod words;

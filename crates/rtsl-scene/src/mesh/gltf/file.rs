@@ -52,7 +52,7 @@ impl<'a> GltfFile<'a> {
         let (json, embedded) = parts(bytes)?;
         let mut root = structure(json)?;
         if !root.asset.version.starts_with('2') {
-            return Err(MeshError::Malformed(other_version(&root.asset.version)));
+            return Err(MeshError::OtherFormat(other_version(&root.asset.version)));
         }
         let buffers = Buffers::read(&root, embedded, read, budget)?;
         let decoded = Decoded::decode(&mut root, &buffers, budget);
@@ -93,7 +93,7 @@ impl<'a> GltfFile<'a> {
     /// If it is.
     pub fn check_compression(&self, primitive: &Primitive) -> Result<(), MeshError> {
         match self.decoded.problem(&self.root, primitive) {
-            Some(problem) => Err(MeshError::Malformed(format!("`{DRACO}`: {problem}"))),
+            Some(problem) => Err(MeshError::Compressed(format!("`{DRACO}`: {problem}"))),
             None => Ok(()),
         }
     }
@@ -147,7 +147,7 @@ fn structure(json: &[u8]) -> Result<Root, MeshError> {
     let Some(mut value) = value.filter(Value::is_object) else { return Err(malformed(&error)) };
     let version = value["asset"]["version"].as_str();
     if let Some(version) = version.filter(|version| !version.starts_with('2')) {
-        return Err(MeshError::Malformed(other_version(version)));
+        return Err(MeshError::OtherFormat(other_version(version)));
     }
     if let Some(members) = value.as_object_mut() {
         members.remove("animations");
@@ -161,7 +161,10 @@ fn structure(json: &[u8]) -> Result<Root, MeshError> {
 }
 
 fn malformed(error: &gltf::json::Error) -> MeshError {
-    MeshError::Malformed(format!("it is not a glTF file: {error}"))
+    if error.is_eof() {
+        return MeshError::Truncated("its JSON text".to_owned());
+    }
+    MeshError::OtherFormat(format!("it is not a glTF file: {error}"))
 }
 
 fn other_version(version: &str) -> String {

@@ -102,7 +102,7 @@ impl Header {
         encoding::check_width(reader.fill_buf()?)
             .map_err(|problem| MeshError::Malformed(problem.to_owned()))?;
         if next_line(reader)?.trim_start_matches('\u{feff}').trim_end() != "ply" {
-            return Err(MeshError::Malformed("it is not a PLY file".to_owned()));
+            return Err(MeshError::OtherFormat("it is not a PLY file".to_owned()));
         }
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();

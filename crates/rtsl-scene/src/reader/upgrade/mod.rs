@@ -31,6 +31,7 @@ use materials::Opacity;
 use parameters::Parameters;
 
 pub use context::{Note, Target};
+pub use known::parameters as format_parameters;
 pub use marks::is_old_text;
 
 /// Upgrades the commands of a scene, in order.
