@@ -9,6 +9,7 @@ pub mod deep_stack;
 mod diagnostic;
 pub mod encoding;
 mod excerpt;
+mod lines;
 mod map;
 mod messages;
 pub mod render;
