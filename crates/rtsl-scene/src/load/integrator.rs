@@ -1,5 +1,6 @@
 //! Integrators written in RTSL.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rtsl::{Class, Diagnostic, Instance, diagnostic_codes as codes};
@@ -8,6 +9,7 @@ use super::{EntityId, Loader};
 use crate::arguments::{Resolve, argument};
 use crate::classes::{Classes, Found};
 use crate::description::{Entity, EntityKind};
+use crate::pbrt::NamedEntity;
 use crate::reader::{Parameter, ReferenceKind};
 use crate::settings::{is_named_integrator, taken_over, unknown_integrator};
 
@@ -34,8 +36,10 @@ impl Loader<'_, '_> {
         let own = self.description.own_integrator.filter(|_| entity.kind == EntityKind::Integrator);
         let own = own.map(|EntityId(index)| &self.description.entities[index]);
         let own = own.filter(|own| !std::ptr::eq(*own, entity));
+        let of = NamedEntity { entity, class, standard: None };
         let is_free = |it: &Parameter| {
-            entity.parameter(&it.name).is_none() && argument(class, it, &mut NoReferences).is_ok()
+            let is_taken = || argument(of, Cow::Borrowed(it), &mut NoReferences).is_ok();
+            entity.parameter(&it.name).is_none() && is_taken()
         };
         own.into_iter().flat_map(taken_over).filter(is_free).collect()
     }
