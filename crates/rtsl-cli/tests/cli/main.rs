@@ -23,3 +23,5 @@ mod printing;
 mod project_file;
 mod resume;
 mod scene;
+#[cfg(target_os = "linux")]
+mod signals;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rtsl::{Diagnostic, Diagnostics, Engine, Messages, SourceMap};
 use rtsl_bvh::{Bounds, Geometry};
+use rtsl_memory::on_all_processors;
 use rtsl_scene::{PlacedLight, Scene, SceneObject};
 
 use super::bounds::{BoundsMaker, element_bounds};
@@ -195,7 +196,7 @@ impl Assembly<'_> {
             Ok(match object.elements {
                 Some(count) => {
                     let own = element_bounds(&shader.program, &object.primitive, count)?;
-                    own.into_par_iter().map(placed).collect()
+                    on_all_processors(|| own.into_par_iter().map(placed).collect())
                 }
                 None => vec![placed(maker.bounds(shader, &instance))],
             })
@@ -223,7 +224,7 @@ fn usual_camera_epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds
     if bounds.is_empty() {
         return 1e-4;
     }
-    let mut diagonals: Vec<f64> = bounds.par_iter().map(Bounds::diagonal).collect();
+    let mut diagonals: Vec<f64> = bounds.iter().map(Bounds::diagonal).collect();
     let middle = diagonals.len() / 2;
     let (_, median, _) = diagonals.select_nth_unstable_by(middle, f64::total_cmp);
     let all = bounds.iter().fold(Bounds::EMPTY, |all, bounds| all.union(bounds));
