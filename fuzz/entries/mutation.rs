@@ -81,6 +81,18 @@ pub fn mutate(random: &mut Random, seed: &[u8], other: &[u8]) -> Vec<u8> {
     words.concat()
 }
 
+/// Overwrites bytes among the first `within` by a whole number that a size or a place in a file may not be.
+#[allow(dead_code, reason = "targets for texts have none")]
+pub fn overwrite(random: &mut Random, data: &mut [u8], within: usize) {
+    const ODD: [u64; 8] = [0, 1, 4097, 1 << 16, 1 << 32, 1 << 61, u64::MAX - 8, u64::MAX];
+    let width = [1, 2, 4, 8][random.below(4)];
+    let number = ODD[random.below(ODD.len())].to_le_bytes();
+    let at = random.below(within.min(data.len()).saturating_sub(width).max(1));
+    if let Some(place) = data.get_mut(at..at + width) {
+        place.copy_from_slice(&number[..width]);
+    }
+}
+
 /// Words, and the single bytes between them.
 fn split(text: &[u8]) -> Vec<&[u8]> {
     let is_word = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_' || *byte == b'.';

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Optional
 
 from . import _rtsl
+from ._lock import ProcessLock
 
 #: Makes kernels of methods, and keeps them. ``Engine(backend="auto", width=None, math="contract", loop_budget=None)``:
 #: the backend is ``auto``, ``jit`` or ``interpreter``; the width is 1, 4, 8 or 16 rays at once, the best for this
 #: machine if ``None``. Results are the same bits for every backend and width unless the math is ``fast``.
 Engine = _rtsl.Engine
 
-_lock = threading.Lock()
+_lock = ProcessLock()
 _default: Optional[_rtsl.Engine] = None
 
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import html
-import threading
 from dataclasses import dataclass, field
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from . import _rtsl
 from ._errors import Diagnostic
+from ._lock import ProcessLock
 
 #: The width of the texts of lines in tables, in characters.
 _TEXT_WIDTH = 90
 
 #: Held while a traced engine records: it records all that runs on it.
-recording_lock = threading.Lock()
+recording_lock = ProcessLock()
 _traced: Dict[str, _rtsl.Engine] = {}
 _counting: Dict[int, _rtsl.Engine] = {}
 

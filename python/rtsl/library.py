@@ -6,15 +6,15 @@ Every class of the library is an attribute of this module; ``dir(rtsl.library)``
 from __future__ import annotations
 
 import functools
-import threading
 from typing import Dict, List
 
 from . import _rtsl
 from ._classes import Class, Unit
+from ._lock import ProcessLock
 from ._names import meant
 
 _classes: Dict[str, Class] = {}
-_lock = threading.RLock()
+_lock = ProcessLock()
 
 
 @functools.lru_cache(maxsize=None)

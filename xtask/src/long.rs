@@ -10,7 +10,8 @@ The tests that take too long for every day: for nights, and before a release.
   scenes      every scene of `scenes/` with every renderer, width, backend and number of threads
   contracts   every class of the library against its contract, with 200 seeds
   functions   every float for every mathematical function, against the manual's table of errors
-  mutations   the fuzz targets on 50 times as many mutations as in ordinary tests
+  mutations   the fuzz targets for texts on 50 times as many mutations as in ordinary tests, those for files on 300
+              of each format
   repetitions the comparisons of machine code, stages and C++ with the interpreter, at every width, in every call mode
               and with every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that
               its script builds
@@ -107,7 +108,11 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
             let functions = test("rtsl", "rtsl");
             functions.args(["--", "--ignored", "--nocapture", "prelude::exhaustive"]).run()
         }
-        "mutations" => test("rtsl", "rtsl").args(["fuzz::"]).env("RTSL_FUZZ", "50").run(),
+        "mutations" => {
+            test("rtsl", "rtsl").args(["fuzz::"]).env("RTSL_FUZZ", "50").run()?;
+            let formats = ["--", "fuzz::", "checkpoint_mutations::"];
+            test("rtsl-render", "render").args(formats).env("RTSL_FUZZ", "50").run()
+        }
         "repetitions" => {
             let compiled = ["--", "operations::", "agreement::", "library::", "cpp::"];
             test("rtsl", "rtsl").args(compiled).env("RTSL_LONG", "1").run()?;

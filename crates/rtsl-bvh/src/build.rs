@@ -13,7 +13,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use rtsl_math::SIMD_LANES;
-use rtsl_memory::{Amount, in_huge_pages};
+use rtsl_memory::{Amount, in_huge_pages, on_all_processors};
 
 use super::bounds::Bounds;
 use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, LeafHead, Node8};
@@ -44,7 +44,7 @@ impl Bvh8 {
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let bounded: Vec<u32> = bounded.map(|(index, _)| index as u32).collect();
         // The binary tree ends here, before the tables are moved: it takes more memory than they do.
-        let tree = Builder::new(items, bounded).tree();
+        let tree = on_all_processors(|| Builder::new(items, bounded).tree());
         let visits_when_built = tree.visits();
         Bvh8 {
             heads: in_huge_pages(tree.leaves.iter().map(Leaf::head).collect()),

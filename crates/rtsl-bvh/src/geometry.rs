@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use rtsl_math::{Affine, MovingTransform};
+use rtsl_memory::on_all_processors;
 
 use super::bounds::Bounds;
 use super::bvh8::{Bvh8, Item};
@@ -87,6 +88,7 @@ impl Group {
 /// Returns the items with their own (padded) boxes.
 fn padded(items: impl IntoIterator<Item = Item>) -> Vec<Item> {
     let mut items: Vec<Item> = items.into_iter().collect();
-    items.par_iter_mut().for_each(|item| item.bounds = item.bounds.map(|own| own.padded()));
+    let pad = |item: &mut Item| item.bounds = item.bounds.map(|own| own.padded());
+    on_all_processors(|| items.par_iter_mut().for_each(pad));
     items
 }

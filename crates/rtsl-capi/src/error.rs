@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rtsl::{Diagnostic, Diagnostics, ForkGuard, SourceMap, render};
+use rtsl::{Diagnostic, Diagnostics, SourceMap, begin_work, render};
 
 use crate::kept_diagnostic::{KeptDiagnostic, c_text, keep, set_last};
 
@@ -111,9 +111,6 @@ thread_local! {
     static FAILED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Calls under way, of all threads: see `RtslResult::Forked`.
-static CALLS: ForkGuard = ForkGuard::new();
-
 /// Runs what a function does: no panic leaves it, and what went wrong is kept for the thread.
 pub fn guard(work: impl FnOnce() -> Result<(), Error>) -> RtslResult {
     guard_with_warnings(|| work().map(|()| Vec::new()))
@@ -123,10 +120,10 @@ pub fn guard(work: impl FnOnce() -> Result<(), Error>) -> RtslResult {
 pub fn guard_with_warnings(
     work: impl FnOnce() -> Result<Vec<KeptDiagnostic>, Error>,
 ) -> RtslResult {
-    let under_way = CALLS.begin();
-    let ended = match under_way {
-        Some(_) => catch_unwind(AssertUnwindSafe(work)),
-        None => Ok(Err(forked())),
+    let under_way = begin_work();
+    let ended = match &under_way {
+        Ok(_) => catch_unwind(AssertUnwindSafe(work)),
+        Err(forked) => Ok(Err(Error::of(forked))),
     };
     let error = match ended {
         Ok(Ok(diagnostics)) => {
@@ -148,12 +145,6 @@ pub fn guard_with_warnings(
     let _ = MESSAGE.try_with(|kept| kept.replace(c_text(&message)));
     set_last(diagnostics);
     result
-}
-
-fn forked() -> Error {
-    let problem = "this process was forked while a call of RTSL was under way in its parent: what the thread of that \
-                   call held stays locked here; fork while there is none";
-    Error::new(RtslResult::Forked, problem)
 }
 
 /// Most calls go well after calls that went well.

@@ -43,7 +43,7 @@ impl SearchPath {
     /// # Errors
     /// If the project file is wrong.
     pub fn beside(&self, file: &Path, reporter: &Reporter) -> Result<SearchPath, Failure> {
-        let project = ProjectFile::beside(file);
+        let project = ProjectFile::beside(file, &self.folders());
         reporter.diagnostics(&project.sources, project.diagnostics.iter());
         if project.diagnostics.has_errors() {
             return Err(Failure::Reported);

@@ -17,6 +17,7 @@ mod outcome;
 mod progress_line;
 mod project_file;
 mod report;
+mod signals;
 mod spans;
 mod timings;
 mod trace;

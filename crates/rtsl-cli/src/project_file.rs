@@ -1,10 +1,11 @@
 //! The file `rtsl.toml`: settings for the shaders and scenes beside it.
 
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use rtsl::{
     Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, encoding,
-    most_similar,
+    lies_within, most_similar, open_regular_file, real_place,
 };
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -30,20 +31,30 @@ pub struct ProjectFile {
 }
 
 impl ProjectFile {
-    /// Reads the project file beside a shader or a scene. Without one, there are no settings.
-    pub fn beside(file: &Path) -> ProjectFile {
+    /// Reads the project file beside a shader or a scene. Without one, there are no settings. The file may be a
+    /// stranger's: it chooses among folders that lie beside it or in those that the user named.
+    pub fn beside(file: &Path, named: &[PathBuf]) -> ProjectFile {
         let folder = match file.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
         let path = folder.join(NAME);
         let mut project = ProjectFile::default();
-        // Nothing to read is no fault. What is no file, such as a folder of that name, is one.
-        if !path.exists() {
+        let allowed: Vec<PathBuf> = [folder]
+            .into_iter()
+            .chain(named.iter().map(PathBuf::as_path))
+            .map(Path::to_owned)
+            .collect();
+        if !lies_within(&path, &allowed, real_place) {
+            let message =
+                format!("`{}` is not read: it is a link that leaves its folder", path.display());
+            project.diagnostics.push(Diagnostic::new(codes::OUTSIDE_FOLDER, message));
             return project;
         }
         match read(&path) {
-            Ok(text) => Reader::new(&path, folder, &text, &mut project).read(&text),
+            Ok(Some(text)) => Reader::new(&path, allowed, &text, &mut project).read(&text),
+            // Nothing to read is no fault. What is no file, such as a folder of that name, is one.
+            Ok(None) => {}
             Err(reason) => {
                 let message = format!("`{}` can't be read: {reason}", path.display());
                 project.diagnostics.push(Diagnostic::new(codes::UNREADABLE_FILE, message));
@@ -53,32 +64,36 @@ impl ProjectFile {
     }
 }
 
-fn read(path: &Path) -> Result<String, String> {
-    // Opening a pipe or a device could block.
-    let metadata = std::fs::metadata(path).map_err(|error| error.to_string())?;
-    if !metadata.is_file() {
-        return Err("it is no regular file".to_owned());
-    }
-    if metadata.len() > MAX_SIZE {
+/// Returns the text of the file; `None` if there is none.
+fn read(path: &Path) -> Result<Option<String>, String> {
+    let file = match open_regular_file(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error.to_string()),
+    };
+    let mut bytes = Vec::new();
+    let read = file.take(MAX_SIZE + 1).read_to_end(&mut bytes);
+    read.map_err(|error| error.to_string())?;
+    if bytes.len() as u64 > MAX_SIZE {
         return Err(format!("it is larger than {} MiB", MAX_SIZE >> 20));
     }
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-    encoding::utf8(bytes).map_err(str::to_owned)
+    encoding::utf8(bytes).map(Some).map_err(str::to_owned)
 }
 
 /// Reads the settings and reports their faults.
 struct Reader<'a> {
-    folder: &'a Path,
+    /// The folder of the file, and those in which further folders may lie.
+    allowed: Vec<PathBuf>,
     file: FileId,
     project: &'a mut ProjectFile,
 }
 
 impl<'a> Reader<'a> {
-    fn new(path: &Path, folder: &'a Path, text: &str, project: &'a mut ProjectFile) -> Self {
+    fn new(path: &Path, allowed: Vec<PathBuf>, text: &str, project: &'a mut ProjectFile) -> Self {
         // A file beside "scene.pbrt" is named as that is.
         let shown = path.strip_prefix(".").unwrap_or(path);
         let file = project.sources.add(shown.display().to_string(), text);
-        Reader { folder, file, project }
+        Reader { allowed, file, project }
     }
 
     fn read(&mut self, text: &str) {
@@ -107,7 +122,7 @@ impl<'a> Reader<'a> {
 
     fn read_search_path(&mut self, value: &Spanned<DeValue<'_>>) {
         const EXPECTED: &str =
-            "expected a list of folders, for example `[\"lib\", \"../shaders\"]`";
+            "expected a list of folders, for example `[\"lib\", \"shaders/tones\"]`";
         let DeValue::Array(folders) = value.get_ref() else {
             let message = format!("`{SEARCH_PATH}` is {}", kind_of(value.get_ref()));
             return self.report(message, value.span(), EXPECTED);
@@ -128,7 +143,16 @@ impl<'a> Reader<'a> {
     }
 
     fn add_folder(&mut self, name: &str, place: std::ops::Range<usize>) {
-        let folder = self.folder.join(name);
+        let folder = self.allowed[0].join(name);
+        // Before it is looked at: nobody learns whether it is there.
+        if !lies_within(&folder, &self.allowed, real_place) {
+            let message = format!("`{name}` leaves the folder of `{NAME}`");
+            let warning = Diagnostic::new(codes::OUTSIDE_FOLDER, message)
+                .at(self.span(place), "not searched")
+                .help(format!("if you want it to be searched, add `-I {}`", folder.display()));
+            self.project.diagnostics.push(warning);
+            return;
+        }
         if !folder.is_dir() {
             let message = format!("there is no folder `{}`", folder.display());
             let warning = Diagnostic::new(codes::MISSING_FOLDER, message);

@@ -15,7 +15,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::f16;
 use rayon::prelude::*;
-use rtsl_memory::{Amount, Held, InputBudget, filled};
+use rtsl_memory::{Amount, Held, InputBudget, filled, on_all_processors};
 
 use super::encoding::Encoding;
 use super::guarded::guarded;
@@ -58,12 +58,9 @@ pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), P
     let group = blocks.group(budget)?;
     let offsets = blocks.offsets(tables)?;
     for offsets in offsets.chunks(8 * group.count) {
-        let decoded: Vec<_> = offsets
-            .as_chunks()
-            .0
-            .par_iter()
-            .map(|at| blocks.decode(u64::from_le_bytes(*at)))
-            .collect();
+        let offsets = offsets.as_chunks().0;
+        let decode = |at: &[u8; 8]| blocks.decode(u64::from_le_bytes(*at));
+        let decoded: Vec<_> = on_all_processors(|| offsets.par_iter().map(decode).collect());
         for block in decoded {
             if let Some(block) = block? {
                 channels.copy(&block, &mut picture);
@@ -111,7 +108,7 @@ impl<'a> Blocks<'a> {
         let pixels = columns.next_multiple_of(8).saturating_mul(rows.next_multiple_of(8));
         let block = Amount(pixels as u64).times(self.header.channels.bytes_per_pixel);
         let each = block.times(BLOCK_EXPANSION);
-        let threads = rayon::current_num_threads();
+        let threads = on_all_processors(rayon::current_num_threads);
         let several = budget.branch().hold(each.times(threads)).is_ok();
         let count = if several { threads } else { 1 };
         Ok(Group { count, _held: budget.hold(each.times(count))? })

@@ -13,8 +13,9 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::sync::atomic::{AtomicBool, AtomicU32};
 use std::time::{Duration, Instant};
 
+use rtsl_memory::{ForkGuard, UnderWay};
+
 use crate::error::JitError;
-use crate::forks::{ForkGuard, UnderWay};
 
 /// The work to wait for.
 static AT_WORK: ForkGuard = ForkGuard::new();
@@ -74,11 +75,6 @@ pub(crate) fn begin_work() -> Result<UnderWay<'static>, JitError> {
         }
         std::thread::sleep(STEP);
     }
-}
-
-/// Returns the number of forks before this process.
-pub(crate) fn forks() -> usize {
-    AT_WORK.forks()
 }
 
 /// Registers the handlers; called when LLVM has been loaded.

@@ -17,7 +17,6 @@ mod ending;
 mod entry;
 mod error;
 mod ffi;
-mod forks;
 mod frames;
 mod kernel;
 mod leaf_kernel;
@@ -38,7 +37,6 @@ mod worker;
 
 pub use callback::CompiledCallback;
 pub use error::{JitError, LlvmError, LlvmVersion};
-pub use forks::{ForkGuard, UnderWay};
 pub use kernel::{CompiledKernel, module_text};
 pub use leaf_kernel::LeafKernel;
 pub use limits::MAX_FRAME_BYTES;

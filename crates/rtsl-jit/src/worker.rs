@@ -39,7 +39,7 @@ static IDLE: Mutex<Idle> = Mutex::new(Idle { threads: Vec::new(), forks: 0 });
 
 struct Idle {
     threads: Vec<Sender<Work>>,
-    /// The number of [forks](crate::ForkGuard::forks) before the process that started them.
+    /// The number of [forks](rtsl_memory::forks) before the process that started them.
     forks: usize,
 }
 
@@ -99,7 +99,7 @@ fn hand_over(mut work: Work) -> Result<(), JitError> {
 /// work.
 fn idle() -> MutexGuard<'static, Idle> {
     let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
-    let forks = ending::forks();
+    let forks = rtsl_memory::forks();
     if idle.forks != forks {
         // The threads belong to the parent. They may hold the locks of their channels, so those are leaked.
         std::mem::forget(std::mem::take(&mut idle.threads));

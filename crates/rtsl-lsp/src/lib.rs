@@ -37,8 +37,9 @@ pub type SearchPath = Box<dyn Fn(&Path) -> Vec<PathBuf>>;
 pub struct ServerOptions {
     /// Returns the folders in which a shader's includes and modules are searched.
     pub search_path: SearchPath,
-    /// The folder to which files of the standard library are written for editors to show.
-    pub library_folder: PathBuf,
+    /// The user's folder for files that may be made again, in which files of the standard library are written for
+    /// editors to show; a temporary folder if `None`.
+    pub cache_folder: Option<PathBuf>,
     /// The program `rtsl`, whose commands `bench` and `render` give costs of lines and values of pixels.
     pub program: PathBuf,
 }

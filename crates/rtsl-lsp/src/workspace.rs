@@ -1,6 +1,7 @@
 //! The texts: those that are open in the editor, and the shaders of its folders.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -46,7 +47,7 @@ struct OpenText {
 impl Workspace {
     /// A workspace of these folders.
     pub fn new(options: ServerOptions, folders: Vec<PathBuf>, encoding: Encoding) -> Workspace {
-        let library = LibraryFolder::new(options.library_folder);
+        let library = LibraryFolder::new(options.cache_folder);
         let search_path = options.search_path;
         Workspace { open: BTreeMap::new(), folders, library, search_path, encoding }
     }
@@ -265,9 +266,10 @@ pub fn without_links(path: &Path) -> PathBuf {
 
 /// The text of a file, unless it is large.
 pub fn small_text(path: &Path) -> Option<String> {
-    let metadata = std::fs::metadata(path).ok()?;
-    let is_small = metadata.is_file() && metadata.len() <= MAX_BYTES;
-    is_small.then(|| std::fs::read_to_string(path).ok()).flatten()
+    let file = rtsl::open_regular_file(path).ok()?;
+    let mut text = String::new();
+    file.take(MAX_BYTES + 1).read_to_string(&mut text).ok()?;
+    (text.len() as u64 <= MAX_BYTES).then_some(text)
 }
 
 /// Loads open texts before the files of the disk.

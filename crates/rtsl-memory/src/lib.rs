@@ -12,15 +12,21 @@
 //!
 //! Programs limit the arenas of the allocator ([`limit_arenas`]). Recursive calls check the room on the thread's stack
 //! ([`has_stack`]).
+//!
+//! A child process has the memory of its parent and none of its threads: work that was in progress at a fork is known
+//! ([`ForkGuard`]), and each process has threads of its own ([`Pool`], [`on_all_processors`]).
 #![allow(unsafe_code, reason = "asks and advises the system and the processor about memory")]
 
 mod amount;
 mod arenas;
 mod available;
 mod budget;
+mod forks;
 mod huge_pages;
 mod need;
+mod pool;
 mod prefetch;
+mod regular_file;
 mod shared_words;
 mod stack;
 
@@ -33,9 +39,12 @@ pub use amount::Amount;
 pub use arenas::limit_arenas;
 pub use available::{Available, Limit};
 pub use budget::{Held, InputBudget, OverBudget};
+pub use forks::{ForkGuard, UnderWay, forks};
 pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};
 pub use need::{Need, check_render};
+pub use pool::{Pool, on_all_processors};
 pub use prefetch::{prefetch, prefetch_values};
+pub use regular_file::open_regular_file;
 pub use shared_words::{SharedWords, temporary_folder};
 pub use stack::has_stack;
 

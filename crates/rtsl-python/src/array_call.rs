@@ -19,6 +19,7 @@ use rtsl::{
 
 use crate::array_host::{ArrayHost, HostAnswers};
 use crate::columns::{Input, LaneAxis, Output, VectorInput};
+use crate::detached::detached;
 use crate::engine::PyEngine;
 use crate::error::Exception;
 use crate::instance::PyInstance;
@@ -62,10 +63,10 @@ pub fn call(
     let method = method_of_name(method)?;
     let program = engine.program(&instance.instance);
     let block = program.block(&instance.instance);
-    let made = py.detach(|| {
+    let made = detached(py, || {
         let linked = program.method(method)?;
         Ok((linked, program.kernel(method, CallMode::Packet)?))
-    });
+    })?;
     let (linked, kernel) = made.map_err(|problem| Exception::Error.of_diagnostic(&problem))?;
     let mut state = StatePlan::new(&program, method, &linked, &kernel);
     for (name, array) in &inputs {
@@ -104,7 +105,7 @@ pub fn call(
         is_exhausted: AtomicBool::new(false),
         problem: Mutex::default(),
     };
-    py.detach(|| call.run(threads))?;
+    detached(py, || call.run(threads))??;
     call.finish(engine)
 }
 

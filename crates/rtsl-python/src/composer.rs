@@ -10,6 +10,7 @@ use rtsl_render::batch::{BatchScene, renderer_of};
 use rtsl_render::{PixelRequest, Renderer};
 use rtsl_scene::{ComposedShape, Composer, Composition, PlacedLight, Scene, Settings};
 
+use crate::detached::detached;
 use crate::engine::PyEngine;
 use crate::error::Exception;
 use crate::instance::PyInstance;
@@ -105,19 +106,19 @@ impl PyComposer {
         let aovs: Vec<Aov> = settings.aovs.iter().map(|name| Aov::from_name(name)).collect();
         let (first_sample, noise) = (settings.first_sample, settings.noise);
         let text = parts.text.as_ref().filter(|_| parts.are_of_text());
-        let identity = text.map(|text| text.bind(py).get().identity(engine.get()));
+        let identity = text.map(|text| text.bind(py).get().identity(engine.get())).transpose()?;
         let composition = composition(py, parts, settings)?;
         let made = engine.get().engine.clone();
         let is_same = |last: &&Last| last.engine.is(&engine);
         let scene = self.compose(py, engine.get(), composition)?;
-        let prepared = py.detach(|| {
+        let prepared = detached(py, || {
             let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let mut messages = Messages::default();
             let last = state.last.as_ref().filter(is_same);
             let prepared = prepare(&made, &scene, &aovs, last, &mut messages)?;
             let render = PyPartialRender::new(prepared.clone(), first_sample, noise, identity)?;
             Ok((prepared, render, messages))
-        });
+        })?;
         let prepared = prepared.map_err(|it: Messages| Exception::Scene.of_messages(&it))?;
         let (prepared, render, messages) = prepared;
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -164,7 +165,7 @@ impl PyComposer {
         engine: &PyEngine,
         composition: Composition,
     ) -> PyResult<Scene> {
-        let composed = py.detach(|| {
+        let composed = detached(py, || {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let mut scene = state.composer.compose(composition)?;
             scene.settings.renderer = Some(renderer_of(&engine.engine, &scene));
@@ -172,7 +173,7 @@ impl PyComposer {
                 Some(problem) => Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem))),
                 None => Ok(scene),
             }
-        });
+        })?;
         composed.map_err(|messages| Exception::Scene.of_messages(&messages))
     }
 }
@@ -202,7 +203,7 @@ fn prepare(
 
 fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyResult<Composition> {
     let GivenParts { text, camera, integrator, shapes, lights, ambient } = parts;
-    let mut base = text.map(|text| text.bind(py).get().scene());
+    let mut base = text.map(|text| text.bind(py).get().scene()).transpose()?;
     if let Some(base) = base.as_mut().filter(|_| given.renderer.is_some()) {
         // A renderer takes the place of the scene's integrator.
         base.integrator = None;

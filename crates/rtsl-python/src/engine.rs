@@ -10,6 +10,7 @@ use rtsl::{
     Backend, Engine, EngineOptions, Instance, LineCosts, Llvm, Math, Program, Trace, TraceDetail,
 };
 
+use crate::detached::detached;
 use crate::error::Exception;
 use crate::looking::{RecordingParts, recording_parts};
 
@@ -50,7 +51,7 @@ impl PyEngine {
             costs: costs.then(LineCosts::default),
             ..EngineOptions::default()
         };
-        let made = py.detach(|| Engine::new(options));
+        let made = detached(py, || Engine::new(options))?;
         let (engine, warnings) = made.map_err(|it| Exception::Error.of_diagnostic(&it))?;
         let warnings = warnings.iter().map(ToString::to_string).collect();
         Ok(PyEngine { engine, math, recent: Mutex::default(), warnings })
@@ -148,7 +149,7 @@ pub fn suggest_llvm(paths: Vec<PathBuf>) {
 #[pyfunction]
 pub fn llvm_info(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let info = PyDict::new(py);
-    match py.detach(Llvm::load) {
+    match detached(py, Llvm::load)? {
         Ok(llvm) => {
             info.set_item("version", llvm.version().to_string())?;
             info.set_item("path", llvm.path())?;

@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use rtsl::{Instance, ParameterTarget};
 
 use crate::class::PyClassHandle;
+use crate::detached::detached;
 use crate::engine::PyEngine;
 use crate::error::Exception;
 use crate::method::describe_methods;
@@ -74,7 +75,7 @@ impl PyInstance {
     ) -> PyResult<Bound<'py, PyDict>> {
         let method = crate::method::method_of_name(method)?;
         let program = engine.program(&self.instance);
-        let linked = py.detach(|| program.method(method));
+        let linked = detached(py, || program.method(method))?;
         let linked = linked.map_err(|problem| Exception::Error.of_diagnostic(&problem))?;
         let refused = program.refuse_questions(method, "calls for arrays");
         refused.map_err(|problem| Exception::Error.of_diagnostic(&problem))?;

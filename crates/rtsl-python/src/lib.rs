@@ -4,6 +4,7 @@
 //! users see. Long work releases the interpreter's lock.
 //!
 //! - `error`, `diagnostic`: exceptions and what they carry.
+//! - `detached`: calls that release the lock, and children that were forked while one was in progress.
 //! - `engine`: LLVM, options, and the programs that are kept.
 //! - `unit`, `class`, `instance`, `value`: compiled texts, their classes, and instances with values of Python.
 //! - `array_call`, `columns`, `array_host`: a method for whole arrays, on threads.
@@ -16,6 +17,7 @@ mod array_host;
 mod class;
 mod columns;
 mod composer;
+mod detached;
 mod diagnostic;
 mod engine;
 mod error;

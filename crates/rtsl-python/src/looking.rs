@@ -6,6 +6,7 @@ use rtsl_render::measure::{SceneLines, measure_lines_of};
 use rtsl_render::{PixelRequest, TracedPixel, TracedSample, render_pixel_of};
 use rtsl_scene::Scene;
 
+use crate::detached::detached;
 use crate::diagnostic::dictionary;
 use crate::engine::PyEngine;
 use crate::error::Exception;
@@ -53,7 +54,7 @@ pub fn inspect(
     let Some(trace) = engine.engine.options().trace.clone() else {
         return Err(Exception::Error.with_text("the engine has no trace"));
     };
-    let traced = py.detach(|| render_pixel_of(scene, &engine.engine, request, &trace));
+    let traced = detached(py, || render_pixel_of(scene, &engine.engine, request, &trace))?;
     let traced = traced.map_err(|messages| Exception::Scene.of_messages(&messages))?;
     let TracedPixel { color, samples, warnings } = traced;
     let parts = |TracedSample { index, radiance, outputs, recording }: TracedSample| {
@@ -74,7 +75,7 @@ pub fn costs(
     let Some(record) = engine.engine.options().costs.clone() else {
         return Err(Exception::Error.with_text("the engine records no costs"));
     };
-    let measured = py.detach(|| measure_lines_of(scene, &engine.engine, &record, threads));
+    let measured = detached(py, || measure_lines_of(scene, &engine.engine, &record, threads))?;
     let measured = measured.map_err(|messages| Exception::Scene.of_messages(&messages))?;
     let SceneLines { texts, paths, width, warnings } = measured;
     let texts = texts.iter().map(|text| text_parts(text, paths)).collect();

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rtsl::{LinkedMethod, Method, Program, Role, StateVariable, default_components, most_similar};
 
+use crate::detached::detached;
 use crate::error::Exception;
 
 /// Returns the method of this name.
@@ -29,7 +30,7 @@ pub fn describe_methods<'py>(
         values.set_item("doc", own.unwrap_or_else(|| method.doc()))?;
         let role = class.role_of(method).unwrap_or(Role::Primitive);
         values.set_item("role", role.name())?;
-        match py.detach(|| program.method(method)) {
+        match detached(py, || program.method(method))? {
             Ok(linked) => set_state(&values, &linked, role)?,
             Err(problem) => values.set_item("error", problem.message)?,
         }

@@ -15,6 +15,7 @@ use rtsl_render::batch::{
 use rtsl_render::statistics::{NotFinite, RayCounts};
 use rtsl_render::{Execution, TilesDone};
 
+use crate::detached::{check_fork, detached};
 use crate::error::Exception;
 use crate::picture::PyPicture;
 
@@ -91,12 +92,13 @@ impl PyPartialRender {
                 }
             })
         };
-        let ended = py.detach(|| {
+        let ended = detached(py, || {
             std::thread::scope(|scope| {
                 let (end, ended) = mpsc::sync_channel(1);
                 let part = &part;
                 scope.spawn(move || {
-                    let result = self.lock().render(&self.scene, part, options);
+                    let mut render = self.render.lock().unwrap_or_else(PoisonError::into_inner);
+                    let result = render.render(&self.scene, part, options);
                     // The receiver waits for it.
                     let _ = end.send(result);
                 });
@@ -114,7 +116,7 @@ impl PyPartialRender {
                     }
                 }
             })
-        })?;
+        })??;
         tell()?;
         let Some(ended) = ended else { return Ok(false) };
         let cancelled = ended.map_err(exception)?;
@@ -123,8 +125,8 @@ impl PyPartialRender {
 
     /// The time that its parts took, in seconds.
     #[getter]
-    fn seconds(&self) -> f64 {
-        self.lock().time().as_secs_f64()
+    fn seconds(&self) -> PyResult<f64> {
+        Ok(self.lock()?.time().as_secs_f64())
     }
 
     /// Adds the sums of another render, whose samples follow, of these tiles.
@@ -132,43 +134,45 @@ impl PyPartialRender {
         if std::ptr::eq(self, other) {
             return Err(Exception::Scene.with_text("a render is not added to itself"));
         }
-        self.lock().add(&other.lock(), tiles.0..tiles.1).map_err(exception)
+        self.lock()?.add(&*other.lock()?, tiles.0..tiles.1).map_err(exception)
     }
 
     /// The sums of all samples of tiles so far.
     fn sums<'py>(&self, py: Python<'py>, tiles: (usize, usize)) -> PyResult<Bound<'py, PyBytes>> {
-        let sums =
-            py.detach(|| self.lock().sums(&self.scene, tiles.0..tiles.1)).map_err(exception)?;
+        let sums = || self.lock()?.sums(&self.scene, tiles.0..tiles.1).map_err(exception);
+        let sums = detached(py, sums)??;
         Ok(PyBytes::new(py, &sums))
     }
 
     /// Sets tiles to sums of a render of the same scene.
     fn restore(&self, py: Python<'_>, sums: &[u8], tiles: (usize, usize)) -> PyResult<()> {
-        py.detach(|| self.lock().restore(&self.scene, tiles.0..tiles.1, sums)).map_err(exception)
+        let restore =
+            || self.lock()?.restore(&self.scene, tiles.0..tiles.1, sums).map_err(exception);
+        detached(py, restore)?
     }
 
     /// Forgets the samples of tiles.
     fn clear(&self, tiles: (usize, usize)) -> PyResult<()> {
-        self.lock().clear(tiles.0..tiles.1).map_err(exception)
+        self.lock()?.clear(tiles.0..tiles.1).map_err(exception)
     }
 
     /// The least number of samples of those tiles that need more; `None` if none does.
     fn taken(&self, tiles: (usize, usize)) -> PyResult<Option<u32>> {
-        self.lock().taken(&self.scene, tiles.0..tiles.1).map_err(exception)
+        self.lock()?.taken(&self.scene, tiles.0..tiles.1).map_err(exception)
     }
 
     /// Takes what was counted since this was called last: rays by kind, values of methods that were not finite, and
     /// seconds.
-    fn take_counts(&self) -> Counts {
-        let WorkCounts { rays, not_finite, time } = self.lock().take_counts();
+    fn take_counts(&self) -> PyResult<Counts> {
+        let WorkCounts { rays, not_finite, time } = self.lock()?.take_counts();
         let RayCounts { camera, traced, shadow } = rays;
         let not_finite = not_finite.into_iter();
         let not_finite = not_finite.map(|it| (it.class, it.method.to_owned(), it.count)).collect();
-        ((camera, traced, shadow), not_finite, time.as_secs_f64())
+        Ok(((camera, traced, shadow), not_finite, time.as_secs_f64()))
     }
 
     /// Adds what another render counted.
-    fn add_counts(&self, counts: Counts) {
+    fn add_counts(&self, counts: Counts) -> PyResult<()> {
         let ((camera, traced, shadow), not_finite, seconds) = counts;
         let not_finite = not_finite.into_iter().filter_map(|(class, method, count)| {
             let method = Method::from_name(&method)?.name();
@@ -179,28 +183,31 @@ impl PyPartialRender {
             not_finite: not_finite.collect(),
             time: Duration::try_from_secs_f64(seconds).unwrap_or_default(),
         };
-        self.lock().add_counts(&counts);
+        self.lock()?.add_counts(&counts);
+        Ok(())
     }
 
     /// Writes a checkpoint, which the command can resume, too.
     fn write_checkpoint(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.lock().write_checkpoint(&self.scene, path)).map_err(exception)
+        let write = || self.lock()?.write_checkpoint(&self.scene, path).map_err(exception);
+        detached(py, write)?
     }
 
     /// Raises an exception if a checkpoint cannot be written.
     fn check_checkpoint(&self, path: PathBuf) -> PyResult<()> {
-        self.lock().check_checkpoint(&self.scene, &path).map_err(exception)
+        self.lock()?.check_checkpoint(&self.scene, &path).map_err(exception)
     }
 
     /// Continues from a checkpoint; false if there is none.
     fn resume(&self, py: Python<'_>, path: PathBuf) -> PyResult<bool> {
-        py.detach(|| self.lock().resume(&self.scene, path)).map_err(exception)
+        let resume = || self.lock()?.resume(&self.scene, path).map_err(exception);
+        detached(py, resume)?
     }
 
     /// The picture of the samples so far.
     fn picture(&self, py: Python<'_>) -> PyResult<PyPicture> {
-        let rendered = py.detach(|| self.lock().rendered(&self.scene));
-        let rendered = rendered.map_err(exception)?;
+        let rendered = || self.lock()?.rendered(&self.scene).map_err(exception);
+        let rendered = detached(py, rendered)??;
         Ok(PyPicture::new(rendered, self.scene.compiled.settings.clone()))
     }
 }
@@ -223,8 +230,9 @@ impl PyPartialRender {
         Ok(PyPartialRender { scene, render: Mutex::new(render), tiles, samples })
     }
 
-    fn lock(&self) -> MutexGuard<'_, PartialRender> {
-        self.render.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> PyResult<MutexGuard<'_, PartialRender>> {
+        check_fork()?;
+        Ok(self.render.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 

@@ -15,6 +15,7 @@ use rtsl_render::Statistics;
 use rtsl_render::batch::BatchRendered;
 use rtsl_scene::Settings;
 
+use crate::detached::detached;
 use crate::error::Exception;
 
 /// A rendered picture with its AOVs.
@@ -93,11 +94,11 @@ impl PyPicture {
         let view = view_of_name(view)?;
         let image = &self.rendered.rendered.image;
         let exposure = exposure + self.settings.exposure;
-        let encoded = py.detach(|| {
+        let encoded = detached(py, || {
             let bytes = image.to_view(view, exposure).map_err(|error| error.diagnostic())?;
             let encoded = encode_png((image.width, image.height), 3, &bytes);
             encoded.map_err(|error| unwritten(&error.to_string()))
-        });
+        })?;
         let encoded = encoded.map_err(|problem| Exception::Error.of_diagnostic(&problem))?;
         Ok(PyBytes::new(py, &encoded))
     }
@@ -127,8 +128,8 @@ impl PyPicture {
             metadata,
         };
         let rendered = &self.rendered.rendered;
-        let written =
-            py.detach(|| write_image_with(&rendered.image, &rendered.aovs, &path, &options));
+        let write = || write_image_with(&rendered.image, &rendered.aovs, &path, &options);
+        let written = detached(py, write)?;
         written.map_err(|error| Exception::Error.of_diagnostic(&error.diagnostic()))
     }
 }

@@ -12,6 +12,7 @@ use rtsl_render::session::{Control, ControlKind};
 use rtsl_scene::reader::{Digest, DiskFiles, FilesRef, MovedFiles, RecordedFiles};
 use rtsl_scene::{EntityId, LoadOptions, Loaded, Scene, SceneSource, Settings};
 
+use crate::detached::{check_fork, detached};
 use crate::engine::PyEngine;
 use crate::error::Exception;
 
@@ -66,11 +67,11 @@ impl PySceneText {
             Some(places) => RecordedFiles::keeping(MovedFiles(places)),
             None => RecordedFiles::new(&DiskFiles),
         });
-        let loaded = py.detach(|| {
+        let loaded = detached(py, || {
             let files = FilesRef::Shared(files.clone());
             let mut source = SceneSource::read_from(&path, files, &options);
             source.load().map(|loaded| (source, loaded))
-        });
+        })?;
         let (source, Loaded { scene, warnings, .. }) =
             loaded.map_err(|it| Exception::Scene.of_messages(&it))?;
         let changes = Vec::new();
@@ -80,13 +81,13 @@ impl PySceneText {
 
     /// The warnings of loading, as text.
     #[getter]
-    fn warnings(&self) -> String {
+    fn warnings(&self) -> PyResult<String> {
         self.with(|text| text.warnings.to_text(false))
     }
 
     /// Columns and rows, samples of a pixel, and the seed.
     #[getter]
-    fn settings(&self) -> (usize, usize, u32, u64) {
+    fn settings(&self) -> PyResult<(usize, usize, u32, u64)> {
         self.with(|text| {
             let settings = &text.scene.settings;
             let sampler = &settings.sampler;
@@ -95,18 +96,18 @@ impl PySceneText {
     }
 
     /// The paths of the files that were read.
-    fn files(&self) -> Vec<PathBuf> {
+    fn files(&self) -> PyResult<Vec<PathBuf>> {
         self.with(|text| text.files.paths())
     }
 
     /// The parameters that were set since it was loaded: numbers of parts, names and numbers.
-    fn changes(&self) -> Vec<Change> {
+    fn changes(&self) -> PyResult<Vec<Change>> {
         self.with(|text| text.changes.clone())
     }
 
     /// The tiles of the picture and the samples of a pixel, if these are given in place of the scene's.
     #[pyo3(signature = (size=None, spp=None))]
-    fn extent(&self, size: Option<(usize, usize)>, spp: Option<u32>) -> (usize, u32) {
+    fn extent(&self, size: Option<(usize, usize)>, spp: Option<u32>) -> PyResult<(usize, u32)> {
         self.with(|text| {
             let settings = with_extent(text.scene.settings.clone(), size, spp);
             let tiles = settings.width.div_ceil(TILE) * settings.height.div_ceil(TILE);
@@ -116,12 +117,12 @@ impl PySceneText {
 
     /// The iterations of loops after which a method ends with an error.
     #[getter]
-    fn loop_budget(&self) -> u32 {
+    fn loop_budget(&self) -> PyResult<u32> {
         self.with(|text| text.scene.settings.loop_budget)
     }
 
     /// The parts that have parameters: the number, the kind, the title and the class of each.
-    fn things(&self) -> Vec<(usize, &'static str, String, String)> {
+    fn things(&self) -> PyResult<Vec<(usize, &'static str, String, String)>> {
         self.with(|text| {
             let entities = text.source.description().entities.iter().enumerate();
             let things = entities.filter_map(|(index, entity)| {
@@ -134,25 +135,26 @@ impl PySceneText {
 
     /// The parameters of a part that can be set, as dictionaries.
     fn controls<'py>(&self, py: Python<'py>, thing: usize) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let controls = self.with(|text| text.controls(EntityId(thing)));
+        let controls = self.with(|text| text.controls(EntityId(thing)))?;
         controls.iter().map(|control| describe(py, control)).collect()
     }
 
     /// Sets a parameter of a part to numbers; if the scene does not take them, nothing changes.
     fn set(&self, py: Python<'_>, thing: usize, name: &str, numbers: Vec<f64>) -> PyResult<()> {
-        let set = py.detach(|| self.with(|text| text.set(EntityId(thing), name, &numbers)));
+        let set = || self.with(|text| text.set(EntityId(thing), name, &numbers));
+        let set = detached(py, set)??;
         set.map_err(|messages| Exception::Scene.of_messages(&messages))
     }
 }
 
 impl PySceneText {
     /// Returns the scene as it is now.
-    pub fn scene(&self) -> Scene {
+    pub fn scene(&self) -> PyResult<Scene> {
         self.with(|text| text.scene.clone())
     }
 
     /// Returns what tells a render of the scene as it is now from others.
-    pub fn identity(&self, engine: &PyEngine) -> RenderIdentity {
+    pub fn identity(&self, engine: &PyEngine) -> PyResult<RenderIdentity> {
         self.with(|text| {
             let LoadOptions { defines, integrator, camera, studio, .. } = &text.options;
             let changes = text.changes.iter();
@@ -167,8 +169,9 @@ impl PySceneText {
         })
     }
 
-    fn with<T>(&self, use_text: impl FnOnce(&mut Text) -> T) -> T {
-        use_text(&mut self.text.lock().unwrap_or_else(PoisonError::into_inner))
+    fn with<T>(&self, use_text: impl FnOnce(&mut Text) -> T) -> PyResult<T> {
+        check_fork()?;
+        Ok(use_text(&mut self.text.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
@@ -223,7 +226,7 @@ pub fn with_extent(
 /// Returns the digest of a file in hexadecimal digits, and its size in bytes.
 #[pyfunction]
 pub fn file_digest(py: Python<'_>, path: PathBuf) -> PyResult<(String, u64)> {
-    let (digest, size) = py.detach(|| Digest::of_file(&path))?;
+    let (digest, size) = detached(py, || Digest::of_file(&path))??;
     Ok((digest.to_string(), size))
 }
 

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use rtsl::{Compilation, Compiler, CompilerOptions, FileLoader, Unit, library};
 
 use crate::class::PyClassHandle;
+use crate::detached::detached;
 use crate::diagnostic::diagnostics_of;
 use crate::error::{Exception, compile_error};
 
@@ -53,21 +54,21 @@ pub fn compile_text(
     name: &str,
     search_path: Vec<PathBuf>,
 ) -> PyResult<PyUnit> {
-    let compilation = py.detach(|| compiler(search_path).compile(name, text));
+    let compilation = detached(py, || compiler(search_path).compile(name, text))?;
     PyUnit::of(py, &compilation)
 }
 
 /// Compiles a file.
 #[pyfunction]
 pub fn compile_file(py: Python<'_>, path: PathBuf, search_path: Vec<PathBuf>) -> PyResult<PyUnit> {
-    let compilation = py.detach(|| compiler(search_path).compile_file(&path));
+    let compilation = detached(py, || compiler(search_path).compile_file(&path))?;
     PyUnit::of(py, &compilation)
 }
 
 /// Compiles the file of the standard library that has a class.
 #[pyfunction]
 pub fn library_unit(py: Python<'_>, class: &str) -> PyResult<PyUnit> {
-    let unit = py.detach(|| library::unit_of_class(&compiler(Vec::new()), class));
+    let unit = detached(py, || library::unit_of_class(&compiler(Vec::new()), class))?;
     let unit = unit.map_err(|problem| Exception::Error.of_diagnostic(&problem))?;
     Ok(PyUnit { unit, warnings: Vec::new() })
 }
@@ -75,8 +76,8 @@ pub fn library_unit(py: Python<'_>, class: &str) -> PyResult<PyUnit> {
 /// Returns the names of the classes of the standard library, with their files. The texts are parsed, since comments
 /// have the word `class`, too.
 #[pyfunction]
-pub fn library_classes(py: Python<'_>) -> Vec<(String, &'static str)> {
-    py.detach(|| {
+pub fn library_classes(py: Python<'_>) -> PyResult<Vec<(String, &'static str)>> {
+    detached(py, || {
         let compiler = Compiler::default();
         let classes = library::files().iter().flat_map(|file| {
             let outline = compiler.outline(file.path, file.text, &mut FileLoader::default());

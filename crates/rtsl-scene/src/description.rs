@@ -1,6 +1,7 @@
 //! The description of a scene: the content of its text, before any class is looked up.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 use rtsl::{Role, Span};
 use rtsl_math::{PackedTransform, Transform};
@@ -42,6 +43,8 @@ pub struct Description {
     pub classes: BTreeMap<String, DescribedClass>,
     /// Files in memory, by the paths to which the names in entities resolve: the images in a glTF file.
     pub embedded: EmbeddedFiles,
+    /// The places at which the text names further texts.
+    pub included: BTreeMap<PathBuf, Span>,
     /// Notes for the user about what the reader added.
     pub notes: Vec<String>,
     /// Entities that the text defines with errors, which were reported: uses of them are not reported again. A camera's
@@ -87,6 +90,7 @@ impl Default for Description {
             options: SceneOptions::default(),
             classes: BTreeMap::new(),
             embedded: EmbeddedFiles::new(),
+            included: BTreeMap::new(),
             notes: Vec::new(),
             failed: BTreeSet::new(),
         }

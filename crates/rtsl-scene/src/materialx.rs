@@ -15,7 +15,7 @@ use rtsl_memory::InputBudget;
 use crate::description::{DescribedClass, Description, Entity, EntityKind};
 use crate::pbrt::CONVENTION;
 use crate::reader::{
-    FileSource, Input, Parameter, ParameterType, ReferenceKind, Values, file_start, resolve,
+    Fence, FileSource, Input, Parameter, ParameterType, ReferenceKind, Values, file_start, resolve,
     unreadable, with_slashes,
 };
 
@@ -29,22 +29,31 @@ const MATERIAL: &str = "material";
 /// The greatest number of tiles of an image.
 const MAX_TILES: usize = 64;
 
-/// Reads a MaterialX document, with those that it includes: beside the including document, or beside the first.
+/// Reads a MaterialX document, with those that it includes: beside the including document, or beside the first. Those
+/// lie in the folder of the first, or within the fence.
 ///
 /// # Errors
 /// If it cannot be read, or is no document.
 pub fn read_document(
     path: &Path,
+    fence: Option<&Fence<'_>>,
     files: &dyn FileSource,
     budget: &InputBudget,
     map: &mut SourceMap,
 ) -> Result<Document, Box<Diagnostic>> {
     let text = read_text(path, files, budget)
         .map_err(|reason| Box::new(Diagnostic::new(codes::UNREADABLE_FILE, reason)))?;
+    let own = Fence::new(path, files, &[]);
+    let is_allowed =
+        |path: &PathBuf| own.contains(path) || fence.is_some_and(|fence| fence.contains(path));
     let mut load = |href: &str, including: &str| {
         let beside = resolve(Path::new(including), href);
         let of_first = resolve(path, href);
-        let found = [beside, of_first].into_iter().find(|it| files.size(it).is_ok());
+        let allowed: Vec<PathBuf> = [beside, of_first].into_iter().filter(is_allowed).collect();
+        if allowed.is_empty() {
+            return Err("it lies outside the folder of the document".to_owned());
+        }
+        let found = allowed.into_iter().find(|it| files.size(it).is_ok());
         let found = found.ok_or_else(|| "there is no such file".to_owned())?;
         let text = read_text(&found, files, budget)?;
         Ok(Loaded { name: found.display().to_string(), text })
@@ -62,7 +71,7 @@ fn read_text(path: &Path, files: &dyn FileSource, budget: &InputBudget) -> Resul
 /// Replaces the materials of MaterialX documents in a description by classes.
 pub fn add_materials(
     description: &mut Description,
-    scene: &Path,
+    (scene, search_path): (&Path, &[PathBuf]),
     files: &dyn FileSource,
     budget: &InputBudget,
     map: &mut SourceMap,
@@ -78,6 +87,7 @@ pub fn add_materials(
     let mut adder = Adder {
         description,
         scene,
+        search_path,
         files,
         budget,
         map,
@@ -97,6 +107,8 @@ pub fn add_materials(
 struct Adder<'a> {
     description: &'a mut Description,
     scene: &'a Path,
+    /// The folders that the user named.
+    search_path: &'a [PathBuf],
     files: &'a dyn FileSource,
     budget: &'a InputBudget,
     map: &'a mut SourceMap,
@@ -146,7 +158,9 @@ impl Adder<'_> {
         if let Some(known) = self.documents.get(path) {
             return Ok(known.clone());
         }
-        let read = read_document(path, self.files, self.budget, self.map);
+        self.description.included.entry(path.to_owned()).or_insert(named);
+        let fence = Fence::new(self.scene, self.files, self.search_path);
+        let read = read_document(path, Some(&fence), self.files, self.budget, self.map);
         self.documents.insert(path.to_owned(), read.as_ref().ok().cloned());
         match read {
             Ok(document) => Ok(Some(document)),

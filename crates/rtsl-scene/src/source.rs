@@ -25,7 +25,7 @@ use super::scene::Scene;
 use super::settings::Settings;
 use super::studio::{add_studio, has_studio};
 use crate::reader::{
-    FileSource, FilesRef, Input, Parameter, ParameterType, SceneFiles, Values, defines,
+    Fence, FileSource, FilesRef, Input, Parameter, ParameterType, SceneFiles, Values, defines,
     is_compressed, read_scene_within,
 };
 
@@ -339,6 +339,9 @@ impl<'f> SceneSource<'f> {
         let scene = loader.scene(self.settings.clone());
         let Kept { made, attributes, presences } = loader.into_kept();
         let mut messages = self.classes.messages().clone();
+        let fence = Fence::new(&self.path, &*self.files, &self.options.search_path);
+        let included = &self.description.included;
+        let diagnostics = fence.redacted(diagnostics, &self.map, included);
         if !diagnostics.is_empty() {
             messages.push(self.map.clone(), diagnostics);
         }
@@ -466,7 +469,8 @@ fn read(
         return read_mesh_scene(path, files, budget, map, diagnostics);
     }
     let mut description = read_scene_within(path, files, budget, map, diagnostics);
-    add_materials(&mut description, path, files, budget, map, diagnostics);
+    let place = (path, options.search_path.as_slice());
+    add_materials(&mut description, place, files, budget, map, diagnostics);
     description
 }
 

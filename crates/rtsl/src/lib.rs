@@ -31,6 +31,7 @@
 //! use of those below is exported here.
 
 pub mod aot;
+mod at_work;
 mod codegen;
 mod compile;
 mod engine;
@@ -42,6 +43,7 @@ mod program;
 mod state;
 mod type_name;
 
+pub use at_work::begin_work;
 pub use codegen::callback::Callback;
 pub use codegen::emit::{Emit, EmitRequest};
 pub use codegen::kernel::{Kernel, LeafKernel};
@@ -55,7 +57,7 @@ pub use codegen::variant::{KnownMembers, Variant};
 pub use compile::analysis::Analysis;
 pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
 pub use compile::library;
-pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles};
+pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles, lies_within, real_place};
 pub use compile::outline::{ClassOutline, FunctionOutline, Outline, ParameterOutline, Passing};
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
@@ -106,8 +108,8 @@ pub use rtsl_ir::{
     Constant, EventValue as TracedVariable, Place, Query, SURFACE_SCALARS, Scalar, Source,
     ValueScope, Variable, host,
 };
-pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
-pub use rtsl_memory::{SharedWords, in_huge_pages, prefetch};
+pub use rtsl_jit::{CompiledCallback, Llvm, LlvmError, OptLevel, Target};
+pub use rtsl_memory::{SharedWords, UnderWay, in_huge_pages, open_regular_file, prefetch};
 pub use rtsl_packet::line_work::LineWork;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{

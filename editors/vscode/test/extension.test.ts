@@ -177,3 +177,10 @@ test("the problem matcher reads diagnostics", () => {
     assert.deepEqual(first.exec("error[E0201]: unknown name `x`")?.slice(1), ["error", "E0201", "unknown name `x`"]);
     assert.deepEqual(second.exec("  ┌─ a b.rtsl:3:35")?.slice(1), ["a b.rtsl", "3", "35"]);
 });
+
+test("a folder chooses neither the program nor what it is given", () => {
+    const { properties } = MANIFEST.contributes.configuration;
+    for (const name of ["rtsl.path", "rtsl.preview.arguments"]) {
+        assert.equal(properties[name].scope, "machine", name);
+    }
+});

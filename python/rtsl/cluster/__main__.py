@@ -89,12 +89,28 @@ def _render(given: argparse.Namespace) -> int:
     )
     is_complete, code = False, _DONE
     try:
+        _hear_signals()
         is_complete = head.run(seconds=given.time)
     except KeyboardInterrupt:
         code = _AT_FAULT
         # A second one ends the program at once.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     return max(code, _finish(given, head, place, is_complete))
+
+
+def _hear_signals() -> None:
+    """Has the signals of batch systems, containers and closed terminals end the render as Ctrl-C does."""
+
+    def end(number: int, _: Any) -> None:
+        # `timeout` and batch systems send theirs twice.
+        signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        # `nohup` has a program ignore one.
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, end)
 
 
 def _finish(given: argparse.Namespace, head: Head, place: str, is_complete: bool) -> int:

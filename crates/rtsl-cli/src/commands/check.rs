@@ -54,7 +54,7 @@ impl Counts {
 pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     let mut counts = Counts::default();
     for file in &arguments.files {
-        let project = ProjectFile::beside(file);
+        let project = ProjectFile::beside(file, &arguments.search_path.folders());
         counts.count(project.diagnostics.iter());
         match arguments.json {
             true => {

@@ -22,10 +22,11 @@ pub struct LspArguments {
 /// Serves an editor until it ends the connection.
 pub fn run(arguments: &LspArguments) -> CommandResult {
     let given = arguments.search_path.clone();
-    let search_path = move |shader: &Path| given.with(ProjectFile::beside(shader)).folders();
-    let library_folder = cache_folder().join("rtsl").join("library");
+    let search_path =
+        move |shader: &Path| given.with(ProjectFile::beside(shader, &given.folders())).folders();
     let program = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("rtsl"));
-    let options = ServerOptions { search_path: Box::new(search_path), library_folder, program };
+    let search_path = Box::new(search_path);
+    let options = ServerOptions { search_path, cache_folder: cache_folder(), program };
     match rtsl_lsp::run(options) {
         Ok(()) => Ok(Outcome::Done),
         Err(error) => Err(Failure::Usage(format!(
@@ -34,11 +35,11 @@ pub fn run(arguments: &LspArguments) -> CommandResult {
     }
 }
 
-/// The folder for files that may be made again.
-fn cache_folder() -> PathBuf {
+/// The user's folder for files that may be made again, if the environment names one.
+fn cache_folder() -> Option<PathBuf> {
     let named = |variable: &str| std::env::var_os(variable).filter(|value| !value.is_empty());
     let home = || named("HOME").map(|home| PathBuf::from(home).join(".cache"));
     let cache = named("XDG_CACHE_HOME").map(PathBuf::from);
     let local = || named("LOCALAPPDATA").map(PathBuf::from);
-    cache.or_else(home).or_else(local).unwrap_or_else(std::env::temp_dir)
+    cache.or_else(home).or_else(local)
 }

@@ -4,7 +4,7 @@ mod cluster;
 
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -21,9 +21,10 @@ use rtsl_render::{
 use super::pixel::{PixelArguments, render_one};
 use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::files::write_result;
-use crate::outcome::{CommandResult, Failure, INPUT_AT_FAULT, Outcome};
+use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
+use crate::signals::told_to_end;
 
 /// The default interval of writing checkpoints.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
@@ -89,7 +90,7 @@ pub struct RenderArguments {
     /// The interval of writing the checkpoint.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, requires = "checkpoint")]
     checkpoint_every: Option<Duration>,
-    /// Continue from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C left next to the picture. The
+    /// Continue from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C or a signal left next to the picture. The
     /// picture has the bits of one that was never interrupted. Without a checkpoint the render starts from the
     /// beginning.
     #[arg(long)]
@@ -227,7 +228,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
     };
     let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
-    let interrupted = interrupts();
+    let interrupted = told_to_end();
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
     let early_warnings = |messages: &Messages| bar.suspend(|| report(messages, reporter));
@@ -306,18 +307,6 @@ fn request(arguments: &RenderArguments, search_path: &SearchPath) -> RenderReque
 fn refused(diagnostic: Diagnostic, reporter: &Reporter) -> Outcome {
     report(&Messages::one(diagnostic), reporter);
     Outcome::InputAtFault
-}
-
-/// Returns a flag that becomes true when the user interrupts the program; a second interrupt ends it at once.
-fn interrupts() -> &'static AtomicBool {
-    static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-    // On systems without this signal, an interrupt ends the program as by default.
-    let _ = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INPUT_AT_FAULT));
-        }
-    });
-    &INTERRUPTED
 }
 
 /// The checkpoint options of the render.

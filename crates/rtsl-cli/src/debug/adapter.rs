@@ -9,6 +9,7 @@ use rtsl_debug::{
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 
+use super::gate::{Gate, REFUSED};
 use super::launch::LaunchArguments;
 use super::protocol::{
     FunctionBreakpoint, InitializeArguments, InspectArguments, Outbox, Request,
@@ -22,15 +23,16 @@ use super::target::{Recorded, record};
 /// The only thread.
 const THREAD: i64 = 1;
 
-/// Serves a client until it disconnects, or its input ends.
+/// Serves a client until it disconnects, its input ends, or the gate does not let it in.
 ///
 /// # Errors
 /// Those of reading and writing, and if the input is no message of the protocol.
-pub fn serve(mut input: impl BufRead, output: impl Write) -> io::Result<()> {
+pub fn serve(mut input: impl BufRead, output: impl Write, gate: &mut Gate) -> io::Result<()> {
     let mut adapter = Adapter::new(output);
     while let Some(message) = read_message(&mut input)? {
         match serde_json::from_str::<Request>(&message) {
-            Ok(request) => adapter.handle(&request)?,
+            Ok(request) if gate.admits(&request) => adapter.handle(&request)?,
+            Ok(request) => return adapter.outbox.respond(&request, Err(REFUSED.to_owned())),
             // Responses to requests that the adapter does not make, or nothing of the protocol.
             Err(error) => adapter.outbox.output("console", &format!("no request: {error}\n"))?,
         }

@@ -144,7 +144,7 @@ impl LaunchArguments {
         };
         let scene = self.absolute(scene);
         let search_path = self.search_path();
-        let folders = search_path.with(project_beside(&scene)?).folders();
+        let folders = search_path.with(project_beside(&scene, &search_path)?).folders();
         let request = RenderRequest {
             scene,
             renderer,
@@ -187,8 +187,8 @@ impl LaunchArguments {
     }
 }
 
-fn project_beside(file: &Path) -> Result<ProjectFile, String> {
-    let project = ProjectFile::beside(file);
+fn project_beside(file: &Path, search_path: &SearchPath) -> Result<ProjectFile, String> {
+    let project = ProjectFile::beside(file, &search_path.folders());
     match project.diagnostics.has_errors() {
         true => {
             let faults = project.diagnostics.iter();

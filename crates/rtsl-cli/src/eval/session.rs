@@ -232,7 +232,7 @@ impl Session {
     /// The search path of a file, or of texts that are in none.
     fn folders(&self, file: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
         let Some(file) = file else { return Ok(self.search_path.folders()) };
-        let project = ProjectFile::beside(file);
+        let project = ProjectFile::beside(file, &self.search_path.folders());
         if project.diagnostics.has_errors() {
             let faults = project.diagnostics.iter();
             return Err(Refusal::Request(render::all_to_text(&project.sources, faults, false)));

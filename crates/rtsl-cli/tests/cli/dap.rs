@@ -9,7 +9,7 @@ use std::time::Duration;
 use expect_test::expect;
 use serde_json::{Value as Json, json};
 
-use crate::command::{DONE, Folder};
+use crate::command::{DONE, Folder, WRONG_USAGE};
 use crate::framing::{received, send};
 
 /// The time after which the adapter is taken to be stuck.
@@ -613,20 +613,59 @@ fn messages_that_are_wrong() {
     folder.run_with(&["dap"], "").exits(DONE);
 }
 
-#[test]
-fn a_port_of_this_machine() {
-    let folder = folder();
-    let mut child = adapter(&folder, &["--port", "0"]);
-    let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let address = line.trim().strip_prefix("listening on ").unwrap().to_owned();
+/// Starts an adapter that waits on a port; returns it, its address, and further lines that it prints.
+fn listening(folder: &Folder, arguments: &[&str], lines: usize) -> (Child, String, Vec<String>) {
+    let mut child = adapter(folder, &[&["--port", "0"], arguments].concat());
+    let printed = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut printed = printed.take(1 + lines).map(Result::unwrap);
+    let address = printed.next().unwrap();
+    let address = address.strip_prefix("listening on ").unwrap().to_owned();
+    (child, address, printed.collect())
+}
+
+fn connected(child: Child, address: &str) -> Client {
     let stream = TcpStream::connect(address).unwrap();
     let messages = received(stream.try_clone().unwrap());
-    let mut client =
-        Client { child, input: Box::new(stream), messages, seq: 0, events: Vec::new() };
+    Client { child, input: Box::new(stream), messages, seq: 0, events: Vec::new() }
+}
+
+fn with_token(mut arguments: Json, token: &str) -> Json {
+    arguments["token"] = json!(token);
+    arguments
+}
+
+#[test]
+fn a_port_of_this_machine_serves_whoever_has_the_token() {
+    let folder = folder();
+    let (child, address, printed) = listening(&folder, &[], 1);
+    let token = printed[0].strip_prefix("token ").unwrap();
+    assert!(token.len() == 32 && token != "0".repeat(32));
+    let mut client = connected(child, &address);
+    for token in ["", "0123"] {
+        client.done("initialize", json!({}));
+        let error = client.refused("launch", with_token(method(&folder), token));
+        assert!(error.starts_with("the argument `token` of `launch` is not"), "{error}");
+        client = connected(client.child, &address);
+    }
+    let error = client.refused("evaluate", json!({ "expression": "1" }));
+    assert!(error.starts_with("the argument `token`"), "{error}");
+    client = connected(client.child, &address);
+    client.input.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+    client = connected(client.child, &address);
     client.done("initialize", json!({}));
-    client.done("launch", method(&folder));
+    client.done("launch", with_token(method(&folder), token));
     client.done("configurationDone", json!({}));
     assert_eq!(client.stop(), "entry: Stripes.lookup stripes.rtsl:10");
     client.disconnect();
+}
+
+#[test]
+fn a_token_of_the_users_choice() {
+    let folder = folder();
+    let (child, address, _) = listening(&folder, &["--token", "mine"], 0);
+    let mut client = connected(child, &address);
+    client.done("initialize", json!({}));
+    client.done("launch", with_token(method(&folder), "mine"));
+    client.disconnect();
+    folder.run(&["dap", "--token", "mine"]).exits(WRONG_USAGE);
 }

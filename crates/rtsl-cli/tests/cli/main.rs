@@ -26,3 +26,5 @@ mod project_file;
 mod readme;
 mod resume;
 mod scene;
+#[cfg(target_os = "linux")]
+mod signals;

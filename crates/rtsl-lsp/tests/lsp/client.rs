@@ -55,12 +55,11 @@ impl Client {
         }
         let (connection, other) = Connection::memory();
         let root = folder.path().to_owned();
-        let library_folder = root.join(".cache");
+        let cache_folder = Some(root.join(".cache"));
         let program = PathBuf::from(PROGRAM);
         let server = std::thread::spawn(move || {
             let search_path = Box::new(move |_: &Path| vec![root.join("include")]);
-            serve(&other, ServerOptions { search_path, library_folder, program })
-                .expect("it serves");
+            serve(&other, ServerOptions { search_path, cache_folder, program }).expect("it serves");
         });
         let mut client = Client { connection, server: Some(server), folder, next: 0, version: 0 };
         let parameters = parameters(client.folder.path());

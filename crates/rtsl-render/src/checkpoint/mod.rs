@@ -15,6 +15,7 @@ use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
 use rtsl_image::atomic_write::Replacement;
+use rtsl_memory::open_regular_file;
 
 pub use error::{CheckpointError, Damage, Occupant};
 pub use fingerprint::{Difference, Fingerprint, FingerprintValue};
@@ -131,16 +132,17 @@ impl Checkpoint<'static> {
     /// # Errors
     /// If the file cannot be read, is not a checkpoint, or is damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        Self::read_open(path, open_regular_file(path))
+    }
+
+    fn read_open(path: &Path, file: std::io::Result<File>) -> Result<Self, CheckpointError> {
         let unreadable = |error: std::io::Error| CheckpointError::Unreadable {
             path: path.to_owned(),
             reason: error.to_string(),
         };
-        let metadata = std::fs::metadata(path).map_err(unreadable)?;
-        if !metadata.is_file() {
-            return Err(unreadable(std::io::Error::other("not a regular file")));
-        }
-        let mut file = File::open(path).map_err(unreadable)?;
-        container::read(&mut file, metadata.len())
+        let mut file = file.map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
+        container::read(&mut file, length)
             .map_err(|damage| CheckpointError::Damaged { path: path.to_owned(), damage })
     }
 
@@ -149,9 +151,23 @@ impl Checkpoint<'static> {
     /// # Errors
     /// As for [`Checkpoint::read`], and if it belongs to another render.
     pub fn read_for(path: &Path, expected: &Fingerprint) -> Result<Self, CheckpointError> {
-        let checkpoint = Self::read(path)?;
-        match checkpoint.fingerprint.difference(expected) {
-            None => Ok(checkpoint),
+        Self::read(path)?.of_render(path, expected)
+    }
+
+    /// Reads the checkpoint of that render; `None` if there is no file.
+    ///
+    /// # Errors
+    /// As for [`Checkpoint::read_for`].
+    pub fn find_for(path: &Path, expected: &Fingerprint) -> Result<Option<Self>, CheckpointError> {
+        match open_regular_file(path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            file => Self::read_open(path, file)?.of_render(path, expected).map(Some),
+        }
+    }
+
+    fn of_render(self, path: &Path, expected: &Fingerprint) -> Result<Self, CheckpointError> {
+        match self.fingerprint.difference(expected) {
+            None => Ok(self),
             Some(difference) => Err(CheckpointError::Foreign { path: path.to_owned(), difference }),
         }
     }
@@ -186,7 +202,7 @@ fn begin_replacement(
 /// Returns the content of a path that is not a checkpoint of the render. An empty file counts as nothing, because tools
 /// create empty files to reserve names.
 fn occupant(place: &Path, fingerprint: &Fingerprint) -> std::io::Result<Option<Occupant>> {
-    let file = match File::open(place) {
+    let file = match open_regular_file(place) {
         Ok(file) => file,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(error),

@@ -7,6 +7,7 @@ use rtsl::{
     new_state, set_defaults,
 };
 use rtsl_bvh::Bounds;
+use rtsl_memory::on_all_processors;
 
 use super::calls::Callee;
 use super::runtime_errors::RuntimeErrors;
@@ -79,22 +80,22 @@ pub fn element_bounds(
     let variant = Variant::new(CallMode::Leaf).of_objects(one.form().clone());
     let kernel = program.kernel(Method::ComputeBounds, variant)?;
     let class = &program.class().name;
-    bounds.par_chunks_mut(MADE).enumerate().try_for_each_init(
-        || (new_state(CALL), program.new_scratch(CALL)),
-        |(state, scratch), (chunk, bounds)| {
-            let first = (chunk * MADE) as u32;
-            let indices: Vec<u32> = (first..first + bounds.len() as u32).collect();
-            let elements = program.elements_in_order(instance, None, &indices)?;
-            for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
-                let instances = Instances::Range(&elements, (chunk * CALL) as u32);
-                if call(class, &kernel, (state, scratch), bounds.len(), instances) {
-                    let read = |lane| read(state, lane);
-                    bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
-                }
+    let memory = || (new_state(CALL), program.new_scratch(CALL));
+    let bound = |(state, scratch): &mut (LaneBlock, LaneBlock),
+                 (chunk, bounds): (usize, &mut [Option<Bounds>])| {
+        let first = (chunk * MADE) as u32;
+        let indices: Vec<u32> = (first..first + bounds.len() as u32).collect();
+        let elements = program.elements_in_order(instance, None, &indices)?;
+        for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
+            let instances = Instances::Range(&elements, (chunk * CALL) as u32);
+            if call(class, &kernel, (state, scratch), bounds.len(), instances) {
+                let read = |lane| read(state, lane);
+                bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
             }
-            Ok(())
-        },
-    )?;
+        }
+        Ok(())
+    };
+    on_all_processors(|| bounds.par_chunks_mut(MADE).enumerate().try_for_each_init(memory, bound))?;
     Ok(bounds)
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use rtsl::{Diagnostic, Diagnostics, Engine, Messages, SourceMap};
 use rtsl_bvh::{Bounds, Geometry};
 use rtsl_math::Transform;
+use rtsl_memory::on_all_processors;
 use rtsl_scene::{PlacedLight, Scene, SceneObject};
 
 use super::bounds::{BoundsMaker, element_bounds};
@@ -194,7 +195,7 @@ impl Assembly<'_> {
             Ok(match object.elements {
                 Some(count) => {
                     let own = element_bounds(&shader.program, &object.primitive, count)?;
-                    own.into_par_iter().map(placed).collect()
+                    on_all_processors(|| own.into_par_iter().map(placed).collect())
                 }
                 None => vec![placed(maker.bounds(shader, &instance))],
             })

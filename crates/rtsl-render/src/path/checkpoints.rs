@@ -97,6 +97,12 @@ struct FilmNumbers {
     outputs: Vec<(String, Vec<f64>)>,
 }
 
+/// The greatest numbers that a render may leave: of samples of a pixel, of seconds for a tile (30 million years), and of
+/// lanes.
+const MAX_SAMPLES: u32 = 1 << 31;
+const MAX_SECONDS: f64 = 1e15;
+const MAX_LANES: f64 = (1_u64 << 62) as f64;
+
 /// The prefix of the names of sections of outputs.
 const OUTPUT: &str = "output ";
 
@@ -155,10 +161,7 @@ pub fn from_bytes(
 /// If it cannot be read, is damaged, or belongs to another render.
 pub fn restore(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<bool, CheckpointError> {
     let Checkpoints { path, fingerprint, .. } = checkpoints;
-    if !path.try_exists().unwrap_or(true) {
-        return Ok(false);
-    }
-    let checkpoint = Checkpoint::read_for(path, fingerprint)?;
+    let Some(checkpoint) = Checkpoint::find_for(path, fingerprint)? else { return Ok(false) };
     let tiles = film.tiles().len();
     let numbers = FilmNumbers::from_sections(checkpoint.sections, tiles, film)
         .map_err(|what| malformed(path, what))?;
@@ -307,7 +310,29 @@ impl FilmNumbers {
             }
         }
         all.check(tiles, film)?;
+        all.check_values(film.first())?;
         Ok(all)
+    }
+
+    /// Checks that no number is one with which a sum of further samples would overflow: whoever has made the file may
+    /// have chosen them. `first` is the index of the film's first sample.
+    fn check_values(&self, first: u32) -> Result<(), String> {
+        let are_counts = |counts: &[u32]| counts.iter().all(|count| *count <= MAX_SAMPLES);
+        let are_within =
+            |numbers: &[f64], most: f64| numbers.iter().all(|number| (0.0..=most).contains(number));
+        let checked = [
+            ("taken", are_counts(&self.taken) && self.taken.iter().all(|taken| *taken >= first)),
+            ("seconds", are_within(&self.seconds, MAX_SECONDS)),
+            ("hits", are_counts(&self.hits)),
+            ("visited samples", are_counts(&self.visited_samples)),
+            ("lane use", are_within(&self.lane_use, MAX_LANES)),
+        ];
+        match checked.into_iter().find(|(_, is_right)| !is_right) {
+            None => Ok(()),
+            Some((name, _)) => {
+                Err(format!("its section `{name}` has a number that no render leaves"))
+            }
+        }
     }
 
     /// Checks that the counts of numbers fit so many tiles of the film.

@@ -11,6 +11,7 @@ use rtsl::{
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
+use rtsl_memory::on_all_processors;
 use rtsl_scene::{Renderer, Scene};
 
 use super::aov_plan::AovPlan;
@@ -25,6 +26,7 @@ use super::scene::BatchScene;
 use super::shading_methods::{ShadingMethods, ShadingParts};
 use super::surface_group::GroupKey;
 use crate::compiled::object::is_own_material;
+use crate::compiled::object_class::ObjectClass;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::{BuildStep, SceneBuilder};
 use crate::tiles::Camera;
@@ -92,7 +94,8 @@ impl<'a> BatchSceneBuilder<'a> {
             engine.llvm().is_some() && searched_objects(&classes, |_| Surface::default()).is_some();
         if !is_searched_by_kernels {
             let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
-            compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
+            let make = |class: &ObjectClass| class.make_all(has_streams);
+            on_all_processors(|| compiled.classes.par_iter().for_each(make));
         }
         let mut made = BatchScene {
             compiled,
@@ -214,10 +217,12 @@ impl BatchScene {
                 || self.integrator.asks_emission && key.is_shaded(&self.classes())
         };
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
-        let (staged, methods) = rayon::join(
-            || self.integrator.stages(&self.engine, (instance, scene), &parts, &lights),
-            || ShadingMethods::new(&of_methods, is_shaded, of_surfaces),
-        );
+        let (staged, methods) = on_all_processors(|| {
+            rayon::join(
+                || self.integrator.stages(&self.engine, (instance, scene), &parts, &lights),
+                || ShadingMethods::new(&of_methods, is_shaded, of_surfaces),
+            )
+        });
         let staged = staged.map_err(Messages::one)?;
         let kernel = match &staged {
             Some(staged) => staged.camera_kernel().clone(),

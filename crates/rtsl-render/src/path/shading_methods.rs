@@ -8,6 +8,7 @@ use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, Query,
     StageLights, StagedProgram, Variant,
 };
+use rtsl_memory::on_all_processors;
 
 use super::integrator::StagedMethod;
 use super::material::{MaterialSource, shading_method};
@@ -97,7 +98,7 @@ impl ShadingMethods {
             let earlier = earlier.and_then(|it| it.like(program, *method));
             ShadingMethod::new(parts, program, (*source, *method), earlier)
         });
-        let methods = methods.collect::<Result<Vec<_>, _>>()?;
+        let methods = on_all_processors(|| methods.collect::<Result<Vec<_>, _>>())?;
         let mut made = ShadingMethods { methods, of_groups, lights: None };
         if made.staged().any(StagedMethod::samples_lights) {
             made.lights = light_stage(parts, earlier)?.map(Box::new);

@@ -2,9 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
-use rtsl_memory::Amount;
+use rtsl_memory::{Amount, Pool};
 
 /// The stack of a thread: each level of `trace` uses some of it, most in debug builds.
 const STACK_BYTES: usize = 128 << 20;
@@ -14,7 +13,8 @@ const MAX_THREADS: usize = 1024;
 
 /// Threads that render tiles.
 pub struct RenderThreads {
-    pool: ThreadPool,
+    count: usize,
+    pool: Pool,
 }
 
 impl RenderThreads {
@@ -23,13 +23,13 @@ impl RenderThreads {
     /// # Errors
     /// If they cannot be started.
     pub fn new(threads: Option<usize>) -> Result<Self, Messages> {
-        let threads = wanted(threads);
-        let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
-        let pool = pool.map_err(|error| {
-            let message = format!("cannot start {threads} threads: {error}");
+        let count = wanted(threads);
+        let pool = Pool::new(count, Some(STACK_BYTES));
+        pool.start().map_err(|error| {
+            let message = format!("cannot start {count} threads: {error}");
             Messages::one(Diagnostic::new(codes::SCENE_LIMIT, message))
         })?;
-        Ok(RenderThreads { pool })
+        Ok(RenderThreads { count, pool })
     }
 
     /// Returns the address space of the stacks of so many threads.
@@ -39,7 +39,7 @@ impl RenderThreads {
 
     /// Returns the number of threads.
     pub fn count(&self) -> usize {
-        self.pool.current_num_threads()
+        self.count
     }
 
     /// Calls `render` for the tiles `first..count`, in this order, each with the memory of its thread, which `memory`
@@ -63,7 +63,7 @@ impl RenderThreads {
             }
             memory
         };
-        let memories = self.pool.broadcast(|_| work());
+        let memories = self.pool.broadcast(work);
         (next.into_inner().min(count), memories)
     }
 }

@@ -1,5 +1,5 @@
-//! Short runs of the fuzz targets for scenes and meshes, with mutations of the repository's files that are the same in
-//! every run.
+//! Short runs of the fuzz targets for scenes, meshes and other files, with mutations of the repository's files that are
+//! the same in every run. With `RTSL_FUZZ=N` there are 300 of each format at least.
 
 #[path = "../../../../fuzz/entries/checkpoint.rs"]
 mod checkpoint;
@@ -14,7 +14,7 @@ mod materialx;
 #[path = "../../../../fuzz/entries/measured.rs"]
 mod measured;
 #[path = "../../../../fuzz/entries/mutation.rs"]
-mod mutation;
+pub mod mutation;
 #[path = "../../../../fuzz/entries/paint.rs"]
 mod paint;
 #[path = "../../../../fuzz/entries/ply.rs"]
@@ -28,7 +28,13 @@ use rtsl_render::checkpoint::{Checkpoint, Fingerprint, Section};
 use rtsl_scene::Settings;
 use rtsl_scene::reader::Digest;
 
-use mutation::{Random, mutate, seeds};
+use mutation::{Random, mutate, overwrite, seeds};
+
+/// The number of mutations of a format: `count`, and in a long run 300 at least.
+pub fn cases(count: usize) -> usize {
+    const LONG: usize = 300;
+    if std::env::var_os("RTSL_FUZZ").is_some() { count.max(LONG) } else { count }
+}
 
 /// Calls `target` with mutations of the files in `folder` that end in `extension`.
 fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {
@@ -40,7 +46,7 @@ fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {
 fn run_on(seeds: Vec<Vec<u8>>, count: usize, target: fn(&[u8])) {
     let work = move || {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
-        for _ in 0..count {
+        for _ in 0..cases(count) {
             let (seed, other) = (random.below(seeds.len()), random.below(seeds.len()));
             target(&mutate(&mut random, &seeds[seed], &seeds[other]));
         }
@@ -115,7 +121,22 @@ fn any_materialx_document_is_read_or_refused() {
 
 #[test]
 fn any_measured_material_is_read_or_refused() {
-    run_on([1, 3].map(paint::paint).into(), 60, measured::measured);
+    let seeds = vec![paint::paint(1), paint::paint(3), paint::paint(8)];
+    for seed in &seeds {
+        assert!(measured::measured(seed), "a file of the database is read");
+    }
+    run_on(seeds.clone(), 60, |data| {
+        measured::measured(data);
+    });
+    // Sizes and places that a mutation of words does not reach.
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    for _ in 0..cases(60) {
+        let mut data = seeds[random.below(seeds.len())].clone();
+        for _ in 0..1 + random.below(3) {
+            overwrite(&mut random, &mut data, 600);
+        }
+        measured::measured(&data);
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod batch_radiance;
 mod called_shapes;
 mod cameras;
 mod checkpoint;
+mod checkpoint_mutations;
 mod film;
 mod format;
 mod fuzz;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rtsl::{Diagnostic, Numbers, Scalar, Value, diagnostic_codes as codes};
 use rtsl_image::{Depth, Encoding, Mipmap, NoLight, Picture, PictureError};
-use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, temporary_folder};
+use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, on_all_processors, temporary_folder};
 
 use super::image_lights;
 use super::named_file::NamedFile;
@@ -239,7 +239,7 @@ impl Images {
     /// the error.
     pub fn read_ahead(&mut self, wanted: &[NamedImage<'_>], files: SceneFiles<'_>) {
         // The files of a part are in memory together.
-        let part = 2 * rayon::current_num_threads();
+        let part = 2 * on_all_processors(rayon::current_num_threads);
         let mut pending: Vec<Undecoded> = Vec::new();
         let mut keys = BTreeSet::new();
         for (index, image) in wanted.iter().enumerate() {
@@ -259,14 +259,16 @@ impl Images {
     /// Decodes images on all processors, and keeps those that can be decoded.
     fn decode_all(&mut self, undecoded: Vec<Undecoded>, files: SceneFiles<'_>) {
         let decode = |it: Undecoded| Some((it.key, it.decode(files.budget).ok()?));
-        let decoded: Vec<(Key, Decoded)> = undecoded.into_par_iter().filter_map(decode).collect();
+        let decoded: Vec<(Key, Decoded)> =
+            on_all_processors(|| undecoded.into_par_iter().filter_map(decode).collect());
         // The order, and not the time, decides which images are in memory.
         let place = |(_, decoded): &(Key, Decoded)| self.place(&decoded.image, files);
         let places: Vec<Place> = decoded.iter().map(place).collect();
-        let moves = decoded.into_par_iter().zip(places);
-        let moved: Vec<(Key, Decoded)> = moves
-            .filter_map(|((key, decoded), place)| Some((key, decoded.moved_to(place).ok()?)))
-            .collect();
+        let moved = |((key, decoded), place): ((Key, Decoded), Place)| {
+            Some((key, decoded.moved_to(place).ok()?))
+        };
+        let moved: Vec<(Key, Decoded)> =
+            on_all_processors(|| decoded.into_par_iter().zip(places).filter_map(moved).collect());
         for (key, decoded) in moved {
             self.keep(key, decoded);
         }

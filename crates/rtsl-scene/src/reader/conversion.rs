@@ -7,6 +7,7 @@ use rtsl::{Diagnostic, Diagnostics, FileId, Messages, SourceMap, Span, diagnosti
 use rtsl_memory::{Amount, InputBudget};
 
 use super::directive::{Keyword, directive};
+use super::fence::Fence;
 use super::files::{FileSource, resolve, unreadable, with_slashes};
 use super::limits::{MAX_INCLUDE_DEPTH, RepeatedDirectives, included_path, read_text};
 use super::parameter::{Parameter, ParameterType, Values};
@@ -60,6 +61,7 @@ pub fn convert_scene(
         inline: options.inline,
         open: Vec::new(),
         known: BTreeMap::new(),
+        included: BTreeMap::new(),
         sources: Vec::new(),
         converted: Vec::new(),
         places: BTreeMap::new(),
@@ -83,6 +85,8 @@ struct Converter<'a> {
     /// The files being read, outermost first.
     open: Vec<PathBuf>,
     known: BTreeMap<PathBuf, FileId>,
+    /// The places at which texts name further ones.
+    included: BTreeMap<PathBuf, Span>,
     sources: Vec<PathBuf>,
     converted: Vec<(PathBuf, String)>,
     /// The paths of texts for included files, by their path without a number.
@@ -112,8 +116,10 @@ impl Converter<'_> {
                 .push(Diagnostic::new(codes::IGNORED_SETTING, note.message).at(note.span, ""));
         }
         let mut messages = Messages::default();
-        if !self.diagnostics.is_empty() {
-            messages.push(self.map, self.diagnostics);
+        let fence = Fence::new(self.input, self.files, &[]);
+        let diagnostics = fence.redacted(self.diagnostics, &self.map, &self.included);
+        if !diagnostics.is_empty() {
+            messages.push(self.map, diagnostics);
         }
         match messages.has_errors() {
             true => Err(messages),
@@ -203,6 +209,7 @@ impl Converter<'_> {
             self.diagnostics.push(Diagnostic::new(codes::INCLUDE_CYCLE, message).at(span, ""));
             return None;
         }
+        self.included.entry(path.clone()).or_insert(span);
         let is_open = parser.is_at_parameter();
         if is_open || (self.inline && command.keyword == Keyword::Include) {
             let last = self.read(path, Some(span), writer)?;

@@ -2,13 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{File, Metadata};
 use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
-use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
+use rtsl::{Diagnostic, diagnostic_codes as codes, real_place};
+use rtsl_memory::{Amount, Held, InputBudget, OverBudget, open_regular_file, reserved};
 
 use super::gzip;
 
@@ -30,7 +29,8 @@ pub trait FileSource: Sync {
     /// Returns the files in a folder, sorted by name.
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
 
-    /// Returns a path without links; `None` if there is nothing. Sources without links return the path.
+    /// Returns the place to which a path leads, whether anything is there or not; `None` for a link to nothing. Sources
+    /// without links return the path.
     fn real_path(&self, path: &Path) -> Option<PathBuf> {
         Some(resolve(Path::new(""), &path.to_string_lossy()))
     }
@@ -45,22 +45,22 @@ const LARGEST_FILE: u64 = 1 << 30;
 
 impl FileSource for DiskFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let length = regular_file(path)?.len();
+        let file = open_regular_file(path)?;
+        let length = file.metadata()?.len();
         if length > LARGEST_FILE {
             return Err(io::Error::other("larger than 1 GiB"));
         }
         let mut bytes = reserved(length as usize)?;
-        File::open(path)?.take(LARGEST_FILE).read_to_end(&mut bytes)?;
+        file.take(LARGEST_FILE).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 
     fn size(&self, path: &Path) -> io::Result<u64> {
-        Ok(regular_file(path)?.len())
+        Ok(open_regular_file(path)?.metadata()?.len())
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
-        regular_file(path)?;
-        Ok(Box::new(File::open(path)?))
+        Ok(Box::new(open_regular_file(path)?))
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
@@ -78,7 +78,7 @@ impl FileSource for DiskFiles {
     }
 
     fn real_path(&self, path: &Path) -> Option<PathBuf> {
-        path.canonicalize().ok()
+        real_place(path)
     }
 }
 
@@ -172,12 +172,6 @@ pub fn file_start(files: &dyn FileSource, path: &Path) -> Result<Vec<u8>, String
         Ok(_) => Ok(start),
         Err(error) => Err(format!("cannot read `{}`: {error}", path.display())),
     }
-}
-
-/// The metadata of a regular file: reading a device or a pipe might never end.
-fn regular_file(path: &Path) -> io::Result<Metadata> {
-    let metadata = std::fs::metadata(path)?;
-    if metadata.is_file() { Ok(metadata) } else { Err(io::Error::other("not a regular file")) }
 }
 
 /// Files that exist in memory only, with texts or bytes as their contents.

@@ -23,6 +23,7 @@ mod conversion;
 mod current_transform;
 pub mod defines;
 mod directive;
+mod fence;
 mod files;
 #[cfg(test)]
 mod format_page;
@@ -41,6 +42,7 @@ mod upgrade;
 mod writer;
 
 pub use conversion::{Conversion, ConversionOptions, FILE_PARAMETERS, convert_scene};
+pub use fence::Fence;
 pub use files::{
     DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, file_start, resolve,
     unreadable, with_slashes,

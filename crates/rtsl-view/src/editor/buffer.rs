@@ -1,7 +1,6 @@
 //! A text that is edited, and its file.
 
-use std::fs;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -175,16 +174,21 @@ impl Buffer {
 }
 
 fn read(path: &Path) -> io::Result<String> {
-    let length = fs::metadata(path)?.len();
+    let mut file = rtsl::open_regular_file(path)?;
+    let length = file.metadata()?.len();
     if length > MAX_BYTES {
         let message = format!("it has {length} bytes; the editor opens at most {MAX_BYTES}");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
     }
-    fs::read_to_string(path)
+    let mut text = String::new();
+    file.read_to_string(&mut text)?;
+    Ok(text)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn file(text: &str) -> (tempfile::TempDir, PathBuf) {

@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
+use rtsl_memory::open_regular_file;
 use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, join_path};
 
 use super::library;
@@ -26,7 +27,7 @@ pub trait IncludeFiles {
     /// True if there is a regular file of this name.
     fn is_file(&self, path: &Path) -> bool;
 
-    /// Returns the path without links; `None` if there is nothing.
+    /// Returns the place to which the path leads, as [`real_place`] does.
     fn real_path(&self, path: &Path) -> Option<PathBuf>;
 
     /// Reads a text. The error is a reason, as a part of a sentence.
@@ -46,7 +47,7 @@ impl IncludeFiles for DiskIncludes {
     }
 
     fn real_path(&self, path: &Path) -> Option<PathBuf> {
-        path.canonicalize().ok()
+        real_place(path)
     }
 
     fn read_text(&self, path: &Path) -> Result<String, String> {
@@ -99,9 +100,8 @@ impl<F: IncludeFiles> FileLoader<F> {
     }
 
     fn is_allowed(&self, file: &Path) -> bool {
-        let Some(real) = self.files.real_path(file) else { return false };
-        let mut roots = self.folder.iter().chain(&self.search_path);
-        roots.any(|root| self.files.real_path(root).is_some_and(|root| real.starts_with(root)))
+        let roots = self.folder.iter().chain(&self.search_path);
+        lies_within(file, roots, |path| self.files.real_path(path))
     }
 }
 
@@ -110,20 +110,25 @@ impl<F: IncludeFiles> IncludeLoader for FileLoader<F> {
         if Path::new(path).is_absolute() || path.contains('\0') {
             return Err(IncludeError::Escapes);
         }
-        let mut looked_at = Vec::new();
+        let (mut looked_at, mut escapes) = (Vec::new(), false);
         for folder in self.folders(including) {
             let candidate = without_detours(&folder.join(path));
+            // What lies outside is not looked at: nobody learns whether it is there.
+            if !self.is_allowed(&candidate) {
+                escapes = true;
+                continue;
+            }
             if self.files.is_file(&candidate) {
-                if !self.is_allowed(&candidate) {
-                    // A file of the library may have the name of one on disk, which its own includes do not mean.
-                    return library_file(path, including).ok_or(IncludeError::Escapes);
-                }
                 let text = self.files.read_text(&candidate).map_err(IncludeError::Unreadable)?;
                 return Ok(IncludedFile { name: candidate.display().to_string(), text });
             }
             looked_at.push(candidate.display().to_string());
         }
-        library_file(path, including).ok_or(IncludeError::NotFound(looked_at))
+        // A file of the library may include one by a path that would lead outside on the disk.
+        library_file(path, including).ok_or(match escapes {
+            true => IncludeError::Escapes,
+            false => IncludeError::NotFound(looked_at),
+        })
     }
 }
 
@@ -144,18 +149,43 @@ pub(crate) fn read_text(path: &Path) -> Result<String, String> {
         std::io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
         _ => error.to_string(),
     };
-    // Opening a pipe or a device could block.
-    let kind = std::fs::metadata(path).map_err(describe)?;
-    if !kind.is_file() {
-        return Err("it is no regular file".to_owned());
-    }
-    let file = std::fs::File::open(path).map_err(describe)?;
+    let file = open_regular_file(path).map_err(describe)?;
     let mut bytes = Vec::new();
     file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(describe)?;
     if bytes.len() as u64 > SIZE_LIMIT {
         return Err(format!("it is larger than {} MiB", SIZE_LIMIT >> 20));
     }
     rtsl_source::encoding::utf8(bytes).map_err(str::to_owned)
+}
+
+/// True if a path leads to a place within one of the folders, whether anything is there or not. `real` returns the place
+/// to which a path leads, such as [`real_place`].
+pub fn lies_within<'a>(
+    path: &Path,
+    folders: impl IntoIterator<Item = &'a PathBuf>,
+    real: impl Fn(&Path) -> Option<PathBuf>,
+) -> bool {
+    let Some(place) = real(path) else { return false };
+    folders.into_iter().any(|folder| real(folder).is_some_and(|folder| place.starts_with(folder)))
+}
+
+/// Returns the place to which a path leads, without links, whether anything is there or not; `None` for a link to
+/// nothing.
+pub fn real_place(path: &Path) -> Option<PathBuf> {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    if let Ok(real) = path.canonicalize() {
+        return Some(real);
+    }
+    if path.is_symlink() {
+        return None;
+    }
+    // Nothing is there, so the rest of the path has no links.
+    let folder = real_place(path.parent()?)?;
+    Some(without_detours(&match path.components().next_back()? {
+        Component::Normal(name) => folder.join(name),
+        Component::ParentDir => folder.join(".."),
+        _ => folder,
+    }))
 }
 
 fn folder_of(file: &Path) -> &Path {
@@ -203,12 +233,10 @@ mod tests {
         {
             let found = loader.load("Cargo.toml", "main.rtsl").unwrap();
             assert_eq!(found.name, "Cargo.toml");
-            assert!(matches!(
-                loader.load("../nothing", "main.rtsl"),
-                Err(IncludeError::NotFound(_))
-            ));
-            let outside = loader.load("../../Cargo.toml", "main.rtsl");
-            assert_eq!(outside.unwrap_err(), IncludeError::Escapes);
+            for outside in ["../nothing", "../../Cargo.toml"] {
+                let error = loader.load(outside, "main.rtsl").unwrap_err();
+                assert_eq!(error, IncludeError::Escapes, "{outside}");
+            }
         }
     }
 
@@ -254,7 +282,40 @@ mod tests {
         assert_eq!(loader.load("c.rtsl", &b.name).unwrap().text, "c");
         assert_eq!(loader.load("../a.rtsl", &b.name).unwrap().text, "a");
         let outside = loader.load("../../../x.rtsl", &b.name);
-        assert!(matches!(outside, Err(IncludeError::NotFound(_))));
+        assert_eq!(outside.unwrap_err(), IncludeError::Escapes);
         assert!(matches!(loader.load("c.rtsl", "text"), Err(IncludeError::NotFound(_))));
+    }
+
+    /// Links too, to what is there and to what is not.
+    #[cfg(unix)]
+    #[test]
+    fn nobody_learns_what_is_outside() {
+        use std::os::unix::fs::symlink;
+
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        let (program, outside) = (root.join("program"), root.join("outside"));
+        std::fs::create_dir_all(&program).unwrap();
+        std::fs::create_dir_all(&outside).unwrap();
+        std::fs::write(outside.join("there"), "secret").unwrap();
+        symlink(&outside, program.join("folder")).unwrap();
+        symlink(outside.join("there"), program.join("link")).unwrap();
+        symlink(outside.join("absent"), program.join("dangling")).unwrap();
+        let main = program.join("main.rtsl");
+        let mut loader = FileLoader::beside(&main, []);
+        for path in [
+            "../outside/there",
+            "../outside/absent",
+            "folder/there",
+            "folder/absent",
+            "link",
+            "dangling",
+            "folder/../../x",
+            "/etc/passwd",
+            "/etc/absent",
+        ] {
+            let error = loader.load(path, &main.display().to_string()).unwrap_err();
+            assert_eq!(error, IncludeError::Escapes, "{path}");
+        }
     }
 }

@@ -2,69 +2,102 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
+use crate::at_work::{begin_work, was_cut};
+
 /// A handle to the result of work. Dropping the handle cancels the work if it has not started.
 pub(crate) type Answer<T> = Arc<OnceLock<Result<T, Diagnostic>>>;
 
-/// Does work in order on a thread, which starts with the first work and ends with this value.
+/// Waits for the result of work; not if the work was in progress when this process was forked, and so never ends.
+pub(crate) fn wait<T>(answer: &Answer<T>) {
+    if answer.get().is_some() || !was_cut() {
+        answer.wait();
+    }
+}
+
+/// Does work in order on a thread, which starts with the first work of the process and ends with this value.
 #[derive(Debug, Default)]
 pub(crate) struct Background {
-    worker: OnceLock<Result<Worker, Diagnostic>>,
+    worker: Mutex<Option<Worker>>,
 }
 
 type Work = Box<dyn FnOnce() + Send>;
 
 #[derive(Debug)]
 struct Worker {
+    /// The number of [forks](rtsl_memory::forks) before the process that has the thread.
+    forks: usize,
     /// `None` while the worker is dropped, which closes the thread's queue.
     queue: Option<Sender<Work>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Background {
-    /// Queues work. If the thread can't start, the answer is an error.
+    /// Queues work. If the thread can't start, the answer is an error. Children know of work that is not done.
     pub fn start<T: Send + Sync + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, Diagnostic> + Send + 'static,
     ) -> Answer<T> {
         let answer = Answer::default();
-        let wanted = Arc::downgrade(&answer);
-        let work = move || {
+        let queued = begin_work().and_then(|under_way| {
+            self.queue(Self::answering(&answer, move || {
+                let _under_way = under_way;
+                work()
+            }))
+        });
+        if let Err(error) = queued {
+            let _ = answer.set(Err(error));
+        }
+        answer
+    }
+
+    /// Returns work that sets the answer, if anybody still wants it.
+    fn answering<T: Send + Sync + 'static>(
+        answer: &Answer<T>,
+        work: impl FnOnce() -> Result<T, Diagnostic> + Send + 'static,
+    ) -> Work {
+        let wanted = Arc::downgrade(answer);
+        Box::new(move || {
             let Some(answer) = wanted.upgrade() else { return };
             let result = catch_unwind(AssertUnwindSafe(work));
             // Only this closure sets the answer.
             let _ = answer.set(result.unwrap_or_else(|_| Err(failed("the compiler panicked"))));
+        })
+    }
+
+    fn queue(&self, work: Work) -> Result<(), Diagnostic> {
+        let mut worker = self.worker.lock().unwrap_or_else(PoisonError::into_inner);
+        let forks = rtsl_memory::forks();
+        let worker = match &mut *worker {
+            Some(worker) if worker.forks == forks => worker,
+            other => other.insert(Worker::start(forks)?),
         };
-        let sent = match self.worker.get_or_init(Worker::start) {
-            Ok(worker) => worker.queue.as_ref().is_some_and(|it| it.send(Box::new(work)).is_ok()),
-            Err(error) => {
-                let _ = answer.set(Err(error.clone()));
-                true
-            }
-        };
-        if !sent {
-            let _ = answer.set(Err(failed("its thread has ended")));
-        }
-        answer
+        let sent = worker.queue.as_ref().is_some_and(|it| it.send(work).is_ok());
+        sent.then_some(()).ok_or_else(|| failed("its thread has ended"))
     }
 }
 
 impl Worker {
-    fn start() -> Result<Worker, Diagnostic> {
+    fn start(forks: usize) -> Result<Worker, Diagnostic> {
         let (queue, work) = channel::<Work>();
         let body = move || work.into_iter().for_each(|work| work());
         let thread = std::thread::Builder::new().name("rtsl-background".to_owned()).spawn(body);
         let thread = thread.map_err(|error| failed(&format!("no thread to work on: {error}")))?;
-        Ok(Worker { queue: Some(queue), thread: Some(thread) })
+        Ok(Worker { forks, queue: Some(queue), thread: Some(thread) })
     }
 }
 
 impl Drop for Worker {
     fn drop(&mut self) {
+        if self.forks != rtsl_memory::forks() {
+            // The thread is the parent's, and may hold the lock of the queue.
+            std::mem::forget((self.queue.take(), self.thread.take()));
+            return;
+        }
         self.queue = None;
         // Code generation must not outlive the worker: the end of a process destroys LLVM's globals.
         if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rtsl_abi::InstanceBlock;
 use rtsl_source::Diagnostic;
 
-use super::background::{Answer, Background};
+use super::background::{Answer, Background, wait};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
@@ -98,7 +98,7 @@ impl SpecialisedKernel {
 
     /// Waits until the background has made the kernel for the instance's values, or failed to.
     pub fn wait(&self) {
-        self.special.wait();
+        wait(&self.special);
     }
 
     fn start(&self, instance: &Instance) -> Answer<Arc<Kernel>> {

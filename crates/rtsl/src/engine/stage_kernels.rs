@@ -10,7 +10,7 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::lookup_state;
 use rtsl_stages::{Port, ResumedBy};
 
-use super::background::Answer;
+use super::background::{Answer, wait};
 use super::engine::{Engine, into_modules, on_threads};
 use super::tiered_kernel::TieredKernel;
 use crate::codegen::kernel::Kernel;
@@ -278,7 +278,7 @@ impl StageKernels {
     /// Waits until the background has optimised all kernels, or failed to.
     pub fn wait(&self) {
         for work in self.begun.get().into_iter().flatten() {
-            work.wait();
+            wait(work);
         }
     }
 }

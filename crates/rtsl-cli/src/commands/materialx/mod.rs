@@ -71,7 +71,7 @@ pub fn run(arguments: &MaterialXArguments, reporter: &Reporter) -> CommandResult
 }
 
 fn read(path: &Path, sources: &mut SourceMap) -> Result<Document, Box<Diagnostic>> {
-    read_document(path, &DiskFiles, &InputBudget::new(None), sources)
+    read_document(path, None, &DiskFiles, &InputBudget::new(None), sources)
 }
 
 /// The name of a document in comments.

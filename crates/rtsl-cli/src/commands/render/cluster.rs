@@ -7,7 +7,7 @@ use std::process::Command;
 use clap::ValueEnum;
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
-use super::{CHECKPOINT_EVERY, RenderArguments, check_output, interrupts};
+use super::{CHECKPOINT_EVERY, RenderArguments, check_output};
 use crate::arguments::SearchPath;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::report::Reporter;
@@ -32,17 +32,30 @@ pub fn render_on(address: &str, arguments: &RenderArguments, reporter: &Reporter
     let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
     let python = std::env::var_os(PYTHON_VARIABLE).map_or_else(usual_python, PathBuf::from);
     check_packages(&python)?;
-    // An interrupt is sent to the interpreter, too, which writes the picture as it is.
-    interrupts();
     let mut command = Command::new(&python);
     command.args(["-m", "rtsl.cluster", "--version-of-command", env!("CARGO_PKG_VERSION")]);
-    let ended = command.args(options(arguments, &search_path)).arg("--").arg(address);
-    let ended = ended.arg(&arguments.scene).status();
-    match ended.map_err(|error| no_python(&python, &error))?.success() {
-        true => Ok(Outcome::Done),
+    command.args(options(arguments, &search_path)).arg("--").arg(address).arg(&arguments.scene);
+    run(&mut command).map_err(|error| no_python(&python, &error).into())
+}
+
+/// Runs the interpreter in the place of this process: signals that tell it to end reach the interpreter, which writes
+/// the picture as it is.
+#[cfg(unix)]
+fn run(command: &mut Command) -> std::io::Result<Outcome> {
+    use std::os::unix::process::CommandExt;
+
+    Err(command.exec())
+}
+
+/// Runs the interpreter. An interrupt is sent to it, too, and it writes the picture as it is.
+#[cfg(not(unix))]
+fn run(command: &mut Command) -> std::io::Result<Outcome> {
+    crate::signals::told_to_end();
+    Ok(match command.status()?.success() {
+        true => Outcome::Done,
         // The interpreter has said why.
-        false => Ok(Outcome::InputAtFault),
-    }
+        false => Outcome::InputAtFault,
+    })
 }
 
 fn usual_python() -> PathBuf {

@@ -47,7 +47,7 @@ pub fn check_scene(
 }
 
 fn load(arguments: &TestArguments, reporter: &Reporter) -> Result<Scene, Failure> {
-    let project = ProjectFile::beside(&arguments.file);
+    let project = ProjectFile::beside(&arguments.file, &arguments.search_path.folders());
     reporter.diagnostics(&project.sources, project.diagnostics.iter());
     let search_path = arguments.search_path.with(project).folders();
     let options = LoadOptions { search_path, ..LoadOptions::default() };

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rtsl_bvh::Bounds;
 use rtsl_math::sampling::{hash, unit_float};
+use rtsl_memory::on_all_processors;
 use smallvec::SmallVec;
 
 use super::super::path_tracer::PathTracer;
@@ -53,7 +54,7 @@ impl PathTracer<'_> {
                 self.probe_batch(memory, first..count.min(first + LIGHTS_IN_BATCH), world)
             },
         );
-        probes.flatten_iter().collect()
+        on_all_processors(|| probes.flatten_iter().collect())
     }
 
     /// Samples the lights of one batch.

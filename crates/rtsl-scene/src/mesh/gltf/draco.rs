@@ -10,7 +10,7 @@ use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Index, Root, Value};
 use rayon::prelude::*;
-use rtsl_memory::{Amount, Held, InputBudget};
+use rtsl_memory::{Amount, Held, InputBudget, on_all_processors};
 
 use super::buffers::Buffers;
 use super::file::size;
@@ -58,10 +58,9 @@ impl Decoded {
     pub fn decode(root: &mut Root, buffers: &Buffers<'_>, budget: &InputBudget) -> Decoded {
         let mut decoded = Decoded::default();
         let compressed = compressed(root);
-        let arrays: Vec<_> = compressed
-            .par_iter()
-            .map(|it| it.decode(root, buffers, budget).map_err(|error| error.to_string()))
-            .collect();
+        let decode =
+            |it: &Compressed| it.decode(root, buffers, budget).map_err(|error| error.to_string());
+        let arrays: Vec<_> = on_all_processors(|| compressed.par_iter().map(decode).collect());
         for (it, arrays) in compressed.iter().zip(arrays) {
             match arrays {
                 Ok(arrays) => decoded.keep(it, arrays, root),

@@ -29,6 +29,7 @@ impl Interpreter<'_> {
                     .note(format!("open files: {}", chain.join(" -> "))),
             ));
         }
+        self.description.included.entry(path.clone()).or_insert(name.span);
         Ok(self.read_file(path, Some(name.span)))
     }
 
