@@ -118,7 +118,7 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
             test("rtsl", "rtsl").args(compiled).env("RTSL_LONG", "1").run()?;
             test("rtsl-jit", "jit").args(["--", "oracle::"]).env("RTSL_LONG", "1").run()?;
             test("rtsl-render", "render")
-                .args(["--", "integrators::"])
+                .args(["--", "integrators::", "scale::"])
                 .env("RTSL_LONG", "1")
                 .run()?;
             test("rtsl-capi", "capi").args(["--", "install::", "aot::"]).env("RTSL_LONG", "1").run()

@@ -34,10 +34,10 @@ enum RtslState {
     RTSL_STATE_RayOrigin = 7, /* vec3: origin of the ray, in camera space */
     RTSL_STATE_RayDirection = 10, /* vec3: direction of the ray, in camera space; need not be unit length */
     RTSL_STATE_InverseRayDirection = 13, /* vec3: 1/rt_RayDirection, componentwise; the host computes it after the method */
-    RTSL_STATE_Epsilon = 16, /* float: least distance at which a hit counts, 1e-4 of the scene's scale unless set */
+    RTSL_STATE_Epsilon = 16, /* float: distance beyond which hits count, 0 unless the scene sets `epsilon` */
     RTSL_STATE_HitDistance = 17, /* float: greatest distance at which a hit counts (far clip) */
     RTSL_STATE_SampleColor = 18, /* color: weight of the ray (vignetting) */
-    RTSL_STATE_HitPoint = 21, /* vec3: point on the surface, in the primitive's space */
+    RTSL_STATE_HitPoint = 21, /* vec3: point on the surface, in the primitive's space; `computeNormal` may move it onto the surface */
     RTSL_STATE_BoundMin = 24, /* vec3: least corner of the box */
     RTSL_STATE_BoundMax = 27, /* vec3: greatest corner of the box */
     RTSL_STATE_GeometricNormal = 30, /* vec3: normal of the surface, outward, any length; the host normalises */
@@ -59,7 +59,7 @@ enum RtslState {
     RTSL_STATE_BSDFSeed = 63, /* vec3: uniform in [0,1)^3; z picks the lobe */
     RTSL_STATE_BSDFValue = 66, /* color: the scattering function, without the cosine */
     RTSL_STATE_EmissionColor = 69, /* color: radiance leaving towards the ray's origin */
-    RTSL_STATE_SurfaceOffset = 72, /* float: least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space */
+    RTSL_STATE_SurfaceOffset = 72, /* float: least distance along the geometric normal at which rays that leave the surface begin, in the primitive's space; where `rt_HitPoint` is set, too, the error of `intersect` and of that point */
     RTSL_STATE_RayWidth = 73, /* float: width of the ray's footprint at its origin */
     RTSL_STATE_RaySpread = 74, /* float: growth of the footprint's width with each length of the direction */
     RTSL_STATE_RayDepth = 75, /* float: number of surfaces before: 0 for a camera's ray, 1 for one that a material's `shade` traces there */
@@ -86,7 +86,7 @@ enum RtslState {
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 1.0f, \
     0.0f, 0.0f, 0.0f, \
-    0.0001f, \
+    0.0f, \
     INFINITY, \
     0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, \
