@@ -106,15 +106,13 @@ fn both_renderers_light_highlights_by_a_sky() {
 fn what_is_near_by_has_no_emission() {
     let floor = "Shape \"Plane\"";
     let room = "Shape \"Box\" \"point3 corner\" [-9 0 -12] \"point3 opposite\" [9 5 9]";
-    for shapes in [floor, room] {
-        for renderer in [Renderer::Interactive, Renderer::Batch] {
-            let [without, with] = ["\"Panel\"", "\"Found\""]
-                .map(|light| render(light, "\"Phong\"", shapes, renderer));
-            assert!(without.image == with.image, "{shapes}, {renderer:?}");
-            let warnings = with.warnings.to_text(false);
-            assert!(warnings.contains("W0504"), "{shapes}, {renderer:?}: {warnings}");
-            assert_eq!(without.warnings.to_text(false), "");
-        }
+    for (shapes, renderer) in [(floor, Renderer::Interactive), (room, Renderer::Batch)] {
+        let [without, with] =
+            ["\"Panel\"", "\"Found\""].map(|light| render(light, "\"Phong\"", shapes, renderer));
+        assert!(without.image == with.image, "{shapes}, {renderer:?}");
+        let warnings = with.warnings.to_text(false);
+        assert!(warnings.contains("W0504"), "{shapes}, {renderer:?}: {warnings}");
+        assert_eq!(without.warnings.to_text(false), "");
     }
 }
 

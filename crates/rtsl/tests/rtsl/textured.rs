@@ -230,7 +230,6 @@ fn hosts_set_numbers_or_textures_and_the_last_counts() {
         ]
     );
     let outside = new(&unit, "Varnish", vec![("roughness", 0.95.into())]);
-    let Value::Instance(outside) = outside else { panic!("it is an instance") };
     assert_eq!(
         outside.outside_range()[0].warning.message,
         "the parameter `roughness` of `Varnish` is outside of its range: 0.95 is not between 0.1 and 0.9"
