@@ -669,6 +669,71 @@ fn what_a_file_lacks_is_noted() {
     assert_eq!(notes(&scene("")), neither);
 }
 
+/// Texts of other encodings, and vertices that are not finite and that no triangle uses.
+#[test]
+fn faults_of_files_that_are_read_nevertheless() {
+    let text =
+        file(&format!(r#""nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{SQUARE}]}}]"#));
+    let files = |bytes: Vec<u8>| Files::default().with("model.gltf", bytes);
+    let marked = [b"\xef\xbb\xbf", text.as_bytes()].concat();
+    assert_eq!(loaded(&files(marked)).2, "");
+    let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    check_errors(
+        &files(wide),
+        None,
+        expect![[r#"
+        error[E0620]: `model.gltf` cannot be used: it is in UTF-16: save it as UTF-8
+         = help: export it again, as plain triangles without compression
+
+    "#]],
+    );
+    let mut numbers: Vec<f32> = vec![0., 0., 0., 1., 0., 0., 1., 1., 0., f32::NAN, 1., 0.];
+    let with = |numbers: &[f32], corners: [u8; 3]| {
+        let floats = numbers.iter().flat_map(|number| number.to_le_bytes());
+        let bytes: Vec<u8> = floats.chain(corners).collect();
+        let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+        files(
+            format!(
+                r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0}}],
+                "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}},
+                    {{"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 3}}],
+                "buffers": [{{"byteLength": 51, "uri": "data:application/octet-stream;base64,{data}"}}]}}"#
+            )
+            .into_bytes(),
+        )
+    };
+    expect![[r#"
+        warning[W0601]: vertex 3 of a mesh has a coordinate that is not finite, and no triangle uses it: it is left out
+          ┌─ model.gltf#contents:3:1
+          │
+        3 │ meshes[0]
+          │ ^^^^^^^^^
+
+    "#]].assert_eq(&loaded(&with(&numbers, [0, 1, 2])).2);
+    check_errors(
+        &with(&numbers, [1, 2, 3]),
+        None,
+        expect![[r#"
+        warning[W0601]: primitive 0 of a mesh is left out: vertex 3 has a coordinate that is not finite
+          ┌─ model.gltf#contents:3:1
+          │
+        3 │ meshes[0]
+          │ ^^^^^^^^^
+
+        error[E0620]: `model.gltf` shows no surface
+          ┌─ model.gltf#contents:1:1
+          │
+        1 │ glTF 2.0
+          │ ^^^^^^^^
+
+    "#]],
+    );
+    numbers[9] = 0.0;
+    assert_eq!(loaded(&with(&numbers, [1, 2, 3])).2, "");
+}
+
 /// A studio can be added to the lights of any scene, and is there once.
 #[test]
 fn the_studio_is_added_on_demand() {

@@ -57,6 +57,13 @@ fn angles_and_candela_are_those_of_the_file() {
     assert_eq!(numbers(&light, "candela"), [80., 40., 0., 64., 32.4, 8.]);
 }
 
+/// The mark of UTF-8 is no part of the version, on which the lamp's factor depends.
+#[test]
+fn a_byte_order_mark_is_skipped() {
+    let marked = format!("\u{feff}TILT=NONE{}", LAMP.split_once("TILT=NONE").unwrap().1);
+    assert_eq!(numbers(&light(&marked, FILE), "verticals"), [0., 45., 90.]);
+}
+
 #[test]
 fn versions_differ_in_their_heads() {
     let candela = |file: &str| numbers(&light(file, FILE), "candela")[0];

@@ -193,3 +193,42 @@ fn files_are_looked_for_first() {
     "#]].assert_eq(&load("scene.pbrt", &counted).unwrap_err());
     assert_eq!(counted.reads.load(Ordering::Relaxed), 0);
 }
+
+/// A vertex that is not finite and that no face uses is said, once for a file.
+#[test]
+fn unused_vertices_may_be_anything() {
+    let text = "Camera \"perspective\"\nWorldBegin\n\
+        Shape \"plymesh\" \"string filename\" \"a.ply\"\nShape \"plymesh\" \"string filename\" \"a.ply\"\n";
+    let mesh = |corners: &str| {
+        grid(1).replace("element vertex 4", "element vertex 5").replace("\n4 0 1 3 2", corners)
+    };
+    let files = |mesh: String| {
+        MemoryFiles::<String>::default().with("scene.pbrt", text).with("a.ply", mesh)
+    };
+    let said = |path: &str, mesh: String| match load(path, &files(mesh)) {
+        Ok(loaded) => loaded.warnings.to_text(false),
+        Err(errors) => errors,
+    };
+    expect![[r#"
+        warning[W0606]: vertex 4 of `a.ply` has a coordinate that is not finite, and no face uses it: it is left out
+          ┌─ scene.pbrt:3:7
+          │
+        3 │ Shape "plymesh" "string filename" "a.ply"
+          │       ^^^^^^^^^
+
+    "#]].assert_eq(&said("scene.pbrt", mesh("\nnan 0 inf\n4 0 1 3 2")));
+    expect![[r#"
+        warning[W0606]: vertex 4 has a coordinate that is not finite, and no face uses it: it is left out
+          ┌─ a.ply#contents:1:1
+          │
+        1 │ 2 triangles, 5 vertices
+          │ ^^^^^^^^^^^^^^^^^^^^^^^
+
+    "#]].assert_eq(&said("a.ply", mesh("\nnan 0 inf\n4 0 1 3 2")));
+    expect![[r#"
+        error[E0620]: `a.ply` cannot be used: vertex 4 has a coordinate that is not finite
+         = help: remove infinite and NaN coordinates
+
+    "#]]
+    .assert_eq(&said("a.ply", mesh("\nnan 0 inf\n4 0 1 4 2")));
+}
