@@ -12,9 +12,6 @@ from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple, Type
 from ._errors import SceneWarning
 from ._names import meant
 
-#: The greatest number of columns or rows of a picture.
-_MAX_SIDE = 65536
-
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
@@ -33,8 +30,8 @@ def size_of(value: Any) -> Optional[Tuple[int, int]]:
     except (TypeError, ValueError):
         example = (value, value) if isinstance(value, int) else (1024, 768)
         raise TypeError(f"`size` is two whole numbers, columns and rows, such as {example}, not {value!r}") from None
-    if not (1 <= columns <= _MAX_SIDE and 1 <= rows <= _MAX_SIDE):
-        raise ValueError(f"`size`: a picture has 1 to {_MAX_SIDE} columns and rows, not {columns} and {rows}")
+    if columns < 1 or rows < 1:
+        raise ValueError(f"`size`: a picture has at least one column and one row, not {columns} and {rows}")
     return columns, rows
 
 
@@ -79,4 +76,4 @@ def warn(message: str, category: Type[Warning] = SceneWarning) -> None:
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and str(frame.f_globals.get("__package__")).split(".")[0] == __package__:
         level, frame = level + 1, frame.f_back
-    warnings.warn(message.rstrip(), category, stacklevel=level - 1)
+    warnings.warn(message.rstrip(), category, stacklevel=level)

@@ -89,7 +89,7 @@ class Image(NotPickled):
 
     def __copy__(self) -> "Image":
         copied = Image(self._picture, self._figures)
-        copied._pixels, copied._aovs = self._pixels, self._aovs
+        copied._pixels, copied._aovs = self.pixels, self.aovs
         return copied
 
     def __deepcopy__(self, memo: Dict[int, Any]) -> "Image":

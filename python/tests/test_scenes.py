@@ -230,8 +230,8 @@ def test_sizes_and_names_of_aovs_are_as_people_give_them():
     ]:
         with pytest.raises(TypeError, match=said):
             scene.render(spp=1, size=size)
-    for size in ((0, 10), (20, -1), (20, 65537)):
-        with pytest.raises(ValueError, match="1 to 65536 columns and rows"):
+    for size in ((0, 10), (20, -1)):
+        with pytest.raises(ValueError, match="at least one column and one row"):
             scene.render(spp=1, size=size)
     assert list(scene.render(spp=1, size=(8, 6), aovs="normal").aovs) == ["normal"]
 

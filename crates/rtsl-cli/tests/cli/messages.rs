@@ -105,7 +105,29 @@ fn shaders_are_no_scenes() {
         folder.write("scene.pbrt", scene.unwrap());
         folder.run(&["check", "scene.pbrt"]).exits(DONE);
     }
-    says(&["render", "velvet.rtsl", "-o", "a.png"], INPUT_AT_FAULT, expect![[r#""#]]);
-    says(&["scene", "info", "beam.rtsl"], INPUT_AT_FAULT, expect![[r#""#]]);
-    says(&["scene", "info", "functions.rtsl"], INPUT_AT_FAULT, expect![[r#""#]]);
+    says(
+        &["render", "velvet.rtsl", "-o", "a.png"],
+        INPUT_AT_FAULT,
+        expect![[r#"
+        error[E0602]: `velvet.rtsl` is a shader, not a scene
+         = help: name `Velvet` in a scene beside it, such as `Camera "perspective" WorldBegin LightSource "infinite" Material "Velvet" Translate 0 0 3 Shape "sphere"`
+         = help: the extension for VS Code shows previews of classes
+    "#]],
+    );
+    says(
+        &["scene", "info", "beam.rtsl"],
+        INPUT_AT_FAULT,
+        expect![[r#"
+        error[E0602]: `beam.rtsl` is a shader, not a scene
+         = help: name it for a scene beside it: `rtsl render SCENE --integrator Beam`
+    "#]],
+    );
+    says(
+        &["scene", "info", "functions.rtsl"],
+        INPUT_AT_FAULT,
+        expect![[r#"
+        error[E0602]: `functions.rtsl` is a shader, not a scene
+         = help: scenes name the classes of shaders
+    "#]],
+    );
 }

@@ -32,9 +32,10 @@ const NOT_RUN: [(&str, &str); 20] = [
 ];
 
 /// Commands of `rtsl` that tests only parse, by their first words, each with the reason.
-const PARSED: [(&str, &str); 4] = [
+const PARSED: [(&str, &str); 5] = [
     ("rtsl bench terrain.pbrt", "measures a scene of a million triangles"),
     ("rtsl check integrations/openpbr/adobe_open_pbr.rtsl", "needs a repository from the network"),
+    ("rtsl render integrations/openpbr/surfaces.pbrt", "needs a repository from the network"),
     ("rtsl test integrations/openpbr/adobe_open_pbr.rtsl", "needs a repository from the network"),
     ("rtsl view", "opens a window"),
 ];
@@ -87,7 +88,9 @@ fn blocks(page: &str) -> Vec<Block> {
 /// The commands of a block, without comments; lines that end in `\` go on.
 fn commands(text: &str) -> Vec<String> {
     let joined = text.replace("\\\n", " ");
-    let lines = joined.lines().map(|line| line.split(" #").next().unwrap_or(line));
+    let is_comment = |line: &&str| line.starts_with('#');
+    let lines = joined.lines().filter(|line| !is_comment(line));
+    let lines = lines.map(|line| line.split(" #").next().unwrap_or(line));
     let lines = lines.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
     lines.filter(|line| !line.is_empty()).collect()
 }
@@ -156,37 +159,45 @@ impl Page {
         assert_eq!(ran.code(), 0, "{}: `{command}`\n{}{}", self.name, ran.output(), ran.errors());
     }
 
-    /// Checks the names in a command that does not run: of packages, their programs, and files.
+    /// Checks the names in a command that does not run: of packages and their programs, of scripts and files.
     fn check_names(&self, command: &str) {
         let words = words(command);
+        if words[0] == "cargo" {
+            self.check_targets(command, &words);
+        }
+        let is_path = |word: &&String| {
+            const ELSEWHERE: [&str; 9] =
+                ["-", "/", "~", "http", "./", "opt/", "rtsl/", "openpbr-bsdf", "target/"];
+            let is_elsewhere = ELSEWHERE.iter().any(|start| word.starts_with(start));
+            word.contains('/') && !word.contains([' ', '$', '"']) && !is_elsewhere
+        };
+        for word in words.iter().filter(is_path) {
+            let path = root().join(word);
+            let is_new_file = *word != words[0] && path.parent().is_some_and(Path::is_dir);
+            assert!(path.exists() || is_new_file, "{}: `{command}`: no `{word}`", self.name);
+        }
+    }
+
+    /// Checks the package and the program of a command of Cargo.
+    fn check_targets(&self, command: &str, words: &[String]) {
         let after = |option: &str| {
             let place = words.iter().position(|word| word == option)?;
             words.get(place + 1).cloned()
         };
-        let package = after("-p").map(|name| {
-            if name == "rtsl-bench" { "bench".into() } else { format!("crates/{name}") }
-        });
-        if let Some(folder) = &package {
-            assert!(root().join(folder).is_dir(), "{}: `{command}`: no package", self.name);
-        }
-        for (option, folder) in
-            [("--example", "examples"), ("--test", "tests"), ("--bench", "benches")]
-        {
-            let Some(name) = after(option) else { continue };
-            let package = package.clone().unwrap_or_else(|| "bench".to_owned());
-            let folder = root().join(package).join(folder);
-            let exists = folder.join(format!("{name}.rs")).is_file() || folder.join(&name).is_dir();
-            assert!(exists, "{}: `{command}`: no {option} {name}", self.name);
-        }
-        let is_path = |word: &&String| {
-            let elsewhere =
-                ["-", "/", "~", "$", "\"", "'", "http", "./", "opt/", "rtsl/", "openpbr-bsdf"];
-            word.contains('/') && !elsewhere.iter().any(|start| word.starts_with(start))
+        let package = after("-p").unwrap_or_else(|| "rtsl-bench".to_owned());
+        let folder = match package.as_str() {
+            "rtsl-bench" => root().join("bench"),
+            name => root().join("crates").join(name),
         };
-        for word in words.iter().filter(is_path) {
-            let path = root().join(word);
-            let exists = path.exists() || path.parent().is_some_and(Path::is_dir);
-            assert!(exists, "{}: `{command}`: there is no folder for `{word}`", self.name);
+        assert!(folder.is_dir(), "{}: `{command}`: no package `{package}`", self.name);
+        for (option, folder) in [
+            ("--example", folder.join("examples")),
+            ("--test", folder.join("tests")),
+            ("--bench", folder.join("benches")),
+        ] {
+            let Some(name) = after(option) else { continue };
+            let exists = folder.join(format!("{name}.rs")).is_file() || folder.join(&name).is_dir();
+            assert!(exists, "{}: `{command}`: no `{option} {name}`", self.name);
         }
     }
 }

@@ -20,20 +20,110 @@ fn check(world: &str, expected: Expect) {
 fn unknown_parameters() {
     check(
         "Material \"diffuse\" \"rgb Reflectance\" [.5 .5 .5]\nShape \"sphere\" \"bool foo\" true",
-        expect![[r#""#]],
+        expect![[r#"
+            error[E0608]: shape `sphere` has no parameter `foo`
+              ┌─ scene.pbrt:3:16
+              │
+            3 │ Shape "sphere" "bool foo" true
+              │                ^^^^^^^^^^
+              │
+              = note: it has radius, zmin, zmax, phimax, alpha
+
+            error[E0608]: material `diffuse` has no parameter `Reflectance`
+              ┌─ scene.pbrt:2:20
+              │
+            2 │ Material "diffuse" "rgb Reflectance" [.5 .5 .5]
+              │                    ^^^^^^^^^^^^^^^^^
+              │
+              = help: did you mean `reflectance`?
+
+        "#]],
     );
-    check("Material \"Lambertian\" \"rgb Reflectance\" [.5 .5 .5]", expect![[r#""#]]);
-    check("LightSource \"spot\" \"float cone\" 3", expect![[r#""#]]);
-    check("Shape \"trianglemesh\" \"point3 p\" [0 0 0]", expect![[r#""#]]);
+    check(
+        "Material \"Lambertian\" \"rgb Reflectance\" [.5 .5 .5]",
+        expect![[r#"
+        error[E0608]: `Lambertian` has no parameter `Reflectance`
+          ┌─ scene.pbrt:2:23
+          │
+        2 │ Material "Lambertian" "rgb Reflectance" [.5 .5 .5]
+          │                       ^^^^^^^^^^^^^^^^^
+          │
+          = note: it has kd
+
+    "#]],
+    );
+    check(
+        "LightSource \"spot\" \"float cone\" 3",
+        expect![[r#"
+        error[E0608]: light `spot` has no parameter `cone`
+          ┌─ scene.pbrt:2:20
+          │
+        2 │ LightSource "spot" "float cone" 3
+          │                    ^^^^^^^^^^^^
+          │
+          = note: it has I, from, to, coneangle, conedeltaangle, power, scale
+
+    "#]],
+    );
+    check(
+        "Shape \"trianglemesh\" \"point3 p\" [0 0 0]",
+        expect![[r#"
+        error[E0608]: shape `trianglemesh` has no parameter `p`
+          ┌─ scene.pbrt:2:22
+          │
+        2 │ Shape "trianglemesh" "point3 p" [0 0 0]
+          │                      ^^^^^^^^^^
+          │
+          = help: did you mean `P`?
+
+    "#]],
+    );
 }
 
 #[test]
 fn wrong_values() {
     check(
         "Material \"diffuse\" \"string reflectance\" \"red\"\nLightSource \"spot\" \"bool I\" true",
-        expect![[r#""#]],
+        expect![[r#"
+            error[E0610]: unknown texture `red`
+              ┌─ scene.pbrt:2:41
+              │
+            2 │ Material "diffuse" "string reflectance" "red"
+              │                                         ^^^^^
+
+            error[E0607]: `I` is of type `color`, found truth values
+              ┌─ scene.pbrt:3:29
+              │
+            3 │ LightSource "spot" "bool I" true
+              │                    -------- ^^^^
+              │                    │         
+              │                    declared here
+
+        "#]],
     );
-    check("Material \"mix\" \"float materials\" 3", expect![[r#""#]]);
+    check(
+        "Material \"mix\" \"float materials\" 3",
+        expect![[r#"
+        error[E0607]: `materials` of material `mix` takes other values than numbers
+          ┌─ scene.pbrt:2:34
+          │
+        2 │ Material "mix" "float materials" 3
+          │                                  ^
+
+    "#]],
+    );
     check("Material \"coateddiffuse\" \"float uroughness\" -3", expect![[r#""#]]);
-    check("Texture \"t\" \"spectrum\" \"mix\" \"string tex1\" [\"a\" \"b\"]", expect![[r#""#]]);
+    check(
+        "Texture \"t\" \"spectrum\" \"mix\" \"string tex1\" [\"a\" \"b\"]",
+        expect![[r#"
+        error[E0607]: `tex1` takes 1 names, found 2
+          ┌─ scene.pbrt:2:44
+          │
+        2 │ Texture "t" "spectrum" "mix" "string tex1" ["a" "b"]
+          │                              ------------- ^^^^^^^^^
+          │                              │              
+          │                              declared here
+
+    "#]],
+    );
 }
