@@ -43,8 +43,8 @@ pub fn sizes_on_rays<S: Simd>(
     sums(&sizes(origin), &sizes(&scaled(direction, parameter)))
 }
 
-/// Returns the distances from points, which are computed from terms of these sizes with this relative error, along their
-/// unit normals at which rays begin; 0 if sizes overflow.
+/// Returns the distances from points, which are computed from terms of these sizes with this relative error, along
+/// their unit normals at which rays begin; 0 if sizes overflow.
 #[inline(always)]
 pub fn surface_offsets<S: Simd>(
     eight: Eight<S>,

@@ -213,8 +213,8 @@ impl Surfaces<'_> {
         EightSurfaces { direction, point, offset, geometric_normal, shading_normal }
     }
 
-    /// Returns the hit points in world space, and the sizes of the terms that they are computed from. Hits of shapes that
-    /// put them back are where the shape says, but where the ray is if that is as precise in the shape's space and the
+    /// Returns the hit points in world space, and the sizes of the terms that they are computed from. Hits of shapes
+    /// that put them back are where the shape says, but where the ray is if that is as precise in the shape's space and the
     /// shape has left them there: the world's coordinates near a camera have more digits than those of a planet.
     #[inline(always)]
     fn points<S: Simd>(

@@ -135,8 +135,8 @@ impl ShapeLinks {
         code.scaled(normal, side)
     }
 
-    /// The bound of the rounding error of a point of the shape along a unit normal, given the magnitudes of the terms from
-    /// which the point is computed; 0 if they overflow.
+    /// The bound of the rounding error of a point of the shape along a unit normal, given the magnitudes of the terms
+    /// from which the point is computed; 0 if they overflow.
     pub(super) fn rounding_error(
         &self,
         code: &mut Arithmetic<'_>,
@@ -505,8 +505,8 @@ impl<'a> SurfaceCode<'a> {
         Ok([geometric, shading])
     }
 
-    /// The point, and the sizes of the terms that it is computed from. The hit of a shape that puts hits back is where the
-    /// shape says, but on the ray if that is as precise in the shape's space and the shape has left it there.
+    /// The point, and the sizes of the terms that it is computed from. The hit of a shape that puts hits back is where
+    /// the shape says, but on the ray if that is as precise in the shape's space and the shape has left it there.
     fn point(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<(Vector, Vector)> {
         let on_ray = code.point_on_ray(hit.origin, hit.direction, hit.distance)?;
         let of_ray = code.sizes_on_ray(hit.origin, hit.direction, hit.distance)?;
