@@ -35,3 +35,4 @@ mod shading;
 mod shapes;
 mod surfaces_in_shade;
 mod too_large;
+mod watertight;
