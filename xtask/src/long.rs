@@ -15,6 +15,7 @@ The tests that take too long for every day: for nights, and before a release.
   repetitions the comparisons of machine code, stages and C++ with the interpreter, at every width, in every call mode
               and with every setting of the C++ compilers, where ordinary tests take them in turn; a library for C that
               its script builds
+  watertight  two hundred million rays towards edges and corners of meshes
   texts       the longest texts and the largest frames that are accepted; takes ten minutes
   gallery     the scenes of `tests/gallery` with 2,048 samples, compared with pbrt's pictures
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
@@ -26,12 +27,13 @@ Without a part all of them run, one after another; the parts that fail are liste
   --seconds N      how long `fuzz` runs each target; default: 600
 ";
 
-const PARTS: [&str; 9] = [
+const PARTS: [&str; 10] = [
     "scenes",
     "contracts",
     "functions",
     "mutations",
     "repetitions",
+    "watertight",
     "texts",
     "gallery",
     "llvm",
@@ -122,6 +124,12 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
                 .env("RTSL_LONG", "1")
                 .run()?;
             test("rtsl-capi", "capi").args(["--", "install::", "aot::"]).env("RTSL_LONG", "1").run()
+        }
+        "watertight" => {
+            for (package, target) in [("rtsl", "rtsl"), ("rtsl-render", "render")] {
+                test(package, target).args(["--", "watertight::"]).env("RTSL_LONG", "1").run()?;
+            }
+            Ok(())
         }
         "texts" => {
             let texts =

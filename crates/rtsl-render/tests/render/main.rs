@@ -37,3 +37,4 @@ mod shading;
 mod shapes;
 mod surfaces_in_shade;
 mod too_large;
+mod watertight;

@@ -42,4 +42,5 @@ mod textured;
 mod textures;
 mod threads;
 mod unit_directions;
+mod watertight;
 mod weights;
