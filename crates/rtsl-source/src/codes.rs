@@ -248,7 +248,17 @@ diagnostics! {
     W0337 NAMED_LIKE_CLASS "a function with the name of its class";
     W0338 ANGLE_IN_DEGREES "an angle that is more than a full turn";
     W0339 TEXTURED_IN_CONSTRUCTOR "a parameter that may be a texture, read by the constructor";
+    W0340 IDLE_CLASS "a class without the method that its role is for";
+    W0341 DEFAULT_OUT_OF_RANGE "a default outside of the range of its parameter";
+    W0342 ENDLESS_LOOP "a loop that never ends";
+    W0343 UNREAD_MEMBER "a parameter or member that nothing reads";
+    W0344 INTEGER_QUOTIENT "a quotient of integers that is 0 where a number was meant";
+    W0345 NO_EXTENT "bounds whose corners are exchanged";
+    W0346 NO_CHANGE "a change over the filter that is always 0";
+    W0347 OUTPUT_ELSEWHERE "an output of a class that is no integrator";
+    W0348 UNCALLED_FUNCTION "a function that sets something and is never called";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
+    W0510 BLACK_PICTURE "a picture that is black for want of light or material";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
