@@ -83,6 +83,8 @@ pub enum Contract {
     Furnace,
     /// Pictures have the same bits at every width and on the interpreter. Renderers check it.
     Pictures,
+    /// Rays from within a solid find its far side.
+    Within,
 }
 
 impl Contract {
@@ -109,6 +111,7 @@ impl Contract {
             Contract::Limits => "the nearest hit is found, within the ray's limits",
             Contract::Lengths => "directions may have any length",
             Contract::Points => "hits are found from everywhere",
+            Contract::Within => "rays from within find the far side",
             Contract::Leaving => "rays that leave the surface do not hit it at once",
             Contract::SurfaceValues => "normals and texture coordinates are numbers",
             Contract::Normals => "the normal is the surface's",
@@ -187,6 +190,9 @@ impl Contract {
             }
             Contract::Pictures => "nothing in the class: please report it",
             Contract::Points => "intersect: a hit that is none, or one that is missed",
+            Contract::Within => {
+                "intersect: offer the farther hit where the nearer one is refused, as in `if (!hit(near)) hit(far);`"
+            }
             Contract::Leaving => {
                 "a root that loses its digits near 0: compute it in another way than by a difference"
             }
@@ -198,7 +204,7 @@ impl Contract {
             }
             Contract::Outward => "the sign in computeNormal, or the order of a cross product",
             Contract::Derivatives => {
-                "computeDerivatives: the factor of an angle, such as 2 pi for a whole turn, or exchanged directions"
+                "computeDerivatives: the factor of an angle, such as 2 pi for a whole turn, or exchanged directions; for a class without it, computeTextureCoordinates, from which they follow"
             }
             Contract::SamplePoints => {
                 "generateSample: rt_HitPoint is a point in the primitive's space"

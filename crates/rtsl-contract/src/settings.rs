@@ -118,6 +118,28 @@ pub fn stand_in(role: Role) -> Arc<Instance> {
     STAND_INS[index].clone()
 }
 
+/// Returns so many simple shaders of a role, by turns two that differ: shapes that overlap, textures and materials of
+/// two colours. What combines shaders would hide its mistakes where all are equal.
+fn stand_ins(role: Role, count: usize) -> Vec<Value> {
+    static OTHERS: LazyLock<[Arc<Instance>; 3]> = LazyLock::new(|| {
+        let corner = |at: f32| Value::List(vec![Value::Float(at); 3]);
+        let corners = vec![("corner", corner(-0.6)), ("opposite", corner(0.9))];
+        let dark = |name| vec![(name, Value::Float(0.2))];
+        [
+            of_library("shaders/primitives/box.rtsl", "Box", corners),
+            of_library("shaders/textures/constant.rtsl", "Constant", dark("value")),
+            of_library("shaders/materials/lambertian.rtsl", "Lambertian", dark("kd")),
+        ]
+    });
+    let other = match role {
+        Role::Primitive => OTHERS[0].clone(),
+        Role::Texture => OTHERS[1].clone(),
+        Role::Material => OTHERS[2].clone(),
+        Role::Camera | Role::Light | Role::Integrator => stand_in(role),
+    };
+    [stand_in(role), other].into_iter().cycle().take(count).map(Value::Instance).collect()
+}
+
 fn make_stand_in(role: Role) -> Arc<Instance> {
     match role {
         Role::Camera => of_library("shaders/cameras/pinhole.rtsl", "Pinhole", vec![]),
@@ -153,12 +175,19 @@ fn varying_texture() -> Arc<Instance> {
 /// The references that the class uses without testing if they are set.
 fn references(class: &Class) -> Vec<(String, Value)> {
     let untested = class.references.iter().filter(|it| !it.tested);
+    let mut used = [0; Role::ALL.len()];
     let each = untested.map(|reference| {
-        let one = Value::Instance(stand_in(reference.role));
-        let value = match reference.count {
-            ReferenceCount::Single => one,
-            ReferenceCount::Array(count) => Value::List(vec![one; count as usize]),
-            ReferenceCount::Open => Value::List(vec![one; OPEN_REFERENCES]),
+        let count = match reference.count {
+            ReferenceCount::Single => 1,
+            ReferenceCount::Array(count) => count as usize,
+            ReferenceCount::Open => OPEN_REFERENCES,
+        };
+        let first = &mut used[reference.role as usize];
+        let mut values = stand_ins(reference.role, *first + count).split_off(*first);
+        *first += count;
+        let value = match (reference.count, values.pop()) {
+            (ReferenceCount::Single, Some(only)) => only,
+            (_, last) => Value::List(values.into_iter().chain(last).collect()),
         };
         (reference.name.clone(), value)
     });

@@ -12,8 +12,8 @@ use crate::layout::split_element;
 use crate::limits::Lowered;
 use crate::parameters::reference_role;
 use crate::variables::RANK_OF_TEMPORARIES;
-use crate::walk::{Node, walk_expression};
 use crate::{Lowering, Purpose};
+use rtsl_sema::walk::{Node, walk_expression};
 
 impl<'m> Lowering<'m> {
     /// Lowers an expression to the scalars of its value, leaf by leaf; none for `void`.

@@ -6,10 +6,10 @@ use rtsl_sema::hir::{
     Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, StateId, Statement,
     StatementKind, Type,
 };
+use rtsl_sema::walk::{Node, called, walk, walk_expression, walk_statements};
 use rtsl_spec::builtins::{Lowering, Special};
 
 use crate::state_table::{light_states, state_id};
-use crate::walk::{Node, called, walk, walk_expression, walk_statements};
 
 /// The variable that an lvalue is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

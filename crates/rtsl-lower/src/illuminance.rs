@@ -14,7 +14,7 @@ use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::state_table::{light_states, state_id};
-use crate::walk::Node;
+use rtsl_sema::walk::Node;
 
 /// The arguments of the light query.
 struct Query {

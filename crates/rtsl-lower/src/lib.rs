@@ -48,7 +48,6 @@ mod statements;
 mod switch;
 mod textured;
 mod variables;
-mod walk;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

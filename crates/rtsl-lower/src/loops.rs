@@ -10,7 +10,7 @@ use crate::cells::Cell;
 use crate::expressions::is_cheap;
 use crate::facts::{Assigned, Root};
 use crate::limits::Lowered;
-use crate::walk::Node;
+use rtsl_sema::walk::Node;
 
 impl<'m> Lowering<'m> {
     pub fn lower_loop(&mut self, repeat: &'m Loop, span: Span) -> Lowered<()> {

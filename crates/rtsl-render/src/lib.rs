@@ -7,6 +7,7 @@
 
 pub mod checkpoint;
 pub mod compiled;
+mod darkness;
 pub mod execution;
 pub mod extent;
 pub(crate) mod lanes;

@@ -14,6 +14,7 @@ use rtsl_scene::{LoadOptions, Renderer, Scene, SceneSource, Settings};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
+use crate::darkness::Darkness;
 use crate::execution::{Execution, Optimise, Rendered};
 use crate::path::{
     self, AovPlan, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, Features,
@@ -249,6 +250,7 @@ fn render_loaded(
     checkpoints: Option<&Checkpoints>,
     start: Instant,
 ) -> Result<RenderResult, Messages> {
+    let darkness = Darkness::of(&loaded.scene);
     let Prepared { scene, statistics, mut warnings, .. } = Prepared::new(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
@@ -266,6 +268,7 @@ fn render_loaded(
     if let Some(problem) = &checkpoint_error {
         warnings.push_one(problem.diagnostic());
     }
+    darkness.warning(&rendered.image).into_iter().for_each(|warning| warnings.push_one(warning));
     let mean_samples = Some(mean_samples);
     let statistics = Statistics { cold_start_seconds, mean_samples, ..statistics };
     let statistics = of_scene(statistics, &scene.compiled);

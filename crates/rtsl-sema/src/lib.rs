@@ -11,3 +11,4 @@ pub mod check;
 pub mod hir;
 pub mod index;
 pub mod print;
+pub mod walk;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, Compilation, Compiler, CompilerOptions, Engine, EngineOptions, FileLoader, Math,
-    Method, OptLevel, Program, SourceMap, Trace, TraceDetail, Unit, render,
+    Method, OptLevel, Program, SourceMap, Trace, TraceDetail, Unit, diagnostic_codes as codes,
+    render,
 };
 
 use super::function::FunctionCall;
@@ -198,11 +199,11 @@ impl Session {
         };
         let outline = compiler.outline(&name, &text, &mut loader(request, folders));
         let call = FunctionCall::find(request, &outline, unit).map_err(Refusal::Request)?;
-        let own = evaluation.compilation.as_ref().map_or(0, |own| own.diagnostics.iter().count());
+        let own = evaluation.compilation.as_ref().map_or(0, |own| count_faults(own));
         let mut best: Option<(Compilation, Method)> = None;
         for (text, method) in call.texts(&text) {
             let compilation = compile(&text);
-            let faults = |it: &Compilation| (it.unit.is_none(), it.diagnostics.iter().count());
+            let faults = |it: &Compilation| (it.unit.is_none(), count_faults(it));
             let is_clean = faults(&compilation) <= (false, own);
             if best.as_ref().is_none_or(|(known, _)| faults(&compilation) < faults(known)) {
                 best = Some((compilation, method));
@@ -341,4 +342,10 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         trace: None,
         costs: None,
     })
+}
+
+/// The number of diagnostics of a text that tell of the call. A class that is there for a call alone does nothing else.
+fn count_faults(compilation: &Compilation) -> usize {
+    let idle = [codes::IDLE_CLASS, codes::OUTPUT_ELSEWHERE, codes::UNREAD_MEMBER];
+    compilation.diagnostics.iter().filter(|it| !idle.contains(&it.code)).count()
 }

@@ -202,7 +202,7 @@ fn requests_are_answered_in_order() {
     let folder = Folder::new("stdin");
     folder.write("ball.rtsl", SPHERE);
     let requests = [
-        r#"{"id": 1, "source": "class A : rt_Texture;"}"#,
+        r#"{"id": 1, "source": "class A : rt_Texture; void lookup() { }"}"#,
         r#"{"id": 2, "source": "class A : rt_Texture; float x = ;"}"#,
         "nonsense",
         "[1]",
@@ -212,7 +212,7 @@ fn requests_are_answered_in_order() {
         r#"{"id": 7, "source": "class A : rt_Texture; scratch int n; scratch mat2 m; struct S { bool b; uint u[2]; }; scratch S s; void lookup() { n += 1; m[1][0] = 2.0; s.u[1] += 1u; s.b = !s.b; rt_FloatTextureValue = uintBitsToFloat(0x7FC00000u); }", "method": "lookup", "scratch": {"n": {"lanes": [1, 2]}, "s": {"b": true, "u": [1, 4294967294]}}}"#,
         r#"{"id": 8, "source": "class A : rt_Texture; public vec3 p[]; void lookup() { rt_FloatTextureValue = p[1].y + float(p.length()); }", "method": "lookup", "buffers": {"p": [[1,2,3],[4,0.5,6]]}, "backend": "interp", "math": "strict"}"#,
         r#"{"id": 9, "source": "class A : rt_Texture; public rt_Texture t; void lookup() { rt_TextureColor = t.lookup(); } class B : rt_Texture; public float v; void lookup() { rt_FloatTextureValue = v; }", "class": "A", "method": "lookup", "params": {"t": {"class": "B", "params": {"v": 0.1}}}}"#,
-        r#"{"id": 10, "source": "class A : rt_Texture;", "method": "lookup", "lanes": 99999999}"#,
+        r#"{"id": 10, "source": "class A : rt_Texture { }; class B : A { void lookup() { } };", "class": "A", "method": "lookup", "lanes": 99999999}"#,
     ];
     let ran = folder.run_with(&["eval", "--stdin"], &requests.join("\n")).exits(DONE);
     assert_eq!(ran.errors(), "");
@@ -572,4 +572,28 @@ void computeTextureCoordinates() { rt_TextureUV = rt_ShadingNormal.xy; }
     let debug = ["debug", "slab.rtsl", "intersect", "--state", "rt_RayOrigin=0,0,-5"];
     let shown = folder.run(&debug).exits(DONE).output();
     assert!(shown.starts_with(hit), "{shown}");
+}
+
+#[test]
+fn a_black_picture_says_why() {
+    let folder = Folder::new("black");
+    folder.write("empty.rtsl", "class Empty : rt_Material;\n");
+    let scene = |lines: &str| {
+        format!(
+            "LookAt 0 0 -5  0 0 0  0 1 0\nFilm \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             Sampler \"stratified\" \"integer pixelsamples\" 1\nCamera \"Pinhole\"\nWorldBegin\n{lines}\n"
+        )
+    };
+    let warning = |lines: &str| {
+        folder.write("scene.pbrt", scene(lines));
+        let ran = folder.run(&["render", "scene.pbrt", "-o", "out.png"]).exits(DONE);
+        let errors = ran.errors();
+        errors.split_once("warning[W0510]").map(|(_, it)| it.to_owned())
+    };
+    let dark = warning("Material \"Empty\"\nShape \"Sphere\"").expect("it is black");
+    assert!(dark.contains("no light source"), "{dark}");
+    assert!(dark.contains("the material `Empty` has no `BSDF`, `emission` or `shade`"), "{dark}");
+    let sky = "LightSource \"SkyLight\"";
+    assert_eq!(warning(&format!("{sky}\nMaterial \"Empty\"\nShape \"Sphere\"")), None);
+    assert_eq!(warning(&format!("{sky}\nShape \"Sphere\"")), None);
 }

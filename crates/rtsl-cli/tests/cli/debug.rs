@@ -238,8 +238,10 @@ fn wrong_uses() {
     folder.run(&["debug", "summed.rtsl", "lookup", "--commands", "none"]).exits(WRONG_USAGE);
     let ran = folder.run(&["debug", "summed.rtsl", "nothing"]).exits(INPUT_AT_FAULT);
     assert!(ran.errors().contains("no method or function `nothing`"), "{}", ran.errors());
-    folder.write("empty.rtsl", "class Empty : rt_Texture; public float x = 1.0;");
-    let ran = folder.run(&["debug", "empty.rtsl", "lookup"]).exits(INPUT_AT_FAULT);
+    let empty = "class Empty : rt_Texture { }; class Full : Empty { void lookup() { } };";
+    folder.write("empty.rtsl", empty);
+    let arguments = ["debug", "empty.rtsl", "lookup", "--class", "Empty"];
+    let ran = folder.run(&arguments).exits(INPUT_AT_FAULT);
     expect![[r#"
         error[E0508]: `Empty` has no method `lookup`
          = note: `Empty` has no methods

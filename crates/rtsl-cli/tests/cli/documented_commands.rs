@@ -59,7 +59,7 @@ Shape "Sphere"
 
 /// Pieces of commands that are not run: they wait for a user or a client, need other programs, or take long.
 const NOT_RUN: [&str; 6] =
-    ["rtsl view", "rtsl lsp", "rtsl dap", "--cluster", "spheres.pbrt", ".glb"];
+    ["rtsl view", "rtsl lsp", "rtsl dap", "--cluster", ".glb", "rtsl test scenes/"];
 
 /// Folders of the repository that commands name.
 const FOLDERS: [&str; 3] = ["shaders/", "scenes/", "bench/"];
@@ -198,7 +198,7 @@ fn run_commands_of(pages: &[&str], given: &[(&str, &str)], has_commands_in_text:
 fn run(page: &str, folder: &Folder, command: &str, shown: &str) {
     let mut arguments = arguments(command);
     if arguments[0] == "bench" {
-        arguments.extend(["--time", "1"].map(str::to_owned));
+        arguments.extend(["--time", "1", "--width", "4"].map(str::to_owned));
     }
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let ran = folder.run(&arguments);

@@ -1,5 +1,5 @@
-//! Contracts of `intersect`: hits lie within the bounds, are the closest, do not depend on the origin of the ray, and
-//! do not repeat at its origin.
+//! Contracts of `intersect`: hits lie within the bounds, are the closest, do not depend on the origin of the ray, are
+//! found from both sides, and do not repeat at its origin.
 
 use glam::DVec3;
 use rtsl::Method;
@@ -32,6 +32,7 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
         check_limits(subject, &shot)?,
         check_lengths(subject, place, &shot)?,
         check_points(subject, place, &shot)?,
+        check_within(subject, place, &shot)?,
         check_leaving(subject, place, shot)?,
     ])
 }
@@ -181,6 +182,45 @@ fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fin
         }
     }
     Ok(tally.finish(NEVER_HIT))
+}
+
+/// Two rays against each other on one line that hit at two points find both sides of a solid. A ray from between them hits
+/// the farther one.
+fn check_within(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
+    /// The least distance of the points, relative to the radius: closer ones are one point, or lie at an edge.
+    const THICKNESS: f64 = 0.05;
+    let mut tally = Tally::new(Contract::Within);
+    tally.allow(ROUNDED_PART);
+    let against = shot.given.iter().zip(&shot.points).map(|(ray, point)| {
+        let direction = ray.direction.as_dvec3().normalize();
+        Ray::new(point.as_dvec3() + 4.0 * place.radius * direction, -direction, place.epsilon())
+    });
+    let against = Shot::new(subject, against.collect())?;
+    let between = shot.points.iter().zip(&against.points).map(|(near, far)| {
+        let origin = 0.5 * (near.as_dvec3() + far.as_dvec3());
+        Ray::new(origin, far.as_dvec3() - origin, place.epsilon())
+    });
+    let between = Shot::new(subject, between.collect())?;
+    for ray in 0..shot.hits.len() {
+        let (near, far) = (shot.points[ray], against.points[ray]);
+        let along = (far - near).dot(shot.given[ray].direction.normalize());
+        let is_solid = shot.hits[ray].is_some()
+            && against.hits[ray].is_some()
+            && f64::from(along) > THICKNESS * place.radius;
+        if !is_solid {
+            continue;
+        }
+        let message = || {
+            format!(
+                "rays from outside hit at {near} and, against each other, at {far}; one from between them to the latter finds {}",
+                shown(between.hits[ray])
+            )
+        };
+        if tally.test(between.hits[ray].is_some_and(|t| t <= 1.001), message) {
+            tally.set_inputs(between.inputs(subject, ray)?);
+        }
+    }
+    Ok(tally.finish("no line meets it twice"))
 }
 
 /// Rays that leave a point of the surface, to either side, do not hit it immediately.

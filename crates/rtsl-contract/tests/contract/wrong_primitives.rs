@@ -145,6 +145,11 @@ fn a_direction_taken_for_one_of_unit_length() {
                       (2119 of 2119 tests)
                       inputs of intersect: rt_RayOrigin=-6.513146,-5.2665734,3.228478 rt_RayDirection=6.6117315,5.160429,-4.557123 rt_Epsilon=0.000027218435 rt_HitDistance=inf
                       look at: intersect: a hit that is none, or one that is missed
+              BROKEN  rays from within find the far side
+                      rays from outside hit at [-0.8344992, 1.3391137, -0.57403207] and, against each other, at [-0.820229, 0.29118928, 1.2216514]; one from between them to the latter finds one at 1.0807077
+                      (423 of 762 tests)
+                      inputs of intersect: rt_RayOrigin=-0.8273641,0.8151515,0.32380968 rt_RayDirection=0.007135093,-0.5239622,0.89784175 rt_Epsilon=0.00024991823 rt_HitDistance=inf
+                      look at: intersect: offer the farther hit where the nearer one is refused, as in `if (!hit(near)) hit(far);`
               BROKEN  sampled points lie on the surface
                       from [5.3008285, 6.4441442, -6.1946936]: generateSample gives [0.8277012, -0.81876636, 0.94579715] with density 8.116375; a ray towards it finds a hit at 105.75001 of the way
                       (73979 of 80000 tests)
@@ -192,4 +197,114 @@ fn a_density_without_its_cosine() {
                       look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
         "#]],
     );
+}
+
+#[test]
+fn a_ball_without_its_far_root() {
+    finds(
+        &ball("hit((-b - root) / a);", "radius", NORMAL, AREA),
+        expect![[r#"
+        breaks
+          BROKEN  rays from within find the far side
+                  rays from outside hit at [1.3956019, -0.20201674, 0.51135546] and, against each other, at [-0.019878173, -0.097387865, -1.4967031]; one from between them to the latter finds none
+                  (1858 of 1858 tests)
+                  inputs of intersect: rt_RayOrigin=0.68786186,-0.14970231,-0.49267384 rt_RayDirection=-0.70774,0.052314438,-1.0040293 rt_Epsilon=0.000211309 rt_HitDistance=inf
+                  look at: intersect: offer the farther hit where the nearer one is refused, as in `if (!hit(near)) hit(far);`
+          BROKEN  sampled points lie on the surface
+                  from [-0.1574672, 0.26244533, 0.41991252]: generateSample gives [-0.3267698, -1.4169421, -0.3680985] with density 0.12584126; a ray towards it finds nothing
+                  (20000 of 80000 tests)
+                  inputs of intersect: rt_RayOrigin=-0.1574672,0.26244533,0.41991252 rt_RayDirection=-0.1693026,-1.6793875,-0.788011 rt_Epsilon=0.0001394727 rt_HitDistance=inf
+                  look at: generateSample: rt_HitPoint is a point in the primitive's space
+    "#]],
+    );
+}
+
+#[test]
+fn a_box_without_its_exit() {
+    let text = "class Box : rt_Primitive;
+        void intersect() {
+            vec3 a = (vec3(-1.0) - rt_RayOrigin) * rt_InverseRayDirection;
+            vec3 b = (vec3(1.0) - rt_RayOrigin) * rt_InverseRayDirection;
+            vec3 near = min(a, b), far = max(a, b);
+            float entry = max(near.x, max(near.y, near.z));
+            if (entry <= min(far.x, min(far.y, far.z))) hit(entry);
+        }
+        void computeBounds() { rt_BoundMin = vec3(-1.0); rt_BoundMax = vec3(1.0); }";
+    finds(
+        text,
+        expect![[r#"
+        breaks
+          BROKEN  rays from within find the far side
+                  rays from outside hit at [-1.0000001, 0.9408984, -0.84161] and, against each other, at [1, 0.9408984, -0.84161]; one from between them to the latter finds none
+                  (2662 of 2662 tests)
+                  inputs of intersect: rt_RayOrigin=-0.000000059604645,0.9408984,-0.84161 rt_InverseRayDirection=1,inf,inf rt_Epsilon=0.00017320509 rt_HitDistance=inf
+                  look at: intersect: offer the farther hit where the nearer one is refused, as in `if (!hit(near)) hit(far);`
+    "#]],
+    );
+}
+
+/// The part of one shape outside of another, by the nearest hits alone. With two equal shapes it would be empty, and so
+/// without a mistake.
+#[test]
+fn a_difference_of_two_shapes_without_its_inner_side() {
+    let text = "class Outside : rt_Primitive;
+        public rt_Primitive first;
+        public rt_Primitive second;
+        void intersect() {
+            float a = first.intersect(rt_HitDistance = 1e30), b = second.intersect(rt_HitDistance = 1e30);
+            if (a < b) hit(first.intersect());
+        }
+        void computeNormal() { rt_GeometricNormal = first.computeNormal(); }
+        void computeBounds() { rt_BoundMin = first.computeBounds(); }";
+    finds(
+        text,
+        expect![[r#"
+        breaks
+          BROKEN  hits are found from everywhere
+                  a ray hits at [0.3462485, -0.6948421, 0.6303225]; one towards that point from [-2.344063, 0.38408634, 2.8030746] finds none
+                  (332 of 1396 tests)
+                  inputs of intersect: rt_RayOrigin=-2.344063,0.38408634,2.8030746 rt_RayDirection=2.6903114,-1.0789285,-2.172752 rt_InverseRayDirection=0.3717042,-0.9268455,-0.46024582 rt_Epsilon=0.00004781331 rt_HitDistance=inf
+                  look at: intersect: a hit that is none, or one that is missed
+          BROKEN  rays from within find the far side
+                  rays from outside hit at [0.93040127, -0.13467783, 0.3409037] and, against each other, at [-0.013252207, -0.064925246, -0.9978022]; one from between them to the latter finds none
+                  (649 of 890 tests)
+                  inputs of intersect: rt_RayOrigin=0.45857453,-0.09980154,-0.32844925 rt_RayDirection=-0.47182673,0.03487629,-0.66935295 rt_InverseRayDirection=-2.1194222,28.672773,-1.4939802 rt_Epsilon=0.00021130899 rt_HitDistance=inf
+                  look at: intersect: offer the farther hit where the nearer one is refused, as in `if (!hit(near)) hit(far);`
+    "#]],
+    );
+}
+
+/// Coordinates that jump have no derivatives. The class has no `computeDerivatives` that could be wrong.
+#[test]
+fn coordinates_without_derivatives() {
+    let text = "class Steps : rt_Primitive;
+        void intersect() { hit(-rt_RayOrigin.z / rt_RayDirection.z); }
+        void computeTextureCoordinates() { rt_TextureUV = rt_HitPoint.xy + 0.01 * floor(100.0 * rt_HitPoint.yx); }";
+    finds(
+        text,
+        expect![[r#"
+        breaks
+          BROKEN  derivatives are those of the texture coordinates
+                  at [-0.004179671, -1.1584533, -0.00000011133659] a step of [0.06002617, 0.059818983] in texture coordinates is one of [0.060026214, -0.0001809597, 0.00000003057488] in space; rt_dPdu and rt_dPdv say [0.06002617, 0.059818983, 0]
+                  (978 of 978 tests)
+                  inputs of intersect: rt_RayOrigin=0.13162069,-2.095384,4.5704694 rt_RayDirection=-0.029094938,0.20073536,-0.97921336 rt_Epsilon=0.0003 rt_HitDistance=inf
+                  look at: computeDerivatives: the factor of an angle, such as 2 pi for a whole turn, or exchanged directions; for a class without it, computeTextureCoordinates, from which they follow
+    "#]],
+    );
+}
+
+/// Coordinates that `intersect` leaves in scratch have the derivatives of those that are computed from the point.
+#[test]
+fn coordinates_by_scratch_are_right() {
+    let text = "class Square : rt_Primitive;
+        scratch vec2 where;
+        void intersect() {
+            float t = -rt_RayOrigin.z / rt_RayDirection.z;
+            vec2 p = (rt_RayOrigin + t * rt_RayDirection).xy;
+            if (abs(p.x) <= 1.0 && abs(p.y) <= 1.0 && hit(t)) where = p;
+        }
+        void computeNormal() { rt_GeometricNormal = vec3(0.0, 0.0, 1.0); }
+        void computeTextureCoordinates() { rt_TextureUV = vec2(0.01 * where.x, 3.0 * where.y + where.x); }
+        void computeBounds() { rt_BoundMin = vec3(-1.0, -1.0, 0.0); rt_BoundMax = vec3(1.0, 1.0, 0.0); }";
+    finds(text, expect![["keeps all\n"]]);
 }

@@ -15,7 +15,8 @@ use super::scope::{Entity, Level};
 use super::suggestions::suggest;
 use super::types::{INT, TypePlace};
 use crate::hir::{
-    Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
+    Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, MemberId, Passing,
+    Storage, Type,
 };
 
 /// The limit on scalars in all members of one class.
@@ -32,6 +33,10 @@ pub(super) struct ClassDeclaration<'a> {
     pub(super) roles_unknown: bool,
     /// The module that declares it.
     pub(super) home: Option<usize>,
+    /// Its own members that its text does not name.
+    pub(super) unread: Vec<MemberId>,
+    /// Its own functions without parameters that set something and that its text does not call.
+    pub(super) uncalled: Vec<FunctionId>,
 }
 
 /// The class being checked.
@@ -46,10 +51,23 @@ pub(super) struct ClassContext {
     pub(super) members: Vec<Member>,
     /// For each member, the generation of the class that declares it.
     pub(super) member_generations: Vec<usize>,
+    /// The members that the text names.
+    pub(super) named: BTreeSet<MemberId>,
     pub(super) constructor: Option<Constructor>,
     methods: Vec<(Method, FunctionId)>,
     /// All functions, also those that others have replaced, those of the farthest ancestor first.
     pub(super) functions: Vec<FunctionId>,
+}
+
+impl ClassContext {
+    /// The own members that the text does not name. Outputs are for hosts.
+    fn unread(&self) -> Vec<MemberId> {
+        let members = (0..).map(MemberId).zip(self.members.iter().zip(&self.member_generations));
+        let unread = members.filter(|(id, (member, generation))| {
+            **generation == 0 && member.storage != Storage::Output && !self.named.contains(id)
+        });
+        unread.map(|(id, _)| id).collect()
+    }
 }
 
 /// A function whose body is to be checked.
@@ -85,6 +103,8 @@ impl<'a> Checker<'a> {
             roles: bases.roles.clone(),
             roles_unknown: bases.unknown,
             home: self.modules.home(),
+            unread: Vec::new(),
+            uncalled: Vec::new(),
         });
         self.declare(&class.name, Entity::Class(index));
         self.class = Some(ClassContext {
@@ -95,6 +115,7 @@ impl<'a> Checker<'a> {
             names: Level::new(),
             members: Vec::new(),
             member_generations: Vec::new(),
+            named: BTreeSet::new(),
             constructor: None,
             methods: Vec::new(),
             functions: Vec::new(),
@@ -104,6 +125,7 @@ impl<'a> Checker<'a> {
 
     fn close_class(&mut self, class: &ast::Class) {
         let Some(context) = self.class.take() else { return };
+        self.classes[context.id.0 as usize].unread = context.unread();
         let mut methods = context.methods;
         methods.sort_by_key(|(method, _)| *method);
         self.module.classes.push(Class {
@@ -270,6 +292,11 @@ impl<'a> Checker<'a> {
                 .at(name.span, "never called");
                 let diagnostic = suggest(diagnostic, name.span, Some(similar));
                 self.for_item(*item, |checker| checker.report(diagnostic));
+            } else if item.generation == 0
+                && self.function_info[id.0 as usize].facts.sets_something()
+                && let Some(declaration) = self.classes.last_mut()
+            {
+                declaration.uncalled.push(*id);
             }
         }
     }

@@ -16,6 +16,14 @@ pub(super) struct Facts {
     pub(super) uses: Vec<Use>,
 }
 
+impl Facts {
+    /// True if the function itself writes state or members.
+    pub(super) fn sets_something(&self) -> bool {
+        let mut kinds = self.uses.iter().map(|done| done.kind);
+        kinds.any(|kind| matches!(kind, UseKind::WriteState(_) | UseKind::WriteMember(_)))
+    }
+}
+
 /// A call of a function of the module.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Call {

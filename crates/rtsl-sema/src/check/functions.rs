@@ -567,6 +567,7 @@ impl Checker<'_> {
         };
         self.module.functions[id.0 as usize] = Arc::new(finished);
         self.function_info[id.0 as usize].facts = Arc::new(context.facts);
+        self.check_doubtful(id);
     }
 
     fn declare_parameters(&mut self, function: &ast::Function, declared: &Function) {

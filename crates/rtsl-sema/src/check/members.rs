@@ -57,6 +57,7 @@ impl Checker<'_> {
             computed: None,
             span: variable.span,
         };
+        self.check_default(&member);
         if self.replaces_initial_value(&member, generation) {
             return;
         }

@@ -33,6 +33,7 @@ mod constants;
 mod constructors;
 mod control;
 mod declarations;
+mod doubtful;
 mod effects;
 mod elements;
 mod enumerations;
@@ -44,6 +45,7 @@ mod folding;
 mod foreign;
 mod functions;
 mod generics;
+mod idle;
 mod implied;
 mod inheritance;
 mod initializers;
@@ -269,6 +271,7 @@ impl<'a> Checker<'a> {
         self.check_all_functions_defined();
         self.check_call_graph();
         self.check_roles();
+        self.check_idle();
     }
 
     /// Adds a diagnostic, unless one with the same code and span was reported.

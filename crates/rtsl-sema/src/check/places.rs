@@ -129,7 +129,8 @@ impl Checker<'_> {
             );
             return error_expression(span);
         }
-        let Some(class) = &self.class else { return error_expression(span) };
+        let Some(class) = &mut self.class else { return error_expression(span) };
+        class.named.insert(id);
         let member = &class.members[id.0 as usize];
         let kind = match (member.textured, member.computed) {
             (_, Some(function)) => ExpressionKind::Computed(id, function),

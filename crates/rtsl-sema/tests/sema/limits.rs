@@ -142,7 +142,10 @@ fn choices_that_parameters_carry_are_bounded() {
         for index in members {
             let _ = writeln!(text, "public Long p{index} = Choice7;");
         }
-        on_small_stack(text.clone())
+        let mut codes = on_small_stack(text.clone());
+        // Nothing reads the members.
+        codes.retain(|code| !["W0340", "W0343"].contains(code));
+        codes
     };
     assert_eq!(add(0..few), [""; 0]);
     let refused = add(few..many);

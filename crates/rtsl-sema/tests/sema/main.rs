@@ -2,6 +2,7 @@
 
 mod classes;
 mod explanations;
+mod idle;
 mod integrators;
 mod limits;
 mod messages;

@@ -238,7 +238,7 @@ fn wrong_statements() {
         ("E0401", texture("int n = 1; switch (1) { case n: break; }")),
         ("E0220", texture("switch (1) { default: break; default: break; }")),
         ("E0220", texture("switch (1u) { case 1: break; case 1u: break; }")),
-        ("W0244", texture("for (;;) { } rt_FloatTextureValue = 1.0;")),
+        ("W0244 W0342", texture("for (;;) { } rt_FloatTextureValue = 1.0;")),
         (
             "W0244",
             texture("if (rand() > 0.5) { return; } else { return; } rt_FloatTextureValue = 1.0;"),

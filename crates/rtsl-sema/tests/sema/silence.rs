@@ -357,7 +357,6 @@ fn primitives_that_no_ray_hits() {
     quiet(&[
         "class A : rt_Primitive;\nvoid intersect() { }\n",
         "class A : rt_Primitive;\nvoid offer(float t) { hit(t); }\nvoid intersect() { offer(1.0); }\n",
-        "class A : rt_Primitive { };\n",
     ]);
     // The reported mistake may be the cause.
     assert_eq!(
@@ -399,6 +398,14 @@ fn constructors_as_in_cpp() {
               │ ^^^^ expected a type before the name
               │
               = help: for a function without result: `void `
+
+            warning[W0340]: `Ball` is a primitive without `intersect`
+              ┌─ shader.rtsl:1:1
+              │
+            1 │ class Ball : rt_Primitive;
+              │ ^^^^^^^^^^^^^^^^^^^^^^^^^^ no ray meets it
+              │
+              = help: write `void intersect()`
 
         "#]],
     );

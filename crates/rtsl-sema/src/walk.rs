@@ -1,27 +1,29 @@
 //! Traverses every statement and expression of a part of the typed tree, in no particular order and
 //! without recursion.
 
-use rtsl_sema::hir::{Expression, ExpressionKind, FunctionId, Statement, StatementKind};
+use crate::hir::{Expression, ExpressionKind, FunctionId, Statement, StatementKind};
 
 /// A part of the tree.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Node<'h> {
+pub enum Node<'h> {
+    /// A statement.
     Statement(&'h Statement),
+    /// An expression.
     Expression(&'h Expression),
 }
 
 /// Calls `see` for the statements and every node in them.
-pub(crate) fn walk_statements<'h>(list: &'h [Statement], see: impl FnMut(Node<'h>)) {
+pub fn walk_statements<'h>(list: &'h [Statement], see: impl FnMut(Node<'h>)) {
     walk(list.iter().map(Node::Statement).collect(), see);
 }
 
 /// Calls `see` for the expression and every node in it.
-pub(crate) fn walk_expression<'h>(expression: &'h Expression, see: impl FnMut(Node<'h>)) {
+pub fn walk_expression<'h>(expression: &'h Expression, see: impl FnMut(Node<'h>)) {
     walk(vec![Node::Expression(expression)], see);
 }
 
 /// Calls `see` for the nodes and every node in them.
-pub(crate) fn walk<'h>(mut open: Vec<Node<'h>>, mut see: impl FnMut(Node<'h>)) {
+pub fn walk<'h>(mut open: Vec<Node<'h>>, mut see: impl FnMut(Node<'h>)) {
     while let Some(node) = open.pop() {
         see(node);
         match node {
@@ -66,8 +68,8 @@ fn push_parts_of_statement<'h>(statement: &'h Statement, open: &mut Vec<Node<'h>
     }
 }
 
-/// The operands of an expression.
-pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
+/// Returns the operands of an expression.
+pub fn parts(expression: &Expression) -> Vec<&Expression> {
     match &expression.kind {
         ExpressionKind::Constant(_)
         | ExpressionKind::Local(_)
@@ -99,8 +101,8 @@ pub(crate) fn parts(expression: &Expression) -> Vec<&Expression> {
     }
 }
 
-/// The function that an expression calls, with its arguments: the module's own or the prelude's.
-pub(crate) fn called(expression: &Expression) -> Option<(FunctionId, &[Expression])> {
+/// Returns the function that an expression calls, with its arguments: the module's own or the prelude's.
+pub fn called(expression: &Expression) -> Option<(FunctionId, &[Expression])> {
     match &expression.kind {
         ExpressionKind::Call(function, arguments) => Some((*function, arguments)),
         ExpressionKind::Computed(_, function) => Some((*function, &[])),
