@@ -134,7 +134,8 @@ impl PyPartialRender {
         if std::ptr::eq(self, other) {
             return Err(Exception::Scene.with_text("a render is not added to itself"));
         }
-        self.lock()?.add(&*other.lock()?, tiles.0..tiles.1).map_err(exception)
+        let (mut own, other) = (self.lock()?, other.lock()?);
+        own.add(&other, tiles.0..tiles.1).map_err(exception)
     }
 
     /// The sums of all samples of tiles so far.

@@ -36,7 +36,7 @@ pub fn run(arguments: &DapArguments) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// Serves the first client that has the token: every user of the machine, and every page in a browser, reaches the port.
+/// Serves the first client that has the token: all users of the machine, and all pages in a browser, reach the port.
 fn serve_port(port: u16, token: Option<String>) -> io::Result<()> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
     println!("listening on {}", listener.local_addr()?);

@@ -90,9 +90,9 @@ pub struct RenderArguments {
     /// The interval of writing the checkpoint.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, requires = "checkpoint")]
     checkpoint_every: Option<Duration>,
-    /// Continue from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C or a signal left next to the picture. The
-    /// picture has the bits of one that was never interrupted. Without a checkpoint the render starts from the
-    /// beginning.
+    /// Continue from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C or a signal left next to the
+    /// picture. The picture has the bits of one that was never interrupted. Without a checkpoint the render starts from
+    /// the beginning.
     #[arg(long)]
     resume: bool,
     // Generated from the list of AOVs, so that it is complete.

@@ -3,7 +3,8 @@
 use super::protocol::Request;
 
 /// What a client without the token is told.
-pub const REFUSED: &str = "the argument `token` of `launch` is not the one that `rtsl dap --port` printed, or was given by `--token`";
+pub const REFUSED: &str = "the argument `token` of `launch` is not the one that `rtsl dap --port` printed, or was \
+                           given by `--token`";
 
 /// Lets a client do more than introduce itself once it has launched with the token.
 #[derive(Debug)]

@@ -158,8 +158,8 @@ pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     rtsl_source::encoding::utf8(bytes).map_err(str::to_owned)
 }
 
-/// True if a path leads to a place within one of the folders, whether anything is there or not. `real` returns the place
-/// to which a path leads, such as [`real_place`].
+/// True if a path leads to a place within one of the folders, whether anything is there or not. `real` returns the
+/// place to which a path leads, such as [`real_place`].
 pub fn lies_within<'a>(
     path: &Path,
     folders: impl IntoIterator<Item = &'a PathBuf>,
