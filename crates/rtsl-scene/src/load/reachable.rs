@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use super::Names;
 use crate::description::{Description, EntityId, ShapeUse};
+use crate::pbrt::PbrtName;
 use crate::reader::{ReferenceKind, Values};
 
-/// Returns the camera, the lights, the shapes with their materials, and all that they refer to by name.
+/// Returns the camera, the lights, the shapes with their materials, and all that they refer to by name, unless it
+/// has no effect.
 pub fn reachable(description: &Description, names: &Names) -> BTreeSet<EntityId> {
     let of_shape = |it: &ShapeUse| [Some(it.shape), it.material, it.area_light];
     let shapes = description.objects.iter().flat_map(|object| &object.shapes);
@@ -18,7 +20,12 @@ pub fn reachable(description: &Description, names: &Names) -> BTreeSet<EntityId>
         if !found.insert(id) {
             continue;
         }
-        for parameter in &description.entities[id.0].parameters {
+        let entity = &description.entities[id.0];
+        let standard = PbrtName::of(entity);
+        for parameter in &entity.parameters {
+            if standard.is_some_and(|it| it.has_no_effect(&parameter.name)) {
+                continue;
+            }
             let Values::Texts(texts) = &parameter.values else { continue };
             for text in texts {
                 let kinds = [
