@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Names;
 use crate::description::{Description, EntityId, EntityKind, ShapeUse};
+use crate::pbrt::PbrtName;
 use crate::reader::{ReferenceKind, Values};
 
 /// Returns the names of textures that lights look up: those that they refer to, and the textures of these.
@@ -17,7 +18,8 @@ pub fn textures_of_lights(description: &Description, names: &Names) -> BTreeSet<
     textures.filter_map(|texture| texture.name.clone()).collect()
 }
 
-/// Returns the camera, the lights, the shapes with their materials, and all that they refer to by name.
+/// Returns the camera, the lights, the shapes with their materials, and all that they refer to by name, unless it
+/// has no effect.
 pub fn reachable(description: &Description, names: &Names) -> BTreeSet<EntityId> {
     let of_shape = |it: &ShapeUse| [Some(it.shape), it.material, it.area_light];
     let shapes = description.objects.iter().flat_map(|object| &object.shapes);
@@ -37,7 +39,12 @@ fn reached_from(
         if !found.insert(id) {
             continue;
         }
-        for parameter in &description.entities[id.0].parameters {
+        let entity = &description.entities[id.0];
+        let standard = PbrtName::of(entity);
+        for parameter in &entity.parameters {
+            if standard.is_some_and(|it| it.has_no_effect(&parameter.name)) {
+                continue;
+            }
             let Values::Texts(texts) = &parameter.values else { continue };
             for text in texts {
                 let kinds = [
