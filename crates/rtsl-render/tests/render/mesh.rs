@@ -269,7 +269,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
               │
               = help: indices count vertices from 0
 
-            error[E0608]: `trianglemesh` has no parameter `p`
+            error[E0608]: shape `trianglemesh` has no parameter `p`
               ┌─ scene.pbrt:9:22
               │
             9 │ Shape "trianglemesh" "point3 p" [0 0 0  1 0 0  0 1 0]

@@ -4,7 +4,7 @@ use rtsl::{Class, Diagnostic, Wording, diagnostic_codes as codes, most_similar};
 
 use super::name::PbrtName;
 use crate::description::Entity;
-use crate::reader::{Parameter, format_parameters};
+use crate::reader::{Parameter, Values, format_parameters};
 
 /// An entity with its class, for messages.
 #[derive(Clone, Copy)]
@@ -49,9 +49,12 @@ impl<'a> NamedEntity<'a> {
         };
         let name = parameter.name.as_str();
         if known.contains(&name) {
-            // A parameter of the format that was not translated, because it has values of another type.
-            let (subject, found) = (self.subject(), parameter.values.description());
-            let message = format!("`{name}` of {subject} takes other values than {found}");
+            // A parameter of the format that was not translated, because its values have no meaning.
+            let found = match &parameter.values {
+                Values::Texts(texts) => format!("`{}`", texts.join("`, `")),
+                other => other.description().to_owned(),
+            };
+            let message = format!("`{name}` of {} cannot be {found}", self.subject());
             let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
             return Box::new(diagnostic.at(parameter.values_span, ""));
         }

@@ -85,7 +85,8 @@ fn spherical_cameras_have_two_mappings() {
     assert_eq!(equal_area("\"string mapping\" \"equalarea\" \"float lensradius\" 1"), Some(true));
     assert_eq!(equal_area("\"string mapping\" \"equirectangular\""), Some(false));
     let messages = load("\"spherical\" \"string mapping\" \"cube\"").unwrap_err();
-    assert!(messages.contains("`Spherical` has no parameter `mapping`"), "{messages}");
+    let expected = "`mapping` of camera `spherical` cannot be `cube`";
+    assert!(messages.contains(expected), "{messages}");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn wrong_values() {
     check(
         "Material \"mix\" \"float materials\" 3",
         expect![[r#"
-        error[E0607]: `materials` of material `mix` takes other values than numbers
+        error[E0607]: `materials` of material `mix` cannot be numbers
           ┌─ scene.pbrt:2:34
           │
         2 │ Material "mix" "float materials" 3

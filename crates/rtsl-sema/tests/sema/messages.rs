@@ -74,7 +74,7 @@ fn did_you_mean() {
             2 │ class Tiles : rt_Textur { };
               │               ^^^^^^^^^ unknown class
               │
-              = note: a class can be used only after its declaration
+              = note: the roles are `rt_Camera`, `rt_Primitive`, `rt_Texture`, `rt_Light`, `rt_Material` and `rt_Integrator`
               = help: did you mean: `rt_Texture`
 
             error[E0202]: there is no type `Cel`
@@ -107,6 +107,7 @@ fn did_you_mean() {
             7 │     rt_FloatTextureValue = rouhgness + smothstep(0.0, 1.0, Cell(vec2(1)).croner.x);
               │                                                                          ^^^^^^ unknown field
               │
+              = note: it has `corner`
               = help: did you mean: `corner`
 
             error[E0201]: there is no function `smothstep`

@@ -261,7 +261,7 @@ fn wrong_statements() {
         ("E0229", texture("rt_Texture t;")),
         ("E0230", texture("float f(float x) { return x; }")),
         ("E0217", texture("return 1.0;")),
-        ("E0101 E0201", texture("[[label \"x\"]] float x = 1.0; rt_FloatTextureValue = x;")),
+        ("E0240", texture("[[label \"x\"]] float x = 1.0; rt_FloatTextureValue = x;")),
     ]);
 }
 

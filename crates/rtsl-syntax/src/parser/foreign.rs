@@ -316,16 +316,19 @@ impl Parser<'_> {
         let open = self.peek();
         let inner = usize::from(self.peek_at(1).is(Punctuator::LeftBracket));
         let name = self.text(self.peek_at(1 + inner));
-        let help = match name {
+        let (is_known, help) = match name {
             "unroll" | "loop" | "branch" | "flatten" | "fastopt" | "likely" | "unlikely" => {
-                "leave it out: the compiler chooses how it compiles loops and branches"
+                (true, "leave it out: the compiler chooses how it compiles loops and branches")
             }
             "numthreads" | "shader" | "maxvertexcount" => {
-                "leave it out: hosts call the interface methods of a class"
+                (true, "leave it out: hosts call the interface methods of a class")
             }
-            _ => "leave it out; annotations, in `[[...]]`, belong to members and parameters",
+            _ => (false, "annotations, in `[[...]]`, belong to members and parameters"),
         };
-        let message = format!("RTSL has no attribute `{}`", shorten(name));
+        let message = match is_known {
+            true => format!("RTSL has no attribute `{name}`"),
+            false => "an annotation where nothing takes one".to_owned(),
+        };
         self.position = self.after_closing(self.position);
         let span = open.span.to(self.previous_span());
         self.complain_foreign(message, span, "not available here", help);
