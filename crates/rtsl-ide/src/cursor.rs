@@ -1,5 +1,6 @@
 //! The tokens around a place at which someone types.
 
+use rtsl_syntax::Comments;
 use rtsl_syntax::raw::{RawKind, RawToken, raw_tokens};
 
 /// The place at which someone types.
@@ -33,6 +34,10 @@ impl<'t> Cursor<'t> {
             RawKind::LineComment | RawKind::Number => true,
             RawKind::BlockComment | RawKind::Text => offset < token.range.end,
             RawKind::Invalid => true,
+            RawKind::Directive => {
+                let directive = &text[token.range.clone()];
+                Comments::of(directive).contain(directive, offset - token.range.start)
+            }
             _ => false,
         });
         tokens.retain(|token| {

@@ -2,11 +2,13 @@
 
 use std::collections::HashMap;
 
-use rtsl::{Analysis, Span};
+use rtsl::{Analysis, FileId, Span};
+use rtsl_syntax::Comments;
 use rtsl_syntax::ast::{
     self, Annotation, AnnotationValue, Block, Condition, Item, Qualifier, Statement, StatementKind,
 };
-use rtsl_syntax::comment_before;
+
+use crate::replacement::canonical_ids;
 
 /// A declaration.
 #[derive(Clone, Debug)]
@@ -66,9 +68,6 @@ pub enum DeclarationKind {
     Module,
 }
 
-/// The greatest number of classes that inherit from each other, as the compiler accepts them.
-const MAX_CHAIN: usize = 16;
-
 /// The declarations, those of the text first, in its order.
 #[derive(Debug, Default)]
 pub struct Declarations {
@@ -80,6 +79,8 @@ pub struct Declarations {
     children: HashMap<Option<DeclarationId>, Vec<DeclarationId>>,
     /// The base classes of classes, as written.
     bases: HashMap<DeclarationId, Vec<String>>,
+    /// The declaration that stands for each.
+    canonical: Vec<DeclarationId>,
 }
 
 impl Declarations {
@@ -87,11 +88,14 @@ impl Declarations {
     pub fn of(analysis: &Analysis) -> Declarations {
         rtsl_source::deep_stack::run(|| {
             let declarations = Declarations::default();
-            let mut collector = Collector { analysis, declarations, parent: None };
+            let comments = HashMap::new();
+            let mut collector = Collector { analysis, declarations, parent: None, comments };
             for unit in std::iter::once(analysis.tree()).chain(analysis.modules()) {
                 collector.unit(unit);
             }
-            collector.declarations
+            let mut declarations = collector.declarations;
+            declarations.canonical = canonical_ids(&declarations);
+            declarations
         })
     }
 
@@ -138,56 +142,7 @@ impl Declarations {
     /// The declaration that stands for this one and those that replace it or that it replaces: in the class farthest up
     /// that has it; of functions the first of the same parameters.
     pub fn canonical(&self, id: DeclarationId) -> DeclarationId {
-        let mut id = self.first_alike(id);
-        // Classes that inherit from each other are errors, and end the search here.
-        for _ in 0..MAX_CHAIN {
-            let Some(above) = self.inherited(id) else { return id };
-            id = self.first_alike(above);
-        }
-        id
-    }
-
-    /// The first declaration of the same function: its prototype.
-    fn first_alike(&self, id: DeclarationId) -> DeclarationId {
-        let declaration = self.get(id);
-        if declaration.kind != DeclarationKind::Function {
-            return id;
-        }
-        let alike = self.inside(declaration.parent).find(|(_, it)| {
-            it.kind == DeclarationKind::Function
-                && it.span.file == declaration.span.file
-                && it.name == declaration.name
-                && it.parameters == declaration.parameters
-        });
-        alike.map_or(id, |(first, _)| first)
-    }
-
-    /// The declaration that one of a class replaces in the nearest class above that has it.
-    fn inherited(&self, id: DeclarationId) -> Option<DeclarationId> {
-        let declaration = self.get(id);
-        let is_function = declaration.kind == DeclarationKind::Function;
-        let replaces = |it: &Declaration| {
-            let both_functions = is_function && it.kind == DeclarationKind::Function;
-            it.name == declaration.name
-                && (!both_functions || it.parameters == declaration.parameters)
-        };
-        let mut class =
-            declaration.parent.filter(|it| self.get(*it).kind == DeclarationKind::Class)?;
-        // Classes that inherit from each other are errors, and end the search here.
-        for _ in 0..MAX_CHAIN {
-            class = self.parent_class(class)?;
-            let replaced = self.inside(Some(class)).find(|(_, it)| replaces(it));
-            if let Some((found, _)) = replaced {
-                return Some(found);
-            }
-        }
-        None
-    }
-
-    /// The class from which a class inherits.
-    fn parent_class(&self, class: DeclarationId) -> Option<DeclarationId> {
-        let names = self.bases(class).iter().map(|base| base.rsplit('.').next().unwrap_or(base));
-        names.filter_map(|name| self.class(name)).find(|parent| *parent != class)
+        self.canonical[id.0]
     }
 
     /// The class of this name.
@@ -206,6 +161,8 @@ struct Collector<'a> {
     analysis: &'a Analysis,
     declarations: Declarations,
     parent: Option<DeclarationId>,
+    /// The comments of the files so far.
+    comments: HashMap<FileId, Comments>,
 }
 
 impl Collector<'_> {
@@ -238,8 +195,7 @@ impl Collector<'_> {
     fn class(&mut self, class: &ast::Class) {
         let text = self.text(class.span).trim_end_matches(['{', ';']).trim_end().to_owned();
         let documentation = class.documentation.clone();
-        let last = class.items.last().map_or(class.span, extent_of);
-        let extent = class.span.to(last);
+        let extent = class.span.to(class.end);
         let id =
             self.add(&class.name, class.span, extent, DeclarationKind::Class, text, documentation);
         let bases = class.bases.iter().map(|base| base.name.clone()).collect();
@@ -435,8 +391,10 @@ impl Collector<'_> {
         }
     }
 
-    fn comment(&self, at: Span) -> Option<String> {
-        comment_before(&self.analysis.sources.file(at.file).text, at.start as usize)
+    fn comment(&mut self, at: Span) -> Option<String> {
+        let text = &self.analysis.sources.file(at.file).text;
+        let comments = self.comments.entry(at.file).or_insert_with(|| Comments::of(text));
+        comments.before(text, at.start as usize)
     }
 }
 
@@ -449,17 +407,6 @@ fn kind_of_member(qualifiers: &ast::Qualifiers, in_class: bool) -> DeclarationKi
         DeclarationKind::Parameter
     } else {
         DeclarationKind::Member
-    }
-}
-
-fn extent_of(item: &Item) -> Span {
-    match item {
-        Item::Struct(it) => it.span,
-        Item::Enumeration(it) => it.span,
-        Item::Assertion(it) => it.span,
-        Item::Function(it) => it.body.as_ref().map_or(it.span, |body| it.span.to(body.span)),
-        Item::Variable(it) => it.span,
-        Item::Class(it) => it.span,
     }
 }
 

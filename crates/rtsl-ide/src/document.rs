@@ -3,6 +3,7 @@
 use rtsl::{Analysis, FileId, IncludeLoader, Span};
 use rtsl_sema::index::{Symbol, Use};
 
+use crate::cursor::Cursor;
 use crate::declaration::{DeclarationId, Declarations};
 use crate::macros::Macros;
 
@@ -81,6 +82,10 @@ impl Document {
         let used = self.uses.iter().filter(|it| touches(it.span));
         if let Some(used) = used.min_by_key(|it| it.span.end - it.span.start) {
             return Some(self.word_of(used));
+        }
+        // Comments are full of words.
+        if Cursor::at(self.text(), offset as usize).is_inert {
+            return None;
         }
         let (span, definition) = self.macros.at(self, offset)?;
         Some(Word { span, meaning: Meaning::Macro(definition), ty: None })

@@ -1,13 +1,12 @@
 //! Facts that a text does not show: implicit conversions, values that are the same for all rays, contracted operations.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl::Span;
 use rtsl_sema::hir::{Expression, ExpressionKind, Function};
 
-use crate::declaration::DeclarationKind;
+use crate::declaration::{Declaration, DeclarationKind, contains};
 use crate::document::Document;
-use crate::rate::uniform_locals;
+use crate::rate::{RayReaders, uniform_locals};
 use crate::visit::for_each_expression;
 
 /// A hint between the characters of a text.
@@ -27,9 +26,11 @@ pub fn hints(document: &Document) -> Vec<Hint> {
     let functions = &document.analysis.module.functions[document.analysis.prelude.1..];
     let own = functions.iter().filter(|function| function.span.file == document.file());
     rtsl_source::deep_stack::run(|| {
+        let readers = RayReaders::of(&document.analysis.module);
+        let locals = locals(document);
         for function in own {
             add_conversions(document, function, &mut hints);
-            add_uniform(document, function, &mut hints);
+            add_uniform((&readers, &locals), function, &mut hints);
         }
     });
     for span in document.analysis.contractions() {
@@ -60,16 +61,27 @@ fn add_conversions(document: &Document, function: &Function, hints: &mut BTreeSe
     });
 }
 
-fn add_uniform(document: &Document, function: &Function, hints: &mut BTreeSet<Hint>) {
-    let uniform = uniform_locals(&document.analysis.module, function);
-    let inside = |span: Span| {
-        document.declarations.iter().filter(move |(_, it)| {
-            it.kind == DeclarationKind::Local && crate::declaration::contains(span, it.span)
-        })
-    };
-    for (local, span) in uniform {
-        let name = &function.locals[local.0 as usize].name;
-        let Some((_, declared)) = inside(span).find(|(_, it)| it.name == *name) else { continue };
+/// The variables of functions of the text, by name and place.
+type Locals<'d> = BTreeMap<(&'d str, u32), &'d Declaration>;
+
+fn locals(document: &Document) -> Locals<'_> {
+    let declared = document.declarations.iter().map(|(_, it)| it);
+    let own =
+        declared.filter(|it| it.kind == DeclarationKind::Local && it.span.file == document.file());
+    own.map(|it| ((it.name.as_str(), it.span.start), it)).collect()
+}
+
+fn add_uniform(
+    (readers, locals): (&RayReaders<'_>, &Locals<'_>),
+    function: &Function,
+    hints: &mut BTreeSet<Hint>,
+) {
+    for (local, span) in uniform_locals(readers, function) {
+        let name = function.locals[local.0 as usize].name.as_str();
+        let inside = locals.range((name, span.start)..=(name, span.end)).next();
+        let Some((_, declared)) = inside.filter(|(_, it)| contains(span, it.span)) else {
+            continue;
+        };
         if declared.text.starts_with("const ") {
             continue;
         }

@@ -20,6 +20,7 @@ mod macros;
 mod occurrence;
 mod outline;
 mod rate;
+mod replacement;
 mod semantic;
 mod signature;
 mod visit;
@@ -33,7 +34,7 @@ pub use hover::{Hover, hover};
 pub use lens::{Lens, lenses};
 pub use macros::Macros;
 pub use occurrence::{
-    Key, Occurrence, definition, key_at, name_refusal, occurrences, rename_refusal,
+    Key, Occurrence, definition, key_at, name_refusal, occurrences, rename_refusal, use_of_file,
 };
 pub use outline::{Fold, OutlineEntry, folds, outline};
 pub use semantic::{SemanticKind, SemanticToken, semantic_tokens};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use rtsl::{Analysis, Span};
-use rtsl_syntax::raw::{RawKind, raw_tokens};
+use rtsl_syntax::raw::{RawKind, raw_tokens, words};
 
 use crate::document::Document;
 
@@ -54,8 +54,8 @@ impl Macros {
 }
 
 fn defined_name(directive: &str) -> Option<&str> {
-    let rest = directive.strip_prefix('#')?.trim_start().strip_prefix("define")?.trim_start();
-    let end = rest.find(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
-    let name = &rest[..end.unwrap_or(rest.len())];
-    (!name.is_empty()).then_some(name)
+    match words(directive)[..] {
+        ["define", name, ..] => Some(name),
+        _ => None,
+    }
 }

@@ -2,6 +2,7 @@
 
 use rtsl::{FileId, Method, Span};
 use rtsl_sema::index::Symbol;
+use rtsl_syntax::raw::{RawKind, RawToken, raw_tokens, words};
 
 use crate::declaration::{DeclarationId, DeclarationKind};
 use crate::document::{Document, Meaning};
@@ -50,11 +51,37 @@ pub fn definition(document: &Document, offset: u32) -> Option<Span> {
 
 /// The beginning of the file that a module is.
 fn module_file(document: &Document, id: DeclarationId) -> Option<Span> {
-    let text = &document.declarations.get(id).text;
-    let path = text.strip_prefix("import ")?.replace('.', "/") + ".rtsl";
+    let extent = document.declarations.get(id).extent;
+    let path = document.analysis.tree().imports.iter().find(|it| it.span == extent)?.file();
     let mut files = document.analysis.sources.files();
-    let (file, _) = files.find(|(_, file)| file.name.replace('\\', "/").ends_with(&path))?;
+    let (file, _) = files.find(|(_, file)| is_at(&file.name, &path))?;
     Some(Span::new(file, 0, 0))
+}
+
+/// True if the name of a file ends in a path.
+fn is_at(name: &str, path: &str) -> bool {
+    let name = name.replace('\\', "/");
+    name.strip_suffix(path).is_some_and(|folder| folder.is_empty() || folder.ends_with('/'))
+}
+
+/// Returns the import or the directive by which the text uses a file, if it does so itself.
+pub fn use_of_file(document: &Document, file: FileId) -> Option<Span> {
+    let name = &document.analysis.sources.file(file).name;
+    let imports = document.analysis.tree().imports.iter();
+    let mut own = imports.filter(|it| it.span.file == document.file());
+    if let Some(import) = own.find(|it| is_at(name, &it.file())) {
+        return Some(import.span);
+    }
+    let text = document.text();
+    let mut directives =
+        raw_tokens(text).into_iter().filter(|token| token.kind == RawKind::Directive);
+    let includes = |token: &RawToken| {
+        let written = &text[token.range.clone()];
+        let path = written.split('"').nth(1).filter(|_| words(written).first() == Some(&"include"));
+        path.is_some_and(|path| is_at(name, path.rsplit('/').next().unwrap_or(path)))
+    };
+    let found = directives.find(includes)?;
+    Some(Span::new(document.file(), found.range.start as u32, found.range.end as u32))
 }
 
 /// Returns the places in all files of the document at which something occurs, in the order of the text.
@@ -107,15 +134,13 @@ pub fn rename_refusal(document: &Document, offset: u32) -> Option<String> {
 
 /// The reason why a text cannot be a new name; `None` if it can.
 pub fn name_refusal(name: &str) -> Option<String> {
-    use rtsl_syntax::raw::{RawKind, raw_tokens};
     let tokens = raw_tokens(name);
     let is_name = matches!(tokens.as_slice(), [token] if token.kind == RawKind::Name
         && token.range == (0..name.len()));
     if !is_name {
         return Some(format!("`{name}` is no name"));
     }
-    let is_reserved = name.starts_with("rt_") || name.contains("__");
-    is_reserved.then(|| format!("the name `{name}` belongs to the language"))
+    rtsl_syntax::reserved_name(name).map(str::to_owned)
 }
 
 fn key_of(document: &Document, meaning: &Meaning) -> Option<Key> {

@@ -1,7 +1,7 @@
 //! The outline of a text, and the regions that can be folded.
 
 use rtsl::Span;
-use rtsl_syntax::raw::{RawKind, raw_tokens};
+use rtsl_syntax::raw::{RawKind, raw_tokens, words};
 
 use crate::declaration::{DeclarationId, DeclarationKind};
 use crate::document::Document;
@@ -86,16 +86,18 @@ pub fn folds(text: &str) -> Vec<Fold> {
         match token.kind {
             RawKind::BlockComment => add(first, last, true),
             RawKind::Directive => {
-                let name = written.trim_start_matches(['#', ' ', '\t']);
-                if name.starts_with("if") {
+                let name = words(written).first().copied().unwrap_or_default();
+                let (begins, ends) = match name {
+                    "if" | "ifdef" | "ifndef" => (true, false),
+                    "elif" | "else" => (true, true),
+                    "endif" => (false, true),
+                    _ => (false, false),
+                };
+                if ends && let Some(start) = conditionals.pop() {
+                    add(start, first.saturating_sub(1), false);
+                }
+                if begins {
                     conditionals.push(first);
-                } else if name.starts_with("el") || name.starts_with("endif") {
-                    if let Some(start) = conditionals.pop() {
-                        add(start, first.saturating_sub(1), false);
-                    }
-                    if name.starts_with("el") {
-                        conditionals.push(first);
-                    }
                 }
             }
             _ => match written {

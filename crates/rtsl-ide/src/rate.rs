@@ -1,8 +1,9 @@
 //! The variables of a function that are the same for all rays of a packet, in calls for rays and one object.
 //!
 //! These are a part: the compiler, which looks at values after its passes, may find more.
-
-use std::collections::HashSet;
+//!
+//! What varies is what can be reached in a graph. Its nodes are variables, values and masks; an edge leads from what a
+//! node depends on to the node. The work is in proportion to the function.
 
 use rtsl::Span;
 use rtsl_sema::hir::{
@@ -13,203 +14,279 @@ use rtsl_spec::builtins::{self, Builtin, Lowering, Usable};
 
 use crate::visit;
 
-/// Returns the variables of a method that are uniform, each with the span of its declaration.
-pub(crate) fn uniform_locals(module: &Module, function: &Function) -> Vec<(LocalId, Span)> {
-    let mut rates = Rates { module, function, varying: HashSet::new(), declared: Vec::new() };
-    let parameters = (0..function.parameters.len() as u32).map(LocalId);
-    rates.varying.extend(parameters);
-    loop {
-        let before = rates.varying.len();
-        rates.declared.clear();
-        rates.statements(&function.body, false);
-        if rates.varying.len() == before {
-            break;
+/// The functions of a module that may read what differs between rays, beside their parameters.
+pub(crate) struct RayReaders<'m> {
+    module: &'m Module,
+    /// By the indices of functions.
+    reads: Vec<bool>,
+}
+
+impl<'m> RayReaders<'m> {
+    /// Finds them.
+    pub fn of(module: &'m Module) -> RayReaders<'m> {
+        let mut graph = Graph::default();
+        graph.add_nodes(module.functions.len());
+        for (index, function) in module.functions.iter().enumerate() {
+            let caller = Node(index as u32);
+            visit::for_each_expression(function, &mut |expression| match &expression.kind {
+                ExpressionKind::Call(id, _) => graph.add_edge(Node(id.0), caller),
+                ExpressionKind::Local(_) => {}
+                _ if reads_ray(module, function, expression) => graph.roots.push(caller),
+                _ => {}
+            });
         }
+        let mut reads = graph.reached();
+        reads.truncate(module.functions.len());
+        RayReaders { module, reads }
     }
-    let Rates { varying, declared, .. } = rates;
-    declared.into_iter().filter(|(local, _)| !varying.contains(local)).collect()
+}
+
+/// Returns the variables of a method that are uniform, each with the span of its declaration.
+pub(crate) fn uniform_locals(
+    readers: &RayReaders<'_>,
+    function: &Function,
+) -> Vec<(LocalId, Span)> {
+    let mut rates = Rates { readers, function, graph: Graph::default(), declared: Vec::new() };
+    rates.graph.add_nodes(function.locals.len());
+    rates.graph.roots.extend((0..function.parameters.len() as u32).map(Node));
+    let all_rays = rates.graph.add_node([]);
+    rates.statements(&function.body, all_rays);
+    let Rates { graph, declared, .. } = rates;
+    let varying = graph.reached();
+    declared.into_iter().filter(|(local, _)| !varying[local.0 as usize]).collect()
+}
+
+/// A variable, a value or a mask. The first nodes of a function's graph are its variables.
+#[derive(Clone, Copy)]
+struct Node(u32);
+
+#[derive(Default)]
+struct Graph {
+    /// The nodes that depend on each.
+    users: Vec<Vec<Node>>,
+    /// The nodes that vary by themselves.
+    roots: Vec<Node>,
+}
+
+impl Graph {
+    fn add_nodes(&mut self, count: usize) {
+        self.users.resize_with(self.users.len() + count, Vec::new);
+    }
+
+    /// Adds a node that depends on these.
+    fn add_node<const N: usize>(&mut self, sources: [Node; N]) -> Node {
+        let node = Node(self.users.len() as u32);
+        self.users.push(Vec::new());
+        sources.into_iter().for_each(|source| self.add_edge(source, node));
+        node
+    }
+
+    fn add_edge(&mut self, source: Node, user: Node) {
+        self.users[source.0 as usize].push(user);
+    }
+
+    /// True for each node that depends on a root.
+    fn reached(&self) -> Vec<bool> {
+        let mut reached = vec![false; self.users.len()];
+        let mut waiting = self.roots.clone();
+        while let Some(node) = waiting.pop() {
+            if !std::mem::replace(&mut reached[node.0 as usize], true) {
+                waiting.extend(&self.users[node.0 as usize]);
+            }
+        }
+        reached
+    }
 }
 
 struct Rates<'m> {
-    module: &'m Module,
+    readers: &'m RayReaders<'m>,
     function: &'m Function,
-    varying: HashSet<LocalId>,
+    graph: Graph,
     declared: Vec<(LocalId, Span)>,
 }
 
 impl Rates<'_> {
-    /// `masked`: the statements run for a part of the rays only.
-    fn statements(&mut self, body: &[Statement], masked: bool) {
-        // After a jump of some rays the rest of the body runs for the others.
-        let mut masked = masked;
+    /// Adds statements that run under a mask, and returns the mask of the rays that jump.
+    fn statements(&mut self, body: &[Statement], mask: Node) -> Node {
+        let jumps = self.graph.add_node([]);
+        let mut mask = mask;
         for statement in body {
-            self.statement(statement, masked);
-            masked |= self.jumps_for_some(std::slice::from_ref(statement), false);
+            let jump = self.statement(statement, mask);
+            self.graph.add_edge(jump, jumps);
+            // After a jump of some rays the rest of the body runs for the others.
+            mask = self.graph.add_node([mask, jump]);
         }
+        jumps
     }
 
-    fn statement(&mut self, statement: &Statement, masked: bool) {
+    fn statement(&mut self, statement: &Statement, mask: Node) -> Node {
         match &statement.kind {
             StatementKind::Expression(value) => {
-                self.effects(value, masked);
+                self.value(value, mask);
             }
             StatementKind::Declare(local, value) => {
                 self.declared.push((*local, statement.span));
-                if let Some(value) = value
-                    && self.effects(value, masked)
-                {
-                    self.varying.insert(*local);
+                if let Some(value) = value {
+                    let value = self.value(value, mask);
+                    self.graph.add_edge(value, Node(local.0));
                 }
             }
-            StatementKind::Block(body) => self.statements(body, masked),
+            StatementKind::Block(body) => return self.statements(body, mask),
             StatementKind::If { condition, then, otherwise } => {
-                let masked = self.effects(condition, masked) || masked;
-                self.statements(then, masked);
-                self.statements(otherwise, masked);
+                let condition = self.value(condition, mask);
+                let mask = self.graph.add_node([mask, condition]);
+                let jumps = [self.statements(then, mask), self.statements(otherwise, mask)];
+                return self.graph.add_node(jumps);
             }
             StatementKind::Switch { selector, cases } => {
-                let masked = self.effects(selector, masked) || masked;
-                cases.iter().for_each(|case| self.statements(&case.body, masked));
+                let selector = self.value(selector, mask);
+                let mask = self.graph.add_node([mask, selector]);
+                let jumps = self.graph.add_node([]);
+                for case in cases {
+                    let jump = self.statements(&case.body, mask);
+                    self.graph.add_edge(jump, jumps);
+                }
+                return jumps;
             }
             StatementKind::Loop(it) => {
-                self.statements(&it.initializer, masked);
-                let condition = it.condition.as_ref().is_some_and(|it| self.effects(it, masked));
-                if let Some(local) = it.declaration.filter(|_| condition) {
-                    self.varying.insert(local);
+                self.statements(&it.initializer, mask);
+                let mask = self.graph.add_node([mask]);
+                if let Some(condition) = &it.condition {
+                    let condition = self.value(condition, mask);
+                    self.graph.add_edge(condition, mask);
+                    if let Some(local) = it.declaration {
+                        self.graph.add_edge(condition, Node(local.0));
+                    }
                 }
-                let masked = masked || condition || self.jumps_for_some(&it.body, false);
-                self.statements(&it.body, masked);
+                let jumps = self.statements(&it.body, mask);
+                self.graph.add_edge(jumps, mask);
                 it.step.iter().for_each(|step| {
-                    self.effects(step, masked);
+                    self.value(step, mask);
                 });
+                return jumps;
             }
-            StatementKind::Illuminance(it) => self.statements(&it.body, true),
+            StatementKind::Illuminance(it) => {
+                let some_rays = self.varying();
+                return self.statements(&it.body, some_rays);
+            }
             StatementKind::Return(value) => {
                 value.iter().for_each(|value| {
-                    self.effects(value, masked);
+                    self.value(value, mask);
                 });
+                return mask;
             }
-            StatementKind::Print { .. } | StatementKind::Break | StatementKind::Continue => {}
+            StatementKind::Break | StatementKind::Continue => return mask,
+            StatementKind::Print { .. } => {}
         }
+        self.graph.add_node([])
     }
 
-    /// True if statements contain a jump under a varying condition.
-    fn jumps_for_some(&self, body: &[Statement], masked: bool) -> bool {
-        body.iter().any(|statement| match &statement.kind {
-            StatementKind::Return(_) | StatementKind::Break | StatementKind::Continue => masked,
-            StatementKind::Block(body) => self.jumps_for_some(body, masked),
-            StatementKind::If { condition, then, otherwise } => {
-                let masked = masked || self.is_varying(condition);
-                self.jumps_for_some(then, masked) || self.jumps_for_some(otherwise, masked)
-            }
-            StatementKind::Switch { selector, cases } => {
-                let masked = masked || self.is_varying(selector);
-                cases.iter().any(|case| self.jumps_for_some(&case.body, masked))
-            }
-            StatementKind::Loop(it) => {
-                let masked = masked || it.condition.as_ref().is_some_and(|it| self.is_varying(it));
-                self.jumps_for_some(&it.body, masked)
-            }
-            StatementKind::Illuminance(it) => self.jumps_for_some(&it.body, true),
-            StatementKind::Expression(_)
-            | StatementKind::Declare(..)
-            | StatementKind::Print { .. } => false,
-        })
+    fn varying(&mut self) -> Node {
+        let node = self.graph.add_node([]);
+        self.graph.roots.push(node);
+        node
     }
 
-    /// Notes what an expression assigns; returns whether its value is varying.
-    fn effects(&mut self, whole: &Expression, masked: bool) -> bool {
-        let mut assigned: Vec<(LocalId, bool)> = Vec::new();
-        visit::expression(whole, &mut |expression| match &expression.kind {
+    /// Adds the value of an expression, and what the expression assigns under a mask.
+    fn value(&mut self, whole: &Expression, mask: Node) -> Node {
+        let node = self.graph.add_node([]);
+        self.add(whole, node, mask);
+        node
+    }
+
+    /// Adds what the value `user` depends on by an expression.
+    fn add(&mut self, whole: &Expression, user: Node, mask: Node) {
+        // Chains may be as long as the text.
+        let (first, links) = whole.chain();
+        for right in links.into_iter().filter_map(visit::right_operand) {
+            self.add(right, user, mask);
+        }
+        match &first.kind {
             ExpressionKind::Assign { target, value, .. } => {
-                let varies = masked || self.is_varying(value) || self.has_varying_index(target);
-                assigned.extend(root(target).map(|local| (local, varies)));
+                let value = self.value(value, mask);
+                self.graph.add_edge(value, user);
+                self.assign(target, value, user, mask);
             }
             ExpressionKind::Step { target, .. } => {
-                let varies = masked || self.has_varying_index(target);
-                assigned.extend(root(target).map(|local| (local, varies)));
+                let step = self.graph.add_node([]);
+                self.assign(target, step, user, mask);
             }
-            // The operands of `&&`, `||` and `?:` run for some rays; what a call passes out is unknown.
-            ExpressionKind::Call(_, arguments) => {
-                assigned.extend(arguments.iter().filter_map(root).map(|it| (it, true)));
+            ExpressionKind::Call(id, arguments) => {
+                if self.readers.reads[id.0 as usize] {
+                    self.graph.roots.push(user);
+                }
+                // What a call passes out is unknown.
+                self.pass_out(arguments);
             }
             ExpressionKind::Builtin(call) if passes_out(call.builtin) => {
-                assigned.extend(call.arguments.iter().filter_map(root).map(|it| (it, true)));
+                self.pass_out(&call.arguments);
+                self.add_own(first, user);
             }
-            _ => {}
-        });
-        let varying = assigned.into_iter().filter(|(_, varies)| *varies).map(|(local, _)| local);
-        self.varying.extend(varying.collect::<Vec<_>>());
-        self.is_varying(whole)
-    }
-
-    fn has_varying_index(&self, target: &Expression) -> bool {
-        match &target.kind {
-            ExpressionKind::Index(base, index) => {
-                self.is_varying(index) || self.has_varying_index(base)
+            _ => self.add_own(first, user),
+        }
+        if !matches!(first.kind, ExpressionKind::Assign { .. } | ExpressionKind::Step { .. }) {
+            for operand in visit::operands(first) {
+                self.add(operand, user, mask);
             }
-            ExpressionKind::Field(base, _) | ExpressionKind::Swizzle(base, _) => {
-                self.has_varying_index(base)
-            }
-            _ => false,
         }
     }
 
-    fn is_varying(&self, whole: &Expression) -> bool {
-        let mut varies = false;
-        visit::expression(whole, &mut |expression| {
-            varies |= match &expression.kind {
-                ExpressionKind::Local(local) => self.varying.contains(local),
-                ExpressionKind::Member(member) => {
-                    let class = self.function.class.map(|id| &self.module.classes[id.0 as usize]);
-                    let storage = class.map(|class| class.members[member.0 as usize].storage);
-                    !matches!(storage, Some(Storage::Public | Storage::Private))
-                }
-                ExpressionKind::State(_)
-                | ExpressionKind::Textured(_)
-                | ExpressionKind::Computed(..)
-                | ExpressionKind::ReferenceCall(_)
-                | ExpressionKind::Error => true,
-                ExpressionKind::Call(id, _) => {
-                    self.reads_ray(&self.module.functions[id.0 as usize], 0)
-                }
-                ExpressionKind::Builtin(call) => {
-                    call.builtin.usable != Usable::Anywhere
-                        || matches!(call.builtin.lowering, Lowering::Special(_))
-                }
-                _ => false,
-            };
-        });
-        varies
+    /// Adds what an expression reads by itself, without its operands.
+    fn add_own(&mut self, expression: &Expression, user: Node) {
+        if let ExpressionKind::Local(local) = &expression.kind {
+            self.graph.add_edge(Node(local.0), user);
+        } else if reads_ray(self.readers.module, self.function, expression) {
+            self.graph.roots.push(user);
+        }
     }
 
-    /// True if a function may read what differs between rays, beside its parameters.
-    fn reads_ray(&self, function: &Function, depth: u32) -> bool {
-        if depth > 8 {
-            return true;
+    /// Adds an assignment of a value to a place under a mask; `user` is the value of the whole expression.
+    fn assign(&mut self, target: &Expression, value: Node, user: Node, mask: Node) {
+        let mut place = target;
+        loop {
+            match &place.kind {
+                ExpressionKind::Index(base, index) => {
+                    let index = self.value(index, mask);
+                    self.graph.add_edge(index, value);
+                    self.graph.add_edge(index, user);
+                    place = base;
+                }
+                ExpressionKind::Field(base, _) | ExpressionKind::Swizzle(base, _) => place = base,
+                ExpressionKind::Local(local) => {
+                    let local = Node(local.0);
+                    self.graph.add_edge(value, local);
+                    self.graph.add_edge(mask, local);
+                    return self.graph.add_edge(local, user);
+                }
+                _ => return self.add(place, user, mask),
+            }
         }
-        let mut reads = false;
-        visit::for_each_expression(function, &mut |expression| {
-            reads |= match &expression.kind {
-                ExpressionKind::State(_)
-                | ExpressionKind::Textured(_)
-                | ExpressionKind::Computed(..)
-                | ExpressionKind::ReferenceCall(_) => true,
-                ExpressionKind::Member(member) => {
-                    let class = function.class.map(|id| &self.module.classes[id.0 as usize]);
-                    class.is_none_or(|class| class.members[member.0 as usize].storage.is_of_ray())
-                }
-                ExpressionKind::Call(id, _) => {
-                    self.reads_ray(&self.module.functions[id.0 as usize], depth + 1)
-                }
-                ExpressionKind::Builtin(call) => {
-                    call.builtin.usable != Usable::Anywhere
-                        || matches!(call.builtin.lowering, Lowering::Special(_))
-                }
-                _ => false,
-            };
-        });
-        reads
+    }
+
+    fn pass_out(&mut self, arguments: &[Expression]) {
+        let locals = arguments.iter().filter_map(root).map(|local| Node(local.0));
+        self.graph.roots.extend(locals);
+    }
+}
+
+/// True if an expression reads by itself what differs between rays, beside variables and through calls.
+fn reads_ray(module: &Module, function: &Function, expression: &Expression) -> bool {
+    match &expression.kind {
+        ExpressionKind::Member(member) => {
+            let class = function.class.map(|id| &module.classes[id.0 as usize]);
+            let storage = class.map(|class| class.members[member.0 as usize].storage);
+            !matches!(storage, Some(Storage::Public | Storage::Private))
+        }
+        ExpressionKind::State(_)
+        | ExpressionKind::Textured(_)
+        | ExpressionKind::Computed(..)
+        | ExpressionKind::ReferenceCall(_)
+        | ExpressionKind::Error => true,
+        ExpressionKind::Builtin(call) => {
+            call.builtin.usable != Usable::Anywhere
+                || matches!(call.builtin.lowering, Lowering::Special(_))
+        }
+        _ => false,
     }
 }
 

@@ -51,13 +51,7 @@ pub(crate) fn expression(whole: &Expression, visit: &mut impl FnMut(&Expression)
     let (first, links) = whole.chain();
     for link in links.into_iter().rev() {
         visit(link);
-        match &link.kind {
-            ExpressionKind::Binary(_, _, right)
-            | ExpressionKind::And(_, right)
-            | ExpressionKind::Or(_, right)
-            | ExpressionKind::Sequence(_, right) => expression(right, visit),
-            _ => {}
-        }
+        right_operand(link).into_iter().for_each(|right| expression(right, visit));
     }
     visit(first);
     for part in operands(first) {
@@ -65,8 +59,19 @@ pub(crate) fn expression(whole: &Expression, visit: &mut impl FnMut(&Expression)
     }
 }
 
+/// The right operand of a link of a chain.
+pub(crate) fn right_operand(link: &Expression) -> Option<&Expression> {
+    match &link.kind {
+        ExpressionKind::Binary(_, _, right)
+        | ExpressionKind::And(_, right)
+        | ExpressionKind::Or(_, right)
+        | ExpressionKind::Sequence(_, right) => Some(right),
+        _ => None,
+    }
+}
+
 /// The operands of an expression that is no link of a chain.
-fn operands(expression: &Expression) -> Vec<&Expression> {
+pub(crate) fn operands(expression: &Expression) -> Vec<&Expression> {
     match &expression.kind {
         ExpressionKind::Swizzle(part, _)
         | ExpressionKind::Field(part, _)

@@ -1,10 +1,12 @@
 //! Offsets of bytes as positions of the protocol, and paths as URIs.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lsp_types::{Position, PositionEncodingKind, Range, Uri};
 use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
+use rtsl::{FileId, SourceMap};
 
 /// The unit in which an editor counts columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,25 +43,43 @@ impl Encoding {
 /// The lines of a text, for many conversions.
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
-    text: &'t str,
-    starts: Vec<usize>,
+    sources: Cow<'t, SourceMap>,
+    file: FileId,
     encoding: Encoding,
 }
 
 impl<'t> Lines<'t> {
     /// The lines of a text.
-    pub fn new(text: &'t str, encoding: Encoding) -> Lines<'t> {
-        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
-        Lines { text, starts: starts.collect(), encoding }
+    pub fn new(text: &str, encoding: Encoding) -> Lines<'t> {
+        let mut sources = SourceMap::new();
+        let file = sources.add("", text);
+        Lines { sources: Cow::Owned(sources), file, encoding }
+    }
+
+    /// The lines of a file of an analysis.
+    pub fn of(sources: &'t SourceMap, file: FileId, encoding: Encoding) -> Lines<'t> {
+        Lines { sources: Cow::Borrowed(sources), file, encoding }
+    }
+
+    fn text(&self) -> &str {
+        &self.sources.file(self.file).text
+    }
+
+    /// The range of a line from 0, with its break; empty at the end of the text if there is no such line.
+    fn line(&self, line: u32) -> std::ops::Range<usize> {
+        let end = self.text().len();
+        self.sources.line_range(self.file, line as usize).unwrap_or(end..end)
     }
 
     /// The position of an offset; the end of the text if it lies beyond.
     pub fn position(&self, offset: usize) -> Position {
-        let offset = self.text.floor_char_boundary(offset.min(self.text.len()));
-        let line = self.starts.partition_point(|start| *start <= offset) - 1;
-        let before = &self.text[self.starts[line]..offset];
-        let character = before.chars().map(|letter| self.encoding.length(letter)).sum();
-        Position { line: line as u32, character }
+        let offset = self.text().floor_char_boundary(offset.min(self.text().len()));
+        let line = self.sources.line(self.file, offset as u32) - 1;
+        let character = match self.encoding {
+            Encoding::Utf8 => (offset - self.line(line).start) as u32,
+            Encoding::Utf16 => self.sources.utf16_column(self.file, offset as u32),
+        };
+        Position { line, character }
     }
 
     /// The range of two offsets.
@@ -69,10 +89,8 @@ impl<'t> Lines<'t> {
 
     /// The offset of a position; the end of its line or of the text if it lies beyond.
     pub fn offset(&self, position: Position) -> usize {
-        let Some(start) = self.starts.get(position.line as usize).copied() else {
-            return self.text.len();
-        };
-        let line = self.text[start..].split('\n').next().unwrap_or_default();
+        let start = self.line(position.line).start;
+        let line = self.text()[self.line(position.line)].trim_end_matches('\n');
         let mut left = position.character;
         for (at, letter) in line.char_indices() {
             let length = self.encoding.length(letter);

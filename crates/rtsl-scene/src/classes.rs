@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{
@@ -20,10 +20,6 @@ use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::description::DescribedClass;
 use crate::reader::{FileSource, FilesRef, Input};
-
-/// The classes of the standard library and their files. Looking through the texts for each name took most of the time
-/// of loading a scene with many names of pbrt.
-static STANDARD: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| classes().collect());
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]
@@ -251,13 +247,13 @@ impl<'a> Classes<'a> {
 
     /// The names of all classes of the standard library.
     pub fn standard_names() -> impl Iterator<Item = &'static str> {
-        STANDARD.iter().map(|(name, _)| *name)
+        classes().map(|(name, _)| name)
     }
 
     /// The names of the integrators of the standard library.
     pub fn standard_integrators() -> impl Iterator<Item = &'static str> {
         let is_integrator = |file: &LibraryFile| file.path.starts_with("shaders/integrators/");
-        STANDARD.iter().filter(move |(_, file)| is_integrator(file)).map(|(name, _)| *name)
+        classes().filter(move |(_, file)| is_integrator(file)).map(|(name, _)| name)
     }
 
     /// The errors and warnings of the compiler.
@@ -381,7 +377,7 @@ impl IncludeLoader for BaseLoader<'_> {
 
 /// The files of the standard library that declare a class, with their texts.
 fn standard_files(name: &str) -> impl Iterator<Item = (PathBuf, String)> {
-    let files = STANDARD.iter().filter(move |(declared, _)| *declared == name);
+    let files = classes().filter(move |(declared, _)| *declared == name);
     files.map(|(_, file)| (PathBuf::from(file.path), file.text.to_owned()))
 }
 
@@ -439,5 +435,8 @@ mod tests {
     fn declared_classes_are_found_without_parsing() {
         let text = "struct A {}; class Box : rt_Primitive; class Lamp : rt_Light, rt_Material {}";
         assert_eq!(declared_classes(text).collect::<Vec<_>>(), ["Box", "Lamp"]);
+        let text = "// A class that\n/* is no class of */ class /* named */ A; [[doc \"class B\"]] int subclass C;\n\
+                    #error no class here\n#define MAKE class D : rt_Texture;\n";
+        assert_eq!(declared_classes(text).collect::<Vec<_>>(), ["A", "D"]);
     }
 }

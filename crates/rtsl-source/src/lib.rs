@@ -8,6 +8,7 @@ mod codes;
 pub mod deep_stack;
 mod diagnostic;
 mod excerpt;
+mod lines;
 mod map;
 mod messages;
 pub mod render;

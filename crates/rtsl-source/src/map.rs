@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::lines::Lines;
+
 /// The index of a file in a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
@@ -55,7 +57,7 @@ pub struct SourceFile {
     pub name: String,
     /// The text, UTF-8.
     pub text: String,
-    line_starts: Vec<u32>,
+    lines: Lines,
 }
 
 /// A line and a column, both counted from 1; the column counts characters.
@@ -85,10 +87,8 @@ impl SourceMap {
         if text.len() >= u32::MAX as usize {
             text.truncate(text.floor_char_boundary(u32::MAX as usize - 1));
         }
-        let newlines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        let line_starts =
-            std::iter::once(0).chain(newlines.map(|(offset, _)| offset as u32 + 1)).collect();
-        self.files.push(SourceFile { name: name.into(), text, line_starts });
+        let lines = Lines::new(&text);
+        self.files.push(SourceFile { name: name.into(), text, lines });
         FileId(self.files.len() as u32 - 1)
     }
 
@@ -112,31 +112,35 @@ impl SourceMap {
 
     /// The line of `offset` in `file`, from 1; an offset past the end has the last line.
     pub fn line(&self, file: FileId, offset: u32) -> u32 {
-        self.file(file).line_starts.partition_point(|start| *start <= offset) as u32
+        self.file(file).lines.line(offset) as u32 + 1
     }
 
     /// The position of `offset` in `file`; an offset past the end has the position of the end.
     pub fn position(&self, file: FileId, offset: u32) -> Position {
         let file = self.file(file);
-        let offset = file.text.floor_char_boundary(offset as usize);
-        let line = file.line_starts.partition_point(|start| *start as usize <= offset) - 1;
-        let start = file.line_starts[line] as usize;
+        let offset = file.text.floor_char_boundary(offset as usize) as u32;
         Position {
-            line: line as u32 + 1,
-            column: file.text[start..offset].chars().count() as u32 + 1,
+            line: file.lines.line(offset) as u32 + 1,
+            column: file.lines.characters_before(offset) + 1,
         }
+    }
+
+    /// The number of units of UTF-16 in `file` between the beginning of the line of `offset` and `offset`.
+    pub fn utf16_column(&self, file: FileId, offset: u32) -> u32 {
+        let file = self.file(file);
+        file.lines.units_before(file.text.floor_char_boundary(offset as usize) as u32)
     }
 
     /// The number of lines in `file`.
     pub fn line_count(&self, file: FileId) -> usize {
-        self.file(file).line_starts.len()
+        self.file(file).lines.count()
     }
 
     /// The byte range of a line, line break included. `line` counts from 0.
     pub fn line_range(&self, file: FileId, line: usize) -> Option<std::ops::Range<usize>> {
         let file = self.file(file);
-        let start = *file.line_starts.get(line)? as usize;
-        let end = file.line_starts.get(line + 1).map_or(file.text.len(), |next| *next as usize);
+        let start = file.lines.start(line)? as usize;
+        let end = file.lines.start(line + 1).map_or(file.text.len(), |next| next as usize);
         Some(start..end)
     }
 }

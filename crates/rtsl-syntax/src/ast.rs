@@ -92,6 +92,8 @@ pub struct Class {
     pub documentation: Option<String>,
     /// The span of the header, from `class` to the `;` or `{`.
     pub span: Span,
+    /// The place after the class.
+    pub end: Span,
 }
 
 /// The form of a class declaration.

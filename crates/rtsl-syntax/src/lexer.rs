@@ -136,7 +136,10 @@ impl Lexer<'_> {
                 self.bump_character();
                 TokenKind::Invalid(LexicalError::NonAsciiCharacter)
             }
-            _ => match Punctuator::ALL.iter().find(|each| self.at_punctuator(each.text())) {
+            _ => match Punctuator::ALL
+                .iter()
+                .find(|each| each.text().as_bytes()[0] == first && self.at_punctuator(each.text()))
+            {
                 Some(punctuator) => {
                     for _ in punctuator.text().bytes() {
                         self.bump();

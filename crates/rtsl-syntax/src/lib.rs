@@ -6,6 +6,7 @@
 //! files come from the caller's [`IncludeLoader`].
 
 pub mod ast;
+mod comments;
 mod include;
 mod lexer;
 mod message;
@@ -18,12 +19,11 @@ mod symbol;
 mod token;
 mod word;
 
+pub use comments::Comments;
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
 pub use parser::qualifiers;
 pub use preprocessor::directive::DIRECTIVES;
-pub use word::{keywords, type_names};
-
-pub use parser::documentation::comment_before;
+pub use word::{keywords, reserved_name, type_names};
 
 use rtsl_source::{Diagnostics, FileId, SourceMap, deep_stack};
 
@@ -36,6 +36,7 @@ pub fn parse(
 ) -> ast::TranslationUnit {
     let _span = tracing::debug_span!("parse", file = source_map.file(file).name).entered();
     let mut symbols = symbol::Interner::default();
-    let tokens = preprocessor::preprocess(source_map, file, loader, &mut symbols, diagnostics);
-    deep_stack::run(|| parser::parse_tokens(tokens, source_map, &symbols, diagnostics))
+    let (tokens, comments) =
+        preprocessor::preprocess(source_map, file, loader, &mut symbols, diagnostics);
+    deep_stack::run(|| parser::parse_tokens(tokens, &comments, source_map, &symbols, diagnostics))
 }

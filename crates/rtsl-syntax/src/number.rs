@@ -18,6 +18,8 @@ pub(crate) enum NumberError {
     Digit(char),
     /// `0x` without digits, `1e` without an exponent, two points.
     Malformed,
+    /// The suffix of floats after digits without a point and an exponent, with its offset.
+    WholeFloat(usize),
     /// GLSL's suffix `lf` for doubles.
     Double,
     /// An integer of more than 32 bits.
@@ -86,6 +88,7 @@ fn parse_float(spelling: &str, integer_end: usize) -> Result<Number, NumberError
         }
     }
     match &spelling[end..] {
+        "f" | "F" if end == integer_end => return Err(NumberError::WholeFloat(end)),
         "" | "f" | "F" => {}
         suffix if suffix.starts_with('.') => return Err(NumberError::Malformed),
         _ => return Err(double_or_suffix(spelling, end)),
@@ -125,7 +128,8 @@ mod tests {
             ("1e3", Number::Float(1000.0)),
             ("1.5f", Number::Float(1.5)),
             ("09.5", Number::Float(9.5)),
-            ("1f", Number::Float(1.0)),
+            ("1.f", Number::Float(1.0)),
+            ("1e0f", Number::Float(1.0)),
             ("2.5E-1F", Number::Float(0.25)),
         ];
         for (text, value) in cases {
@@ -141,6 +145,8 @@ mod tests {
             ("0x", NumberError::Malformed),
             ("1e", NumberError::Malformed),
             ("1..2", NumberError::Malformed),
+            ("1f", NumberError::WholeFloat(1)),
+            ("010F", NumberError::WholeFloat(3)),
             ("1.0lf", NumberError::Double),
             ("1.0h", NumberError::Suffix(3)),
             ("4294967296", NumberError::IntegerRange),

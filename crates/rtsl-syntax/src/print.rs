@@ -63,7 +63,7 @@ impl Printer {
     }
 
     fn class(&mut self, class: &Class) {
-        let Class { name, bases, form, items, documentation, span: _ } = class;
+        let Class { name, bases, form, items, documentation, span: _, end: _ } = class;
         let form = match form {
             ClassForm::Header => "",
             ClassForm::Block => " (block)",

@@ -6,7 +6,7 @@ use rtsl_source::{Diagnostic, FileId};
 
 use crate::lexer::lex_with_comments;
 use crate::symbol::Interner;
-use crate::token::{Token, TokenKind};
+use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::Word;
 
 /// A piece of the text. Only white space and line continuations lie between pieces.
@@ -61,6 +61,26 @@ pub fn raw_tokens(text: &str) -> Vec<RawToken> {
     }
     pieces.extend(comments.map(|piece| (piece, false)));
     join_directives(text, pieces)
+}
+
+/// Returns the words of a text that is not preprocessed, in their order: names and keywords outside of comments, quoted
+/// text and the messages of `#error`.
+pub fn words(text: &str) -> Vec<&str> {
+    let mut symbols = Interner::default();
+    let (tokens, _) = lex_with_comments(FileId(0), text, &mut symbols);
+    let mut words = Vec::new();
+    let mut line_start = 0;
+    for (index, token) in tokens.iter().enumerate() {
+        if token.starts_line {
+            line_start = index;
+        }
+        let is_message = matches!(tokens[line_start..=index], [hash, name, ..]
+            if hash.is(Punctuator::Hash) && symbols.text(name.spelling) == "error");
+        if token.kind == TokenKind::Name && !is_message {
+            words.push(&text[token.span.start as usize..token.span.end as usize]);
+        }
+    }
+    words
 }
 
 /// Returns the error of the first invalid token of `file`, if it has one outside directives.

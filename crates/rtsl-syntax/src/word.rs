@@ -36,6 +36,19 @@ pub(crate) enum Reading {
     Name,
 }
 
+/// Returns the reason why programs cannot declare a name, as a sentence; `None` if they can.
+pub fn reserved_name(name: &str) -> Option<&'static str> {
+    if name.starts_with("rt_") {
+        Some("names that start with `rt_` belong to the language")
+    } else if name.starts_with("gl_") {
+        Some("names that start with `gl_` belong to GLSL")
+    } else if name.contains("__") {
+        Some("names with two underscores in a row are reserved")
+    } else {
+        None
+    }
+}
+
 macro_rules! keywords {
     ($($name:ident $text:literal)*) => {
         /// The keywords of the grammar.

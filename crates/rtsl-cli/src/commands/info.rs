@@ -87,9 +87,7 @@ fn about_program(search_path: &[PathBuf]) -> String {
 fn source_of(compiler: &Compiler, source: &Path) -> Result<String, Failure> {
     if !is_file_name(source) {
         let name = source.to_string_lossy();
-        let files = library::classes().filter(|(class, _)| *class == name).map(|(_, file)| file);
-        for file in files {
-            // Comments have false names of classes, too.
+        if let Some(file) = library::file_of_class(&name) {
             let outline = compiler.outline(file.path, file.text, &mut FileLoader::default());
             if let Some(class) = outline.class(&name) {
                 return Ok(shown_source(class));

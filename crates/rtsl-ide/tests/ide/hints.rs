@@ -63,3 +63,21 @@ void lookup() {
             rt_FloatTextureValue = a * b + c * d‹fma› - (e + f + g[1] + h);"#]]
     .assert_eq(&hinted(text));
 }
+
+/// Each function calls the next a hundred times, and each variable has the value of the one after it: neither the number
+/// of paths through the calls nor the length of the chain multiplies the work.
+#[test]
+fn calls_and_chains_of_variables_are_looked_at_once() {
+    let mut text = "class A : rt_Texture;\nfloat f0() { return rt_TextureUV.x; }\n".to_owned();
+    for level in 1..=9 {
+        let calls = format!("f{}() + ", level - 1).repeat(100);
+        text += &format!("float f{level}() {{ return {calls}0.0; }}\n");
+    }
+    let count = 1_000;
+    text += "void lookup() {\n";
+    text += &(0..=count).map(|i| format!("float a{i} = 0.0;\n")).collect::<String>();
+    text += "for (int i = 0; i < 3; ++i) {\n";
+    text += &(0..count).map(|i| format!("a{i} = a{};\n", i + 1)).collect::<String>();
+    text += &format!("a{count} = f9();\n}}\nrt_FloatTextureValue = a0;\n}}\n");
+    expect!["for (int i‹: uniform› = 0; i < 3; ++i) {"].assert_eq(&hinted(&text));
+}

@@ -284,12 +284,33 @@ fn renaming_is_refused_with_a_reason() {
     let refusals = names.map(|name| name_refusal(name).unwrap_or_else(|| "fine".to_owned()));
     expect![[r#"
         fine
-        the name `rt_x` belongs to the language
-        the name `a__b` belongs to the language
+        names that start with `rt_` belong to the language
+        names with two underscores in a row are reserved
         `2x` is no name
         `if` is no name
         `a b` is no name
         `` is no name
         `float` is no name"#]]
     .assert_eq(&refusals.join("\n"));
+}
+
+#[test]
+fn words_of_comments_and_texts_name_no_macros() {
+    let text = "#define LIMIT 1.0 // LIMIT of it\nclass A : rt_Texture; // The LIMIT\n\
+                [[doc \"LIMIT\"]] public float x = LIMIT; /* LIMIT */\n";
+    let document = document(text);
+    let places = text.match_indices("LIMIT").map(|(offset, _)| offset as u32 + 1);
+    let named: Vec<bool> = places.map(|offset| hover(&document, offset).is_some()).collect();
+    assert_eq!(named, [true, false, false, false, true, false]);
+}
+
+/// Functions of one name, as often as a text may have them, are not compared with each other.
+#[test]
+fn many_functions_of_one_name_have_their_uses() {
+    let count = 3_000;
+    let text = "float f();\n".repeat(count)
+        + "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = f(); }\n";
+    let document = document(&text);
+    let key = key_at(&document, text.find("f();").expect("it is there") as u32).expect("a name");
+    assert_eq!(occurrences(&document, &key).len(), count + 1);
 }

@@ -77,8 +77,8 @@ fn document_at(
 
 /// The range of a place in the text of an analysis.
 fn range_of(workspace: &Workspace, document: &Document, span: Span) -> Range {
-    let text = &document.analysis.sources.file(span.file).text;
-    Lines::new(text, workspace.encoding).range(span.start as usize, span.end as usize)
+    let lines = Lines::of(&document.analysis.sources, span.file, workspace.encoding);
+    lines.range(span.start as usize, span.end as usize)
 }
 
 /// The location of a place: in a file, which is written to the disk if it is of the library.

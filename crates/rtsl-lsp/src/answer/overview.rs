@@ -117,7 +117,7 @@ pub fn semantic_tokens(
 ) -> Result<Option<SemanticTokensResult>, Refusal> {
     let Some(document) = workspace.document(&asked.text_document.uri) else { return Ok(None) };
     let text = document.text();
-    let lines = Lines::new(text, workspace.encoding);
+    let lines = Lines::of(&document.analysis.sources, document.file(), workspace.encoding);
     let (mut line, mut start) = (0, 0);
     let mut data = Vec::new();
     for token in rtsl_ide::semantic_tokens(&document) {
@@ -162,7 +162,7 @@ pub fn hints(
 ) -> Result<Option<Vec<InlayHint>>, Refusal> {
     let uri = &asked.text_document.uri;
     let Some(document) = workspace.document(uri) else { return Ok(None) };
-    let lines = Lines::new(document.text(), workspace.encoding);
+    let lines = Lines::of(&document.analysis.sources, document.file(), workspace.encoding);
     let wanted = lines.offset(asked.range.start)..=lines.offset(asked.range.end);
     let hints = rtsl_ide::hints(&document).into_iter();
     let hints =

@@ -9,7 +9,7 @@ use lsp_types::{
     NumberOrString, Range, TextEdit, Uri, WorkspaceEdit,
 };
 use rtsl::{FileId, Severity, Span, diagnostic_codes as codes};
-use rtsl_ide::{Document, advice};
+use rtsl_ide::{Document, advice, use_of_file};
 
 use super::{Refusal, beginning, location_of, range_of};
 use crate::place::Lines;
@@ -80,24 +80,10 @@ fn message_of(document: &Document, found: &rtsl::Diagnostic, elsewhere: Option<S
     lines.join("\n")
 }
 
-/// The line of a text that includes or imports a file, or its beginning.
+/// The part of a text that includes or imports a file, or its beginning.
 fn range_of_use(workspace: &Workspace, document: &Document, file: FileId) -> Range {
-    let name = document.analysis.sources.file(file).name.replace('\\', "/");
-    let last = name.rsplit('/').next().unwrap_or(&name);
-    let module = last.strip_suffix(".rtsl").unwrap_or(last);
-    let text = document.text();
-    let mut start = 0;
-    for line in text.split_inclusive('\n') {
-        let written = line.trim();
-        let includes = written.starts_with('#') && written.contains(last);
-        let imports = written.starts_with("import") && written.contains(module);
-        if includes || imports {
-            let lines = Lines::new(text, workspace.encoding);
-            return lines.range(start, start + line.trim_end().len());
-        }
-        start += line.len();
-    }
-    beginning()
+    let span = use_of_file(document, file);
+    span.map_or(beginning(), |span| range_of(workspace, document, span))
 }
 
 /// Returns the edits that diagnostics in a range suggest.
@@ -107,7 +93,7 @@ pub fn actions(
 ) -> Result<Option<Vec<CodeActionOrCommand>>, Refusal> {
     let uri = &asked.text_document.uri;
     let Some(document) = workspace.document(uri) else { return Ok(None) };
-    let lines = Lines::new(document.text(), workspace.encoding);
+    let lines = Lines::of(&document.analysis.sources, document.file(), workspace.encoding);
     let (start, end) = (lines.offset(asked.range.start), lines.offset(asked.range.end));
     let touches = |span: Span| {
         span.file == document.file() && span.start as usize <= end && start <= span.end as usize

@@ -68,6 +68,11 @@ impl Checker<'_> {
                 format!("{what} must be a constant expression"),
             )
             .at(span, "not known when the shader is compiled"),
+            Stop::Sequence(span) => Diagnostic::new(
+                codes::NOT_CONSTANT,
+                format!("{what} must be a constant expression"),
+            )
+            .at(span, "the comma operator makes no constant, as in GLSL"),
             Stop::TooLong(span) => Diagnostic::new(
                 codes::CONSTANT_TOO_LONG,
                 format!("{what} takes too long to compute"),

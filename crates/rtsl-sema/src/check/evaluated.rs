@@ -8,6 +8,8 @@ use rtsl_source::Span;
 pub(super) enum Stop {
     /// The value at this span is not known at compile time.
     NotConstant(Span),
+    /// A comma operator is at this span, which GLSL does not count among constants.
+    Sequence(Span),
     /// The limit on operations was exceeded at this span.
     TooLong(Span),
     /// The tree contains an error that was reported.

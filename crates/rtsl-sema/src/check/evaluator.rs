@@ -350,6 +350,9 @@ impl<'m> Evaluator<'m> {
                 ExpressionKind::Or(_, right) if !is_true(&value) => {
                     self.expression(right, frame)?
                 }
+                ExpressionKind::Sequence(..) if self.depth == 0 => {
+                    return Err(Stop::Sequence(link.span));
+                }
                 ExpressionKind::Sequence(_, right) => self.expression(right, frame)?,
                 _ => value,
             };

@@ -173,13 +173,7 @@ impl Checker<'_> {
         if self.in_prelude {
             return;
         }
-        let reason = if name.name.starts_with("rt_") {
-            "names that start with `rt_` belong to the language"
-        } else if name.name.contains("__") {
-            "names with two underscores in a row are reserved"
-        } else {
-            return;
-        };
+        let Some(reason) = rtsl_syntax::reserved_name(&name.name) else { return };
         self.report(
             Diagnostic::new(codes::RESERVED_NAME, format!("`{}` cannot be declared", name.name))
                 .at(name.span, "reserved name")

@@ -9,15 +9,15 @@ use crate::token::Punctuator;
 use crate::word::Word;
 
 impl Parser<'_> {
-    /// Parses declarators after the first one's name, up to a token other than `,`. `copied` is the
-    /// number of tokens that each further declarator copies.
+    /// Parses declarators after the first one's name, up to a token other than `,`. `cost` is the cost
+    /// of what each further declarator copies.
     pub(super) fn parse_declarators(
         &mut self,
         annotations: Vec<Annotation>,
         qualifiers: Qualifiers,
         ty: TypeName,
         first_name: Identifier,
-        copied: usize,
+        cost: usize,
         variables: &mut Vec<Variable>,
     ) -> Parse<()> {
         let mut name = first_name;
@@ -41,7 +41,7 @@ impl Parser<'_> {
                     _ => Ok(()),
                 };
             }
-            self.charge_copy(copied)?;
+            self.charge_copy(cost)?;
             name = self.expect_identifier("the declaration's name")?;
         }
     }
@@ -86,7 +86,7 @@ impl Parser<'_> {
     pub(super) fn parse_struct_declaration(
         &mut self,
         annotations: Vec<Annotation>,
-        annotation_tokens: usize,
+        cost: usize,
         qualifiers: Qualifiers,
     ) -> Parse<(Struct, Vec<Variable>)> {
         let structure = self.parse_struct()?;
@@ -98,8 +98,7 @@ impl Parser<'_> {
                 span: structure.name.span,
             };
             let name = self.expect_identifier("the declaration's name")?;
-            let copied = annotation_tokens + 1;
-            self.parse_declarators(annotations, qualifiers, ty, name, copied, &mut variables)?;
+            self.parse_declarators(annotations, qualifiers, ty, name, cost + 1, &mut variables)?;
         }
         self.expect_semicolon("the struct")?;
         Ok((structure, variables))

@@ -358,6 +358,15 @@ impl Parser<'_> {
             NumberError::Malformed => {
                 invalid(format!("`{shown}` is not a number"), "missing digits or too many points")
             }
+            NumberError::WholeFloat(at) => {
+                let written = format!("{}.0{}", &text[..at], &text[at..]);
+                invalid(
+                    format!("`{shown}` is a whole number with the suffix of floats"),
+                    "not a number",
+                )
+                .note("as in GLSL, a float has a point or an exponent")
+                .suggest("add a point", token.span, &written)
+            }
             NumberError::Double => {
                 invalid(format!("`{shown}` has double precision"), "RTSL has 32-bit floats only")
                     .help("leave the suffix out")

@@ -2,7 +2,6 @@
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
-use super::documentation::comment_before;
 use super::{Parse, Parser};
 use crate::ast::{
     Annotation, AnnotationValue, Class, ClassForm, Field, Function, Identifier, Import, Item,
@@ -110,12 +109,13 @@ impl Parser<'_> {
         }
         self.class = None;
         let span = keyword.span.to(header_end.span);
-        Ok(Class { name, bases, form, items, documentation, span })
+        let end = self.previous_span().after();
+        Ok(Class { name, bases, form, items, documentation, span, end })
     }
 
     fn documentation_of(&self, first: Token) -> Option<String> {
         let file = self.map.file(first.span.file);
-        comment_before(&file.text, first.span.start as usize)
+        self.comments.get(&first.span.file)?.before(&file.text, first.span.start as usize)
     }
 
     fn parse_class_head(&mut self) -> Parse<(Identifier, Vec<Identifier>)> {
@@ -226,7 +226,6 @@ impl Parser<'_> {
         }
         let start = self.position;
         let annotations = self.parse_annotations()?;
-        let annotation_tokens = self.position - start;
         let first = self.peek();
         let qualifiers = self.parse_qualifiers();
         if self.at_constructor() {
@@ -237,8 +236,9 @@ impl Parser<'_> {
             return Ok(());
         }
         if self.at_keyword(Keyword::Struct) {
+            let cost = self.cost_since(start);
             let (structure, variables) =
-                self.parse_struct_declaration(annotations, annotation_tokens, qualifiers)?;
+                self.parse_struct_declaration(annotations, cost, qualifiers)?;
             items.push(Item::Struct(structure));
             items.extend(variables.into_iter().map(Item::Variable));
             return Ok(());
@@ -249,11 +249,9 @@ impl Parser<'_> {
             return Ok(());
         }
         self.refuse_other_declarations(&qualifiers)?;
-        let type_start = self.position;
         let ty = self.parse_type("a declaration")?;
-        let type_tokens = self.position - type_start;
-        if self.maybe(Punctuator::Semicolon).is_some() {
-            // GLSL allows a declaration that declares nothing: `float;`.
+        let cost = self.cost_since(start);
+        if self.declares_nothing(&ty) {
             return Ok(());
         }
         let name = self.expect_declared_name(&ty)?;
@@ -269,10 +267,9 @@ impl Parser<'_> {
             items.push(Item::Function(self.parse_function(qualifiers, Some(ty), name, first)?));
             return Ok(());
         }
-        let copied = annotation_tokens + type_tokens;
         let mut variables = Vec::new();
         let result =
-            self.parse_declarators(annotations, qualifiers, ty, name, copied, &mut variables);
+            self.parse_declarators(annotations, qualifiers, ty, name, cost, &mut variables);
         items.extend(variables.into_iter().map(Item::Variable));
         result?;
         self.expect_semicolon("the declaration")
@@ -446,10 +443,10 @@ impl Parser<'_> {
         }
         let start = self.position;
         let ty = self.parse_type("a field")?;
-        let type_tokens = self.position - start;
+        let cost = self.cost_since(start);
         loop {
             let name = self.expect_identifier("the field's name")?;
-            self.charge_copy(type_tokens)?;
+            self.charge_copy(cost)?;
             let mut ty = ty.clone();
             self.parse_declarator_sizes(&mut ty)?;
             fields.push(Field { ty, name });

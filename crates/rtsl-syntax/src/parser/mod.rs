@@ -9,7 +9,6 @@
 
 mod assertions;
 mod declarations;
-pub(crate) mod documentation;
 mod enumerations;
 mod expressions;
 mod items;
@@ -20,11 +19,14 @@ mod types;
 
 pub use types::qualifiers;
 
+use std::collections::HashMap;
+
 use rtsl_source::{
-    Code, Diagnostic, Diagnostics, SourceMap, Span, deep_stack, diagnostic_codes as codes,
+    Code, Diagnostic, Diagnostics, FileId, SourceMap, Span, deep_stack, diagnostic_codes as codes,
 };
 
 use crate::ast::{Identifier, Import, TranslationUnit};
+use crate::comments::Comments;
 use crate::message::shorten;
 use crate::symbol::Interner;
 use crate::token::{Punctuator, Token, TokenKind};
@@ -36,6 +38,7 @@ const MAX_COPIED_TOKENS: usize = 1 << 20;
 /// Parses `tokens`, the last of which is the end token.
 pub(crate) fn parse_tokens(
     tokens: Vec<Token>,
+    comments: &HashMap<FileId, Comments>,
     map: &SourceMap,
     symbols: &Interner,
     diagnostics: &mut Diagnostics,
@@ -43,6 +46,7 @@ pub(crate) fn parse_tokens(
     let mut parser = Parser {
         tokens,
         position: 0,
+        comments,
         map,
         symbols,
         diagnostics,
@@ -67,6 +71,7 @@ type Parse<T> = Result<T, Reported>;
 struct Parser<'a> {
     tokens: Vec<Token>,
     position: usize,
+    comments: &'a HashMap<FileId, Comments>,
     map: &'a SourceMap,
     symbols: &'a Interner,
     diagnostics: &'a mut Diagnostics,
@@ -365,16 +370,22 @@ impl Parser<'_> {
         Err(reported)
     }
 
-    /// Counts `tokens` as copied once more; fails past the limit.
-    fn charge_copy(&mut self, tokens: usize) -> Parse<()> {
-        self.copied += tokens;
+    /// The cost of a copy of the tokens since the one at `start`: one for each, more for long ones.
+    fn cost_since(&self, start: usize) -> usize {
+        let tokens = self.tokens[start..self.position].iter();
+        tokens.map(|token| 1 + self.text(*token).len() / 16).sum()
+    }
+
+    /// Counts a copy of tokens; fails past the limit.
+    fn charge_copy(&mut self, cost: usize) -> Parse<()> {
+        self.copied += cost;
         if self.copied <= MAX_COPIED_TOKENS {
             return Ok(());
         }
         let place = self.peek().span;
         let diagnostic = Diagnostic::new(
             codes::NESTED_TOO_DEEPLY,
-            "too many declarators share one long type".to_string(),
+            "too many declarators share one long type or annotation".to_string(),
         )
         .at(place, "the limit is reached here")
         .help("declare them one by one, or name the array's size in a constant");

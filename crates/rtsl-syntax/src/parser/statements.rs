@@ -236,16 +236,17 @@ impl Parser<'_> {
 
     fn parse_declaration_statement(&mut self) -> Parse<StatementKind> {
         let first = self.peek();
+        let start = self.position;
         let qualifiers = self.parse_qualifiers();
         if self.at_keyword(Keyword::Struct) {
+            let cost = self.cost_since(start);
             let (structure, variables) =
-                self.parse_struct_declaration(Vec::new(), 0, qualifiers)?;
+                self.parse_struct_declaration(Vec::new(), cost, qualifiers)?;
             return Ok(StatementKind::Struct(structure, variables));
         }
-        let start = self.position;
         let ty = self.parse_type("a declaration")?;
-        let copied = self.position - start;
-        if self.maybe(Punctuator::Semicolon).is_some() {
+        let cost = self.cost_since(start);
+        if self.declares_nothing(&ty) {
             return Ok(StatementKind::Empty);
         }
         let name = self.expect_identifier("the declaration's name")?;
@@ -254,8 +255,7 @@ impl Parser<'_> {
             return Ok(StatementKind::Function(function));
         }
         let mut variables = Vec::new();
-        let result =
-            self.parse_declarators(Vec::new(), qualifiers, ty, name, copied, &mut variables);
+        let result = self.parse_declarators(Vec::new(), qualifiers, ty, name, cost, &mut variables);
         match result {
             Ok(()) => self.expect_semicolon("the declaration")?,
             // The variables parsed so far stay declared, so that their uses give no further errors.
@@ -414,18 +414,19 @@ impl Parser<'_> {
             self.expect(Punctuator::Semicolon)?;
             return Ok(StatementKind::Expression(expression));
         }
+        let start = self.position;
         let qualifiers = self.parse_qualifiers();
         if self.at_keyword(Keyword::Struct) {
+            let cost = self.cost_since(start);
             let (structure, variables) =
-                self.parse_struct_declaration(Vec::new(), 0, qualifiers)?;
+                self.parse_struct_declaration(Vec::new(), cost, qualifiers)?;
             return Ok(StatementKind::Struct(structure, variables));
         }
-        let start = self.position;
         let ty = self.parse_type("a declaration")?;
-        let copied = self.position - start;
+        let cost = self.cost_since(start);
         let name = self.expect_identifier("the declaration's name")?;
         let mut variables = Vec::new();
-        self.parse_declarators(Vec::new(), qualifiers, ty, name, copied, &mut variables)?;
+        self.parse_declarators(Vec::new(), qualifiers, ty, name, cost, &mut variables)?;
         self.expect(Punctuator::Semicolon)?;
         Ok(StatementKind::Variables(variables))
     }

@@ -78,11 +78,23 @@ impl Parser<'_> {
             return Err(self.unexpected("`lowp`, `mediump` or `highp`"));
         }
         self.bump();
-        if self.peek().kind != TokenKind::Name {
-            return Err(self.unexpected("a type"));
+        let has_precision = match self.word_of(self.peek()) {
+            Some(Word::Type) => matches!(self.text(self.peek()), "float" | "int"),
+            // The types of samplers.
+            Some(Word::Reserved(reserved)) => matches!(reserved.reading, Reading::Type(_)),
+            _ => false,
+        };
+        if !has_precision {
+            return Err(self.unexpected("`float` or `int`"));
         }
         self.bump();
         self.expect_semicolon("the precision statement")
+    }
+
+    /// Skips the `;` of a declaration that declares nothing after its type, which GLSL allows: `float;`.
+    pub(super) fn declares_nothing(&mut self, ty: &TypeName) -> bool {
+        let has_sizes = ty.sizes.iter().all(Option::is_some);
+        has_sizes && self.maybe(Punctuator::Semicolon).is_some()
     }
 
     /// True if the next token can name a type.

@@ -3,6 +3,7 @@
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 
 use super::Preprocessor;
+use super::expansion::Input;
 use crate::message::shorten;
 use crate::number::{Number, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
@@ -13,15 +14,17 @@ const MAX_DEPTH: usize = 128;
 impl Preprocessor<'_> {
     /// Evaluates the condition after `directive`; `None` if it is malformed.
     pub(super) fn condition_holds(&mut self, directive: Token, line: &[Token]) -> Option<bool> {
-        let resolved = self.resolve_defined(line)?;
-        let tokens = self.expand_list(resolved, 0);
+        self.in_condition = true;
+        let tokens = self.expand_list(line.to_vec(), 0);
+        self.in_condition = false;
+        // The error of a `defined` is reported.
+        if std::mem::take(&mut self.malformed_defined) {
+            return None;
+        }
         let end = line.last().unwrap_or(&directive).span.after();
-        let mut evaluator = Evaluator { this: self, tokens: &tokens, position: 0, depth: 0, end };
-        let value = evaluator.parse_expression(0, true).and_then(|value| {
-            match evaluator.tokens.get(evaluator.position) {
-                None => Ok(value),
-                Some(extra) => Err((extra.span, "expected an operator".to_string())),
-            }
+        let value = self.evaluate(&tokens, end).and_then(|(value, rest)| match rest {
+            [] => Ok(value),
+            [extra, ..] => Err((extra.span, "expected an operator".to_string())),
         });
         match value {
             Ok(value) => Some(value != 0),
@@ -37,40 +40,46 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Replaces `defined X` and `defined(X)` by 1 or 0, before macros are expanded.
-    fn resolve_defined(&mut self, line: &[Token]) -> Option<Vec<Token>> {
-        let mut resolved = Vec::with_capacity(line.len());
-        let mut rest = line;
-        while let [first, after @ ..] = rest {
-            rest = after;
-            if first.kind != TokenKind::Name || first.spelling != self.names.defined {
-                resolved.push(*first);
-                continue;
-            }
-            let (name, after) = match after {
-                [open, name, close, after @ ..]
-                    if open.is(Punctuator::LeftParenthesis)
-                        && close.is(Punctuator::RightParenthesis) =>
-                {
-                    (name, after)
-                }
-                [name, after @ ..] => (name, after),
-                [] => (first, after),
-            };
-            if name.kind != TokenKind::Name || name.spelling == self.names.defined {
+    /// Evaluates the expression at the beginning of `tokens`, whose macros are expanded, and returns
+    /// its value and the tokens after it. `end` is the place after the last token.
+    pub(super) fn evaluate<'t>(
+        &self,
+        tokens: &'t [Token],
+        end: Span,
+    ) -> Result<(i64, &'t [Token]), (Span, String)> {
+        let mut evaluator = Evaluator { this: self, tokens, position: 0, depth: 0, end };
+        let value = evaluator.parse_expression(0, true)?;
+        Ok((value, &tokens[evaluator.position..]))
+    }
+
+    /// Returns 1 or 0 for `defined`, whose operand `NAME` or `(NAME)` is read from `input` without
+    /// expanding macros. Both may come from macros.
+    pub(super) fn resolve_defined(&mut self, defined: Token, input: &mut Input) -> Token {
+        let mut name = self.next_raw(input);
+        let in_parentheses = name.is_some_and(|token| token.is(Punctuator::LeftParenthesis));
+        if in_parentheses {
+            name = self.next_raw(input);
+        }
+        let is_name =
+            |token: &Token| token.kind == TokenKind::Name && token.spelling != self.names.defined;
+        let name = name.filter(is_name);
+        let is_closed = !in_parentheses
+            || self.next_raw(input).is_some_and(|token| token.is(Punctuator::RightParenthesis));
+        let value = match name.filter(|_| is_closed) {
+            Some(name) if self.is_defined(name.spelling) => "1",
+            Some(_) => "0",
+            None => {
                 let message = "`defined` without a name";
                 self.report(
                     Diagnostic::new(codes::INVALID_CONDITION, message)
-                        .at(first.span, "expected `defined NAME` or `defined(NAME)`"),
+                        .at(defined.span, "expected `defined NAME` or `defined(NAME)`"),
                 );
-                return None;
+                self.malformed_defined = true;
+                "0"
             }
-            let value = if self.is_defined(name.spelling) { "1" } else { "0" };
-            let spelling = self.symbols.intern(value);
-            resolved.push(Token { kind: TokenKind::Number, spelling, ..*name });
-            rest = after;
-        }
-        Some(resolved)
+        };
+        let spelling = self.symbols.intern(value);
+        Token { kind: TokenKind::Number, spelling, ..name.unwrap_or(defined) }
     }
 }
 

@@ -5,7 +5,6 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 use super::Preprocessor;
 use super::files::{Conditional, GroupState};
 use crate::message::shorten;
-use crate::number::{Number, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
 
 /// The names of directives.
@@ -215,12 +214,20 @@ impl Preprocessor<'_> {
     }
 
     fn obey_extension(&mut self, name: Token, rest: &[Token]) {
-        let well_formed = matches!(rest, [extension, colon, behavior]
-            if extension.kind == TokenKind::Name
-                && colon.is(Punctuator::Colon)
-                && behavior.kind == TokenKind::Name);
-        if !well_formed {
-            self.report_malformed(name, rest, "expected `#extension name : behaviour`");
+        let expected = match rest {
+            [extension, colon, behavior]
+                if extension.kind == TokenKind::Name && colon.is(Punctuator::Colon) =>
+            {
+                match (self.text(*extension), self.text(*behavior)) {
+                    ("all", "require" | "enable") => Some("`all` takes `warn` or `disable`"),
+                    (_, "require" | "enable" | "warn" | "disable") => None,
+                    _ => Some("the behaviours are `require`, `enable`, `warn` and `disable`"),
+                }
+            }
+            _ => Some("expected `#extension name : behaviour`"),
+        };
+        if let Some(expected) = expected {
+            self.report_malformed(name, rest, expected);
             return;
         }
         let message = format!("extension `{}` has no effect", shorten(self.text(rest[0])));
@@ -247,38 +254,28 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Executes `#line 12`, or `#line 12 3` with the value that `__FILE__` has from there on. A
-    /// file name as in C instead of that value has no effect.
+    /// Executes `#line 12`, or `#line 12 3` with the value that `__FILE__` has from there on; both
+    /// are expressions as in `#if`. A file name as in C instead of that value has no effect.
     fn obey_line(&mut self, name: Token, rest: &[Token]) {
         let expanded = self.expand_list(rest.to_vec(), 0);
-        let numbers = match expanded[..] {
-            [line] => self.number(line).map(|line| (line, None)),
-            [line, file] if file.kind == TokenKind::Text => {
-                self.number(line).map(|line| (line, None))
-            }
-            [line, file] => self.number(line).zip(self.number(file).map(Some)),
-            _ => None,
-        };
-        let Some((line, number)) = numbers else {
+        let end = rest.last().unwrap_or(&name).span.after();
+        let line = self.evaluate(&expanded, end);
+        let numbers = line.and_then(|(line, after)| match after {
+            [] => Ok((line, None)),
+            [file] if file.kind == TokenKind::Text => Ok((line, None)),
+            _ => match self.evaluate(after, end)? {
+                (file, []) => Ok((line, Some(file))),
+                (_, [extra, ..]) => Err((extra.span, String::new())),
+            },
+        });
+        let Ok((line, number)) = numbers else {
             self.report_malformed(name, rest, "expected `#line number` or `#line number file`");
             return;
         };
         let next_line = i64::from(self.map.line(name.span.file, name.span.start)) + 1;
         if let Some(file) = self.open.last_mut() {
-            file.line_offset = line - next_line;
+            file.line_offset = line.saturating_sub(next_line);
             file.number = number.unwrap_or(file.number);
-        }
-    }
-
-    /// The value of an integer token.
-    fn number(&self, token: Token) -> Option<i64> {
-        if token.kind != TokenKind::Number {
-            return None;
-        }
-        match parse_number(self.text(token)) {
-            Ok(Number::Int(value)) => Some(i64::from(value as u32)),
-            Ok(Number::Uint(value)) => Some(i64::from(value)),
-            Ok(Number::Float(_)) | Err(_) => None,
         }
     }
 

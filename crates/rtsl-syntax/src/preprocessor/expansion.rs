@@ -60,6 +60,9 @@ impl Preprocessor<'_> {
             if self.is_built_in(token.spelling) {
                 return Some(self.built_in_value(token));
             }
+            if self.in_condition && token.spelling == self.names.defined {
+                return Some(self.resolve_defined(token, input));
+            }
             let Some(definition) = self.macros.get(&token.spelling) else { return Some(token) };
             if self.active.get(&token.spelling).is_some_and(|count| *count > 0) {
                 return Some(Token { painted: true, ..token });
@@ -98,7 +101,7 @@ impl Preprocessor<'_> {
     }
 
     /// Returns the next token without expanding macros.
-    fn next_raw(&mut self, input: &mut Input) -> Option<Token> {
+    pub(super) fn next_raw(&mut self, input: &mut Input) -> Option<Token> {
         while let Some(innermost) = input.expansions.last_mut() {
             if self.exhausted {
                 return None;

@@ -5,8 +5,9 @@ use std::rc::Rc;
 use rtsl_source::{Diagnostic, FileId, Span, diagnostic_codes as codes};
 
 use super::Preprocessor;
+use crate::comments::Comments;
 use crate::include::IncludeError;
-use crate::lexer::lex;
+use crate::lexer::lex_with_comments;
 use crate::message::shorten;
 use crate::token::{Punctuator, Token};
 
@@ -22,6 +23,7 @@ const SKIPPED_FOR_ONE: usize = 16;
 pub(super) struct LexedFile {
     pub file: FileId,
     pub tokens: Rc<[Token]>,
+    pub comments: Comments,
 }
 
 /// A file that is being read.
@@ -78,8 +80,10 @@ impl Preprocessor<'_> {
     pub(super) fn open(&mut self, file: FileId, included_at: Option<Span>) {
         let known = self.lexed.iter().position(|lexed| lexed.file == file);
         let number = known.unwrap_or_else(|| {
-            let tokens = lex(file, &self.map.file(file).text, self.symbols).into();
-            self.lexed.push(LexedFile { file, tokens });
+            let text = &self.map.file(file).text;
+            let (tokens, ranges) = lex_with_comments(file, text, self.symbols);
+            let (tokens, comments) = (tokens.into(), Comments { ranges });
+            self.lexed.push(LexedFile { file, tokens, comments });
             self.lexed.len() - 1
         });
         let tokens = self.lexed[number].tokens.clone();

@@ -55,6 +55,15 @@ impl Preprocessor<'_> {
             self.report_invalid(*token, LexicalError::UnterminatedComment);
             return;
         }
+        if let Some(hash) = rest.iter().find(|token| token.is(Punctuator::Hash)) {
+            let message = "`#` in the text of a macro".to_string();
+            self.report(
+                Diagnostic::new(codes::UNEXPECTED_CHARACTER, message)
+                    .at(hash.span, "no operator of GLSL")
+                    .note("GLSL has no text, so macros cannot make any; `##` joins tokens"),
+            );
+            return;
+        }
         let mut edges = rest.first().into_iter().chain(rest.last());
         if let Some(paste) = edges.find(|token| token.is(Punctuator::HashHash)) {
             let message = "`##` needs a token on either side".to_string();
@@ -164,7 +173,8 @@ impl Preprocessor<'_> {
     pub(super) fn built_in_value(&mut self, token: Token) -> Token {
         let open = self.open.last();
         let value = if token.spelling == self.names.line {
-            let line = self.map.line(token.span.file, token.span.start);
+            // In the text of a macro it is the line on which the macro's call ends.
+            let line = self.map.line(token.span.file, token.span.end);
             i64::from(line) + open.map_or(0, |file| file.line_offset)
         } else if token.spelling == self.names.file {
             open.map_or(0, |file| file.number)

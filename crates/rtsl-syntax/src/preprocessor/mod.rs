@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use rtsl_source::{Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes};
 
+use crate::comments::Comments;
 use crate::include::IncludeLoader;
 use crate::symbol::{Interner, Symbol};
 use crate::token::{LexicalError, Punctuator, Token, TokenKind};
@@ -27,20 +28,23 @@ const BUDGET: usize = 1 << 20;
 /// The longest name, in bytes, as in GLSL.
 const MAX_NAME: usize = 1024;
 
-/// Returns the tokens of the translation unit that starts with `file`. The last is the end token.
+/// Returns the tokens of the translation unit that starts with `file`, the last of which is the end
+/// token, and the comments of its files.
 pub(crate) fn preprocess(
     map: &mut SourceMap,
     file: FileId,
     loader: &mut dyn IncludeLoader,
     symbols: &mut Interner,
     diagnostics: &mut Diagnostics,
-) -> Vec<Token> {
+) -> (Vec<Token>, HashMap<FileId, Comments>) {
     let mut preprocessor = Preprocessor::new(map, loader, symbols, diagnostics);
     preprocessor.open(file, None);
     preprocessor.run();
     // A text cut short by a limit would give errors that its author cannot fix.
     let mut tokens = if preprocessor.exhausted { Vec::new() } else { preprocessor.output };
     let after_invalid = preprocessor.after_invalid;
+    let comments =
+        preprocessor.lexed.into_iter().map(|lexed| (lexed.file, lexed.comments)).collect();
     let end = map.file(file).text.len() as u32;
     tokens.push(Token {
         kind: TokenKind::End,
@@ -51,7 +55,7 @@ pub(crate) fn preprocess(
         after_invalid,
         painted: false,
     });
-    tokens
+    (tokens, comments)
 }
 
 /// The state of the preprocessor for one translation unit.
@@ -78,6 +82,10 @@ struct Preprocessor<'a> {
     after_invalid: bool,
     budget: usize,
     exhausted: bool,
+    /// True while the macros of a condition are expanded, where `defined` is an operator.
+    in_condition: bool,
+    /// True if a `defined` of the condition has no name, which was reported.
+    malformed_defined: bool,
     names: Names,
 }
 
@@ -126,6 +134,8 @@ impl<'a> Preprocessor<'a> {
             after_invalid: false,
             budget: BUDGET,
             exhausted: false,
+            in_condition: false,
+            malformed_defined: false,
             names,
         }
     }

@@ -131,6 +131,9 @@ fn copies_of_long_types_are_limited() {
     let size = format!("f({})", "1,".repeat(10_000) + "1");
     let text = format!("float[{size}] {} a;", "a, ".repeat(10_000));
     only_code(text, codes::NESTED_TOO_DEEPLY);
+    let documentation = format!("[[doc \"{}\"]]", "x".repeat(100_000));
+    let text = format!("{documentation} float {} a;", "a, ".repeat(10_000));
+    only_code(text, codes::NESTED_TOO_DEEPLY);
 }
 
 /// The codes of the diagnostics for a text that includes files.

@@ -1,6 +1,5 @@
 //! The standard library of shaders, which is built in.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use rtsl_source::Diagnostic;
@@ -24,26 +23,22 @@ pub fn file(path: &str) -> Option<&'static LibraryFile> {
 
 /// Returns the standard library's file that declares a class.
 pub fn file_of_class(name: &str) -> Option<&'static LibraryFile> {
-    static FILES: LazyLock<BTreeMap<&str, &LibraryFile>> = LazyLock::new(|| {
-        // Comments have false names, too: the first file counts.
-        let mut files = BTreeMap::new();
-        classes().for_each(|(class, file)| {
-            files.entry(class).or_insert(file);
-        });
-        files
-    });
-    FILES.get(name).copied()
+    classes().find(|(class, _)| *class == name).map(|(_, file)| file)
 }
 
 /// Returns the names of all classes of the standard library with their files, in the order of files.
 pub fn classes() -> impl Iterator<Item = (&'static str, &'static LibraryFile)> {
-    files().iter().flat_map(|file| declared_classes(file.text).map(move |class| (class, file)))
+    static CLASSES: LazyLock<Vec<(&str, &LibraryFile)>> = LazyLock::new(|| {
+        let of_file =
+            |file: &'static LibraryFile| declared_classes(file.text).map(move |it| (it, file));
+        files().iter().flat_map(of_file).collect()
+    });
+    CLASSES.iter().copied()
 }
 
-/// Returns the names that follow the word `class` in a text, without parsing it. Comments may add false ones.
+/// Returns the names that follow the keyword `class` in a text, without parsing it.
 pub fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
-    let separator = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_');
-    let mut words = text.split(separator).filter(|word| !word.is_empty());
+    let mut words = rtsl_syntax::raw::words(text).into_iter();
     std::iter::from_fn(move || {
         words.by_ref().find(|word| *word == "class")?;
         words.next()
@@ -65,12 +60,11 @@ pub fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
 /// # Errors
 /// If no file of the library has it; the diagnostic suggests a similar name.
 pub fn unit_of_class(compiler: &Compiler, name: &str) -> Result<Unit, Diagnostic> {
-    let of_name = classes().filter(|(class, _)| *class == name);
-    for (_, file) in of_name {
-        let Some(unit) = compiler.compile(file.path, file.text).unit else { continue };
-        if unit.class(name).is_ok() {
-            return Ok(unit);
-        }
+    if let Some(file) = file_of_class(name)
+        && let Some(unit) = compiler.compile(file.path, file.text).unit
+        && unit.class(name).is_ok()
+    {
+        return Ok(unit);
     }
     let mut names: Vec<&str> = classes().map(|(class, _)| class).collect();
     names.sort_unstable();

@@ -1,6 +1,10 @@
 //! The declarations of a text, without their meaning: what commands list and show.
 
-use rtsl_source::{SourceMap, Span};
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+use rtsl_source::{FileId, SourceMap, Span};
+use rtsl_syntax::Comments;
 use rtsl_syntax::ast::{self, ClassForm, Item, Qualifier, TranslationUnit, TypeName};
 
 /// The classes and functions of a text, which is parsed and not checked. Those of imported modules are not among them.
@@ -77,13 +81,35 @@ pub enum Passing {
 impl Outline {
     /// The outline of a parsed text.
     pub(super) fn of(tree: &TranslationUnit, sources: &SourceMap) -> Outline {
-        let headers: Vec<Span> = tree.items.iter().filter_map(header).collect();
         let classes = tree.items.iter().filter_map(|item| match item {
-            Item::Class(class) => Some(ClassOutline::of(class, &headers, sources)),
+            Item::Class(class) => Some(class),
             _ => None,
         });
+        let classes: Vec<&ast::Class> = classes.collect();
+        let mut comments = BTreeMap::new();
+        let mut start_of = |class: &ast::Class| {
+            let text = &sources.file(class.span.file).text;
+            let comments = comments.entry(class.span.file).or_insert_with(|| Comments::of(text));
+            comments.start_before(text, class.span.start as usize) as u32
+        };
+        let starts: Vec<u32> = classes.iter().map(|class| start_of(class)).collect();
+        // A class whose members follow its header lasts up to the next class of its file.
+        let mut next: BTreeMap<FileId, u32> = BTreeMap::new();
+        let mut outlines = Vec::new();
+        for (class, start) in classes.iter().zip(starts).rev() {
+            let file = class.span.file;
+            let length = sources.file(file).text.len() as u32;
+            let end = match class.form {
+                ClassForm::Header => next.get(&file).copied().unwrap_or(length),
+                ClassForm::Block if class.end.file == file => class.end.start,
+                ClassForm::Block => length,
+            };
+            outlines.push(ClassOutline::of(class, start..end.max(start), sources));
+            next.insert(file, start);
+        }
+        outlines.reverse();
         Outline {
-            classes: classes.collect(),
+            classes: outlines,
             functions: functions(&tree.items, sources),
             inherited: Vec::new(),
         }
@@ -97,10 +123,15 @@ impl Outline {
     /// Returns the names of inherited classes that are neither in the text nor known yet.
     pub(super) fn missing_bases(&self) -> Vec<String> {
         let all = || self.classes.iter().chain(&self.inherited);
-        let bases = all().flat_map(|class| class.bases.iter().map(move |base| (class, base)));
+        let mut known: HashMap<&str, usize> = HashMap::new();
+        for class in all() {
+            *known.entry(&class.name).or_default() += 1;
+        }
+        // A class does not inherit itself, but may have the name of its base.
         let is_known = |class: &ClassOutline, base: &str| {
-            all().any(|it| it.name == base && !std::ptr::eq(it, class))
+            known.get(base).copied().unwrap_or(0) > usize::from(class.name == base)
         };
+        let bases = all().flat_map(|class| class.bases.iter().map(move |base| (class, base)));
         let missing = bases.filter(|(class, base)| !is_known(class, base));
         missing.map(|(_, base)| base.clone()).collect()
     }
@@ -127,22 +158,15 @@ impl Outline {
 }
 
 impl ClassOutline {
-    fn of(class: &ast::Class, headers: &[Span], sources: &SourceMap) -> ClassOutline {
+    /// The outline of a class whose text is a range of its file.
+    fn of(class: &ast::Class, range: Range<u32>, sources: &SourceMap) -> ClassOutline {
         let file = sources.file(class.span.file);
-        let start = with_comments(&file.text, class.span.start as usize);
-        let mut later =
-            headers.iter().filter(|it| it.file == class.span.file && it.start > class.span.start);
-        let next = later.next().map(|it| with_comments(&file.text, it.start as usize));
-        let end = match class.form {
-            ClassForm::Header => next.unwrap_or(file.text.len()),
-            ClassForm::Block => end_of_block(class, &file.text),
-        };
-        let text = file.text.get(start..end.max(start)).unwrap_or_default();
+        let text = &file.text[range.start as usize..range.end as usize];
         ClassOutline {
             name: class.name.name.clone(),
             bases: class.bases.iter().map(|base| base.name.clone()).collect(),
             file: file.name.clone(),
-            line: sources.position(class.span.file, start as u32).line,
+            line: sources.line(class.span.file, range.start),
             text: text.trim_end().to_owned(),
             functions: functions(&class.items, sources),
         }
@@ -165,16 +189,10 @@ impl std::fmt::Display for FunctionOutline {
     }
 }
 
-fn header(item: &Item) -> Option<Span> {
-    match item {
-        Item::Class(class) => Some(class.span),
-        _ => None,
-    }
-}
-
 /// The functions among items, each once: prototypes announce others.
 fn functions(items: &[Item], sources: &SourceMap) -> Vec<FunctionOutline> {
     let mut functions: Vec<FunctionOutline> = Vec::new();
+    let mut places: HashMap<(String, Vec<String>), usize> = HashMap::new();
     for item in items {
         let Item::Function(function) = item else { continue };
         let Some(result) = &function.result else { continue };
@@ -193,15 +211,11 @@ fn functions(items: &[Item], sources: &SourceMap) -> Vec<FunctionOutline> {
             result: written(result, sources),
             parameters: parameters.collect(),
         };
-        let types = |it: &FunctionOutline| -> Vec<String> {
-            it.parameters.iter().map(|parameter| parameter.ty.clone()).collect()
-        };
-        let known = functions
-            .iter()
-            .position(|known| known.name == outline.name && types(known) == types(&outline));
-        match known {
+        let types = outline.parameters.iter().map(|parameter| parameter.ty.clone()).collect();
+        let known = places.entry((outline.name.clone(), types)).or_insert(functions.len());
+        match functions.get_mut(*known) {
             // The definition has the names of parameters.
-            Some(known) => functions[known] = outline,
+            Some(known) => *known = outline,
             None => functions.push(outline),
         }
     }
@@ -219,57 +233,4 @@ fn written(ty: &TypeName, sources: &SourceMap) -> String {
         text += &format!("[{size}]");
     }
     text
-}
-
-/// The start of the comments in the lines just before a place.
-fn with_comments(text: &str, place: usize) -> usize {
-    let mut start = text[..place].rfind('\n').map_or(0, |end| end + 1);
-    if !text[start..place].trim().is_empty() {
-        // Something else is before it in the line.
-        return place;
-    }
-    while start > 0 {
-        let line = text[..start - 1].rfind('\n').map_or(0, |end| end + 1);
-        if !text[line..start].trim_start().starts_with("//") {
-            break;
-        }
-        start = line;
-    }
-    start
-}
-
-/// The end of a class in braces: after its last item only comments are before the brace.
-fn end_of_block(class: &ast::Class, text: &str) -> usize {
-    let ends = class.items.iter().map(|item| end_of_item(item, class.span));
-    let mut at = ends.fold(class.span.end, u32::max) as usize;
-    loop {
-        let rest = text.get(at..).unwrap_or_default();
-        at += if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |end| end + 2)
-        } else if let Some(after) = rest.strip_prefix('}') {
-            let end = at + 1;
-            let space = after.len() - after.trim_start().len();
-            return if after.trim_start().starts_with(';') { end + space + 1 } else { end };
-        } else {
-            match rest.chars().next() {
-                Some(letter) => letter.len_utf8(),
-                None => return text.len(),
-            }
-        };
-    }
-}
-
-/// The end of an item in the file of its class.
-fn end_of_item(item: &Item, class: Span) -> u32 {
-    let span = match item {
-        Item::Struct(it) => it.span,
-        Item::Enumeration(it) => it.span,
-        Item::Assertion(it) => it.span,
-        Item::Variable(it) => it.span,
-        Item::Class(it) => it.span,
-        Item::Function(it) => it.body.as_ref().map_or(it.span, |body| body.span),
-    };
-    if span.file == class.file { span.end } else { 0 }
 }
