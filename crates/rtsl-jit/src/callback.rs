@@ -49,7 +49,7 @@ impl CompiledCallback {
         let target = llvm.host();
         let text =
             rtsl_llvm::emit_callbacks([(SYMBOL, callback)], &features_of_host(target, features));
-        let module = level.compile_for_work(kernel.work(), |level| match kernel.width {
+        let module = level.compile_kernels([(SYMBOL, kernel)], |level| match kernel.width {
             1 => llvm.compile_for_one_ray(&text, target, level),
             _ => llvm.compile(&text, target, level),
         });

@@ -7,6 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use rtsl_packet::Kernel;
+
 use crate::error::JitError;
 use crate::limits::MAX_FRAME_BYTES;
 
@@ -77,6 +79,19 @@ fn is_part(name: &str, function: &str) -> bool {
 fn between<'a>(text: &'a str, start: &str, end: char) -> Option<&'a str> {
     let (_, rest) = text.split_once(start)?;
     rest.split_once(end).map(|(inside, _)| inside)
+}
+
+/// Returns the bytes of the stack that a kernel needs at least.
+///
+/// # Errors
+/// [`JitError::Frame`], if no code of the kernel can have a frame that is small enough: LLVM would take its time to find
+/// that.
+pub(crate) fn check_least(symbol: &str, kernel: &Kernel) -> Result<usize, JitError> {
+    let bytes = kernel.least_frame_bytes();
+    if bytes > MAX_FRAME_BYTES {
+        return Err(JitError::Frame { function: symbol.to_owned(), bytes });
+    }
+    Ok(bytes)
 }
 
 #[cfg(test)]

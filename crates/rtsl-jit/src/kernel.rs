@@ -14,6 +14,7 @@ use rtsl_packet::Kernel;
 
 use crate::entry::{Entry, FullEntry};
 use crate::error::JitError;
+use crate::frames;
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::opt_level::OptLevel;
@@ -66,6 +67,9 @@ impl CompiledKernel {
             let alone = |kernel| Self::compile(llvm, std::slice::from_ref(kernel), features, level);
             let made: Result<Vec<_>, _> = kernels.iter().map(alone).collect();
             return Ok(made?.into_iter().flatten().collect());
+        }
+        for (index, kernel) in kernels.iter().enumerate() {
+            frames::check_least(&symbol(index), kernel)?;
         }
         let level = level.for_work(work);
         let target = llvm.host();

@@ -2,7 +2,11 @@
 
 use std::ffi::c_int;
 
+use rtsl_packet::Kernel;
+
 use crate::error::JitError;
+use crate::frames;
+use crate::limits::MAX_FRAME_BYTES;
 
 /// The greatest work of a kernel that is optimised: more than ten times the largest in the standard library. A kernel
 /// of that many operations without branches takes 7 seconds (LLVM 22, 8 lanes, Zen 3).
@@ -34,20 +38,28 @@ impl OptLevel {
         if work > STRAIGHT_WORK { OptLevel::O0 } else { self }
     }
 
-    /// Runs `compile` at the level [for this work](OptLevel::for_work). Unoptimised code gives every value that
-    /// outlives its block a separate stack slot, a vector each. If that is too much, `compile` runs at the requested
-    /// level, at which values share slots.
+    /// Runs `compile` at the level [for the work](OptLevel::for_work) of the largest of these kernels, unless one of them
+    /// needs a larger stack frame at any level. Unoptimised code gives every value that outlives its block a separate
+    /// stack slot, a vector each. If that is too much, `compile` runs at the requested level, at which values share slots,
+    /// if they have room.
     ///
     /// # Errors
-    /// Those of `compile`.
-    pub fn compile_for_work<T>(
+    /// Those of `compile`, and [`JitError::Frame`].
+    pub fn compile_kernels<'k, T>(
         self,
-        work: u64,
+        kernels: impl IntoIterator<Item = (&'k str, &'k Kernel)>,
         compile: impl Fn(OptLevel) -> Result<T, JitError>,
     ) -> Result<T, JitError> {
+        let (mut work, mut frame_bytes) = (0, 0);
+        for (symbol, kernel) in kernels {
+            work = work.max(kernel.work());
+            frame_bytes = frame_bytes.max(frames::check_least(symbol, kernel)?);
+        }
         let level = self.for_work(work);
         let made = compile(level);
-        let can_retry = level != self && work <= RETRIED_WORK;
+        // LLVM adds an eighth to the values, or less.
+        let has_room = frame_bytes + frame_bytes / 8 <= MAX_FRAME_BYTES;
+        let can_retry = level != self && work <= RETRIED_WORK && has_room;
         match made {
             Err(JitError::Frame { .. }) if can_retry => compile(self),
             made => made,

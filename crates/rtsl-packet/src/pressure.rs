@@ -12,10 +12,18 @@ impl Kernel {
     pub fn live_lanes(&self) -> u32 {
         let mut uses = Uses { last: IndexVec::filled(self.values.len(), 0), position: 0 };
         uses.region(&self.body);
-        let mut live =
-            Live { kernel: self, last: uses.last, position: 0, now: Vec::new(), most: 0 };
+        // Two positions more: those of what a region yields, and of values without a use after the last operation.
+        let ending = vec![0; uses.position as usize + 3];
+        let last = uses.last;
+        let mut live = Live { kernel: self, last, ending, position: 0, ended: 0, now: 0, most: 0 };
         live.region(&self.body);
         live.most
+    }
+
+    /// Returns the bytes of the stack that the values in lanes need at least, if registers hold none of them: each has a
+    /// lane for each ray.
+    pub fn least_frame_bytes(&self) -> usize {
+        self.live_lanes() as usize * self.width as usize * size_of::<f32>()
     }
 }
 
@@ -36,12 +44,16 @@ impl Uses {
     }
 }
 
-/// The values in use at a position.
+/// The number of values in use at a position.
 struct Live<'a> {
     kernel: &'a Kernel,
     last: IndexVec<Value, u32>,
+    /// The number of values whose last use is at each position.
+    ending: Vec<u32>,
     position: u32,
-    now: Vec<Value>,
+    /// The position up to which values have ended.
+    ended: u32,
+    now: u32,
     most: u32,
 }
 
@@ -50,12 +62,18 @@ impl Live<'_> {
         for op in &region.ops {
             self.position += 1;
             op.kind.regions().for_each(|region| self.region(region));
-            let (last, position) = (&self.last, self.position);
-            self.now.retain(|value| last[*value] > position);
+            while self.ended < self.position {
+                self.ended += 1;
+                self.now -= self.ending[self.ended as usize];
+            }
             let ty = |value: &Value| self.kernel.ty(*value);
             let is_number = |value: &Value| ty(value).lanes && ty(value).scalar != Scalar::Bool;
-            self.now.extend(op.results.iter().filter(is_number));
-            self.most = self.most.max(self.now.len() as u32);
+            for value in op.results.iter().filter(is_number) {
+                let end = self.last[value].max(self.position + 1);
+                self.ending[end as usize] += 1;
+                self.now += 1;
+            }
+            self.most = self.most.max(self.now);
         }
     }
 }

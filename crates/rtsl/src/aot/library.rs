@@ -163,7 +163,8 @@ impl AotLibrary {
         let target = target.unwrap_or(llvm.host());
         let level = self.compiler.options().optimization;
         let text = nesting::with_deep_stack(|| self.llvm_text(target));
-        let object = level.compile_for_work(self.work(), |level| llvm.object(&text, target, level));
+        let compile = |level| llvm.object(&text, target, level);
+        let object = level.compile_kernels(self.all_kernels(), compile);
         object.map_err(|error| self.object_error(&error))
     }
 
@@ -175,12 +176,13 @@ impl AotLibrary {
         errors::machine_code(function, kernel.map_or(1, |(_, kernel)| kernel.width), error)
     }
 
-    /// Returns the work of the largest kernel.
-    fn work(&self) -> u64 {
-        let parts = self.constructors.iter().flat_map(|constructor| &constructor.parts);
-        let kernels = self.kernels.iter().map(|(_, kernel)| kernel);
-        let all = kernels.chain(parts.map(|part| &part.kernel));
-        all.map(Kernel::work).max().unwrap_or(0)
+    /// The kernels of methods and constructors, with their symbols.
+    fn all_kernels(&self) -> impl Iterator<Item = (&str, &Kernel)> {
+        let methods = self.kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel));
+        let constructors = self.constructors.iter().flat_map(|constructor| {
+            constructor.parts.iter().map(|part| (constructor.symbol.as_str(), &part.kernel))
+        });
+        methods.chain(constructors)
     }
 
     /// Returns the text that LLVM compiles.

@@ -90,13 +90,13 @@ impl EmitRequest {
         }
         let llvm = llvm.as_ref().map_err(errors::no_llvm)?;
         let level = compiler.options().optimization;
-        let result = level.compile_for_work(packet.work(), |level| match self.emit {
+        let name = &source.function.name;
+        let result = level.compile_kernels([(name.as_str(), &packet)], |level| match self.emit {
             Emit::Ir | Emit::Stages | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
         });
-        let name = &source.function.name;
         result.map_err(|error| errors::machine_code(name, packet.width, &error))
     }
 }

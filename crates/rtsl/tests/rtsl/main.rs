@@ -14,6 +14,7 @@ mod editors;
 mod elements;
 mod enumerations;
 mod examples;
+mod expanding;
 mod explain;
 mod filter_changes;
 mod fuzz;
