@@ -1,6 +1,7 @@
 //! `rtsl fmt`: one style for the white space of shaders.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use rtsl::SourceMap;
@@ -52,6 +53,9 @@ pub fn run(arguments: &FmtArguments, reporter: &Reporter) -> CommandResult {
     Ok(outcome)
 }
 
+/// The time after which a comparison may find fewer equal lines: it is by the square of the lines that differ.
+const MAX_TIME: Duration = Duration::from_secs(1);
+
 /// A text before and after formatting.
 struct Change {
     before: String,
@@ -62,7 +66,8 @@ impl Change {
     /// The differences, as `diff -u` writes them.
     fn difference(&self, file: &Path) -> String {
         let name = file.display().to_string();
-        let difference = TextDiff::from_lines(&self.before, &self.after);
+        let difference =
+            TextDiff::configure().timeout(MAX_TIME).diff_lines(&self.before, &self.after);
         difference.unified_diff().header(&name, &format!("{name} (formatted)")).to_string()
     }
 }

@@ -284,8 +284,8 @@ fn renaming_is_refused_with_a_reason() {
     let refusals = names.map(|name| name_refusal(name).unwrap_or_else(|| "fine".to_owned()));
     expect![[r#"
         fine
-        the name `rt_x` belongs to the language
-        the name `a__b` belongs to the language
+        names that start with `rt_` belong to the language
+        names with two underscores in a row are reserved
         `2x` is no name
         `if` is no name
         `a b` is no name

@@ -118,11 +118,11 @@ fn errors_of_modules_stand_at_their_imports() {
             "message": "in `FOLDER/lib/scale.rtsl`: there is no `y` here\nunknown name\nhelp: did you mean: `x`",
             "range": {
               "end": {
-                "character": 17,
+                "character": 16,
                 "line": 0
               },
               "start": {
-                "character": 0,
+                "character": 7,
                 "line": 0
               }
             },

@@ -34,11 +34,37 @@ float part{index}(vec2 p, float x) {{
 
 #[test]
 fn answers_for_long_texts() {
-    let text = long_text();
+    ask_everything(&long_text(), "part3(|rt_TextureUV");
+}
+
+/// The times are in proportion to the number of functions.
+#[test]
+fn answers_for_many_functions() {
+    ask_everything(&functions(600, "\n"), "f3(|rt_TextureUV");
+}
+
+/// The times are those of functions on lines of their own.
+#[test]
+fn answers_for_long_lines() {
+    ask_everything(&functions(600, " "), "f3(|rt_TextureUV");
+}
+
+/// A class of functions with a separator between them.
+fn functions(count: usize, separator: &str) -> String {
+    let function = |index| {
+        format!("float f{index}(float x) {{ float y = 2 * x + 1.0; return y; }}{separator}")
+    };
+    let functions: String = (0..count).map(function).collect();
+    let lookup = "void lookup() { rt_FloatTextureValue = f3(rt_TextureUV.x); }";
+    format!("class Many : rt_Texture;{separator}{functions}{lookup}\n")
+}
+
+/// Asks all requests about a text, some at a place in it, and prints their times.
+fn ask_everything(text: &str, place_text: &str) {
     let mut client = Client::new(&[]);
-    assert_eq!(client.open("long.rtsl", &text), json!([]));
+    assert_eq!(client.open("long.rtsl", text), json!([]));
     let document = json!({"textDocument": {"uri": client.uri("long.rtsl")}});
-    let place = position_of(&text, "part3(|rt_TextureUV");
+    let place = position_of(text, place_text);
     let mut timed = |what: &str, ask: &mut dyn FnMut(&mut Client)| {
         let start = Instant::now();
         ask(&mut client);
@@ -50,15 +76,18 @@ fn answers_for_long_texts() {
     });
     for method in ["hover", "definition", "completion", "signatureHelp", "documentHighlight"] {
         timed(method, &mut |client| {
-            let found = client.ask_at(
-                &format!("textDocument/{method}"),
-                "long.rtsl",
-                &text,
-                "part3(|rt_TextureUV",
-            );
+            let found =
+                client.ask_at(&format!("textDocument/{method}"), "long.rtsl", text, place_text);
             assert!(found.get("error").is_none(), "{method}: {found}");
         });
     }
+    timed("references", &mut |client| {
+        let asked = json!({
+            "textDocument": document["textDocument"], "position": place,
+            "context": {"includeDeclaration": true},
+        });
+        assert!(!client.ask("textDocument/references", asked).is_null());
+    });
     for method in ["documentSymbol", "foldingRange", "semanticTokens/full", "codeLens"] {
         timed(method, &mut |client| {
             let found = client.ask(&format!("textDocument/{method}"), document.clone());

@@ -27,7 +27,7 @@ fn the_standard_library_checks() {
 const WARNINGS: [&str; 6] = ["W0245", "W0246", "W0335", "W0336", "W0337", "W0338"];
 
 /// Texts that contain such statements on purpose.
-const MEANT: [&str; 1] = ["tests/syntax/expressions.rtsl"];
+const MEANT: [&str; 2] = ["tests/syntax/expressions.rtsl", "tests/glsl/not-supported-values.rtsl"];
 
 #[test]
 fn correct_shaders_give_no_warnings() {
