@@ -21,7 +21,7 @@ fn classes(role: Role) -> Vec<Arc<Class>> {
 fn exceptions(class: &str) -> &'static [Contract] {
     match class {
         // A curve faces each ray, so that rays have no surface in common.
-        "Curve" => &[Contract::Points, Contract::Normals, Contract::Derivatives],
+        "Curve" => &[Contract::Points, Contract::Within, Contract::Normals, Contract::Derivatives],
         // The place across a strand belongs to the viewer alone.
         "Hair" => &[Contract::Reciprocity],
         // Neither are measurements the same both ways, nor made-up tables.
