@@ -125,12 +125,12 @@ fn any_measured_material_is_read_or_refused() {
     for seed in &seeds {
         assert!(measured::measured(seed), "a file of the database is read");
     }
-    run_on(seeds.clone(), 60, |data| {
+    run_on(seeds.clone(), 40, |data| {
         measured::measured(data);
     });
     // Sizes and places that a mutation of words does not reach.
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    for _ in 0..cases(60) {
+    for _ in 0..cases(30) {
         let mut data = seeds[random.below(seeds.len())].clone();
         for _ in 0..1 + random.below(3) {
             overwrite(&mut random, &mut data, 600);
