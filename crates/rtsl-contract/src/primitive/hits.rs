@@ -184,8 +184,8 @@ fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fin
     Ok(tally.finish(NEVER_HIT))
 }
 
-/// Two rays against each other on one line that hit at two points find both sides of a solid. A ray from between them hits
-/// the farther one.
+/// Two rays against each other on one line that hit at two points find both sides of a solid. A ray from between them
+/// hits the farther one.
 fn check_within(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
     /// The least distance of the points, relative to the radius: closer ones are one point, or lie at an edge.
     const THICKNESS: f64 = 0.05;
