@@ -22,7 +22,7 @@ fn budget() -> InputBudget {
     InputBudget::new(Some(Amount(32 << 20)))
 }
 
-/// What a reader accepts keeps its word: every corner is a vertex.
+/// A mesh that a reader accepts keeps its word: every corner is a vertex.
 fn check(mesh: &Mesh) {
     let vertices = mesh.vertices() as u32;
     assert!(mesh.indices.words().iter().all(|index| *index < vertices));

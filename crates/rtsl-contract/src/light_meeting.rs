@@ -1,10 +1,10 @@
 //! Consistency of rays and light samples: a ray that hits a light must find the radiance of its samples.
 //!
-//! Integrators divide the light between samples of lights, which they weight by `rt_PDF`, and rays that they trace. Rays
-//! that leave the scene find what is infinitely far away: a sample there with a density must be found by a ray in its
-//! direction, and `evaluatePDF` be there, so that both techniques can be weighted. No ray finds a sample at a finite
-//! distance, whose weight is 1, as that of all samples of a light without `emission`: `emission` must be black there, or
-//! the light counts twice.
+//! Integrators divide the light between samples of lights, which they weight by `rt_PDF`, and rays that they trace.
+//! Rays that leave the scene find what is infinitely far away: a sample there with a density must be found by a ray in
+//! its direction, and `evaluatePDF` be there, so that both techniques can be weighted. No ray finds a sample at a
+//! finite distance, whose weight is 1, as that of all samples of a light without `emission`: `emission` must be black
+//! there, or the light counts twice.
 
 use std::ops::Range;
 

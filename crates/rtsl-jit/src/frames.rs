@@ -84,8 +84,8 @@ fn between<'a>(text: &'a str, start: &str, end: char) -> Option<&'a str> {
 /// Returns the bytes of the stack that a kernel needs at least.
 ///
 /// # Errors
-/// [`JitError::Frame`], if no code of the kernel can have a frame that is small enough: LLVM would take its time to find
-/// that.
+/// [`JitError::Frame`], if no code of the kernel can have a frame that is small enough: LLVM would take its time to
+/// find that.
 pub(crate) fn check_least(symbol: &str, kernel: &Kernel) -> Result<usize, JitError> {
     let bytes = kernel.least_frame_bytes();
     if bytes > MAX_FRAME_BYTES {

@@ -6,7 +6,7 @@ use rtsl::{Diagnostic, Method, diagnostic_codes as codes};
 use rtsl_image::Image;
 use rtsl_scene::Scene;
 
-/// What a scene lacks that its picture needs.
+/// The parts that a picture needs and its scene lacks.
 pub(crate) struct Darkness {
     reasons: Vec<String>,
 }

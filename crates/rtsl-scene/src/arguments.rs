@@ -20,7 +20,8 @@ pub trait Resolve {
     fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>>;
 }
 
-/// Converts a parameter of an entity, by the class's names, to an argument of the class. Messages have the scene's names.
+/// Converts a parameter of an entity, by the class's names, to an argument of the class. Messages have the scene's
+/// names.
 pub fn argument(
     of: NamedEntity<'_>,
     mut parameter: Cow<'_, Parameter>,

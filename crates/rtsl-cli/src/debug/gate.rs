@@ -2,7 +2,7 @@
 
 use super::protocol::Request;
 
-/// What a client without the token is told.
+/// The answer to a client without the token.
 pub const REFUSED: &str = "the argument `token` of `launch` is not the one that `rtsl dap --port` printed, or was \
                            given by `--token`";
 

@@ -536,7 +536,7 @@ fn explain_info_and_help_answer() {
     folder.run(&[]).exits(WRONG_USAGE);
 }
 
-/// What renderers compute of other state has its value for every command that calls a method.
+/// State that renderers compute from other state has its value for every command that calls a method.
 #[test]
 fn state_that_follows_from_other_state_is_derived() {
     let folder = Folder::new("derived");

@@ -1,8 +1,8 @@
 //! The commands of the book run, on the files that its pages define.
 //!
 //! A block ```` ```rtsl file=NAME ```` or ```` ```pbrt file=NAME ```` is a file; with `append` it goes to the end of
-//! that file. Commands are the lines of `sh` blocks, indented lines and, in the tutorial, words of the text, that begin with
-//! `rtsl`. A `text` block behind a command has lines of its output in their order, where `...` stands for others.
+//! that file. Commands are the lines of `sh` blocks, indented lines and, in the tutorial, words of the text, that begin
+//! with `rtsl`. A `text` block behind a command has lines of its output in their order, where `...` stands for others.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

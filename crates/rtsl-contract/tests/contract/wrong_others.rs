@@ -140,7 +140,7 @@ fn a_panel_near_by_that_rays_meet_everywhere() {
     );
 }
 
-/// What `emission` says is true of the panel, and of no ray that leaves the scene.
+/// The radiance of `emission` is that of the panel, and of no ray that leaves the scene.
 #[test]
 fn a_panel_near_by_that_rays_seem_to_meet() {
     let others = "bool meets(vec3 from, vec3 d) {

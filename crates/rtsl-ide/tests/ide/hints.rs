@@ -64,8 +64,8 @@ void lookup() {
     .assert_eq(&hinted(text));
 }
 
-/// Each function calls the next a hundred times, and each variable has the value of the one after it: neither the number
-/// of paths through the calls nor the length of the chain multiplies the work.
+/// Each function calls the next a hundred times, and each variable has the value of the one after it: neither the
+/// number of paths through the calls nor the length of the chain multiplies the work.
 #[test]
 fn calls_and_chains_of_variables_are_looked_at_once() {
     let mut text = "class A : rt_Texture;\nfloat f0() { return rt_TextureUV.x; }\n".to_owned();

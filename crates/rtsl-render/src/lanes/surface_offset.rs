@@ -12,8 +12,8 @@
 //! box, and of their images under the transforms between spaces. Along an axis where all of them are small, as is the
 //! height over a level floor, the bound is small however far the other axes reach.
 //!
-//! Shapes that put their hits back on the surface know the error of that. Renderers then add only their own: that of the
-//! point and its transforms, without the shape's box, and without the ray where the point has been moved.
+//! Shapes that put their hits back on the surface know the error of that. Renderers then add only their own: that of
+//! the point and its transforms, without the shape's box, and without the ray where the point has been moved.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};

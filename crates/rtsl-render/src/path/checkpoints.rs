@@ -97,8 +97,8 @@ struct FilmNumbers {
     outputs: Vec<(String, Vec<f64>)>,
 }
 
-/// The greatest numbers that a render may leave: of samples of a pixel, of seconds for a tile (30 million years), and of
-/// lanes.
+/// The greatest numbers that a render may leave: of samples of a pixel, of seconds for a tile (30 million years), and
+/// of lanes.
 const MAX_SAMPLES: u32 = 1 << 31;
 const MAX_SECONDS: f64 = 1e15;
 const MAX_LANES: f64 = (1_u64 << 62) as f64;

@@ -70,7 +70,7 @@ pub struct ShapeKernels {
     pub derivatives: Option<Arc<Kernel>>,
     /// `samplePDF`.
     pub density: Option<Arc<Kernel>>,
-    /// What `computeNormal` sets of hits.
+    /// The parts of hits that `computeNormal` sets.
     pub placement: HitPlacement,
 }
 

@@ -31,7 +31,7 @@ pub struct Surfaces<'a> {
     pub needs: SurfaceNeeds,
     /// True if methods of the shapes may read normals.
     pub shapes_read_normals: bool,
-    /// What the shapes' `computeNormal` sets of hits.
+    /// The parts of hits that the shapes' `computeNormal` sets.
     pub placement: HitPlacement,
 }
 

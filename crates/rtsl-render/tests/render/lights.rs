@@ -19,7 +19,7 @@ void illumination() {
     rt_PDF = dot(d, d) / (rt_LightDirection.y * 16.0);
 }";
 
-/// What the panel would be if rays found it.
+/// The panel as it would be if rays found it.
 const FOUND: &str = "class Found : Panel;
 bool meets(vec3 from, vec3 d) {
     vec2 at = (from + d * ((corner.y - from.y) / d.y) - corner).xz;

@@ -2,8 +2,8 @@
 //!
 //! Readers append numbers directly to the arrays of bits that kernels read ([`MeshBuilder`]); PLY files are streamed
 //! and are never complete in memory. [`MeshBuilder::finish`] checks the result once: every index is in bounds and every
-//! coordinate is finite, but for vertices that no face uses, which are moved to one that is used. Files are untrusted: the counts in a header reserve no memory, and no input makes a reader
-//! panic.
+//! coordinate is finite, but for vertices that no face uses, which are moved to one that is used. Files are untrusted:
+//! the counts in a header reserve no memory, and no input makes a reader panic.
 //!
 //! This module does not depend on scenes or classes.
 

@@ -1,5 +1,5 @@
-//! The reader of OBJ files: the polygons of all groups, with normals and texture coordinates. Materials, curves and free
-//! surfaces are left out.
+//! The reader of OBJ files: the polygons of all groups, with normals and texture coordinates. Materials, curves and
+//! free surfaces are left out.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read};

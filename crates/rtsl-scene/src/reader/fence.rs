@@ -98,7 +98,7 @@ impl<'a> Fence<'a> {
     }
 }
 
-/// What is told of a file outside: the same whether it is missing or has faults.
+/// Returns the message about a file outside: the same whether it is missing or has faults.
 fn withheld(severity: Severity, name: &str, place: Option<Span>) -> Diagnostic {
     let folder = Path::new(name).parent().unwrap_or(Path::new("")).display().to_string();
     let (code, message) = match severity {

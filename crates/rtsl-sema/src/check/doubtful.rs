@@ -1,5 +1,5 @@
-//! Warns about text that is valid and never meant: loops without an end, quotients of integers that are 0 where a number
-//! was meant, changes that are always 0, boxes without extent.
+//! Warns about text that is valid and never meant: loops without an end, quotients of integers that are 0 where a
+//! number was meant, changes that are always 0, boxes without extent.
 
 use std::sync::Arc;
 

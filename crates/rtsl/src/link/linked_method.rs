@@ -32,7 +32,7 @@ pub struct LinkedMethod {
     pub(crate) nesting: usize,
 }
 
-/// What `computeNormal` of a class sets of its hits besides normals.
+/// The parts of hits besides normals that `computeNormal` of a class sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HitPlacement {
     /// True if it sets `rt_HitPoint`: it puts hits back on the surface.

@@ -148,7 +148,7 @@ impl ShapeLinks {
         code.error_of_sizes(maps, (normal, sizes), SURFACE_ERROR)
     }
 
-    /// What `computeNormal` sets of hits.
+    /// The parts of hits that `computeNormal` sets.
     fn placement(&self) -> HitPlacement {
         let method = self.methods.get(&Method::ComputeNormal);
         method.map(|method| method.hit_placement()).unwrap_or_default()

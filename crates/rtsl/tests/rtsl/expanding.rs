@@ -13,7 +13,7 @@ const LIMITS: [&str; 5] = ["E0404", "E0451", "E0452", "E0453", "E0510"];
 struct Family {
     name: &'static str,
     text: fn(usize) -> String,
-    /// What a text of 40 levels gives.
+    /// The result of a text of 40 levels.
     deepest: Deepest,
 }
 
@@ -155,8 +155,8 @@ fn waiting_numbers() -> String {
     )
 }
 
-/// The compiler of machine code takes its time by the square of the number of values, so it does not begin with a kernel
-/// that cannot fit the stack: what the error says is the need of the values alone.
+/// The compiler of machine code takes its time by the square of the number of values, so it does not begin with a
+/// kernel that cannot fit the stack: what the error says is the need of the values alone.
 #[test]
 fn values_without_room_are_refused_before_machine_code() {
     let unit = Compiler::default().compile("test.rtsl", &waiting_numbers()).unit.expect("valid");

@@ -189,7 +189,7 @@ fn surfaces_have_the_normals_and_derivatives_of_their_shapes() {
     SHAPES.into_iter().for_each(check);
 }
 
-/// What coordinates are computed from makes no difference to the derivatives of the surface by them.
+/// The derivatives of a surface by coordinates are the same whatever the coordinates are computed from.
 #[test]
 fn derivatives_reach_all_that_coordinates_are_computed_from() {
     const NORMAL: &str = "void computeNormal() { rt_GeometricNormal = 3.0 * rt_HitPoint; }";

@@ -330,7 +330,7 @@ fn check(faces: Faces, (backend, width): (Backend, u32), count: usize, seed: u64
     }
 }
 
-/// How often the test runs, each time with other faces and rays, and with how many corners. Long runs have a hundred
+/// The number of turns of the test, each with other faces and rays, and that of corners. Long runs have a hundred
 /// million rays.
 fn effort() -> (u64, usize) {
     if is_long_run() { (8, 10_000) } else { (1, 200) }

@@ -1,8 +1,9 @@
 //! The reader of PLY files: text, and binary of either byte order.
 //!
 //! It reads positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`) of vertices, the list `vertex_indices` or `vertex_index` of faces and of strips of triangles (`tristrips`), and attributes; other
-//! properties and elements are skipped. Numbers may have any of the format's types.
+//! `texture_s texture_t`) of vertices, the list `vertex_indices` or `vertex_index` of faces and of strips of triangles
+//! (`tristrips`), and attributes; other properties and elements are skipped. Numbers may have any of the format's
+//! types.
 //!
 //! The crate `ply-rs-bw` 4.0, the maintained library for the format, is as fast, but rejects `.5` and `1.` in text, and
 //! comments that are not UTF-8, all of which exporters write.
