@@ -162,7 +162,9 @@ impl ExportWriter<'_> {
         let scratch = &class.description.scratch;
         self.line(&format!("\nextern \"C\" void {}(RtslCall *call) {{", kernel.symbol));
         self.line(&format!("    {namespace}::State state;"));
-        for component in &kernel.reads {
+        // A method may set some components of a variable, and leave the others as they are.
+        let set_alone = kernel.writes.iter().filter(|it| !kernel.reads.contains(it));
+        for component in kernel.reads.iter().chain(set_alone) {
             let target = state_text(*component);
             self.line(&format!("    {target} = call->state[{component}][0];"));
         }

@@ -203,11 +203,14 @@ impl Lowering<'_> {
         self.class.roles.iter().copied().filter(move |role| method.roles().contains(role))
     }
 
-    /// True if the method passes a variable out.
+    /// True if the method passes a variable out: not what comes in and is never assigned.
     fn is_output(&self, id: StateId) -> bool {
         let (direction, row) = self.row(id);
-        let is_out = matches!(direction, Some(Direction::Out | Direction::InOut));
-        is_out && (!row.is_optional || self.is_state_written(id))
+        match direction {
+            Some(Direction::Out) if !row.is_optional => true,
+            Some(Direction::Out | Direction::InOut) => self.is_state_written(id),
+            Some(Direction::In) | None => false,
+        }
     }
 
     fn is_state_written(&self, id: StateId) -> bool {

@@ -50,10 +50,8 @@ class Third : First { };
         public float a = 1.0; // of First
         void lookup() { }
 
-        /* No documentation. */
-
         // several.rtsl:9
-        class Second : rt_Texture {
+        /* No documentation. */ class Second : rt_Texture {
             void lookup() { if (true) { } } // {
             // }
         };

@@ -36,7 +36,7 @@ impl Folder {
     }
 }
 
-const SCENE: &str = "Camera \"Pinhole\"\nWorldBegin\nShape \"Sphere\"\n";
+const SCENE: &str = "Camera \"Pinhole\"\nWorldBegin\nLightSource \"infinite\"\nShape \"Sphere\"\n";
 
 fn render<'a>(words: &[&'a str]) -> Vec<&'a str> {
     let common = ["render", "scene.pbrt", "-o", "a.exr", "--threads", "1", "--backend", "interp"];

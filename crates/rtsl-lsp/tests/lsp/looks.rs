@@ -241,42 +241,42 @@ fn a_pixel_has_values_and_a_diagnostic() {
         &client,
         &client.diagnostics("wave.rtsl"),
         expect![[r#"
-        [
-          {
-            "code": "W0631",
-            "message": "a value that leaves `Wave.lookup` is not finite: NaN\nmade of finite numbers here, in sample 2\nnote: called by `Other.shade`",
-            "range": {
-              "end": {
-                "character": 25,
-                "line": 10
-              },
-              "start": {
-                "character": 12,
-                "line": 10
-              }
-            },
-            "relatedInformation": [
+            [
               {
-                "location": {
-                  "range": {
-                    "end": {
-                      "character": 34,
-                      "line": 53
-                    },
-                    "start": {
-                      "character": 4,
-                      "line": 53
-                    }
+                "code": "W0631",
+                "message": "a value that leaves `Wave.lookup` is not finite: NaN\nmade of finite numbers here, in sample 2\nnote: called by `Other.shade`",
+                "range": {
+                  "end": {
+                    "character": 25,
+                    "line": 10
                   },
-                  "uri": "file://FOLDER/.cache/0.1.0/shaders/integrators/path.rtsl"
+                  "start": {
+                    "character": 12,
+                    "line": 10
+                  }
                 },
-                "message": "called by `Path.radiance`, after this line"
+                "relatedInformation": [
+                  {
+                    "location": {
+                      "range": {
+                        "end": {
+                          "character": 34,
+                          "line": 53
+                        },
+                        "start": {
+                          "character": 4,
+                          "line": 53
+                        }
+                      },
+                      "uri": "file://FOLDER/.cache/rtsl/library/0.1.0/shaders/integrators/path.rtsl"
+                    },
+                    "message": "called by `Path.radiance`, after this line"
+                  }
+                ],
+                "severity": 2,
+                "source": "rtsl"
               }
-            ],
-            "severity": 2,
-            "source": "rtsl"
-          }
-        ]"#]],
+            ]"#]],
     );
     let expected = ["8:36: x = 3.0", "10:26: x = NaN", "12:23: print: ä = NaN"];
     assert_eq!(notes(&mut client), expected);

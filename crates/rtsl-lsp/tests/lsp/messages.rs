@@ -59,40 +59,40 @@ fn diagnostics_follow_the_text() {
         &client,
         &found,
         expect![[r#"
-        [
-          {
-            "code": "E0101",
-            "message": "expected an expression, found `*`",
-            "range": {
-              "end": {
-                "character": 22,
-                "line": 10
+            [
+              {
+                "code": "E0101",
+                "message": "expected an expression, found `*`\nhelp: there are no pointers: an `inout` parameter changes a variable of the caller",
+                "range": {
+                  "end": {
+                    "character": 22,
+                    "line": 10
+                  },
+                  "start": {
+                    "character": 21,
+                    "line": 10
+                  }
+                },
+                "severity": 1,
+                "source": "rtsl"
               },
-              "start": {
-                "character": 21,
-                "line": 10
+              {
+                "code": "E0201",
+                "message": "there is no function `profle`\nunknown function\nhelp: did you mean: `profile`",
+                "range": {
+                  "end": {
+                    "character": 33,
+                    "line": 11
+                  },
+                  "start": {
+                    "character": 27,
+                    "line": 11
+                  }
+                },
+                "severity": 1,
+                "source": "rtsl"
               }
-            },
-            "severity": 1,
-            "source": "rtsl"
-          },
-          {
-            "code": "E0201",
-            "message": "there is no function `profle`\nunknown function\nhelp: did you mean: `profile`",
-            "range": {
-              "end": {
-                "character": 33,
-                "line": 11
-              },
-              "start": {
-                "character": 27,
-                "line": 11
-              }
-            },
-            "severity": 1,
-            "source": "rtsl"
-          }
-        ]"#]],
+            ]"#]],
     );
     let start = position_of(&broken, "profle");
     let end = json!({"line": start["line"], "character": start["character"].as_u64().unwrap() + 6});

@@ -302,7 +302,7 @@ impl ShapeKernels {
             let variant = if class.is_placed() { variant.placed() } else { variant };
             maker.kernel_of(program, Method::Intersect, variant)
         });
-        let placement = linked(Method::ComputeNormal).map(|it| it.hit_placement());
+        let placement = linked(Method::ComputeNormal).map(|it| it.hit_placement);
         let placement = placement.unwrap_or_default();
         ShapeKernels { hit: hit.flatten(), normal, coordinates, derivatives, density, placement }
     }

@@ -682,10 +682,10 @@ fn faults_of_files_that_are_read_nevertheless() {
         &files(wide),
         None,
         expect![[r#"
-        error[E0620]: `model.gltf` cannot be used: it is in UTF-16: save it as UTF-8
-         = help: export it again, as plain triangles without compression
+            error[E0620]: `model.gltf` cannot be used: it is in UTF-16: save it as UTF-8
+             = help: it is damaged, or its exporter has a fault: export it again
 
-    "#]],
+        "#]],
     );
     let mut numbers: Vec<f32> = vec![0., 0., 0., 1., 0., 0., 1., 1., 0., f32::NAN, 1., 0.];
     let with = |numbers: &[f32], corners: [u8; 3]| {

@@ -100,7 +100,6 @@ impl Parser<'_> {
         let token = |distance: usize| self.tokens[(index + distance).min(self.tokens.len() - 1)];
         token(0).is(Punctuator::Colon)
             && token(1).is(Punctuator::Colon)
-            && !token(1).spaced
             && token(2).kind == TokenKind::Name
     }
 

@@ -28,6 +28,9 @@ pub struct LinkedMethod {
     pub sets_scratch: bool,
     /// Scalars that the method sets to the values that they had.
     unchanged: Vec<VariableScalar>,
+    /// The parts of hits that the method sets, if it is `computeNormal`: the same however it is compiled and whatever is
+    /// known of members, since hosts compute the offsets of rays by it.
+    pub hit_placement: HitPlacement,
     /// The nesting of the regions.
     pub(crate) nesting: usize,
 }
@@ -43,13 +46,6 @@ pub struct HitPlacement {
 }
 
 impl LinkedMethod {
-    /// Returns what the method, which is `computeNormal`, sets of hits.
-    pub fn hit_placement(&self) -> HitPlacement {
-        let sets = |name: &str| self.writes.iter().any(|variable| variable.name == name);
-        let moves = sets("rt_HitPoint");
-        HitPlacement { moves, is_bounded: moves && sets("rt_SurfaceOffset") }
-    }
-
     /// Returns the texts in which operations have places, of [traced](crate::CompilerOptions::traced) classes.
     pub fn sources(&self) -> &[Arc<Source>] {
         self.function.names.sources()
@@ -104,7 +100,9 @@ impl LinkedMethod {
         let mut function = Function::clone(&self.function);
         unchanged::restore(&mut function, moved);
         let (warnings, unchanged) = (self.warnings.clone(), Vec::new());
-        Cow::Owned(LinkedMethod::new(Linked { function, unchanged, warnings }))
+        let mut linked = LinkedMethod::new(Linked { function, unchanged, warnings });
+        linked.hit_placement = self.hit_placement;
+        Cow::Owned(linked)
     }
 
     pub(crate) fn new(Linked { function, unchanged, warnings }: Linked) -> LinkedMethod {
@@ -117,8 +115,15 @@ impl LinkedMethod {
         let places = (0..function.variables.len() as u32).map(VariableId);
         let reads_scratch =
             places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
+        let sets = |name: &str| {
+            writes.iter().any(|variable: &&StateVariable| variable.name == name)
+                || unchanged.iter().any(|(variable, _)| variable.name == name)
+        };
+        let moves = sets("rt_HitPoint");
+        let hit_placement = HitPlacement { moves, is_bounded: moves && sets("rt_SurfaceOffset") };
         let (nesting, function) = (function.nesting(), Arc::new(function));
         LinkedMethod {
+            hit_placement,
             function,
             warnings,
             reads,

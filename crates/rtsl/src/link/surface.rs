@@ -151,7 +151,7 @@ impl ShapeLinks {
     /// The parts of hits that `computeNormal` sets.
     fn placement(&self) -> HitPlacement {
         let method = self.methods.get(&Method::ComputeNormal);
-        method.map(|method| method.hit_placement()).unwrap_or_default()
+        method.map(|method| method.hit_placement).unwrap_or_default()
     }
 
     fn has(&self, method: Method) -> bool {

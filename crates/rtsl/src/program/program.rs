@@ -314,7 +314,9 @@ impl Program {
         let function = self.specialise(&linked, &variant);
         let function = Function::clone(&function);
         let (warnings, unchanged) = (linked.warnings.clone(), Vec::new());
-        Ok(Arc::new(LinkedMethod::new(Linked { function, unchanged, warnings })))
+        let mut placed = LinkedMethod::new(Linked { function, unchanged, warnings });
+        placed.hit_placement = linked.hit_placement;
+        Ok(Arc::new(placed))
     }
 
     /// Returns the members of an instance as known values, for [`Variant::knowing`].

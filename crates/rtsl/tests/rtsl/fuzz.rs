@@ -55,7 +55,7 @@ fn compile() {
 
 #[test]
 fn the_seeds_of_the_compiler_compile() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders/primitives");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders/textures");
     // The target has no files to include.
     let includes = |seed: &Vec<u8>| seed.windows(8).any(|word| word == b"#include");
     let seeds = seeds(&root, "rtsl").into_iter().filter(|seed| !includes(seed));

@@ -48,6 +48,7 @@ class Endless : rt_Texture;
 public float limit = 0.0;
 private float reached;
 constructor() { while (reached >= limit) reached += 1.0; }
+void lookup() { rt_FloatTextureValue = reached; }
 ";
 
 fn unit() -> Unit {

@@ -2,9 +2,11 @@
 
 pub mod seeds;
 
+use std::sync::Arc;
+
 use expect_test::Expect;
-use rtsl::{Compiler, Engine, Instance};
-use rtsl_contract::{Contract, Options, Report, check, engine_options};
+use rtsl::{Class, Compiler, Engine, Instance};
+use rtsl_contract::{Contract, Options, Report, check, engine_options, settings};
 
 use self::seeds::seeds;
 
@@ -12,10 +14,16 @@ use self::seeds::seeds;
 pub fn report(text: &str, options: &Options) -> Report {
     let compilation = Compiler::default().compile("class.rtsl", text);
     let Some(unit) = &compilation.unit else { panic!("{}", compilation.report(false)) };
-    let class = unit.classes().last().expect("a class");
-    let instance = Instance::new(class, []).expect("it needs no parameters");
+    let instance = with_references(unit.classes().last().expect("a class"));
     let (engine, _) = Engine::new(engine_options()).expect("an engine");
     check(&engine, &instance, options).expect("it has code")
+}
+
+/// An instance with the defaults, whose references have shapes and textures of the library, as in `rtsl test`.
+fn with_references(class: &Arc<Class>) -> Arc<Instance> {
+    let defaults = settings(class, &[]).into_iter().next().expect("the defaults");
+    let made = defaults.instance(class, &[]);
+    made.unwrap_or_else(|problems| panic!("it needs parameters: {:?}", problems.into_vec()))
 }
 
 /// Compares what the report on the text's last class says of contracts that are broken. With other seeds the same
@@ -24,8 +32,7 @@ pub fn report(text: &str, options: &Options) -> Report {
 pub fn finds(text: &str, expected: Expect) {
     let compilation = Compiler::default().compile("wrong.rtsl", text);
     let Some(unit) = &compilation.unit else { panic!("{}", compilation.report(false)) };
-    let class = unit.classes().last().expect("a class");
-    let instance = Instance::new(class, []).expect("it needs no parameters");
+    let instance = with_references(unit.classes().last().expect("a class"));
     let (engine, _) = Engine::new(engine_options()).expect("an engine");
     let report = check(&engine, &instance, &Options::default()).expect("it has code");
     let broken: String = report

@@ -8,9 +8,10 @@ use tree_sitter::Node;
 
 use super::{files, folder, parse, read};
 
-/// Texts whose macros are neither names nor calls: the grammar, which expands none, can't parse these. The words are
-/// part of each text.
-const MACROS: [&str; 3] = ["JOIN(sq, uare) + JOIN(1, 2)", "const float TWICE(ab)", "TEN(;)"];
+/// Texts that the grammar can't parse. The words are part of each: macros that are neither names nor calls, which the
+/// grammar does not expand, and functions in functions, which the checker refuses and not the parser.
+const LEFT_OUT: [&str; 4] =
+    ["JOIN(sq, uare) + JOIN(1, 2)", "const float TWICE(ab)", "TEN(;)", "    int whole() { }\n"];
 
 #[test]
 fn files_are_parsed() {
@@ -28,7 +29,7 @@ fn texts_of_pages_are_parsed() {
 fn check(texts: Vec<(String, String)>, least: usize) {
     let mut checked = 0;
     for (name, text) in texts {
-        if MACROS.iter().any(|part| text.contains(part)) || !compiler_parses(&name, &text) {
+        if LEFT_OUT.iter().any(|part| text.contains(part)) || !compiler_parses(&name, &text) {
             continue;
         }
         if let Some(error) = first_error(parse(&text).root_node()) {
