@@ -17,6 +17,8 @@ impl FileSource for Files<'_> {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         match path.extension() {
             Some(extension) if extension == "bsdf" => Ok(self.0.to_vec()),
+            // Shaders of the library include others, which are looked for beside the scene, too.
+            Some(extension) if extension == "rtsl" => Err(io::ErrorKind::NotFound.into()),
             _ => Ok(SCENE.as_bytes().to_vec()),
         }
     }

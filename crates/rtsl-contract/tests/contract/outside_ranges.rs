@@ -205,8 +205,8 @@ fn cases(class: &Class) -> Vec<Vec<(String, Value)>> {
     together.into_iter().filter(|it| !it.is_empty()).chain(alone).collect()
 }
 
-/// Returns the results that are not finite of a class with parameters outside of their ranges. Kernels are those of other checks, if
-/// somebody has the program.
+/// Returns the results that are not finite of a class with parameters outside of their ranges. Kernels are those of
+/// other checks, if somebody has the program.
 pub fn problems(engine: &Engine, class: &Arc<Class>) -> String {
     let given = table(&class.name).into_iter().next().unwrap_or_default();
     let defaults = settings(class, &[]).into_iter().next().expect("the defaults");

@@ -242,7 +242,6 @@ impl Parser<'_> {
     pub(super) fn at_arrow(&self) -> bool {
         self.at(Punctuator::Minus)
             && self.peek_at(1).is(Punctuator::Greater)
-            && !self.peek_at(1).spaced
             && self.peek_at(2).kind == TokenKind::Name
     }
 
