@@ -44,6 +44,7 @@ impl PySceneText {
     /// where the scene says.
     #[new]
     #[pyo3(signature = (path, defines, search_path, camera=None, integrator=None, studio=false, files=None))]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of one call of Python")]
     fn new(
         py: Python<'_>,
         path: PathBuf,
