@@ -193,7 +193,7 @@ impl<'a> StatePlan<'a> {
         let derived = derived_components(role, method, is_given);
         // What is computed from others needs them, so it comes before them here.
         for (component, derivation) in derived.into_iter().rev() {
-            if self.needed[component as usize] && !self.changed[component as usize] {
+            if self.needed[component as usize] {
                 derivation.sources().iter().for_each(|it| self.needed[*it as usize] = true);
                 self.fills[component as usize] = Some(Fill::Derived(derivation));
             }
