@@ -1,6 +1,6 @@
 //! The pane of parameters: the parts of the scene, and a control for each parameter of the selected one.
 
-use egui::{Checkbox, ComboBox, DragValue, RichText, ScrollArea, Slider, SliderClamping, Ui};
+use egui::{Checkbox, ComboBox, DragValue, RichText, ScrollArea, Slider, Ui};
 use rtsl_render::session::{Control, ControlKind, Thing};
 use rtsl_scene::EntityId;
 
@@ -210,9 +210,9 @@ fn show_numbers(ui: &mut Ui, control: &mut Control) -> bool {
     for value in &mut control.values {
         let changed = match (least, greatest) {
             (Some(least), Some(greatest)) if least < greatest && count == 1 => {
-                let slider = Slider::new(value, least..=greatest).max_decimals(4);
                 // The scene may give a value outside, which stays until it is changed.
-                let slider = slider.clamping(SliderClamping::Edits);
+                let range = least.min(*value)..=greatest.max(*value);
+                let slider = Slider::new(value, range).max_decimals(4);
                 let slider = if kind == ControlKind::Whole { slider.integer() } else { slider };
                 ui.add(slider).changed()
             }

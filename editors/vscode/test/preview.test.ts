@@ -128,7 +128,7 @@ test("snippets inside classes are valid", withProgram, async () => {
         const { Parameter, Illuminance } = snippets();
         const text =
             `class T : rt_Material;\npublic color kd = color(0.5);\n${expanded(Parameter)}` +
-            `void shade() {\n${expanded(Illuminance)}}\n`;
+            `void shade() {\n${expanded(Illuminance)}rt_SampleColor *= roughness;\n}\n`;
         const file = path.join(folder, "inside.rtsl");
         writeFileSync(file, text);
         const checked = await run(PROGRAM!, ["check", file, "--color", "never"]);
