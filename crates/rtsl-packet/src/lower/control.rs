@@ -1,5 +1,6 @@
 //! Branches and loops: real ones if all rays agree, masks if they may diverge.
 
+use rtsl_abi::CallMode;
 use rtsl_ir::{Constant, Scalar, Value};
 
 use super::cost::AGREED_SPECULATION_LIMIT;
@@ -35,7 +36,11 @@ impl Lowering<'_> {
         let diverges = self.diverges(condition);
         let seldom = self.seldom.contains(&condition);
         let condition = self.value(condition);
-        let limit = if diverges { self.speculation_limit() } else { AGREED_SPECULATION_LIMIT };
+        let is_single = self.kernel.mode == CallMode::Single;
+        let limit = match diverges || is_single {
+            true => self.speculation_limit(),
+            false => AGREED_SPECULATION_LIMIT,
+        };
         let is_short = |side| self.speculation_cost(side).is_some_and(|cost| cost <= limit);
         let mut results = match (is_short(then) && !seldom, is_short(otherwise)) {
             (true, true) => {

@@ -13,11 +13,12 @@ impl Lowering<'_> {
     /// pure. For a pure and uniform loop that might never end the caller must ensure that every ray executes it.
     ///
     /// If the call has only one chunk, hoisting saves no work and executes operations outside of branches that might
-    /// have skipped them. The same holds for rarely taken branches, unless they move as a whole. Constants are always
-    /// hoisted.
+    /// have skipped them. The same holds for rarely taken branches, unless they move as a whole, and for branches of
+    /// leaves, whose few objects mostly are one chunk. Constants are always hoisted.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
         match self.kernel.mode {
             _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
+            CallMode::Leaf if self.depth > 0 => matches!(kind, OpKind::Constant(_)),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())
             }
