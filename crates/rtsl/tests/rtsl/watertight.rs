@@ -27,6 +27,18 @@ struct Fans {
     rays: Vec<Ray>,
 }
 
+/// Faces around one corner.
+struct Fan {
+    corner: usize,
+    /// The other ends of the edges at the corner.
+    spokes: Vec<usize>,
+    /// Faces reach by `scale` along the first vector, by `scale * stretch` along the second, and are seen from the
+    /// third.
+    frame: [Vector; 3],
+    scale: f32,
+    stretch: f32,
+}
+
 #[derive(Clone, Copy)]
 struct Ray {
     origin: Vector,
@@ -176,18 +188,14 @@ impl Fans {
         }
         self.indices.resize(first + FACES * each, start);
         let spokes = (start + 1..=start + sides).step_by(sides / count).collect::<Vec<_>>();
-        self.add_rays(start, &spokes, frame, scale, random);
+        let fan = Fan { corner: start, spokes, frame, scale, stretch };
+        self.add_rays(&fan, random);
     }
 
-    /// Adds rays towards the corner and its edges: some parallel to the frame, some of one origin.
-    fn add_rays(
-        &mut self,
-        corner: usize,
-        spokes: &[usize],
-        frame: [Vector; 3],
-        scale: f32,
-        random: &mut Random,
-    ) {
+    /// Adds rays towards the corner and its edges: a third of them beside edges, by distances at which rounding begins
+    /// to decide, some parallel to the frame, some of one origin.
+    fn add_rays(&mut self, fan: &Fan, random: &mut Random) {
+        let Fan { corner, scale, frame, .. } = *fan;
         let tilted = |random: &mut Random| {
             let tilt = [0.4 * random.signed(), 0.4 * random.signed(), 1.0];
             let way = (0..3).fold([0.0; 3], |sum, axis| combined(sum, tilt[axis], frame[axis]));
@@ -198,9 +206,12 @@ impl Fans {
         let is_shared = random.below(2) == 0;
         for index in 0..RAYS {
             let at = self.positions[corner];
-            let end = self.positions[spokes[random.below(spokes.len() as u32) as usize]];
+            let end = self.positions[fan.spokes[random.below(fan.spokes.len() as u32) as usize]];
             let part = if index % 2 == 0 { 0.0 } else { 0.9 * random.unit() };
-            let target = combined(at, part, combined(end, -1.0, at));
+            let on_edge = combined(at, part, combined(end, -1.0, at));
+            let aside = if index % 3 == 0 { 1e-4 * scale * size(random, -3, 1) } else { 0.0 };
+            let [x, y] = [random.signed(), fan.stretch * random.signed()].map(|it| it * aside);
+            let target = combined(combined(on_edge, x, frame[0]), y, frame[1]);
             let origin = match is_shared {
                 true => shared,
                 false if index % 4 == 0 => combined(target, far * scale, frame[2]),
