@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use expect_test::expect;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rtsl::{Diagnostics, SourceMap};
@@ -227,4 +228,32 @@ fn shaders_behind_links_that_leave_the_folder_are_not_read() {
     std::fs::write(path("scene/sky.rtsl"), shader).unwrap();
     symlink("sky.rtsl", path("scene/stars.rtsl")).unwrap();
     assert!(!load(&[]).contains("error"), "{}", load(&[]));
+}
+
+/// Nothing is read for them: neither the picture that is there, which is none, nor the mesh.
+#[test]
+fn missing_files_hide_no_other_errors() {
+    let scene = b"Camera \"perspective\" \"float fo\" 40\nWorldBegin\n\
+        Texture \"there\" \"spectrum\" \"imagemap\" \"string filename\" \"there.png\"\n\
+        Texture \"gone\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"\n\
+        LightSource \"ambient\" \"rgb L\" [1 1 1]\n\
+        Material \"diffuse\" \"texture reflectance\" \"there\"\nShape \"sphere\" \"float radiu\" 2\n\
+        Material \"diffuse\" \"texture reflectance\" \"gone\"\nShape \"disk\"\n\
+        Material \"diffuse\" \"texture reflectance\" \"unknown\"\n\
+        Shape \"plymesh\" \"string filename\" \"gone.ply\"\n\
+        Shape \"plymesh\" \"string filename\" \"there.ply\"\nShape \"Blob\"\n";
+    let files: [(&str, &[u8]); 3] =
+        [("s.pbrt", scene), ("there.png", b"no picture"), ("there.ply", b"no mesh")];
+    let loaded = load_scene(Path::new("s.pbrt"), &in_memory(&files), &LoadOptions::default());
+    let messages = loaded.expect_err("errors").to_text(false);
+    let heads: String = messages.split_inclusive('\n').filter(|it| it.contains("[E")).collect();
+    expect![[r#"
+        error[E0601]: cannot read `gone.png`: entity not found
+        error[E0601]: cannot read `gone.ply`: entity not found
+        error[E0608]: camera `perspective` has no parameter `fo`
+        error[E0608]: shape `sphere` has no parameter `radiu`
+        error[E0610]: unknown texture `unknown`
+        error[E0609]: unknown shape class `Blob`
+    "#]]
+    .assert_eq(&heads);
 }
