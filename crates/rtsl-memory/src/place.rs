@@ -130,7 +130,8 @@ mod tests {
         std::fs::write(path("other"), "text").unwrap();
         symlink("there", path("link")).unwrap();
         let file = File::open(path("link")).unwrap();
-        let places = |file: &File| (place_of_open(file, &path("link")), same_place(file, &path("link")));
+        let places =
+            |file: &File| (place_of_open(file, &path("link")), same_place(file, &path("link")));
         assert_eq!(places(&file), (Some(path("there")), Some(path("there"))));
         std::fs::remove_file(path("link")).unwrap();
         symlink("other", path("link")).unwrap();

@@ -7,7 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use rtsl::{Diagnostic, Diagnostics, Refused, SourceMap, Span, diagnostic_codes as codes, encoding};
+use rtsl::{
+    Diagnostic, Diagnostics, Refused, SourceMap, Span, diagnostic_codes as codes, encoding,
+};
 use rtsl_image::has_opacity;
 use rtsl_materialx::{Document, ImageUse, Loaded, Material, TileNumbers, translate};
 use rtsl_math::Transform;

@@ -183,10 +183,12 @@ fn files_of_the_library_are_included_before_those_beside_the_scene() {
     let files: [(&str, &[u8]); 3] = [
         ("s/scene.pbrt", scene),
         ("s/triangle_test.rtsl", b"int this is no triangle test("),
-        ("s/hit_errors.rtsl", b"bool isOff(float number, float wanted, float size) { return true; }"),
+        (
+            "s/hit_errors.rtsl",
+            b"bool isOff(float number, float wanted, float size) { return true; }",
+        ),
     ];
-    let loaded =
-        load_scene(Path::new("s/scene.pbrt"), &in_memory(&files), &LoadOptions::default());
+    let loaded = load_scene(Path::new("s/scene.pbrt"), &in_memory(&files), &LoadOptions::default());
     let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     assert_eq!(loaded.scene.objects.len(), 2);
 }
@@ -206,8 +208,7 @@ fn shaders_behind_links_that_leave_the_folder_are_not_read() {
     let scene = "Camera \"Pinhole\"\nWorldBegin\nMaterial \"Stars\"\nShape \"Sphere\"\n";
     std::fs::write(path("scene/scene.pbrt"), scene).unwrap();
     let load = |search_path: &[PathBuf]| {
-        let options =
-            LoadOptions { search_path: search_path.to_owned(), ..LoadOptions::default() };
+        let options = LoadOptions { search_path: search_path.to_owned(), ..LoadOptions::default() };
         let loaded = load_scene(&path("scene/scene.pbrt"), &DiskFiles, &options);
         let messages = loaded.map_or_else(|messages| messages, |loaded| loaded.warnings);
         messages.to_text(false).replace(&folder.path().display().to_string(), "FOLDER")

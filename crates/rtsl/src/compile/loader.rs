@@ -125,8 +125,7 @@ impl<F: IncludeFiles> FileLoader<F> {
 
     /// Reads the file in the first folder that has it.
     fn find(&self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
-        let allowed: Vec<PathBuf> =
-            self.folder.iter().chain(&self.search_path).cloned().collect();
+        let allowed: Vec<PathBuf> = self.folder.iter().chain(&self.search_path).cloned().collect();
         let (mut looked_at, mut escapes) = (Vec::new(), false);
         for folder in self.folders(including) {
             let candidate = without_detours(&folder.join(path));

@@ -211,8 +211,7 @@ mod tests {
         let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
         let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
         let (engine, _) = Engine::new(options).expect("the interpreter is always there");
-        let scene =
-            BatchScene::new(&loaded.scene, &engine, &[], &mut Messages::default(), &|_| {});
+        let scene = BatchScene::new(&loaded.scene, &engine, &[], &mut Messages::default(), &|_| {});
         let scene = scene.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
         let probes = PathTracer::new(&scene, &RuntimeErrors::default()).probe_lights();
         [probes[0].strength, probes[1].strength]
