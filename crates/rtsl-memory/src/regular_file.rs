@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::place::{place_of_open, real_place};
 
-/// Why a file is not opened that the system would open.
+/// The reason for which a file is not opened that the system would open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// It is a folder, a pipe or a device: reading might never end.

@@ -273,7 +273,7 @@ impl<'a> Classes<'a> {
     }
 
     fn beside(&mut self) -> &[ShaderFile] {
-        // Strangers may place links there, so that a shader lies in one of the folders in which those lie that it includes.
+        // Strangers may place links there: a shader lies in one of the folders in which the files lie that it includes.
         let search_path = &self.compiler.options().search_path;
         let allowed: Vec<PathBuf> =
             [self.folder.clone()].into_iter().chain(search_path.iter().cloned()).collect();
@@ -325,8 +325,8 @@ impl<'a> Classes<'a> {
     }
 }
 
-/// Reads a shader file beside the scene that lies in one of the folders. The error is the message about one that is left
-/// out: none for a file that cannot be read, which may not belong to the scene.
+/// Reads a shader file beside the scene that lies in one of the folders. The error is the message about one that is
+/// left out: none for a file that cannot be read, which may not belong to the scene.
 fn shader_file(
     files: &dyn FileSource,
     path: &Path,

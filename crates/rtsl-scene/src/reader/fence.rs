@@ -16,11 +16,11 @@ pub struct Fence<'a> {
     main: &'a Path,
     files: &'a dyn FileSource,
     folders: Vec<PathBuf>,
-    /// How the user sees more of what lies outside.
+    /// The way to see more of what lies outside.
     remedy: Remedy,
 }
 
-/// How a user sees more of files outside.
+/// A way for users to see more of files outside.
 #[derive(Clone, Copy)]
 enum Remedy {
     /// An option that names further folders.

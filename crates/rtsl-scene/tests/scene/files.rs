@@ -175,7 +175,7 @@ fn files_that_shaders_include_are_those_of_the_source() {
     assert!(missing.contains("E0020"), "{missing}");
 }
 
-/// What a class of the library includes does not depend on the files that a scene has.
+/// Classes of the library are the same whatever files a scene has.
 #[test]
 fn files_of_the_library_are_included_before_those_beside_the_scene() {
     let scene = b"Camera \"Pinhole\"\nWorldBegin\nMaterial \"Lambertian\"\nShape \"trianglemesh\" \

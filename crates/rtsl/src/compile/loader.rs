@@ -35,7 +35,7 @@ pub trait IncludeFiles {
     fn read_within(&self, path: &Path, folders: &[PathBuf]) -> Result<String, Unread>;
 }
 
-/// Why a text was not read.
+/// The reason for which a text was not read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unread {
     /// It lies outside the folders, or would lie there if there were one.
