@@ -213,17 +213,36 @@ static void color_of(const EmbreeRays *rays, uint32_t count, uint32_t lane, bool
         pixel[axis] = (unsigned char)(255.0f * sqrtf(value[axis]) + 0.5f);
 }
 
+/* A few roundings. */
+static const float ROUNDINGS = 0x1p-20f;
+
+/* The point at which rays to the light begin: off the surface by more than rounding may have put the hit on the other side, which
+   follows from the sizes of the numbers that it is computed from, whatever the size of the scene. */
+static Vector start_of_shadow(const EmbreeRays *rays, uint32_t count, uint32_t lane)
+{
+    Vector origin = row_vector(rays, count, lane, EMBREE_ORIGIN);
+    Vector direction = row_vector(rays, count, lane, EMBREE_DIRECTION);
+    Vector normal = seen_normal(rays, count, lane);
+    float distance = rays->floats[EMBREE_FAR * count + lane];
+    float offset = 0.0f;
+    Vector point;
+    for (int axis = 0; axis < 3; axis++) {
+        float way = distance * direction.axis[axis];
+        offset += ROUNDINGS * fabsf(normal.axis[axis]) * (fabsf(origin.axis[axis]) + fabsf(way));
+        point.axis[axis] = origin.axis[axis] + way;
+    }
+    for (int axis = 0; axis < 3; axis++)
+        point.axis[axis] += offset * normal.axis[axis];
+    return point;
+}
+
 /* Rays from hits to the light; what hit nothing has none. */
-static void put_shadow_rays(const EmbreeRays *rays, uint32_t count, float scale, EmbreeRays *shadows, int32_t *valid)
+static void put_shadow_rays(const EmbreeRays *rays, uint32_t count, EmbreeRays *shadows, int32_t *valid)
 {
     for (uint32_t lane = 0; lane < count; lane++) {
-        Vector point = row_vector(rays, count, lane, EMBREE_ORIGIN);
-        Vector direction = row_vector(rays, count, lane, EMBREE_DIRECTION);
-        float distance = rays->floats[EMBREE_FAR * count + lane];
         valid[lane] = rays->words[EMBREE_GEOMETRY * count + lane] != EMBREE_NONE ? -1 : 0;
-        for (int axis = 0; axis < 3; axis++)
-            point.axis[axis] += valid[lane] ? distance * direction.axis[axis] : 0.0f;
-        put_ray(shadows, count, lane, point, TO_LIGHT, 1e-3f * scale);
+        Vector start = valid[lane] ? start_of_shadow(rays, count, lane) : (Vector){ { 0 } };
+        put_ray(shadows, count, lane, start, TO_LIGHT, 0.0f);
     }
 }
 
@@ -239,7 +258,7 @@ static void draw_packet(const Scene *scene, Camera camera, Options options, int 
         valid[lane] = -1;
     }
     embree_intersect(&scene->embree, scene->scene, valid, rays, count, true);
-    put_shadow_rays(rays, count, camera.scale, &shadows, valid);
+    put_shadow_rays(rays, count, &shadows, valid);
     if (count > 1 || valid[0])
         embree_occluded(&scene->embree, scene->scene, valid, &shadows, count, true);
     for (uint32_t lane = 0; lane < count; lane++)

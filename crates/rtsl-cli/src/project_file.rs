@@ -1,11 +1,12 @@
 //! The file `rtsl.toml`: settings for the shaders and scenes beside it.
 
+use std::fmt::Display;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use rtsl::{
-    Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, encoding,
-    lies_within, most_similar, open_regular_file, real_place,
+    Diagnostic, Diagnostics, FileId, Refused, SourceMap, Span, diagnostic_codes as codes, encoding,
+    lies_within, most_similar, open_within, real_place,
 };
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -45,39 +46,39 @@ impl ProjectFile {
             .chain(named.iter().map(PathBuf::as_path))
             .map(Path::to_owned)
             .collect();
-        if !lies_within(&path, &allowed, real_place) {
-            let message =
-                format!("`{}` is not read: it is a link that leaves its folder", path.display());
-            project.diagnostics.push(Diagnostic::new(codes::OUTSIDE_FOLDER, message));
-            return project;
-        }
-        match read(&path) {
+        match read(&path, &allowed) {
             Ok(Some(text)) => Reader::new(&path, allowed, &text, &mut project).read(&text),
             // Nothing to read is no fault. What is no file, such as a folder of that name, is one.
             Ok(None) => {}
-            Err(reason) => {
-                let message = format!("`{}` can't be read: {reason}", path.display());
-                project.diagnostics.push(Diagnostic::new(codes::UNREADABLE_FILE, message));
-            }
+            Err(diagnostic) => project.diagnostics.push(diagnostic),
         }
         project
     }
 }
 
 /// Returns the text of the file; `None` if there is none.
-fn read(path: &Path) -> Result<Option<String>, String> {
-    let file = match open_regular_file(path) {
+fn read(path: &Path, allowed: &[PathBuf]) -> Result<Option<String>, Diagnostic> {
+    let unreadable = |reason: &dyn Display| {
+        let message = format!("`{}` can't be read: {reason}", path.display());
+        Diagnostic::new(codes::UNREADABLE_FILE, message)
+    };
+    let file = match open_within(path, allowed) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(error.to_string()),
+        Err(error) if Refused::of(&error) == Some(Refused::Outside) => {
+            let message =
+                format!("`{}` is not read: it is a link that leaves its folder", path.display());
+            return Err(Diagnostic::new(codes::OUTSIDE_FOLDER, message));
+        }
+        Err(error) => return Err(unreadable(&error)),
     };
     let mut bytes = Vec::new();
     let read = file.take(MAX_SIZE + 1).read_to_end(&mut bytes);
-    read.map_err(|error| error.to_string())?;
+    read.map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > MAX_SIZE {
-        return Err(format!("it is larger than {} MiB", MAX_SIZE >> 20));
+        return Err(unreadable(&format!("it is larger than {} MiB", MAX_SIZE >> 20)));
     }
-    encoding::utf8(bytes).map(Some).map_err(str::to_owned)
+    encoding::utf8(bytes).map(Some).map_err(|reason| unreadable(&reason))
 }
 
 /// Reads the settings and reports their faults.

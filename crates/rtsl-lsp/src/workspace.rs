@@ -1,6 +1,7 @@
 //! The texts: those that are open in the editor, and the shaders of its folders.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -215,7 +216,9 @@ impl Workspace {
             if is_open {
                 continue;
             }
-            let Some(text) = small_text(&path).filter(|text| is_wanted(text)) else { continue };
+            // Strangers may place links in a folder.
+            let text = rtsl::open_within(&path, &self.folders).ok().and_then(text_of_small);
+            let Some(text) = text.filter(|text| is_wanted(text)) else { continue };
             let document = Document::new(&name_of(&uri), &text, &mut self.loader(&uri));
             documents.push((uri, Rc::new(document)));
         }
@@ -266,7 +269,10 @@ pub fn without_links(path: &Path) -> PathBuf {
 
 /// The text of a file, unless it is large.
 pub fn small_text(path: &Path) -> Option<String> {
-    let file = rtsl::open_regular_file(path).ok()?;
+    text_of_small(rtsl::open_regular_file(path).ok()?)
+}
+
+fn text_of_small(file: File) -> Option<String> {
     let mut text = String::new();
     file.take(MAX_BYTES + 1).read_to_string(&mut text).ok()?;
     (text.len() as u64 <= MAX_BYTES).then_some(text)

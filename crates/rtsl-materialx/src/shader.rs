@@ -102,6 +102,7 @@ impl Finder<'_, '_> {
                 None => Kind::Closures,
             },
             ("mix", None) => self.mixture(scope, node)?,
+            ("add" | "multiply", None) => self.sum(scope, node)?,
             _ => {
                 let message = format!("the surface `{tag}` is not supported");
                 return Err(self.graph.unsupported(message, node));
@@ -112,16 +113,40 @@ impl Finder<'_, '_> {
 
     /// A mixture of closures is a class of closures.
     fn mixture(&mut self, scope: ScopeId, node: ElementId) -> Result<Kind, Fault> {
+        let mut parts = self.parts(scope, node, &["fg", "bg"])?;
+        if parts.iter().all(is_of_closures) {
+            return Ok(Kind::Closures);
+        }
+        let back = parts.pop().flatten().map(Box::new);
+        Ok(Kind::Mix(parts.pop().flatten().map(Box::new), back))
+    }
+
+    /// A sum of closures, or a product, is a class of closures. Materials of the library have nothing of the kind.
+    fn sum(&mut self, scope: ScopeId, node: ElementId) -> Result<Kind, Fault> {
+        let is_sum = self.graph.document.get(node).tag == "add";
+        // The other input of a product is a number.
+        let names: &[&str] = if is_sum { &["in1", "in2"] } else { &["in1"] };
+        let parts = self.parts(scope, node, names)?;
+        if parts.iter().all(is_of_closures) {
+            return Ok(Kind::Closures);
+        }
+        let tag = &self.graph.document.get(node).tag;
+        let message = format!("`{tag}` is not supported for surfaces other than `surface`");
+        let fault = self.graph.unsupported(message, node);
+        Err(Box::new(fault.help(format!("mix them, or use `{tag}` on closures of one `surface`"))))
+    }
+
+    /// The shaders of these inputs; `None` for those that are not connected.
+    fn parts(
+        &mut self,
+        scope: ScopeId,
+        node: ElementId,
+        names: &[&str],
+    ) -> Result<Vec<Option<Shader>>, Fault> {
         self.depth += 1;
-        let front = self.part(scope, node, "fg")?;
-        let back = self.part(scope, node, "bg")?;
+        let parts = names.iter().map(|name| self.part(scope, node, name)).collect();
         self.depth -= 1;
-        let is_of_closures =
-            |it: &Option<Shader>| it.as_ref().is_none_or(|it| matches!(it.kind, Kind::Closures));
-        Ok(match is_of_closures(&front) && is_of_closures(&back) {
-            true => Kind::Closures,
-            false => Kind::Mix(front.map(Box::new), back.map(Box::new)),
-        })
+        parts
     }
 
     fn part(
@@ -139,4 +164,8 @@ impl Finder<'_, '_> {
             None => Ok(None),
         }
     }
+}
+
+fn is_of_closures(part: &Option<Shader>) -> bool {
+    part.as_ref().is_none_or(|it| matches!(it.kind, Kind::Closures))
 }

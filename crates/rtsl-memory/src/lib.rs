@@ -13,6 +13,8 @@
 //! Programs limit the arenas of the allocator ([`limit_arenas`]). Recursive calls check the room on the thread's stack
 //! ([`has_stack`]).
 //!
+//! Files of strangers are opened once, then checked: what they are, and where they lie ([`open_within`]).
+//!
 //! A child process has the memory of its parent and none of its threads: work that was in progress at a fork is known
 //! ([`ForkGuard`]), and each process has threads of its own ([`Pool`], [`on_all_processors`]).
 #![allow(unsafe_code, reason = "asks and advises the system and the processor about memory")]
@@ -24,6 +26,7 @@ mod budget;
 mod forks;
 mod huge_pages;
 mod need;
+mod place;
 mod pool;
 mod prefetch;
 mod regular_file;
@@ -42,9 +45,10 @@ pub use budget::{Held, InputBudget, OverBudget};
 pub use forks::{ForkGuard, UnderWay, forks};
 pub use huge_pages::{PAGE_BYTES, in_huge_pages, with_capacity_in_huge_pages};
 pub use need::{Need, check_render};
+pub use place::{lies_within, real_place, without_detours};
 pub use pool::{Pool, on_all_processors};
 pub use prefetch::{prefetch, prefetch_values};
-pub use regular_file::open_regular_file;
+pub use regular_file::{Refused, open_regular_file, open_within};
 pub use shared_words::{SharedWords, temporary_folder};
 pub use stack::has_stack;
 

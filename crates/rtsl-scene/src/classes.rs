@@ -8,19 +8,20 @@
 //! object: engines identify classes by address, so its kernels are reused.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rtsl::library::{LibraryFile, classes, declared_classes};
 use rtsl::{
     Class, Compilation, Compiler, CompilerOptions, Diagnostic, Diagnostics, FileLoader,
-    IncludeError, IncludeFiles, IncludeLoader, IncludedFile, Messages, SourceMap, Unit,
-    diagnostic_codes as codes, encoding,
+    IncludeError, IncludeFiles, IncludeLoader, IncludedFile, Messages, Refused, SourceMap, Unit,
+    Unread, diagnostic_codes as codes, encoding,
 };
 use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::description::DescribedClass;
-use crate::reader::{FileSource, FilesRef, Input};
+use crate::reader::{FileSource, FilesRef, Input, Opened};
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]
@@ -272,34 +273,22 @@ impl<'a> Classes<'a> {
     }
 
     fn beside(&mut self) -> &[ShaderFile] {
+        // Strangers may place links there: a shader lies in one of the folders in which the files lie that it includes.
+        let search_path = &self.compiler.options().search_path;
+        let allowed: Vec<PathBuf> =
+            [self.folder.clone()].into_iter().chain(search_path.iter().cloned()).collect();
         let (files, folder, budget) = (&*self.files, &self.folder, &self.budget);
         let messages = &mut self.messages;
         self.beside.get_or_insert_with(|| {
             let paths = files.list(folder).unwrap_or_default();
             let shaders =
                 paths.into_iter().filter(|path| path.extension().is_some_and(|it| it == "rtsl"));
-            let read = |path: PathBuf| {
-                let Input { bytes, held } = match Input::read(files, &path, budget) {
-                    Ok(input) => input,
-                    // A file that cannot be read may not belong to the scene.
-                    Err(error) => {
-                        let over = OverBudget::of(&error);
-                        over.into_iter()
-                            .for_each(|it| messages.push_one(it.diagnostic(path.display())));
-                        return None;
-                    }
-                };
-                let text = match encoding::utf8(bytes) {
-                    Ok(text) => text,
-                    Err(problem) => {
-                        let message = format!("`{}` is left out: {problem}", path.display());
-                        messages.push_one(Diagnostic::new(codes::IGNORED_SETTING, message));
-                        return None;
-                    }
-                };
-                held.keep(Amount(text.len() as u64));
-                let declares = declared_classes(&text).map(str::to_owned).collect();
-                Some(ShaderFile { path, text, declares })
+            let read = |path: PathBuf| match shader_file(files, &path, &allowed, budget) {
+                Ok(file) => Some(file),
+                Err(message) => {
+                    message.into_iter().for_each(|it| messages.push_one(it));
+                    None
+                }
             };
             shaders.filter_map(read).collect()
         })
@@ -336,6 +325,35 @@ impl<'a> Classes<'a> {
     }
 }
 
+/// Reads a shader file beside the scene that lies in one of the folders. The error is the message about one that is
+/// left out: none for a file that cannot be read, which may not belong to the scene.
+fn shader_file(
+    files: &dyn FileSource,
+    path: &Path,
+    folders: &[PathBuf],
+    budget: &InputBudget,
+) -> Result<ShaderFile, Option<Diagnostic>> {
+    let Input { bytes, held } =
+        Input::read_within(files, path, folders, budget).map_err(|error| {
+            let over = OverBudget::of(&error).map(|over| over.diagnostic(path.display()));
+            over.or_else(|| (Refused::of(&error) == Some(Refused::Outside)).then(|| outside(path)))
+        })?;
+    let text = encoding::utf8(bytes).map_err(|problem| {
+        let message = format!("`{}` is left out: {problem}", path.display());
+        Diagnostic::new(codes::IGNORED_SETTING, message)
+    })?;
+    held.keep(Amount(text.len() as u64));
+    let declares = declared_classes(&text).map(str::to_owned).collect();
+    Ok(ShaderFile { path: path.to_owned(), text, declares })
+}
+
+/// The warning about a link that leaves the folder of the scene, the same whether anything is there or not.
+fn outside(path: &Path) -> Diagnostic {
+    let message = format!("`{}` is not read: it is a link that leaves its folder", path.display());
+    Diagnostic::new(codes::OUTSIDE_FOLDER, message)
+        .help("if you want it to be read, name the folder of the shader with `-I`")
+}
+
 /// The loader of the files that shaders include.
 fn includes<'a>(compiler: &Compiler, files: &'a FilesRef<'_>) -> FileLoader<SceneIncludes<'a>> {
     FileLoader::new(compiler.options().search_path.clone()).among(SceneIncludes(&**files))
@@ -348,21 +366,17 @@ struct SceneIncludes<'a>(&'a dyn FileSource);
 const LARGEST_INCLUDE: u64 = 16 << 20;
 
 impl IncludeFiles for SceneIncludes<'_> {
-    fn is_file(&self, path: &Path) -> bool {
-        self.0.size(path).is_ok()
-    }
-
-    fn real_path(&self, path: &Path) -> Option<PathBuf> {
-        self.0.real_path(path)
-    }
-
-    fn read_text(&self, path: &Path) -> Result<String, String> {
-        let size = self.0.size(path).map_err(|error| error.to_string())?;
-        if size > LARGEST_INCLUDE {
-            return Err(format!("it is larger than {} MiB", LARGEST_INCLUDE >> 20));
+    fn read_within(&self, path: &Path, folders: &[PathBuf]) -> Result<String, Unread> {
+        let Opened { size, contents } = self.0.open_within(path, folders)?;
+        let mut bytes = Vec::new();
+        if size <= LARGEST_INCLUDE {
+            contents.take(LARGEST_INCLUDE + 1).read_to_end(&mut bytes)?;
         }
-        let bytes = self.0.read(path).map_err(|error| error.to_string())?;
-        encoding::utf8(bytes).map_err(str::to_owned)
+        if size.max(bytes.len() as u64) > LARGEST_INCLUDE {
+            let reason = format!("it is larger than {} MiB", LARGEST_INCLUDE >> 20);
+            return Err(Unread::Unreadable(reason));
+        }
+        encoding::utf8(bytes).map_err(|reason| Unread::Unreadable(reason.to_owned()))
     }
 }
 

@@ -4,9 +4,12 @@
 //! to. `"string material"` chooses one of several materials.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes, encoding};
+use rtsl::{
+    Diagnostic, Diagnostics, Refused, SourceMap, Span, diagnostic_codes as codes, encoding,
+};
 use rtsl_image::has_opacity;
 use rtsl_materialx::{Document, ImageUse, Loaded, Material, TileNumbers, translate};
 use rtsl_math::Transform;
@@ -41,29 +44,38 @@ pub fn read_document(
     budget: &InputBudget,
     map: &mut SourceMap,
 ) -> Result<Document, Box<Diagnostic>> {
-    let text = read_text(path, files, budget)
+    let input = Input::read(files, path, budget);
+    let text = input
+        .map_err(|error| unreadable(path, &error).message)
+        .and_then(|input| text_of(path, input))
         .map_err(|reason| Box::new(Diagnostic::new(codes::UNREADABLE_FILE, reason)))?;
-    let own = Fence::new(path, files, &[]);
-    let is_allowed =
-        |path: &PathBuf| own.contains(path) || fence.is_some_and(|fence| fence.contains(path));
+    let mut folders = vec![path.parent().unwrap_or(Path::new("")).to_owned()];
+    folders.extend(fence.iter().flat_map(|fence| fence.folders()).cloned());
     let mut load = |href: &str, including: &str| {
-        let beside = resolve(Path::new(including), href);
-        let of_first = resolve(path, href);
-        let allowed: Vec<PathBuf> = [beside, of_first].into_iter().filter(is_allowed).collect();
-        if allowed.is_empty() {
-            return Err("it lies outside the folder of the document".to_owned());
+        let (beside, of_first) = (resolve(Path::new(including), href), resolve(path, href));
+        let mut reason = "it lies outside the folder of the document";
+        for found in [beside, of_first] {
+            let error = match Input::read_within(files, &found, &folders, budget) {
+                Ok(input) => {
+                    let text = text_of(&found, input)?;
+                    return Ok(Loaded { name: found.display().to_string(), text });
+                }
+                Err(error) => error,
+            };
+            match (Refused::of(&error), error.kind()) {
+                (Some(Refused::Outside), _) => {}
+                (Some(Refused::NotRegular), _) | (None, ErrorKind::NotFound) => {
+                    reason = "there is no such file";
+                }
+                (None, _) => return Err(unreadable(&found, &error).message),
+            }
         }
-        let found = allowed.into_iter().find(|it| files.size(it).is_ok());
-        let found = found.ok_or_else(|| "there is no such file".to_owned())?;
-        let text = read_text(&found, files, budget)?;
-        Ok(Loaded { name: found.display().to_string(), text })
+        Err(reason.to_owned())
     };
     Document::read(&path.display().to_string(), &text, &mut load, map)
 }
 
-fn read_text(path: &Path, files: &dyn FileSource, budget: &InputBudget) -> Result<String, String> {
-    let input =
-        Input::read(files, path, budget).map_err(|error| unreadable(path, &error).message)?;
+fn text_of(path: &Path, input: Input) -> Result<String, String> {
     encoding::utf8(input.bytes)
         .map_err(|problem| format!("cannot read `{}`: {problem}", path.display()))
 }

@@ -271,7 +271,7 @@ diagnostics! {
     W0606 MENDED_FAULT "a fault of a file that is read nevertheless";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0631 NOT_FINITE "a value that is not finite, of a traced method";
-    W0632 OUTSIDE_FOLDER "a part of a project file that leaves its folder";
+    W0632 OUTSIDE_FOLDER "a project file or a shader that leaves its folder";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0650 MISSING_FOLDER "a folder of the search path that does not exist";
     W0701 INTERPRETER_INSTEAD "LLVM cannot be loaded, so the interpreter runs everything";

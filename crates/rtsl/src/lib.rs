@@ -57,7 +57,7 @@ pub use codegen::variant::{KnownMembers, Variant};
 pub use compile::analysis::Analysis;
 pub use compile::compiler::{Compiler, CompilerOptions, DEFAULT_LOOP_BUDGET};
 pub use compile::library;
-pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles, lies_within, real_place};
+pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles, Unread};
 pub use compile::outline::{ClassOutline, FunctionOutline, Outline, ParameterOutline, Passing};
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
@@ -109,7 +109,10 @@ pub use rtsl_ir::{
     ValueScope, Variable, host,
 };
 pub use rtsl_jit::{CompiledCallback, Llvm, LlvmError, OptLevel, Target};
-pub use rtsl_memory::{SharedWords, UnderWay, in_huge_pages, open_regular_file, prefetch};
+pub use rtsl_memory::{
+    Refused, SharedWords, UnderWay, in_huge_pages, lies_within, open_regular_file, open_within,
+    prefetch, real_place,
+};
 pub use rtsl_packet::line_work::LineWork;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{

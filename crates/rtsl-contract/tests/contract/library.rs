@@ -505,6 +505,38 @@ fn primitives() {
     check_role(Role::Primitive, &OPTIONS);
 }
 
+/// Radii below their range are taken as their magnitudes, by samples as by rays.
+#[test]
+fn shapes_of_negative_radii_are_sampled_where_rays_meet_them() {
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let cases: [(&str, &[&str]); 9] = [
+        ("Sphere", &["radius"]),
+        ("PartialSphere", &["radius"]),
+        ("Cylinder", &["radius"]),
+        ("PartialCylinder", &["radius"]),
+        ("Disk", &["radius", "innerRadius"]),
+        ("PartialDisk", &["radius", "innerRadius"]),
+        ("Torus", &["majorRadius", "minorRadius"]),
+        ("Cone", &["radius", "topRadius"]),
+        ("RoundCone", &["startRadius", "endRadius"]),
+    ];
+    let all_classes = classes(Role::Primitive);
+    let mut all = String::new();
+    for (name, radii) in cases {
+        let class = all_classes.iter().find(|it| it.name == name).expect("the library has it");
+        let radius = |index: usize| Value::Float(-1.2 + 0.8 * index as f32);
+        let given = radii.iter().enumerate().map(|(index, it)| (*it, radius(index)));
+        let instance = Instance::new(class, given).expect("parameters with a warning");
+        assert_eq!(instance.outside_range().len(), radii.len(), "{name}");
+        all += &broken(&engine, name, &instance, &OPTIONS);
+    }
+    let class = all_classes.iter().find(|it| it.name == "Superquadric").expect("it is there");
+    let radii = [("radii", Value::from([-0.9, 1.3, -1.1]))];
+    let instance = Instance::new(class, radii).expect("parameters with a warning");
+    all += &broken(&engine, "Superquadric", &instance, &OPTIONS);
+    assert!(all.is_empty(), "{all}");
+}
+
 #[test]
 fn materials() {
     check_role(Role::Material, &OPTIONS);

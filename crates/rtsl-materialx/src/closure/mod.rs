@@ -66,7 +66,7 @@ const MAX_VISITS: usize = 1000;
 
 /// True for nodes that [`closures`] reads.
 pub fn is_surface(tag: &str) -> bool {
-    matches!(tag, "surface" | "mix")
+    matches!(tag, "surface" | "mix" | "add" | "multiply")
 }
 
 /// Reads a surface of closures, or a mixture of such surfaces.
@@ -145,6 +145,8 @@ impl Reader<'_, '_> {
         match tag.as_str() {
             "surface" => self.simple_surface(scope, node),
             "mix" => self.deeper(node, |reader| reader.mixed_surface(scope, node)),
+            "add" => self.deeper(node, |reader| reader.added_surface(scope, node)),
+            "multiply" => self.deeper(node, |reader| reader.scaled_surface(scope, node)),
             "dot" => match self.graph.connected(scope, node, "in")? {
                 Some((scope, node, _)) => self.deeper(node, |it| it.surface(scope, node)),
                 None => Err(self.unsupported_surface(&tag, node)),
@@ -170,16 +172,8 @@ impl Reader<'_, '_> {
     }
 
     fn mixed_surface(&mut self, scope: ScopeId, node: ElementId) -> Result<Surface, Fault> {
-        let mut parts = Vec::new();
-        for name in ["fg", "bg"] {
-            parts.push(match self.graph.connected(scope, node, name)? {
-                Some((scope, node, _)) => self.surface(scope, node)?,
-                None => Surface { scattered: Closure::Nothing, emission: None, opacity: None },
-            });
-        }
-        let (Some(back), Some(front)) = (parts.pop(), parts.pop()) else {
-            return Err(self.unsupported_surface("mix", node));
-        };
+        let front = self.part(scope, node, "fg")?;
+        let back = self.part(scope, node, "bg")?;
         let amount = self.amount(scope, node)?;
         let index = self.add_amount(&amount);
         let mixed = |front: Option<String>, back: Option<String>, other: &str| {
@@ -193,6 +187,53 @@ impl Reader<'_, '_> {
             emission: mixed(front.emission, back.emission, "vec3(0.0)"),
             opacity: mixed(front.opacity, back.opacity, "1.0"),
             scattered: Closure::Mix(Box::new(front.scattered), Box::new(back.scattered), index),
+        })
+    }
+
+    /// The surface of an input.
+    fn part(&mut self, scope: ScopeId, node: ElementId, name: &str) -> Result<Surface, Fault> {
+        match self.graph.connected(scope, node, name)? {
+            Some((scope, node, _)) => self.surface(scope, node),
+            None => Ok(Surface { scattered: Closure::Nothing, emission: None, opacity: None }),
+        }
+    }
+
+    /// A surface of a sum or a product. What the holes of two surfaces have in common is in no document.
+    fn whole_part(
+        &mut self,
+        scope: ScopeId,
+        node: ElementId,
+        name: &str,
+    ) -> Result<Surface, Fault> {
+        let part = self.part(scope, node, name)?;
+        if part.opacity.is_some() {
+            let tag = &self.graph.document.get(node).tag;
+            let message = format!("`{tag}` of surfaces with an opacity is not supported");
+            let fault = self.graph.unsupported(message, node);
+            return Err(Box::new(fault.help("give the opacity to the surface of their closures")));
+        }
+        Ok(part)
+    }
+
+    fn added_surface(&mut self, scope: ScopeId, node: ElementId) -> Result<Surface, Fault> {
+        let first = self.whole_part(scope, node, "in1")?;
+        let second = self.whole_part(scope, node, "in2")?;
+        let emission = match (first.emission, second.emission) {
+            (Some(first), Some(second)) => Some(format!("({first} + {second})")),
+            (first, second) => first.or(second),
+        };
+        let scattered = Closure::Sum(Box::new(first.scattered), Box::new(second.scattered));
+        Ok(Surface { scattered, emission, opacity: None })
+    }
+
+    fn scaled_surface(&mut self, scope: ScopeId, node: ElementId) -> Result<Surface, Fault> {
+        let factor = self.value(scope, node, "in2", Type::Color3)?;
+        let of = self.whole_part(scope, node, "in1")?;
+        let factor = factor.map_or("vec3(1.0)".to_owned(), |it| it.text);
+        Ok(Surface {
+            emission: of.emission.map(|emission| format!("({emission} * {factor})")),
+            scattered: Closure::Scaled(Box::new(of.scattered), factor),
+            opacity: None,
         })
     }
 

@@ -149,3 +149,64 @@ fn mixtures_that_double_are_refused() {
     assert!(models.contains("E0632") && models.contains("may mix 32 surfaces"), "{models}");
     assert!(text_of(&chain(&node("surface", "m40", "surfaceshader", ""))).contains("E0632"));
 }
+
+/// The standard library has sums and products of surfaces besides mixtures.
+#[test]
+fn surfaces_of_closures_are_added_and_scaled() {
+    let surface = |name: &str, closure: &str| {
+        let glow = node("uniform_edf", &format!("{name}_glow"), "EDF", "");
+        let closures = node(closure, &format!("{name}_closure"), "BSDF", "");
+        let inputs = link("bsdf", "BSDF", &format!("{name}_closure"))
+            + &link("edf", "EDF", &format!("{name}_glow"));
+        glow + &closures + &node("surface", name, "surfaceshader", &inputs)
+    };
+    let half = link("in1", "surfaceshader", "a") + &input("in2", "float", "0.5");
+    let sum = link("in1", "surfaceshader", "half") + &link("in2", "surfaceshader", "b");
+    let elements = [
+        surface("a", "oren_nayar_diffuse_bsdf"),
+        surface("b", "conductor_bsdf"),
+        node("multiply", "half", "surfaceshader", &half),
+        node("add", "surface", "surfaceshader", &sum),
+    ];
+    let text = text_of(&with_material(&elements.concat()));
+    let lines = |part: &str| -> String {
+        text.lines().filter(|line| line.contains(part)).map(|line| format!("{line}\n")).collect()
+    };
+    expect![[r#"
+                vec3(0.5), rt_Regularization);
+            rt_EmissionColor = color(((vec3(1.0) * vec3(0.5)) + vec3(1.0)));
+        class M : rt_Material;
+            rt_EmissionColor = color(((vec3(1.0) * vec3(0.5)) + vec3(1.0)));
+    "#]]
+    .assert_eq(&(lines("vec3(0.5)") + &lines("class ") + &lines("rt_EmissionColor")));
+}
+
+#[test]
+fn sums_of_models_and_of_surfaces_with_holes_are_refused() {
+    let sum = |first: &str, second: &str| {
+        let inputs = link("in1", "surfaceshader", first) + &link("in2", "surfaceshader", second);
+        node("add", "surface", "surfaceshader", &inputs)
+    };
+    let holes = node("surface", "holes", "surfaceshader", &input("opacity", "float", "0.5"));
+    let errors = text_of(&with_material(&(gold("gold") + &holes + &sum("gold", "holes"))))
+        + &text_of(&with_material(&(holes.clone() + &sum("holes", "holes"))));
+    expect![[r#"
+        error[E0632]: `add` is not supported for surfaces other than `surface`
+          ┌─ test.mtlx:4:1
+          │
+        4 │ <add name="surface" type="surfaceshader"><input name="in1" type="surfaceshader" nodename="gold"/><input name="in2" type="surfaceshader" nodename="holes"/></add>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+          │
+          = help: mix them, or use `add` on closures of one `surface`
+
+        error[E0632]: `add` of surfaces with an opacity is not supported
+          ┌─ test.mtlx:3:1
+          │
+        3 │ <add name="surface" type="surfaceshader"><input name="in1" type="surfaceshader" nodename="holes"/><input name="in2" type="surfaceshader" nodename="holes"/></add>
+          │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+          │
+          = help: give the opacity to the surface of their closures
+
+    "#]]
+    .assert_eq(&errors);
+}

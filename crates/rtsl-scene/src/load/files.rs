@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::reachable::reachable;
-use super::{Earlier, Loader};
+use super::{Earlier, Loader, Slot, is_ambient};
 use crate::description::{Entity, EntityId, EntityKind};
 use crate::pbrt::{MeshShape, PbrtName};
 use crate::reader::{FILE_PARAMETERS, Parameter, unreadable};
@@ -42,6 +42,26 @@ impl Loader<'_, '_> {
             }
         }
         is_complete
+    }
+
+    /// Reports the other errors of a scene that lacks files, as far as nothing is read for them: entities that name
+    /// files are not made.
+    pub(super) fn check_without_files(&mut self) {
+        let description = self.description;
+        let used = reachable(description, &self.names);
+        let entity = |EntityId(index): &EntityId| &description.entities[*index];
+        let (of_files, others): (Vec<EntityId>, Vec<EntityId>) =
+            used.into_iter().partition(|id| named_files(entity(id)).next().is_some());
+        // What refers to them is not to blame.
+        of_files.into_iter().for_each(|EntityId(index)| self.instances[index] = Slot::Failed);
+        self.find_wanted_attributes();
+        if let Some(integrator) = description.integrator {
+            let _ = self.integrator(integrator);
+        }
+        for id in others.iter().filter(|id| !is_ambient(entity(id))) {
+            self.instance(*id);
+        }
+        self.check_unused_entities();
     }
 
     fn find_file(&self, path: &Path) -> io::Result<()> {

@@ -192,6 +192,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             Err(diagnostic) => self.diagnostics.push(*diagnostic),
         }
         if !self.find_files() {
+            self.check_without_files();
             return None;
         }
         self.find_wanted_attributes();
@@ -320,7 +321,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         let used = self.lights_of_lights();
         for id in self.description.lights.iter().filter(|id| !used.contains(id)) {
             let entity = &self.description.entities[id.0];
-            if entity.class == "ambient" {
+            if is_ambient(entity) {
                 self.add_ambient(entity, &mut parts.ambient);
             } else if let Some(light) = self.instance(*id) {
                 let (transform, motion) = parts.place_entity(entity, Transform::IDENTITY);
@@ -745,6 +746,11 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
         Some(class)
     }
+}
+
+/// True for the light that is no instance: the value of `ambient()` in shaders.
+fn is_ambient(entity: &Entity) -> bool {
+    entity.kind == EntityKind::Light && entity.class == "ambient"
 }
 
 /// The alpha parameter of a shape, unless its class declares one of that name.

@@ -116,7 +116,7 @@ impl Converter<'_> {
                 .push(Diagnostic::new(codes::IGNORED_SETTING, note.message).at(note.span, ""));
         }
         let mut messages = Messages::default();
-        let fence = Fence::new(self.input, self.files, &[]);
+        let fence = Fence::alone(self.input, self.files);
         let diagnostics = fence.redacted(self.diagnostics, &self.map, &self.included);
         if !diagnostics.is_empty() {
             messages.push(self.map, diagnostics);

@@ -16,6 +16,17 @@ pub struct Fence<'a> {
     main: &'a Path,
     files: &'a dyn FileSource,
     folders: Vec<PathBuf>,
+    /// The way to see more of what lies outside.
+    remedy: Remedy,
+}
+
+/// A way for users to see more of files outside.
+#[derive(Clone, Copy)]
+enum Remedy {
+    /// An option that names further folders.
+    Option,
+    /// The files have to lie elsewhere: the command has no such option.
+    Copy,
 }
 
 impl<'a> Fence<'a> {
@@ -23,7 +34,17 @@ impl<'a> Fence<'a> {
     pub fn new(main: &'a Path, files: &'a dyn FileSource, named: &[PathBuf]) -> Self {
         let folder = main.parent().unwrap_or(Path::new("")).to_owned();
         let folders = [folder].into_iter().chain(named.iter().cloned()).collect();
-        Fence { main, files, folders }
+        Fence { main, files, folders, remedy: Remedy::Option }
+    }
+
+    /// The fence of the scene in the file `main`, of a command that takes no further folders.
+    pub fn alone(main: &'a Path, files: &'a dyn FileSource) -> Self {
+        Fence { remedy: Remedy::Copy, ..Fence::new(main, files, &[]) }
+    }
+
+    /// Returns the folders.
+    pub fn folders(&self) -> &[PathBuf] {
+        &self.folders
     }
 
     /// True if a path leads into one of the folders.
@@ -55,12 +76,12 @@ impl<'a> Fence<'a> {
                     let name = &map.file(at.span.file).name;
                     let place = included.get(Path::new(name)).copied();
                     let place = place.filter(|place| !outside.contains(&place.file));
-                    Some(withheld(diagnostic.severity, name, place))
+                    Some(self.withheld(diagnostic.severity, name, place))
                 }
                 None if diagnostic.severity == Severity::Error => {
                     let place = at.map(|at| at.span);
                     let name = self.outside_name(&diagnostic, map);
-                    name.map(|name| withheld(Severity::Error, &name, place))
+                    name.map(|name| self.withheld(Severity::Error, &name, place))
                 }
                 None => None,
             };
@@ -96,21 +117,27 @@ impl<'a> Fence<'a> {
         let path = paths.find(|path| path.file_name().is_some() && !self.contains(path))?;
         Some(path.display().to_string())
     }
-}
 
-/// Returns the message about a file outside: the same whether it is missing or has faults.
-fn withheld(severity: Severity, name: &str, place: Option<Span>) -> Diagnostic {
-    let folder = Path::new(name).parent().unwrap_or(Path::new("")).display().to_string();
-    let (code, message) = match severity {
-        Severity::Error => (codes::UNREADABLE_FILE, format!("cannot read `{name}`")),
-        Severity::Warning => (codes::IGNORED_SETTING, format!("`{name}` has parts without effect")),
-    };
-    let diagnostic = Diagnostic::new(code, message).help(format!(
-        "it lies outside the folder of the scene, so no more is told of it; `-I {folder}` allows that"
-    ));
-    match place {
-        Some(place) => diagnostic.at(place, "named here"),
-        None => diagnostic,
+    /// Returns the message about a file outside: the same whether it is missing or has faults.
+    fn withheld(&self, severity: Severity, name: &str, place: Option<Span>) -> Diagnostic {
+        let folder = Path::new(name).parent().unwrap_or(Path::new("")).display();
+        let (code, message) = match severity {
+            Severity::Error => (codes::UNREADABLE_FILE, format!("cannot read `{name}`")),
+            Severity::Warning => {
+                (codes::IGNORED_SETTING, format!("`{name}` has parts without effect"))
+            }
+        };
+        let remedy = match self.remedy {
+            Remedy::Option => format!("`-I {folder}` allows that"),
+            Remedy::Copy => "a copy of it beside the scene shows what is wrong".to_owned(),
+        };
+        let diagnostic = Diagnostic::new(code, message).help(format!(
+            "it lies outside the folder of the scene, so no more is told of it; {remedy}"
+        ));
+        match place {
+            Some(place) => diagnostic.at(place, "named here"),
+            None => diagnostic,
+        }
     }
 }
 

@@ -6,8 +6,11 @@ use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use rtsl::{Diagnostic, diagnostic_codes as codes, real_place};
-use rtsl_memory::{Amount, Held, InputBudget, OverBudget, open_regular_file, reserved};
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+use rtsl_memory::{
+    Amount, Held, InputBudget, OverBudget, Refused, lies_within, open_regular_file, open_within,
+    real_place, reserved,
+};
 
 use super::gzip;
 
@@ -26,7 +29,18 @@ pub trait FileSource: Sync {
         Ok(Box::new(Cursor::new(self.read(path)?)))
     }
 
-    /// Returns the files in a folder, sorted by name.
+    /// Opens a file for streaming that lies in one of the folders, or below. Returns its size, too.
+    ///
+    /// # Errors
+    /// [`Refused::Outside`] for every path that leads outside, whether anything is there or not.
+    fn open_within(&self, path: &Path, folders: &[PathBuf]) -> io::Result<Opened> {
+        if !lies_within(path, folders, |path| self.real_path(path)) {
+            return Err(Refused::Outside.into());
+        }
+        Ok(Opened { size: self.size(path)?, contents: self.open(path)? })
+    }
+
+    /// Returns the files in a folder, sorted by name, and the links, whether they lead to a file or not.
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
 
     /// Returns the place to which a path leads, whether anything is there or not; `None` for a link to nothing. Sources
@@ -34,6 +48,14 @@ pub trait FileSource: Sync {
     fn real_path(&self, path: &Path) -> Option<PathBuf> {
         Some(resolve(Path::new(""), &path.to_string_lossy()))
     }
+}
+
+/// An open file.
+pub struct Opened {
+    /// Its size in bytes.
+    pub size: u64,
+    /// Its contents.
+    pub contents: Box<dyn Read>,
 }
 
 /// The file system.
@@ -47,12 +69,7 @@ impl FileSource for DiskFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let file = open_regular_file(path)?;
         let length = file.metadata()?.len();
-        if length > LARGEST_FILE {
-            return Err(io::Error::other("larger than 1 GiB"));
-        }
-        let mut bytes = reserved(length as usize)?;
-        file.take(LARGEST_FILE).read_to_end(&mut bytes)?;
-        Ok(bytes)
+        read_open(file, length)
     }
 
     fn size(&self, path: &Path) -> io::Result<u64> {
@@ -63,13 +80,20 @@ impl FileSource for DiskFiles {
         Ok(Box::new(open_regular_file(path)?))
     }
 
+    fn open_within(&self, path: &Path, folders: &[PathBuf]) -> io::Result<Opened> {
+        let file = open_within(path, folders)?;
+        Ok(Opened { size: file.metadata()?.len(), contents: Box::new(file) })
+    }
+
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         // The folder of "scene.pbrt" is "", which is no valid path for the operating system.
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let mut files = Vec::new();
         for entry in std::fs::read_dir(shown)? {
             let entry = entry?;
-            if entry.path().is_file() {
+            // What a link leads to is not looked at: nobody learns what lies outside.
+            let kind = entry.file_type()?;
+            if kind.is_file() || kind.is_symlink() {
                 files.push(folder.join(entry.file_name()));
             }
         }
@@ -120,6 +144,34 @@ impl Input {
         held.grow_to(Amount(bytes.len() as u64))?;
         gzip::decompressed(Input { bytes, held }, budget)
     }
+
+    /// Reads a file that lies in one of the folders, or below, as [`Input::read`] does.
+    ///
+    /// # Errors
+    /// As for [`FileSource::open_within`], or an [`OverBudget`].
+    pub fn read_within(
+        files: &dyn FileSource,
+        path: &Path,
+        folders: &[PathBuf],
+        budget: &InputBudget,
+    ) -> io::Result<Self> {
+        let Opened { size, contents } = files.open_within(path, folders)?;
+        let mut held = budget.hold(Amount(size))?;
+        let bytes = read_open(contents, size)?;
+        // The file may have grown since it was opened.
+        held.grow_to(Amount(bytes.len() as u64))?;
+        gzip::decompressed(Input { bytes, held }, budget)
+    }
+}
+
+/// Reads an open file of the given size.
+fn read_open(contents: impl Read, size: u64) -> io::Result<Vec<u8>> {
+    if size > LARGEST_FILE {
+        return Err(io::Error::other("larger than 1 GiB"));
+    }
+    let mut bytes = reserved(size as usize)?;
+    contents.take(LARGEST_FILE).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The diagnostic for a file that cannot be read.

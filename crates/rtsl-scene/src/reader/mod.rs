@@ -44,8 +44,8 @@ mod writer;
 pub use conversion::{Conversion, ConversionOptions, FILE_PARAMETERS, convert_scene};
 pub use fence::Fence;
 pub use files::{
-    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, SceneFiles, file_start, resolve,
-    unreadable, with_slashes,
+    DiskFiles, EmbeddedFiles, FileSource, Input, MemoryFiles, Opened, SceneFiles, file_start,
+    resolve, unreadable, with_slashes,
 };
 pub use gzip::is_compressed;
 pub use interpreter::{read_scene, read_scene_within};

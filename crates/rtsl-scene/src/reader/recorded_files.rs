@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::files::{DiskFiles, FileSource};
+use super::files::{DiskFiles, FileSource, Opened};
 use super::shared_files::FilesRef;
 
 /// The BLAKE3 digest of a file's content. It is collision resistant, so an edited scene is never mistaken for the
@@ -72,6 +72,14 @@ impl<'a> RecordedFiles<'a> {
     }
 }
 
+impl RecordedFiles<'_> {
+    /// Returns an open file that is recorded when it was read.
+    fn recorded(&self, path: &Path, source: Box<dyn Read>) -> Box<dyn Read> {
+        let (path, record) = (path.to_owned(), Arc::clone(&self.record));
+        Box::new(RecordedFile { source, path, record, hasher: blake3::Hasher::new() })
+    }
+}
+
 impl RecordedFiles<'static> {
     /// Wraps a source and keeps it.
     pub fn keeping(files: impl FileSource + Send + 'static) -> Self {
@@ -91,9 +99,12 @@ impl FileSource for RecordedFiles<'_> {
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
-        let source = self.files.open(path)?;
-        let (path, record) = (path.to_owned(), Arc::clone(&self.record));
-        Ok(Box::new(RecordedFile { source, path, record, hasher: blake3::Hasher::new() }))
+        Ok(self.recorded(path, self.files.open(path)?))
+    }
+
+    fn open_within(&self, path: &Path, folders: &[PathBuf]) -> io::Result<Opened> {
+        let Opened { size, contents } = self.files.open_within(path, folders)?;
+        Ok(Opened { size, contents: self.recorded(path, contents) })
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {

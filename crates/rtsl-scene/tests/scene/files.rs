@@ -3,12 +3,13 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use expect_test::expect;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rtsl::{Diagnostics, SourceMap};
 use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::Description;
-use rtsl_scene::reader::{Digest, MemoryFiles, RecordedFiles, read_scene_within};
+use rtsl_scene::reader::{Digest, DiskFiles, MemoryFiles, RecordedFiles, read_scene_within};
 use rtsl_scene::{LoadOptions, SceneSource, load_scene};
 
 type Files = MemoryFiles<Vec<u8>>;
@@ -172,4 +173,88 @@ fn files_that_shaders_include_are_those_of_the_source() {
     assert_eq!((names(&changed), changed != digests), (names(&digests), true));
     let missing = load(&in_memory(&files[..3])).unwrap_err().to_text(false);
     assert!(missing.contains("E0020"), "{missing}");
+}
+
+/// Classes of the library are the same whatever files a scene has.
+#[test]
+fn files_of_the_library_are_included_before_those_beside_the_scene() {
+    let scene = b"Camera \"Pinhole\"\nWorldBegin\nMaterial \"Lambertian\"\nShape \"trianglemesh\" \
+                  \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\nShape \"sphere\"\n";
+    let files: [(&str, &[u8]); 3] = [
+        ("s/scene.pbrt", scene),
+        ("s/triangle_test.rtsl", b"int this is no triangle test("),
+        (
+            "s/hit_errors.rtsl",
+            b"bool isOff(float number, float wanted, float size) { return true; }",
+        ),
+    ];
+    let loaded = load_scene(Path::new("s/scene.pbrt"), &in_memory(&files), &LoadOptions::default());
+    let loaded = loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    assert_eq!(loaded.scene.objects.len(), 2);
+}
+
+/// The message is the same whether the link leads to a shader or to nothing.
+#[cfg(unix)]
+#[test]
+fn shaders_behind_links_that_leave_the_folder_are_not_read() {
+    use std::os::unix::fs::symlink;
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let shader = "class Stars : rt_Material; void BSDF() { rt_BSDFValue = color(1.0); }";
+    std::fs::create_dir_all(path("scene")).unwrap();
+    std::fs::create_dir_all(path("outside")).unwrap();
+    std::fs::write(path("outside/stars.rtsl"), shader).unwrap();
+    let scene = "Camera \"Pinhole\"\nWorldBegin\nMaterial \"Stars\"\nShape \"Sphere\"\n";
+    std::fs::write(path("scene/scene.pbrt"), scene).unwrap();
+    let load = |search_path: &[PathBuf]| {
+        let options = LoadOptions { search_path: search_path.to_owned(), ..LoadOptions::default() };
+        let loaded = load_scene(&path("scene/scene.pbrt"), &DiskFiles, &options);
+        let messages = loaded.map_or_else(|messages| messages, |loaded| loaded.warnings);
+        messages.to_text(false).replace(&folder.path().display().to_string(), "FOLDER")
+    };
+    let mut texts = ["outside/stars.rtsl", "outside/absent.rtsl"].map(|target| {
+        symlink(path(target), path("scene/stars.rtsl")).unwrap();
+        let text = load(&[]);
+        let named = load(&[path("outside")]);
+        std::fs::remove_file(path("scene/stars.rtsl")).unwrap();
+        (text, named)
+    });
+    assert_eq!(texts[0].0, texts[1].0);
+    let (text, named) = std::mem::take(&mut texts[0]);
+    assert!(text.starts_with("warning[W0632]: `FOLDER/scene/stars.rtsl` is not read"), "{text}");
+    assert!(text.contains("error[E0609]"), "{text}");
+    assert!(!named.contains("error") && !named.contains("W0632"), "{named}");
+    // A link within the folder is one name more.
+    std::fs::write(path("scene/sky.rtsl"), shader).unwrap();
+    symlink("sky.rtsl", path("scene/stars.rtsl")).unwrap();
+    assert!(!load(&[]).contains("error"), "{}", load(&[]));
+}
+
+/// Nothing is read for them: neither the picture that is there, which is none, nor the mesh.
+#[test]
+fn missing_files_hide_no_other_errors() {
+    let scene = b"Camera \"perspective\" \"float fo\" 40\nWorldBegin\n\
+        Texture \"there\" \"spectrum\" \"imagemap\" \"string filename\" \"there.png\"\n\
+        Texture \"gone\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"\n\
+        LightSource \"ambient\" \"rgb L\" [1 1 1]\n\
+        Material \"diffuse\" \"texture reflectance\" \"there\"\nShape \"sphere\" \"float radiu\" 2\n\
+        Material \"diffuse\" \"texture reflectance\" \"gone\"\nShape \"disk\"\n\
+        Material \"diffuse\" \"texture reflectance\" \"unknown\"\n\
+        Shape \"plymesh\" \"string filename\" \"gone.ply\"\n\
+        Shape \"plymesh\" \"string filename\" \"there.ply\"\nShape \"Blob\"\n";
+    let files: [(&str, &[u8]); 3] =
+        [("s.pbrt", scene), ("there.png", b"no picture"), ("there.ply", b"no mesh")];
+    let loaded = load_scene(Path::new("s.pbrt"), &in_memory(&files), &LoadOptions::default());
+    let messages = loaded.expect_err("errors").to_text(false);
+    let heads: String = messages.split_inclusive('\n').filter(|it| it.contains("[E")).collect();
+    expect![[r#"
+        error[E0601]: cannot read `gone.png`: entity not found
+        error[E0601]: cannot read `gone.ply`: entity not found
+        error[E0608]: camera `perspective` has no parameter `fo`
+        error[E0608]: shape `sphere` has no parameter `radiu`
+        error[E0610]: unknown texture `unknown`
+        error[E0609]: unknown shape class `Blob`
+    "#]]
+    .assert_eq(&heads);
 }

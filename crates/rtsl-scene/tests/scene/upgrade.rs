@@ -670,6 +670,25 @@ fn errors_stop_a_conversion() {
 }
 
 #[test]
+fn files_outside_have_a_remedy_that_converting_takes() {
+    let texts = [("s/old.pbrt", "Include \"../secret\"\nWorldEnd\n"), ("secret", "Shape [\n")];
+    let options = ConversionOptions::default();
+    let converted =
+        convert_scene(Path::new("s/old.pbrt"), Path::new("s/new.pbrt"), &files(&texts), &options);
+    expect![[r#"
+        error[E0601]: cannot read `secret`
+          ┌─ s/old.pbrt:1:9
+          │
+        1 │ Include "../secret"
+          │         ^^^^^^^^^^^ named here
+          │
+          = help: it lies outside the folder of the scene, so no more is told of it; a copy of it beside the scene shows what is wrong
+
+    "#]]
+    .assert_eq(&converted.expect_err("an error").to_text(false));
+}
+
+#[test]
 fn files_that_include_one_another_are_bounded() {
     let twice = |name: &str| format!("Include \"{name}\"\nInclude \"{name}\"\n");
     let mut texts: Vec<(String, String)> = (0..40)

@@ -1,9 +1,11 @@
 //! The loader of files.
 
-use std::io::Read;
-use std::path::{Component, Path, PathBuf};
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
-use rtsl_memory::open_regular_file;
+use rtsl_memory::{Refused, open_regular_file, open_within, without_detours};
 use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, join_path};
 
 use super::library;
@@ -13,28 +15,46 @@ const SIZE_LIMIT: u64 = 16 << 20;
 
 /// Loads the files of `#include`: from the folder of the including file, then from the search path, then from the
 /// standard library, which is built in. It reads no file outside these folders and that of the first file, through
-/// paths or links.
+/// paths or links. The files of the standard library include one another, whatever the folders have.
 #[derive(Clone, Debug)]
 pub struct FileLoader<F = DiskIncludes> {
     /// The folder of the compiled file, if there is one.
     folder: Option<PathBuf>,
     search_path: Vec<PathBuf>,
     files: F,
+    /// The names of texts from the folders, which may be those of files of the standard library.
+    on_disk: BTreeSet<String>,
 }
 
 /// The files among which a [`FileLoader`] looks.
 pub trait IncludeFiles {
-    /// True if there is a regular file of this name.
-    fn is_file(&self, path: &Path) -> bool;
-
-    /// Returns the place to which the path leads, as [`real_place`] does.
-    fn real_path(&self, path: &Path) -> Option<PathBuf>;
-
-    /// Reads a text. The error is a reason, as a part of a sentence.
+    /// Reads a text that lies in one of the folders, or below.
     ///
     /// # Errors
-    /// If the file cannot be read, or is no text.
-    fn read_text(&self, path: &Path) -> Result<String, String>;
+    /// If there is none, or it cannot be read, or is no text.
+    fn read_within(&self, path: &Path, folders: &[PathBuf]) -> Result<String, Unread>;
+}
+
+/// The reason for which a text was not read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unread {
+    /// It lies outside the folders, or would lie there if there were one.
+    Outside,
+    /// There is no such file.
+    Absent,
+    /// It cannot be read, or is no text: a reason, as a part of a sentence.
+    Unreadable(String),
+}
+
+impl From<io::Error> for Unread {
+    fn from(error: io::Error) -> Self {
+        match (Refused::of(&error), error.kind()) {
+            (Some(Refused::Outside), _) => Unread::Outside,
+            (Some(Refused::NotRegular), _)
+            | (None, io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Unread::Absent,
+            (None, _) => Unread::Unreadable(reason_of(&error)),
+        }
+    }
 }
 
 /// The file system.
@@ -42,16 +62,13 @@ pub trait IncludeFiles {
 pub struct DiskIncludes;
 
 impl IncludeFiles for DiskIncludes {
-    fn is_file(&self, path: &Path) -> bool {
-        path.is_file()
-    }
-
-    fn real_path(&self, path: &Path) -> Option<PathBuf> {
-        real_place(path)
-    }
-
-    fn read_text(&self, path: &Path) -> Result<String, String> {
-        read_text(path)
+    fn read_within(&self, path: &Path, folders: &[PathBuf]) -> Result<String, Unread> {
+        match open_within(path, folders) {
+            Ok(file) => text_of(file).map_err(Unread::Unreadable),
+            // Windows opens no folders, for another reason than that they are some.
+            Err(error) if Refused::of(&error).is_none() && path.is_dir() => Err(Unread::Absent),
+            Err(error) => Err(error.into()),
+        }
     }
 }
 
@@ -72,19 +89,22 @@ impl FileLoader {
                 *folder = PathBuf::from(".");
             }
         }
-        FileLoader { folder: None, search_path, files: DiskIncludes }
+        FileLoader { folder: None, search_path, files: DiskIncludes, on_disk: BTreeSet::new() }
     }
 
     /// A loader for the text in `file`.
     pub fn beside(file: &Path, search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
-        FileLoader { folder: Some(folder_of(file).to_owned()), ..FileLoader::new(search_path) }
+        let on_disk = BTreeSet::from([file.display().to_string()]);
+        let folder = Some(folder_of(file).to_owned());
+        FileLoader { folder, on_disk, ..FileLoader::new(search_path) }
     }
 }
 
 impl<F: IncludeFiles> FileLoader<F> {
     /// Returns the loader, looking among other files.
     pub fn among<G: IncludeFiles>(self, files: G) -> FileLoader<G> {
-        FileLoader { folder: self.folder, search_path: self.search_path, files }
+        let FileLoader { folder, search_path, on_disk, files: _ } = self;
+        FileLoader { folder, search_path, files, on_disk }
     }
 
     /// Returns the folders to search, that of the including file first.
@@ -92,16 +112,35 @@ impl<F: IncludeFiles> FileLoader<F> {
         let path = Path::new(including);
         // Text in no file has a name that leads nowhere, unlike the files that it includes.
         let is_found = |folder: &PathBuf| path.starts_with(without_detours(folder));
-        let is_included =
-            || self.search_path.iter().any(is_found) && library::file(including).is_none();
+        let is_included = || self.search_path.iter().any(is_found);
         let is_in_file = self.folder.is_some() || is_included();
         let beside = is_in_file.then(|| folder_of(path).to_owned());
         beside.into_iter().chain(self.search_path.iter().cloned()).collect()
     }
 
-    fn is_allowed(&self, file: &Path) -> bool {
-        let roots = self.folder.iter().chain(&self.search_path);
-        lies_within(file, roots, |path| self.files.real_path(path))
+    /// True if the including text is a file of the standard library, rather than one on the disk of the same path.
+    fn is_of_library(&self, including: &str) -> bool {
+        library::file(including).is_some() && !self.on_disk.contains(including)
+    }
+
+    /// Reads the file in the first folder that has it.
+    fn find(&self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
+        let allowed: Vec<PathBuf> = self.folder.iter().chain(&self.search_path).cloned().collect();
+        let (mut looked_at, mut escapes) = (Vec::new(), false);
+        for folder in self.folders(including) {
+            let candidate = without_detours(&folder.join(path));
+            let name = candidate.display().to_string();
+            match self.files.read_within(&candidate, &allowed) {
+                Ok(text) => return Ok(IncludedFile { name, text }),
+                Err(Unread::Outside) => escapes = true,
+                Err(Unread::Absent) => looked_at.push(name),
+                Err(Unread::Unreadable(reason)) => return Err(IncludeError::Unreadable(reason)),
+            }
+        }
+        match escapes {
+            true => Err(IncludeError::Escapes),
+            false => Err(IncludeError::NotFound(looked_at)),
+        }
     }
 }
 
@@ -110,33 +149,25 @@ impl<F: IncludeFiles> IncludeLoader for FileLoader<F> {
         if Path::new(path).is_absolute() || path.contains('\0') {
             return Err(IncludeError::Escapes);
         }
-        let (mut looked_at, mut escapes) = (Vec::new(), false);
-        for folder in self.folders(including) {
-            let candidate = without_detours(&folder.join(path));
-            // What lies outside is not looked at: nobody learns whether it is there.
-            if !self.is_allowed(&candidate) {
-                escapes = true;
-                continue;
-            }
-            if self.files.is_file(&candidate) {
-                let text = self.files.read_text(&candidate).map_err(IncludeError::Unreadable)?;
-                return Ok(IncludedFile { name: candidate.display().to_string(), text });
-            }
-            looked_at.push(candidate.display().to_string());
+        let of_library = self.is_of_library(including);
+        if of_library && let Some(file) = library_file(path, including, of_library) {
+            return Ok(file);
         }
-        // A file of the library may include one by a path that would lead outside on the disk.
-        library_file(path, including).ok_or(match escapes {
-            true => IncludeError::Escapes,
-            false => IncludeError::NotFound(looked_at),
-        })
+        match self.find(path, including) {
+            Ok(file) => {
+                self.on_disk.insert(file.name.clone());
+                Ok(file)
+            }
+            Err(IncludeError::Unreadable(reason)) => Err(IncludeError::Unreadable(reason)),
+            Err(error) => library_file(path, including, of_library).ok_or(error),
+        }
     }
 }
 
 /// Returns the file of the standard library that `path` names: from the root of the library, or from the folder of an
 /// including file of the library.
-fn library_file(path: &str, including: &str) -> Option<IncludedFile> {
+fn library_file(path: &str, including: &str, of_library: bool) -> Option<IncludedFile> {
     let folder = including.rsplit_once('/').map_or("", |(folder, _)| folder);
-    let of_library = library::files().iter().any(|file| file.path == including);
     let names = [join_path(folder, path).filter(|_| of_library), join_path("", path)];
     let file = names.into_iter().flatten().find_map(|name| library::file(&name))?;
     Some(IncludedFile { name: file.path.to_owned(), text: file.text.to_owned() })
@@ -144,48 +175,25 @@ fn library_file(path: &str, including: &str) -> Option<IncludedFile> {
 
 /// Reads a text file. The error is a reason: it is missing, not a regular file, too large, or not UTF-8.
 pub(crate) fn read_text(path: &Path) -> Result<String, String> {
-    let describe = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
-        _ => error.to_string(),
-    };
-    let file = open_regular_file(path).map_err(describe)?;
+    text_of(open_regular_file(path).map_err(|error| reason_of(&error))?)
+}
+
+fn text_of(file: File) -> Result<String, String> {
     let mut bytes = Vec::new();
-    file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(describe)?;
+    let read = file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes);
+    read.map_err(|error| reason_of(&error))?;
     if bytes.len() as u64 > SIZE_LIMIT {
         return Err(format!("it is larger than {} MiB", SIZE_LIMIT >> 20));
     }
     rtsl_source::encoding::utf8(bytes).map_err(str::to_owned)
 }
 
-/// True if a path leads to a place within one of the folders, whether anything is there or not. `real` returns the
-/// place to which a path leads, such as [`real_place`].
-pub fn lies_within<'a>(
-    path: &Path,
-    folders: impl IntoIterator<Item = &'a PathBuf>,
-    real: impl Fn(&Path) -> Option<PathBuf>,
-) -> bool {
-    let Some(place) = real(path) else { return false };
-    folders.into_iter().any(|folder| real(folder).is_some_and(|folder| place.starts_with(folder)))
-}
-
-/// Returns the place to which a path leads, without links, whether anything is there or not; `None` for a link to
-/// nothing.
-pub fn real_place(path: &Path) -> Option<PathBuf> {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    if let Ok(real) = path.canonicalize() {
-        return Some(real);
+fn reason_of(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+        _ => error.to_string(),
     }
-    if path.is_symlink() {
-        return None;
-    }
-    // Nothing is there, so the rest of the path has no links.
-    let folder = real_place(path.parent()?)?;
-    Some(without_detours(&match path.components().next_back()? {
-        Component::Normal(name) => folder.join(name),
-        Component::ParentDir => folder.join(".."),
-        _ => folder,
-    }))
 }
 
 fn folder_of(file: &Path) -> &Path {
@@ -193,22 +201,6 @@ fn folder_of(file: &Path) -> &Path {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
-}
-
-/// Removes `.`, and `..` after a folder's name.
-fn without_detours(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for component in path.components() {
-        let after_name = matches!(plain.components().next_back(), Some(Component::Normal(_)));
-        match component {
-            Component::CurDir => {}
-            Component::ParentDir if after_name => {
-                plain.pop();
-            }
-            other => plain.push(other),
-        }
-    }
-    plain
 }
 
 #[cfg(test)]
@@ -223,6 +215,40 @@ mod tests {
         let beside = loader.load("mapping.rtsl", "shaders/textures/image.rtsl").unwrap();
         assert_eq!(beside.name, name);
         assert!(matches!(loader.load("mapping.rtsl", "x.rtsl"), Err(IncludeError::NotFound(_))));
+    }
+
+    #[test]
+    fn files_of_the_library_include_one_another_whatever_the_folders_have() {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        std::fs::create_dir(root.join("primitives")).unwrap();
+        std::fs::write(root.join("triangle_test.rtsl"), "mine").unwrap();
+        std::fs::write(root.join("primitives/triangle_test.rtsl"), "mine").unwrap();
+        let main = root.join("main.rtsl");
+        let including = "shaders/primitives/triangle.rtsl";
+        for mut loader in [
+            FileLoader::new([root.to_owned()]),
+            FileLoader::beside(&main, []),
+            FileLoader::beside(Path::new("main.rtsl"), [root.to_owned()]),
+        ] {
+            let found = loader.load("triangle_test.rtsl", including).unwrap();
+            assert_eq!(found.name, "shaders/primitives/triangle_test.rtsl");
+        }
+        // But a text on the disk that has the path of one of the library includes those beside it.
+        std::fs::create_dir_all(root.join("shaders/primitives")).unwrap();
+        std::fs::write(root.join("shaders/primitives/triangle.rtsl"), "mine").unwrap();
+        std::fs::write(root.join("shaders/primitives/triangle_test.rtsl"), "mine").unwrap();
+        struct InFolder<'a>(&'a Path);
+        impl IncludeFiles for InFolder<'_> {
+            fn read_within(&self, path: &Path, _: &[PathBuf]) -> Result<String, Unread> {
+                DiskIncludes.read_within(&self.0.join(path), &[self.0.to_owned()])
+            }
+        }
+        let mut loader = FileLoader::beside(Path::new(including), []).among(InFolder(root));
+        assert_eq!(loader.load("triangle_test.rtsl", including).unwrap().text, "mine");
+        let mut loader = FileLoader::new([PathBuf::new()]).among(InFolder(root));
+        let triangle = loader.load(including, "text").unwrap();
+        assert_eq!(loader.load("triangle_test.rtsl", &triangle.name).unwrap().text, "mine");
     }
 
     /// Tests run in the folder of their crate, where `Cargo.toml` lies.

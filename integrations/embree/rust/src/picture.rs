@@ -38,7 +38,7 @@ impl Picture {
                 rays.set(ray, camera.eye, direction, 0.0);
             }
             scene.intersect(&mut rays);
-            let mut shadows = shadow_rays(&rays, camera.scale);
+            let mut shadows = shadow_rays(&rays);
             scene.occluded(&mut shadows);
             for ray in 0..width {
                 picture.pixels.extend(color_of(&rays, ray, shadows.get(FAR, ray) > 0.0));
@@ -54,8 +54,6 @@ impl Picture {
 /// Looks at the middle of a box from the upper left.
 struct Camera {
     eye: [f32; 3],
-    /// Half of the box's diagonal.
-    scale: f32,
 }
 
 impl Camera {
@@ -64,7 +62,7 @@ impl Camera {
         let scale = dot(half, half).sqrt();
         ensure!(scale < 1e18, "the primitives' bounds are not finite, which Embree has no use for");
         let eye = from_fn(|axis| bounds.lower[axis] + half[axis] + 3.0 * scale * BACK[axis]);
-        Ok(Camera { eye, scale })
+        Ok(Camera { eye })
     }
 }
 
@@ -74,13 +72,28 @@ fn direction_to(x: usize, y: usize, size: usize) -> [f32; 3] {
     from_fn(|axis| u * RIGHT[axis] + v * UP[axis] + 2.0 * AHEAD[axis])
 }
 
+/// A few roundings.
+const ROUNDINGS: f32 = 1.0 / (1 << 20) as f32;
+
+/// The point at which rays to the light begin: off the surface by more than rounding may have put the hit on the other
+/// side, which follows from the sizes of the numbers that it is computed from, whatever the size of the scene.
+fn start_of_shadow(rays: &Rays, ray: usize) -> [f32; 3] {
+    let (origin, direction) = (rays.vector(ORIGIN, ray), rays.vector(DIRECTION, ray));
+    let normal = seen_normal(rays, ray);
+    let way = direction.map(|it| rays.get(FAR, ray) * it);
+    let mut offset = 0.0;
+    for axis in 0..3 {
+        let size = origin[axis].abs() + way[axis].abs();
+        offset += ROUNDINGS * normal[axis].abs() * size;
+    }
+    from_fn(|axis| origin[axis] + way[axis] + offset * normal[axis])
+}
+
 /// Rays from hits to the light; what hit nothing has none.
-fn shadow_rays(rays: &Rays, scale: f32) -> Rays {
+fn shadow_rays(rays: &Rays) -> Rays {
     let mut shadows = Rays::new(rays.count());
     for ray in (0..rays.count()).filter(|ray| rays.is_hit(*ray)) {
-        let (origin, direction) = (rays.vector(ORIGIN, ray), rays.vector(DIRECTION, ray));
-        let point = from_fn(|axis| origin[axis] + rays.get(FAR, ray) * direction[axis]);
-        shadows.set(ray, point, TO_LIGHT, 1e-3 * scale);
+        shadows.set(ray, start_of_shadow(rays, ray), TO_LIGHT, 0.0);
     }
     shadows
 }
