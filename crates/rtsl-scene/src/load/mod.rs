@@ -658,7 +658,9 @@ impl<'a, 'f> Loader<'a, 'f> {
                 self.diagnostics.push(warning.clone().at(span, ""));
             }
         }
-        for warning in instance.unset_reference_warnings() {
+        let standard = self.pbrt_name(entity);
+        let wording = NamedEntity { entity, class: instance.class(), standard }.wording();
+        for warning in instance.unset_reference_warnings(wording.as_ref()) {
             self.warn_once(warning.at(entity.class_span, ""));
         }
     }
