@@ -142,6 +142,12 @@ fn warnings_about_values() {
               = note: a call through it gives the defaults of its role: black, zero
               = help: set `materials`
 
+            warning[W0502]: the parameter `uroughness` of material `coateddiffuse` is outside of its range: 30 is not at most 1
+              ┌─ scene.pbrt:4:45
+              │
+            4 │ Material "coateddiffuse" "float uroughness" 30
+              │                                             ^^
+
         "#]],
     );
     check("Material \"Mix\" \"float amount\" 0.5\nShape \"sphere\"", expect![[r#"
