@@ -603,7 +603,7 @@ fn a_black_picture_says_why() {
 fn black_pictures_of_integrators_name_what_these_ask_for() {
     let folder = Folder::new("black-integrators");
     let text = "class Near : rt_Integrator;
-        void radiance() { if (nearestHit().distance < 1.0) rt_Radiance = color(1.0); }";
+        void radiance() { if (nearestHit().distance < 1.0) rt_SampleColor = color(1.0); }";
     folder.write("near.rtsl", text);
     let warning = |integrator: &str, world: &str| {
         let scene = format!(
