@@ -271,7 +271,7 @@ def test_the_depth_of_integrators_that_are_classes_is_their_parameter(tmp_path: 
             scene.inspect(0, 0, **SMALL)
     # The renderer takes the place of the scene's integrator.
     loaded.render(renderer="batch", **SMALL)
-    composed.integrator = rtsl.compile("class Flat : rt_Integrator; void radiance() { rt_Radiance = color(1.0); }").Flat()
+    composed.integrator = rtsl.compile("class Flat : rt_Integrator; void radiance() { rt_SampleColor = color(1.0); }").Flat()
     with pytest.raises(rtsl.SceneError, match="`Flat`: it has no parameter of this meaning"):
         composed.render(**SMALL)
 
