@@ -150,7 +150,9 @@ fn warnings_about_values() {
 
         "#]],
     );
-    check("Material \"Mix\" \"float amount\" 0.5\nShape \"sphere\"", expect![[r#"
+    check(
+        "Material \"Mix\" \"float amount\" 0.5\nShape \"sphere\"",
+        expect![[r#"
         warning[W0501]: the reference `first` of `Mix` is used but not set
           ┌─ scene.pbrt:2:10
           │
@@ -169,5 +171,6 @@ fn warnings_about_values() {
           = note: a call through it gives the defaults of its role: black, zero
           = help: set `second`, or test it with `isSet(second)`
 
-    "#]]);
+    "#]],
+    );
 }

@@ -283,7 +283,9 @@ fn bounds_without_extent() {
         let text = bounds("vec3(size)", "vec3(1.0, 1.0, -size)");
         text.replace("Primitive;", &format!("Primitive; {member}"))
     };
-    check(&sized("public float size = 1.0;"), &expect![[r#"
+    check(
+        &sized("public float size = 1.0;"),
+        &expect![[r#"
         warning[W0345]: no ray meets this box
           ┌─ shader.rtsl:3:38
           │
@@ -295,7 +297,8 @@ fn bounds_without_extent() {
           = note: this is so where the parameters have their defaults
           = help: exchange them: renderers test only rays that meet the box
 
-    "#]]);
+    "#]],
+    );
     quiet(&[
         &sized("public float size = -1.0;"),
         &sized("public float size;"),
