@@ -151,11 +151,11 @@ fn try_lower(body: &str) {
 fn structs_with_many_fields() {
     let fields =
         |count: usize| -> String { (0..count).map(|index| format!("float f{index};\n")).collect() };
-    let reads: String = (0..16_000).map(|index| format!("sum += whole.f{index};\n")).collect();
+    let reads: String = (0..60_000).map(|index| format!("sum += whole.f{index};\n")).collect();
     let text = format!(
         "struct Whole {{ {} }};\nclass T : rt_Texture;\npublic Whole whole;\n\
          void lookup() {{ float sum = 0.0;\n{reads}rt_FloatTextureValue = sum; }}",
-        fields(16_000)
+        fields(60_000)
     );
     lower(&text).unwrap_or_else(|errors| panic!("{errors:?}"));
     // Those of a variable are locals.
