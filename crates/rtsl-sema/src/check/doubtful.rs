@@ -185,8 +185,8 @@ fn leaves(list: &[Statement], is_own: bool) -> bool {
 }
 
 /// The span and the value of a quotient of constants with a remainder, where the terms of an integer have one that
-/// becomes the float `whole` or a part of it. A quotient other than 0 may be meant where the text writes the conversion,
-/// `float(7 / 2)`, and in products: `7 / 2 * 2` is the even number below.
+/// becomes the float `whole` or a part of it. A quotient other than 0 may be meant where the text writes the
+/// conversion, `float(7 / 2)`, and in products: `7 / 2 * 2` is the even number below.
 fn rounded_quotient(value: &Expression, whole: &Expression) -> Option<(Span, i64)> {
     let is_implicit = match whole.kind {
         ExpressionKind::Convert(_) => whole.span == value.span,
