@@ -13,6 +13,7 @@ from ._errors import SceneWarning
 from ._names import meant
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
+_Class = TypeVar("_Class", bound=type)
 
 
 def size_of(value: Any) -> Optional[Tuple[int, int]]:
@@ -67,6 +68,19 @@ def checked(function: _Function) -> _Function:
         return function(*arguments, **keywords)
 
     return cast(_Function, call)
+
+
+def checked_class(class_: _Class) -> _Class:
+    """Lets the error about an unknown keyword of a class name the one that was probably meant."""
+    known, init = keywords_of(class_), class_.__init__  # type: ignore[misc]
+
+    @functools.wraps(init)
+    def checked_init(self: Any, *arguments: Any, **keywords: Any) -> None:
+        refuse({name: it for name, it in keywords.items() if name not in known}, known, f"{class_.__name__}() has")
+        init(self, *arguments, **keywords)
+
+    setattr(class_, "__init__", checked_init)
+    return class_
 
 
 def warn(message: str, category: Type[Warning] = SceneWarning) -> None:

@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, List, Sequence, Tuple, Union
 
+from ._arguments import checked_class
+
 Color = Union[float, Sequence[float]]
 
 
+@checked_class
 @dataclass
 class LightSample:
     """A light that `illuminance` meets, the same at every point."""
@@ -22,6 +25,7 @@ class LightSample:
     pdf: float = 0.0
 
 
+@checked_class
 @dataclass
 class Host:
     """The answers to what methods ask: the same for every ray, except random numbers.

@@ -278,7 +278,8 @@ class Scene(NotCopied):
                 integrator, such as `albedo` and `normal`.
             renderer: `batch` traces paths, `interactive` shows what `shade` of materials computes; if ``None``, paths
                 are traced if all materials support it.
-            max_depth: the greatest number of surfaces that a path meets.
+            max_depth: the greatest number of surfaces that a path meets. Integrators that are classes have parameters
+                of their own instead, such as `maxDepth`.
             noise: the noise, relative to the brightness, at which parts of the picture take no more samples.
             seconds: the time after which the picture is returned as it is.
             threads: the number of threads, all processors if ``None``. The picture does not depend on it.

@@ -247,12 +247,33 @@ def test_unknown_keywords_name_the_ones_that_were_meant():
         (lambda: rtsl.Scene.load("a.pbrt", define={}), "did you mean `defines`"),
         (lambda: scene.render(**SMALL).save("a.png", exposures=1), "did you mean `exposure`"),
         (lambda: rtsl.cluster.render("a.pbrt", max_dept=1), "did you mean `max_depth`"),
+        (lambda: rtsl.Engine(widths=4), r"Engine\(\) has no keyword `widths`; did you mean `width`"),
+        (lambda: rtsl.Host(light=[]), r"Host\(\) has no keyword `light`; did you mean `lights`"),
+        (lambda: rtsl.LightSample((0, 1, 0), colour=3), r"LightSample\(\) has no keyword `colour`; did you mean `color`"),
     ]:
         with pytest.raises(TypeError, match=meant):
             call()
     scene.settings = {"sed": 1}
     with pytest.raises(TypeError, match="did you mean `seed`"):
         scene.render(**SMALL)
+
+
+def test_the_depth_of_integrators_that_are_classes_is_their_parameter(tmp_path: pathlib.Path):
+    (tmp_path / "paths.pbrt").write_text('Integrator "Path"\nCamera "perspective"\nWorldBegin\nShape "sphere"\n')
+    loaded, composed = rtsl.Scene.load(tmp_path / "paths.pbrt"), ball_scene()
+    composed.add(library.Path(maxDepth=2))
+    for scene in (loaded, composed):
+        for call in (scene.render, scene.begin, scene.costs):
+            with pytest.raises(rtsl.SceneError, match="on the integrator `Path`: set the integrator's parameter `maxDepth`"):
+                call(max_depth=1, **SMALL)
+        scene.settings = {"max_depth": 1}
+        with pytest.raises(rtsl.SceneError, match="`max_depth` has no effect"):
+            scene.inspect(0, 0, **SMALL)
+    # The renderer takes the place of the scene's integrator.
+    loaded.render(renderer="batch", **SMALL)
+    composed.integrator = rtsl.compile("class Flat : rt_Integrator; void radiance() { rt_SampleColor = color(1.0); }").Flat()
+    with pytest.raises(rtsl.SceneError, match="`Flat`: it has no parameter of this meaning"):
+        composed.render(**SMALL)
 
 
 def test_copies_and_pickles_of_scenes_work_or_say_why_not():

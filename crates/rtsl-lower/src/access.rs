@@ -8,7 +8,7 @@ use crate::Lowering;
 use crate::facts::{CHOICE, root_of};
 use crate::leaf_part::LeafPart;
 use crate::limits::Lowered;
-use crate::variables::{SourceVariableId, Storage};
+use crate::variables::{SourceVariable, SourceVariableId, Storage};
 
 /// A part of a variable. Its indices have been evaluated, so that it can be read and then written.
 #[derive(Clone, Debug)]
@@ -191,30 +191,25 @@ impl<'m> Lowering<'m> {
                 Ok(cells.map(|cell| whole[cell as usize]).collect())
             }
             Storage::Locals(locals) => {
-                let locals = locals.clone();
-                Ok(self.load_parts(&parts, |part| locals[part.leaf]))
+                let of_parts: Vec<_> = parts.iter().map(|part| locals[part.leaf]).collect();
+                Ok(self.load_parts(&parts, &of_parts))
             }
             Storage::Memory(kind) => {
-                let variable = self.variable(access.root);
-                let variables: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
-                let mut used = vec![None; variables.len()];
-                for part in &parts {
-                    used[part.leaf] = Some(self.builder.variable(variables[part.leaf].clone()));
-                }
-                Ok(self.load_parts(&parts, |part| used[part.leaf].expect("made above")))
+                let kind = *kind;
+                let SourceVariable { name, layout, .. } = &self.variables[access.root.0 as usize];
+                let variables = parts.iter().map(|part| layout.variable(part.leaf, kind, name));
+                let of_parts: Vec<_> = variables.map(|it| self.builder.variable(it)).collect();
+                Ok(self.load_parts(&parts, &of_parts))
             }
         }
     }
 
-    fn load_parts(
-        &mut self,
-        parts: &[LeafPart],
-        variable: impl Fn(&LeafPart) -> VariableId,
-    ) -> Vec<Value> {
+    /// Loads parts, each of a variable of its own.
+    fn load_parts(&mut self, parts: &[LeafPart], variables: &[VariableId]) -> Vec<Value> {
         let mut values = Vec::new();
-        for part in parts {
+        for (part, variable) in parts.iter().zip(variables) {
             for position in part.positions.iter() {
-                let kind = OpKind::Load(variable(part), self.index_of(part, position));
+                let kind = OpKind::Load(*variable, self.index_of(part, position));
                 values.push(self.builder.push(kind).get(0));
             }
         }
@@ -232,12 +227,12 @@ impl<'m> Lowering<'m> {
         }
         let parts = self.resolve(access)?;
         if let Storage::Locals(locals) = &self.variable(access.root).storage {
-            let locals = locals.clone();
+            let of_parts: Vec<_> = parts.iter().map(|part| locals[part.leaf]).collect();
             let mut values = values.iter();
-            for part in &parts {
+            for (part, local) in parts.iter().zip(of_parts) {
                 for (position, value) in part.positions.iter().zip(&mut values) {
                     let index = self.index_of(part, position);
-                    self.builder.push(OpKind::Store(locals[part.leaf], index, *value));
+                    self.builder.push(OpKind::Store(local, index, *value));
                 }
             }
             return Ok(());

@@ -1,10 +1,11 @@
 //! Memory addresses of the scalars of a part of a variable.
 
+use std::ops::Range;
+
 use rtsl_ir::{BinaryOp, Index, Scalar, Value, VariableKind};
 
 use crate::Lowering;
 use crate::access::{Access, Position, Step};
-use crate::layout::Leaf;
 use crate::leaf_part::{LeafPart, Positions};
 use crate::limits::Lowered;
 use crate::variables::SourceVariableId;
@@ -13,15 +14,22 @@ impl Lowering<'_> {
     /// Computes the addresses of the scalars of a part; every dynamic index left is one into
     /// memory.
     pub fn resolve(&mut self, access: &Access) -> Lowered<Vec<LeafPart>> {
-        let leaves = self.variable(access.root).layout.leaves.iter().enumerate();
-        let mut parts: Vec<LeafPart> = leaves
-            .map(|(leaf, Leaf { len, .. })| LeafPart {
-                leaf,
-                terms: Vec::new(),
-                positions: Positions::Range { start: 0, len: *len },
-            })
-            .collect();
-        for step in &access.steps {
+        let layout = &self.variable(access.root).layout;
+        let mut leaves = 0..layout.leaves.len();
+        let mut steps = access.steps.as_slice();
+        // A struct may have many fields: the others are never looked at.
+        while let [Step::Field(id, field), rest @ ..] = steps {
+            let Range { start, end } = self.layouts.field_leaves(*id, *field, access.span)?;
+            leaves = leaves.start + start..leaves.start + end;
+            steps = rest;
+        }
+        let part = |leaf: usize| LeafPart {
+            leaf,
+            terms: Vec::new(),
+            positions: Positions::Range { start: 0, len: layout.leaves[leaf].len },
+        };
+        let mut parts: Vec<LeafPart> = leaves.map(part).collect();
+        for step in steps {
             match step {
                 Step::Field(id, field) => {
                     let leaves = self.layouts.field_leaves(*id, *field, access.span)?;

@@ -48,12 +48,13 @@ impl Layout {
 
     /// The IR variables that store a value of this layout under `name`.
     pub fn variables(&self, kind: VariableKind, name: &str) -> impl Iterator<Item = Variable> {
-        self.leaves.iter().map(move |leaf| Variable {
-            kind,
-            name: format!("{name}{}", leaf.suffix),
-            scalar: leaf.scalar,
-            len: leaf.len,
-        })
+        (0..self.leaves.len()).map(move |leaf| self.variable(leaf, kind, name))
+    }
+
+    /// The IR variable that stores one leaf of a value of this layout under `name`.
+    pub fn variable(&self, leaf: usize, kind: VariableKind, name: &str) -> Variable {
+        let Leaf { suffix, scalar, len } = &self.leaves[leaf];
+        Variable { kind, name: format!("{name}{suffix}"), scalar: *scalar, len: *len }
     }
 }
 
@@ -62,11 +63,13 @@ impl Layout {
 pub(crate) struct Layouts<'m> {
     module: &'m Module,
     made: RefCell<HashMap<Type, Rc<Layout>>>,
+    /// For each struct, the first leaf of each field, and behind them the number of leaves.
+    first_leaves: RefCell<HashMap<StructId, Rc<[usize]>>>,
 }
 
 impl<'m> Layouts<'m> {
     pub fn new(module: &'m Module) -> Self {
-        Layouts { module, made: RefCell::default() }
+        Layouts { module, made: RefCell::default(), first_leaves: RefCell::default() }
     }
 
     /// The layout of `ty`; for a buffer, that of its elements. Types without data have no leaves.
@@ -158,12 +161,23 @@ impl<'m> Layouts<'m> {
 
     /// The range of a struct's leaves that belong to a field.
     pub fn field_leaves(&self, id: StructId, field: u32, span: Span) -> Lowered<Range<usize>> {
-        let mut first = 0;
-        for (_, ty) in &self.fields(id)[..field as usize] {
-            first += self.layout(ty, span)?.leaves.len();
+        let first = self.first_leaves(id, span)?;
+        Ok(first[field as usize]..first[field as usize + 1])
+    }
+
+    fn first_leaves(&self, id: StructId, span: Span) -> Lowered<Rc<[usize]>> {
+        if let Some(made) = self.first_leaves.borrow().get(&id) {
+            return Ok(made.clone());
         }
-        let (_, ty) = &self.fields(id)[field as usize];
-        Ok(first..first + self.layout(ty, span)?.leaves.len())
+        let mut count = 0;
+        let mut first = vec![count];
+        for (_, ty) in self.fields(id) {
+            count += self.layout(ty, span)?.leaves.len();
+            first.push(count);
+        }
+        let first: Rc<[usize]> = first.into();
+        self.first_leaves.borrow_mut().insert(id, first.clone());
+        Ok(first)
     }
 
     /// Reorders the scalars of an aggregate from element by element and field by field to leaf by

@@ -208,6 +208,11 @@ fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyRes
         // A renderer takes the place of the scene's integrator.
         base.integrator = None;
     }
+    if given.max_depth.is_some() {
+        let own = integrator.as_ref().map(|it| it.bind(py).get().instance.as_ref());
+        let of_base = || base.as_ref().and_then(|base| base.integrator.as_deref());
+        refuse_depth(own.or_else(of_base))?;
+    }
     let settings = base.as_ref().map_or_else(Settings::default, |base| base.settings.clone());
     let instance = |it: &Py<PyInstance>| it.bind(py).get().instance.clone();
     let optional =
@@ -234,6 +239,20 @@ fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyRes
         base,
         ambient,
     })
+}
+
+/// Refuses `max_depth` for an integrator written in RTSL, whose depth is a parameter of its own, if it has one: as `-D
+/// integrator.maxdepth` of the command line does, whose name is that of the format too.
+fn refuse_depth(integrator: Option<&Instance>) -> PyResult<()> {
+    let Some(class) = integrator.map(Instance::class) else { return Ok(()) };
+    let depth = class.parameters.iter().find(|it| it.name.eq_ignore_ascii_case("maxdepth"));
+    let name = &class.name;
+    let what_to_do = match depth {
+        Some(depth) => format!("set the integrator's parameter `{}`", depth.name),
+        None => "it has no parameter of this meaning".to_owned(),
+    };
+    let message = format!("`max_depth` has no effect on the integrator `{name}`: {what_to_do}");
+    Err(Exception::Scene.with_text(&message))
 }
 
 fn with_given(settings: Settings, given: GivenSettings) -> PyResult<Settings> {

@@ -30,8 +30,10 @@ pub struct PyEngine {
 impl PyEngine {
     #[new]
     #[pyo3(signature = (
-        backend="auto", width=None, math="contract", loop_budget=None, *, trace=None, costs=false
+        backend="auto", width=None, math="contract", loop_budget=None, *, trace=None, costs=false,
+        **others
     ))]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of one call of Python")]
     fn new(
         py: Python<'_>,
         backend: &str,
@@ -40,7 +42,11 @@ impl PyEngine {
         loop_budget: Option<u32>,
         trace: Option<&str>,
         costs: bool,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyEngine> {
+        if let Some(others) = others {
+            refuse_keywords(others)?;
+        }
         let math = math_of_name(math)?;
         let options = EngineOptions {
             backend: backend_of_name(backend)?,
@@ -108,6 +114,15 @@ impl PyEngine {
         recent.push_back(program.clone());
         program
     }
+}
+
+/// The keywords that users give. `trace` and `costs` are those of this package.
+const KEYWORDS: [&str; 4] = ["backend", "width", "math", "loop_budget"];
+
+/// Refuses keywords that an engine has not, in the words of the package's functions.
+fn refuse_keywords(others: &Bound<'_, PyDict>) -> PyResult<()> {
+    let package = others.py().import("rtsl._arguments")?;
+    package.call_method1("refuse", (others, KEYWORDS, "Engine() has")).map(drop)
 }
 
 fn detail_of_name(name: &str) -> PyResult<TraceDetail> {

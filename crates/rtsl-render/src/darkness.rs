@@ -2,9 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use rtsl::{Diagnostic, Method, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Method, Query, diagnostic_codes as codes};
 use rtsl_image::Image;
 use rtsl_scene::Scene;
+
+/// The questions of an integrator about light.
+const LIGHT: [Query; 5] =
+    [Query::SampleLight, Query::LightEmission, Query::SkyEmission, Query::Emission, Query::Shade];
+
+/// The questions that materials without methods answer with black.
+const SCATTERING: [Query; 4] = [Query::Bsdf, Query::SampleBsdf, Query::Emission, Query::Shade];
 
 /// The parts that a picture needs and its scene lacks.
 pub(crate) struct Darkness {
@@ -12,24 +19,30 @@ pub(crate) struct Darkness {
 }
 
 impl Darkness {
-    /// Finds what the scene lacks for a picture by paths or by `shade`. Integrators that the scene names may need no
-    /// light.
+    /// Finds what the scene lacks for a picture by paths, by `shade`, or by its own integrator, which may need no light
+    /// or no material.
     pub(crate) fn of(scene: &Scene) -> Darkness {
         let mut reasons = Vec::new();
-        if scene.integrator.is_some() {
-            return Darkness { reasons };
-        }
+        let asks = |queries: &[Query]| {
+            scene.integrator.as_ref().is_none_or(|integrator| {
+                let mut methods = integrator.class().methods.values();
+                methods.any(|method| method.body.asks(|query| queries.contains(&query)))
+            })
+        };
+        let needs_light = asks(&LIGHT);
         if scene.objects.is_empty() && scene.lights.is_empty() {
-            reasons.push("the scene has neither shapes nor lights".to_owned());
-        } else if scene.lights.is_empty() && scene.ambient == [0.0; 3] {
+            let needs_anything = needs_light || asks(&[Query::NearestHit]);
+            let reason = "the scene has neither shapes nor lights".to_owned();
+            reasons.extend(needs_anything.then_some(reason));
+        } else if needs_light && scene.lights.is_empty() && scene.ambient == [0.0; 3] {
             reasons.push(
                 "the scene has no light source; only materials with `emission` could shine"
                     .to_owned(),
             );
         }
         let scatters = [Method::Shade, Method::Bsdf, Method::Emission];
-        let idle = scene
-            .materials
+        let materials = if asks(&SCATTERING) { scene.materials.as_slice() } else { &[] };
+        let idle = materials
             .iter()
             .map(|it| it.class())
             .filter(|class| scatters.iter().all(|method| !class.methods.contains_key(method)));

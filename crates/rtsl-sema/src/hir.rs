@@ -169,6 +169,8 @@ pub struct ConstructorParameter {
     pub default: Option<Expression>,
     /// The annotations, with values folded.
     pub annotations: Vec<Annotation>,
+    /// The span of the parameter.
+    pub span: Span,
 }
 
 /// A function, method or constructor.

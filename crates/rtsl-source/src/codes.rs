@@ -253,7 +253,7 @@ diagnostics! {
     W0341 DEFAULT_OUT_OF_RANGE "a default outside of the range of its parameter";
     W0342 ENDLESS_LOOP "a loop that never ends";
     W0343 UNREAD_MEMBER "a parameter or member that nothing reads";
-    W0344 INTEGER_QUOTIENT "a quotient of integers that is 0 where a number was meant";
+    W0344 INTEGER_QUOTIENT "a rounded quotient of integers where a number was meant";
     W0345 NO_EXTENT "bounds whose corners are exchanged";
     W0346 NO_CHANGE "a change over the filter that is always 0";
     W0347 OUTPUT_ELSEWHERE "an output of a class that is no integrator";

@@ -28,8 +28,11 @@ pub const ELEMENT: &str = "element";
 /// The annotation beside [`ELEMENT`] with the number of the buffer's entries for each element.
 pub const STRIDE: &str = "stride";
 
+/// The annotation of parameters that nothing reads on purpose.
+pub const UNUSED: &str = "unused";
+
 /// Every key that hosts know.
-pub const ANNOTATION_KEYS: [AnnotationKey; 13] = [
+pub const ANNOTATION_KEYS: [AnnotationKey; 14] = [
     text("label", "The name that interfaces show."),
     text("doc", "A description."),
     text("unit", "The unit of the number."),
@@ -40,13 +43,18 @@ pub const ANNOTATION_KEYS: [AnnotationKey; 13] = [
     number("softmin", "The least value of a slider."),
     number("softmax", "The greatest value of a slider."),
     number("step", "The distance between values."),
-    AnnotationKey { name: "hidden", kind: AnnotationKind::Flag, doc: "Interfaces do not show it." },
+    flag("hidden", "Interfaces do not show it."),
+    flag(UNUSED, "It has no effect: it is there so that scenes of other renderers can set it."),
     text(ELEMENT, "Marks the element parameter; names the buffer whose elements it counts."),
     number(STRIDE, "The number of entries of the buffer for each element."),
 ];
 
 const fn text(name: &'static str, doc: &'static str) -> AnnotationKey {
     AnnotationKey { name, kind: AnnotationKind::Text, doc }
+}
+
+const fn flag(name: &'static str, doc: &'static str) -> AnnotationKey {
+    AnnotationKey { name, kind: AnnotationKind::Flag, doc }
 }
 
 const fn number(name: &'static str, doc: &'static str) -> AnnotationKey {

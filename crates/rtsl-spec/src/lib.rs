@@ -14,7 +14,7 @@ mod roles;
 mod state;
 mod types;
 
-pub use annotations::{ANNOTATION_KEYS, AnnotationKey, AnnotationKind, ELEMENT, STRIDE};
+pub use annotations::{ANNOTATION_KEYS, AnnotationKey, AnnotationKind, ELEMENT, STRIDE, UNUSED};
 pub use ray_type::RayType;
 pub use roles::{Method, Role};
 pub use state::{

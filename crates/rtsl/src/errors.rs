@@ -78,9 +78,9 @@ pub(crate) fn mismatch(wording: &Wording, parameter: &Parameter, mismatch: Misma
 }
 
 /// A finite number outside the annotated range.
-pub(crate) fn outside_range(class: &Class, parameter: &Parameter, reason: &str) -> Diagnostic {
-    let (name, class) = (&parameter.name, &class.name);
-    let message = format!("the parameter `{name}` of `{class}` is outside of its range: {reason}");
+pub(crate) fn outside_range(wording: &Wording, parameter: &Parameter, reason: &str) -> Diagnostic {
+    let (name, subject) = (wording.parameter(&parameter.name), &wording.subject);
+    let message = format!("the parameter `{name}` of {subject} is outside of its range: {reason}");
     Diagnostic::new(codes::OUTSIDE_RANGE, message)
 }
 
@@ -219,12 +219,22 @@ pub(crate) fn endless_constructor(name: &str) -> Diagnostic {
 
 /// A reference that a method calls through and that no instance is set for.
 pub(crate) fn unset_reference(class: &str, path: &str) -> Diagnostic {
+    let help = format!("set `{path}`, or test it with `isSet({path})`");
+    unset_reference_of(&format!("`{class}`"), path).help(help)
+}
+
+/// The same in the words of a file format, whose users have no text of the class in which a test could be.
+pub(crate) fn unset_reference_of_format(wording: &Wording, path: &str) -> Diagnostic {
+    let path = wording.parameter(path);
+    unset_reference_of(&wording.subject, path).help(format!("set `{path}`"))
+}
+
+fn unset_reference_of(subject: &str, path: &str) -> Diagnostic {
     Diagnostic::new(
         codes::UNSET_REFERENCE,
-        format!("the reference `{path}` of `{class}` is used but not set"),
+        format!("the reference `{path}` of {subject} is used but not set"),
     )
     .note("a call through it gives the defaults of its role: black, zero")
-    .help(format!("set `{path}`, or test it with `isSet({path})`"))
 }
 
 /// A function that passes a limit of linking.

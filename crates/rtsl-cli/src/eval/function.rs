@@ -1,6 +1,6 @@
 //! A call of any function of a text: a class that has it in a method, and its arguments in scratch members.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use rtsl::{
     ClassOutline, FunctionOutline, Method, Outline, ParameterOutline, Passing, Recording, Role,
@@ -41,17 +41,17 @@ impl FunctionCall {
             None => outline.classes.iter().collect(),
         };
         let mut all: Vec<Candidate<'_>> = Vec::new();
+        let mut known = HashSet::new();
         for class in &classes {
-            for (generation, of) in outline.generations(&class.name).into_iter().enumerate() {
-                // Without a choice, inherited functions are those of the classes that declare them.
-                let is_own = generation == 0 || request.class.is_some() || classes.len() == 1;
-                for function in of.functions.iter().filter(|_| is_own) {
-                    let candidate = Candidate { class: Some(class), function };
-                    if !all.iter().any(|it| it.hides(&candidate)) {
-                        all.push(candidate);
-                    }
-                }
-            }
+            // Without a choice, inherited functions are those of the classes that declare them.
+            let generations = match classes.len() {
+                1 => outline.generations(&class.name),
+                _ => vec![*class],
+            };
+            let functions = generations.iter().flat_map(|of| &of.functions);
+            let candidates = functions.map(|function| Candidate { class: Some(class), function });
+            // A function is called in place of the same one of an earlier generation.
+            all.extend(candidates.filter(|it| known.insert(it.identity())));
         }
         let of_file = outline.functions.iter();
         all.extend(of_file.map(|function| Candidate { class: None, function }));
@@ -293,16 +293,12 @@ struct Candidate<'a> {
     function: &'a FunctionOutline,
 }
 
-impl Candidate<'_> {
-    /// True if this function is called in place of one of an earlier generation.
-    fn hides(&self, other: &Candidate<'_>) -> bool {
-        let types = |it: &FunctionOutline| -> Vec<String> {
-            it.parameters.iter().map(|parameter| without_space(&parameter.ty)).collect()
-        };
-        let class = |it: &Candidate<'_>| it.class.map(|class| class.name.clone());
-        class(self) == class(other)
-            && self.function.name == other.function.name
-            && types(self.function) == types(other.function)
+impl<'a> Candidate<'a> {
+    /// The names of the class and of the function, and the types of the parameters.
+    fn identity(&self) -> (Option<&'a str>, &'a str, Vec<String>) {
+        let parameters = self.function.parameters.iter();
+        let types = parameters.map(|parameter| without_space(&parameter.ty)).collect();
+        (self.class.map(|class| class.name.as_str()), &self.function.name, types)
     }
 
     /// The bases that the class around the call can have.

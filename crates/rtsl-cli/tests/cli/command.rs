@@ -1,7 +1,7 @@
 //! A run of the command in a folder of its own, and what it printed.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use expect_test::Expect;
@@ -19,8 +19,16 @@ impl Folder {
         Folder(tempfile::Builder::new().prefix(name).tempdir().unwrap())
     }
 
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
     pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.0.path().join(name), text).unwrap();
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
     /// Runs `rtsl` in this folder.
@@ -92,6 +100,21 @@ impl Ran {
     pub fn prints(self, expected: Expect) {
         expected.assert_eq(&self.output());
     }
+}
+
+/// The text of a scene with a ball under an even sky: its columns and rows, and the samples of each pixel.
+pub fn ball_scene([columns, rows]: [u32; 2], samples: u32) -> String {
+    format!(
+        "Film \"rgb\" \"integer xresolution\" {columns} \"integer yresolution\" {rows}
+Sampler \"sobol\" \"integer pixelsamples\" {samples}
+Integrator \"path\" \"integer maxdepth\" 2
+LookAt 0 1 -5  0 0 0  0 1 0
+Camera \"Pinhole\"
+WorldBegin
+LightSource \"infinite\" \"rgb L\" [0.5 0.6 0.7]
+Shape \"Sphere\"
+"
+    )
 }
 
 pub const SPHERE: &str = "class Ball : rt_Primitive;

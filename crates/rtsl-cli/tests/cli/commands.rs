@@ -597,3 +597,25 @@ fn a_black_picture_says_why() {
     assert_eq!(warning(&format!("{sky}\nMaterial \"Empty\"\nShape \"Sphere\"")), None);
     assert_eq!(warning(&format!("{sky}\nShape \"Sphere\"")), None);
 }
+
+/// An integrator that is a class may ask for light, or for none.
+#[test]
+fn black_pictures_of_integrators_name_what_these_ask_for() {
+    let folder = Folder::new("black-integrators");
+    let text = "class Near : rt_Integrator;
+        void radiance() { if (nearestHit().distance < 1.0) rt_SampleColor = color(1.0); }";
+    folder.write("near.rtsl", text);
+    let warning = |integrator: &str, world: &str| {
+        let scene = format!(
+            "Integrator \"{integrator}\"\nCamera \"Pinhole\"\nWorldBegin\n{world}\nTranslate 0 0 5\nShape \"Sphere\"\n"
+        );
+        folder.write("scene.pbrt", scene);
+        let options = ["--size", "8x8", "--spp", "1", "-o", "out.png"];
+        let ran = folder.run(&[&["render", "scene.pbrt"], &options[..]].concat()).exits(DONE);
+        ran.errors().split_once("warning[W0510]").map(|(_, it)| it.to_owned())
+    };
+    let dark = warning("Path", "").expect("it is black");
+    assert!(dark.contains("no light source"), "{dark}");
+    assert_eq!(warning("Near", ""), None);
+    assert_eq!(warning("Path", "LightSource \"SkyLight\""), None);
+}

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::command::{DONE, Folder, INPUT_AT_FAULT};
 
 /// Files that pages of the reference name and do not define.
-const GIVEN: [(&str, &str); 8] = [
+pub const GIVEN: [(&str, &str); 8] = [
     (
         "ball.rtsl",
         "class Ball : rt_Primitive;
@@ -44,13 +44,13 @@ const GIVEN: [(&str, &str); 8] = [
     (
         "xray.rtsl",
         "class Count : rt_Integrator;
-        void radiance() { rt_SampleColor = nearestHit() ? color(1.0) : color(0.0); }",
+        void radiance() { rt_SampleColor = nearestHit().found ? color(1.0) : color(0.0); }",
     ),
     ("scene.pbrt", SCENE),
     ("xray.pbrt", SCENE),
 ];
 
-const SCENE: &str = r#"LookAt 0 2 -8  0 0 0  0 1 0
+pub const SCENE: &str = r#"LookAt 0 2 -8  0 0 0  0 1 0
 Camera "Pinhole" "float fov" 35
 WorldBegin
 LightSource "SkyLight"

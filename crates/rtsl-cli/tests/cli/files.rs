@@ -1,39 +1,16 @@
 //! Targets of `-o` and `--checkpoint`: real files, links, pipes and processes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
-use tempfile::TempDir;
+use crate::command::{Folder, ball_scene};
 
-/// A folder that goes with the test.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = tempfile::Builder::new().prefix(name).tempdir();
-        let folder = folder.expect("a folder for the test");
-        std::fs::write(folder.path().join("scene.pbrt"), SCENE).expect("a scene for the test");
-        Folder(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
+/// A folder with a scene.
+fn scene_folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("scene.pbrt", ball_scene([24, 16], 32));
+    folder
 }
-
-const SCENE: &str = "Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 16
-Sampler \"sobol\" \"integer pixelsamples\" 32
-Integrator \"path\" \"integer maxdepth\" 2
-LookAt 0 1 -5  0 0 0  0 1 0
-Camera \"Pinhole\"
-WorldBegin
-LightSource \"infinite\" \"rgb L\" [0.5 0.6 0.7]
-Shape \"Sphere\"
-";
 
 /// A render by the interpreter, which starts at once.
 fn render(folder: &Folder, output: &str) -> Command {
@@ -75,7 +52,7 @@ fn refused(command: &mut Command, expected: &[&str]) {
 
 #[test]
 fn two_renders_of_a_scene_share_a_checkpoint() {
-    let folder = Folder::new("shared");
+    let folder = scene_folder("shared");
     assert_eq!(run(&mut render(&folder, "whole.exr")).0, Some(0));
     for round in 0..3 {
         let spawn = |output| kept(&folder, output, "shared.checkpoint").spawn().expect("it runs");
@@ -90,7 +67,7 @@ fn two_renders_of_a_scene_share_a_checkpoint() {
 
 #[test]
 fn of_two_different_renders_one_keeps_the_checkpoint() {
-    let folder = Folder::new("contended");
+    let folder = scene_folder("contended");
     let spawn = |output: &str, seed: &str| {
         let mut command = kept(&folder, output, "contended.checkpoint");
         command.args(["--seed", seed]).spawn().expect("it runs")
@@ -109,7 +86,7 @@ fn of_two_different_renders_one_keeps_the_checkpoint() {
 
 #[test]
 fn what_is_not_the_renders_checkpoint_is_kept() {
-    let folder = Folder::new("occupied");
+    let folder = scene_folder("occupied");
     std::fs::write(folder.path("notes.txt"), "a year's work").expect("notes");
     let remedy = "delete it, or name another file with `--checkpoint`";
     refused(
@@ -139,7 +116,7 @@ fn what_is_not_the_renders_checkpoint_is_kept() {
 /// The checkpoint beside the picture is written only where a render ends early: it is warned of, and then missed.
 #[test]
 fn a_stale_checkpoint_beside_the_picture_is_said_first_and_kept() {
-    let folder = Folder::new("stale");
+    let folder = scene_folder("stale");
     let early = |seed| {
         let mut command = render(&folder, "a.exr");
         command.args(["--time", "0", "--seed", seed]);
@@ -157,7 +134,7 @@ fn a_stale_checkpoint_beside_the_picture_is_said_first_and_kept() {
 #[cfg(unix)]
 #[test]
 fn links_are_followed_to_files() {
-    let folder = Folder::new("links");
+    let folder = scene_folder("links");
     std::fs::create_dir(folder.path("below")).expect("a folder");
     std::os::unix::fs::symlink("below/a.exr", folder.path("a.exr")).expect("a link");
     std::os::unix::fs::symlink("below/a.checkpoint", folder.path("a.checkpoint")).expect("a link");
@@ -174,7 +151,7 @@ fn links_are_followed_to_files() {
 #[test]
 fn pipes_take_pictures_and_no_checkpoints() {
     use std::os::unix::fs::FileTypeExt;
-    let folder = Folder::new("pipes");
+    let folder = scene_folder("pipes");
     assert_eq!(run(&mut render(&folder, "whole.exr")).0, Some(0));
     let pipe = folder.path("pipe.exr");
     let made = Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
@@ -200,7 +177,7 @@ fn pipes_take_pictures_and_no_checkpoints() {
 #[cfg(target_os = "linux")]
 #[test]
 fn results_go_to_devices_and_open_files() {
-    let folder = Folder::new("devices");
+    let folder = scene_folder("devices");
     // By links: were they replaced, the machine would keep its devices.
     let link = |target: &str, name: &str| {
         std::os::unix::fs::symlink(target, folder.path(name)).expect("a link");

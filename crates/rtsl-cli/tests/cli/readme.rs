@@ -1,17 +1,22 @@
 //! The commands of pages: those of `rtsl` run, and all others name what there is.
 //!
 //! A page is read as its user reads it. Its blocks of files, ```` ```rtsl file=NAME ````, and its commands, in blocks
-//! ```` ```sh ````, come in order, in a folder that looks like the repository. Renders are made small.
+//! ```` ```sh ```` and ```` ```console ```` and on indented lines, come in order, in a folder that looks like the
+//! repository. Renders are made small.
 
 use std::path::{Path, PathBuf};
 
 use crate::command::{Folder, Ran};
+use crate::documented_commands::{GIVEN, SCENE};
 
 /// Commands that tests do not run, by their first words, each with the reason.
-const NOT_RUN: [(&str, &str); 20] = [
+const NOT_RUN: [(&str, &str); 28] = [
     ("bench/", "measures for minutes, with programs that may be missing"),
     ("cargo bench", "measures for minutes"),
+    ("cargo +nightly", "needs another toolchain, and runs for hours"),
     ("cargo build", "has made the program that runs here"),
+    ("cargo install", "needs a network"),
+    ("cargo publish", "publishes"),
     ("cargo run -p", "runs an example, which `cargo test` builds"),
     ("cargo run --release -p", "runs an example, which `cargo test` builds"),
     ("cargo test", "runs tests within a test"),
@@ -22,22 +27,46 @@ const NOT_RUN: [(&str, &str); 20] = [
     ("cp -r rtsl/", "writes into the home folder"),
     ("crates/rtsl-capi/install.sh", "builds and installs"),
     ("git clone", "needs a network"),
+    ("git push", "publishes"),
+    ("git tag", "publishes"),
     ("hx ", "needs an editor"),
     ("ln -s", "writes into the home folder"),
+    ("mdbook", "needs a program from the network"),
     ("mkdir", "writes into the home folder"),
     ("npm", "needs a network"),
+    ("nvim", "needs an editor"),
     ("pip install", "needs a network"),
     ("python -c", "needs the package, whose own tests run it"),
+    ("tree-sitter", "needs a network"),
     ("./", "a program that commands before it have built"),
 ];
 
 /// Commands of `rtsl` that tests only parse, by their first words, each with the reason.
-const PARSED: [(&str, &str); 5] = [
+const PARSED: [(&str, &str); 8] = [
     ("rtsl bench terrain.pbrt", "measures a scene of a million triangles"),
+    ("rtsl dap", "waits for a client"),
+    ("rtsl materialx --check resources/", "needs a repository from the network"),
+    ("rtsl render scenes/three-spheres.pbrt --spp 4096", "needs Ray"),
     ("rtsl check integrations/openpbr/adobe_open_pbr.rtsl", "needs a repository from the network"),
     ("rtsl render integrations/openpbr/surfaces.pbrt", "needs a repository from the network"),
     ("rtsl test integrations/openpbr/adobe_open_pbr.rtsl", "needs a repository from the network"),
     ("rtsl view", "opens a window"),
+];
+
+/// Pages whose commands `documented_commands` runs, with what they print, by the start of their paths.
+const ELSEWHERE: [&str; 5] = [
+    "docs/src/reference/command-line/debug.md",
+    "docs/src/reference/command-line/eval.md",
+    "docs/src/reference/command-line/render.md",
+    "docs/src/reference/command-line/test.md",
+    "docs/src/tutorial/",
+];
+
+/// Files that pages name and do not define, besides those of the reference.
+const NAMED: [(&str, &str); 3] = [
+    ("shader.rtsl", "class Grey : rt_Texture; void lookup() { rt_TextureColor = color(0.5); }"),
+    ("sphere.rtsl", "class Ball : rt_Primitive; void intersect() { hit(1.0); }"),
+    ("spheres.pbrt", SCENE),
 ];
 
 /// The repository.
@@ -49,7 +78,11 @@ fn root() -> PathBuf {
 fn checkout() -> Folder {
     let folder = Folder::new("page");
     for name in ["scenes", "shaders", "integrations"] {
-        copy(&root().join(name), &folder.0.path().join(name));
+        copy(&root().join(name), &folder.path(name));
+    }
+    std::fs::create_dir_all(folder.path("docs/src/images")).unwrap();
+    for (name, text) in GIVEN.iter().chain(&NAMED) {
+        folder.write(name, text);
     }
     folder
 }
@@ -67,7 +100,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// A block of a page in fences: what follows the opening fence, and its text.
+/// A block of a page in fences: what follows the opening fence, and its text. An indented command is a block of `sh`.
 struct Block {
     language: String,
     text: String,
@@ -79,7 +112,12 @@ fn blocks(page: &str) -> Vec<Block> {
     while let Some(line) = lines.next() {
         if let Some(language) = line.strip_prefix("```") {
             let text: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+            let language = if language == "console" { "sh" } else { language };
             blocks.push(Block { language: language.to_owned(), text: text.join("\n") + "\n" });
+        } else if let Some(command) = line.strip_prefix("    ")
+            && ["rtsl ", "cargo "].iter().any(|start| command.starts_with(start))
+        {
+            blocks.push(Block { language: "sh".to_owned(), text: format!("{command}\n") });
         }
     }
     blocks
@@ -161,8 +199,10 @@ impl Page {
 
     /// Checks the names in a command that does not run: of packages and their programs, of scripts and files.
     fn check_names(&self, command: &str) {
-        let words = words(command);
+        let mut words = words(command);
         if words[0] == "cargo" {
+            // What follows is for the program, such as the names of tests.
+            words.truncate(words.iter().position(|word| word == "--").unwrap_or(words.len()));
             self.check_targets(command, &words);
         }
         let is_path = |word: &&String| {
@@ -187,6 +227,8 @@ impl Page {
         let package = after("-p").unwrap_or_else(|| "rtsl-bench".to_owned());
         let folder = match package.as_str() {
             "rtsl-bench" => root().join("bench"),
+            "rtsl-embree" => root().join("integrations/embree/rust"),
+            "tree-sitter-rtsl" => root().join("editors/tree-sitter-rtsl"),
             name => root().join("crates").join(name),
         };
         assert!(folder.is_dir(), "{}: `{command}`: no package `{package}`", self.name);
@@ -226,6 +268,7 @@ fn with_help(words: &[String]) -> Vec<String> {
 fn small(words: &[String]) -> Vec<String> {
     let sizes: &[(&str, &str)] = match words[0].as_str() {
         "render" => &[("--size", "16x12"), ("--spp", "1")],
+        "bench" if words.iter().any(|word| word == "--lines") => &[("--width", "4")],
         "bench" => &[("--width", "4"), ("--time", "1")],
         "test" => &[("--samples", "1000")],
         _ => &[],
@@ -266,6 +309,31 @@ pub fn run_page(name: &str) -> usize {
     page_of.ran
 }
 
+/// The pages of a folder of the repository and those inside, without what programs made, in order.
+fn pages(folder: &str) -> Vec<String> {
+    let mut pages = Vec::new();
+    for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        let path = if folder.is_empty() { name.clone() } else { format!("{folder}/{name}") };
+        let is_made = name.starts_with('.') || ["target", "node_modules"].contains(&name.as_str());
+        if entry.file_type().unwrap().is_dir() && !is_made {
+            pages.extend(self::pages(&path));
+        } else if name.ends_with(".md") {
+            pages.push(path);
+        }
+    }
+    pages.sort();
+    pages
+}
+
+/// Runs the commands of the pages that `is_wanted`, and returns how many of them are of `rtsl`.
+fn run_pages(is_wanted: impl Fn(&str) -> bool) -> usize {
+    let is_elsewhere = |page: &str| ELSEWHERE.iter().any(|start| page.starts_with(start));
+    let all = pages("").into_iter().filter(|page| is_wanted(page) && !is_elsewhere(page));
+    all.map(|page| run_page(&page)).sum()
+}
+
 #[test]
 fn commands_of_the_readme_run() {
     assert!(run_page("README.md") >= 12);
@@ -276,17 +344,30 @@ fn commands_for_contributors_run() {
     assert!(run_page("CONTRIBUTING.md") >= 6);
 }
 
+/// The pages of the book by part, so that no page is left out.
 #[test]
 fn commands_of_guides_and_explanations_run() {
-    let mut pages = Vec::new();
-    for folder in ["docs/src/how-to", "docs/src/explanation", "docs/src/explanation/performance"] {
-        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
-            let name = entry.unwrap().file_name().into_string().unwrap();
-            pages.extend(name.ends_with(".md").then(|| format!("{folder}/{name}")));
-        }
-    }
-    let ran: usize = pages.iter().map(|page| run_page(page)).sum();
-    assert!(ran >= 12, "{ran} commands");
+    let ran = run_pages(|page| {
+        page.starts_with("docs/src/how-to/") || page.starts_with("docs/src/explanation/")
+    });
+    assert!(ran >= 20, "{ran} commands");
+}
+
+#[test]
+fn commands_of_the_reference_run() {
+    let ran = run_pages(|page| page.starts_with("docs/src/reference/"));
+    assert!(ran >= 15, "{ran} commands");
+}
+
+#[test]
+fn commands_of_all_other_pages_run() {
+    let tested = ["README.md", "CONTRIBUTING.md"];
+    let ran = run_pages(|page| {
+        let is_book = ["how-to/", "explanation/", "reference/"];
+        let is_book = is_book.iter().any(|part| page.starts_with(&format!("docs/src/{part}")));
+        !is_book && !tested.contains(&page)
+    });
+    assert!(ran >= 6, "{ran} commands");
 }
 
 #[test]

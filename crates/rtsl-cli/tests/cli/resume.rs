@@ -1,26 +1,17 @@
 //! A render that is killed again and again, and goes on from its checkpoint each time, ends with the bits of one
 //! that was never disturbed.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use tempfile::TempDir;
+use crate::command::Folder;
 
-/// A folder that goes with the test.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = tempfile::Builder::new().prefix(name).tempdir();
-        let folder = folder.expect("a folder for the test");
-        std::fs::write(folder.path().join("scene.pbrt"), SCENE).expect("a scene for the test");
-        Folder(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+/// A folder with the scene.
+fn scene_folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("scene.pbrt", SCENE);
+    folder
 }
 
 const SCENE: &str = "Film \"rgb\" \"integer xresolution\" 60 \"integer yresolution\" 44
@@ -56,7 +47,7 @@ fn bytes(path: &Path) -> Vec<u8> {
 
 #[test]
 fn a_killed_render_ends_with_the_same_bits() {
-    let folder = Folder::new("killed");
+    let folder = scene_folder("killed");
     let begun = Instant::now();
     assert!(render(&folder, "whole.exr").status().expect("it runs").success());
     let whole = begun.elapsed();
@@ -86,7 +77,7 @@ fn a_killed_render_ends_with_the_same_bits() {
 
 #[test]
 fn time_ends_a_render_that_goes_on_later() {
-    let folder = Folder::new("time");
+    let folder = scene_folder("time");
     assert!(render(&folder, "whole.exr").status().expect("it runs").success());
     // Nothing is rendered in no time but what was begun.
     let early = render(&folder, "picture.exr").args(["--time", "0"]).output().expect("it runs");
@@ -101,7 +92,7 @@ fn time_ends_a_render_that_goes_on_later() {
 #[test]
 fn more_samples_go_on_from_fewer() {
     for (sampler, noise) in [("sobol", None), ("independent", None), ("sobol", Some("0.03"))] {
-        let folder = Folder::new(&format!("more-{sampler}-{}", noise.is_some()));
+        let folder = scene_folder(&format!("more-{sampler}-{}", noise.is_some()));
         let text = SCENE.replace("sobol", sampler);
         std::fs::write(folder.path("scene.pbrt"), text).expect("a scene for the test");
         let wanted = |command: &mut Command, samples: &[&str]| {
@@ -121,7 +112,7 @@ fn more_samples_go_on_from_fewer() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    let folder = Folder::new("refused");
+    let folder = scene_folder("refused");
     assert!(kept(&folder, "picture.exr").status().expect("it runs").success());
     let refused = |command: &mut Command, expected: &str| {
         let output = command.stderr(Stdio::piped()).output().expect("it runs");
@@ -135,9 +126,9 @@ fn what_does_not_fit_is_refused() {
     refused(kept(&folder, "other.exr").args(strict), "the render arithmetic strict");
     let fast = ["--math", "fast"];
     refused(kept(&folder, "other.exr").args(fast), "the checkpoint has arithmetic contract");
-    std::fs::write(folder.path("scene.pbrt"), format!("{SCENE}# changed\n")).expect("a scene");
+    folder.write("scene.pbrt", format!("{SCENE}# changed\n"));
     refused(&mut kept(&folder, "other.exr"), "E0622");
-    std::fs::write(folder.path("scene.pbrt"), SCENE).expect("a scene");
+    folder.write("scene.pbrt", SCENE);
     let mut damaged = bytes(&folder.path("kept.checkpoint"));
     let middle = damaged.len() / 2;
     damaged[middle] ^= 1;

@@ -4,22 +4,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::command::{Folder, INPUT_AT_FAULT};
-
-/// A render that takes hours.
-const SCENE: &str = "Film \"rgb\" \"integer xresolution\" 64 \"integer yresolution\" 64
-Sampler \"sobol\" \"integer pixelsamples\" 65536
-Integrator \"path\" \"integer maxdepth\" 2
-LookAt 0 1 -5  0 0 0  0 1 0
-Camera \"Pinhole\"
-WorldBegin
-LightSource \"infinite\" \"rgb L\" [0.5 0.6 0.7]
-Shape \"Sphere\"
-";
+use crate::command::{Folder, INPUT_AT_FAULT, ball_scene};
 
 /// Starts the render by a command line of `sh`, in which `rtsl` is the program.
 fn start(folder: &Folder, line: &str) -> Child {
-    folder.write("scene.pbrt", SCENE);
+    // It takes hours.
+    folder.write("scene.pbrt", ball_scene([64, 64], 65536));
     let program = env!("CARGO_BIN_EXE_rtsl");
     let render = format!("{program} render scene.pbrt -o a.png --threads 1 --backend interp");
     let mut command = Command::new("sh");

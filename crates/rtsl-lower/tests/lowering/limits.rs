@@ -145,3 +145,26 @@ fn try_lower(body: &str) {
         assert!(["E0451", "E0452"].contains(&errors[0].code.as_str()), "{errors:?}");
     }
 }
+
+/// With a look at all fields for each of them, this would take minutes.
+#[test]
+fn structs_with_many_fields() {
+    let fields =
+        |count: usize| -> String { (0..count).map(|index| format!("float f{index};\n")).collect() };
+    let reads: String = (0..60_000).map(|index| format!("sum += whole.f{index};\n")).collect();
+    let text = format!(
+        "struct Whole {{ {} }};\nclass T : rt_Texture;\npublic Whole whole;\n\
+         void lookup() {{ float sum = 0.0;\n{reads}rt_FloatTextureValue = sum; }}",
+        fields(60_000)
+    );
+    lower(&text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    // Those of a variable are locals.
+    let written: String =
+        (0..2_000).map(|index| format!("s.f{index} = float({index});\n")).collect();
+    let text = format!(
+        "struct S {{ {} }};\nclass T : rt_Texture;\n\
+         void lookup() {{ S s;\n{written}rt_FloatTextureValue = s.f0 + s.f1999; }}",
+        fields(2_000)
+    );
+    lower(&text).unwrap_or_else(|errors| panic!("{errors:?}"));
+}

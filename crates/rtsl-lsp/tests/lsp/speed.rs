@@ -49,6 +49,23 @@ fn answers_for_long_lines() {
     ask_everything(&functions(600, " "), "f3(|rt_TextureUV");
 }
 
+/// A search of the text or of all declarations for each entry of the outline would take minutes.
+#[test]
+fn outlines_of_very_long_lines() {
+    const COUNT: usize = 100_000;
+    let constants: String =
+        (0..COUNT).map(|index| format!("const float c{index} = 1.0; ")).collect();
+    let text = constants + "class One : rt_Texture; void lookup() { rt_FloatTextureValue = c7; }";
+    let mut client = Client::new(&[]);
+    assert_eq!(client.open("long.rtsl", &text), json!([]));
+    let document = json!({"textDocument": {"uri": client.uri("long.rtsl")}});
+    let entries = client.ask("textDocument/documentSymbol", document);
+    assert_eq!(entries.as_array().map(Vec::len), Some(COUNT + 1));
+    let last = text.find(&format!("c{} ", COUNT - 1));
+    let of_last = &entries[COUNT - 1]["selectionRange"]["start"];
+    assert_eq!(of_last, &json!({"line": 0, "character": last}));
+}
+
 /// A class of functions with a separator between them.
 fn functions(count: usize, separator: &str) -> String {
     let function = |index| {

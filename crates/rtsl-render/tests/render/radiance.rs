@@ -231,13 +231,13 @@ fn values_outside_of_ranges_are_rendered_with_a_warning() {
     assert!(result.image.pixels.iter().all(|pixel| (pixel[0] - 0.5).abs() < 0.05), "{result:?}");
     // One for each parameter of a class.
     expect![[r#"
-        warning[W0502]: the parameter `fov` of `Pinhole` is outside of its range: 0.5 is not between 1 and 170
+        warning[W0502]: the parameter `fov` of camera `perspective` is outside of its range: 0.5 is not between 1 and 170
           ┌─ scene.pbrt:3:34
           │
         3 │ Camera "perspective" "float fov" 0.5
           │                                  ^^^
 
-        warning[W0502]: the parameter `radius` of `Sphere` is outside of its range: -1 is not at least 0
+        warning[W0502]: the parameter `radius` of shape `sphere` is outside of its range: -1 is not at least 0
           ┌─ scene.pbrt:9:31
           │
         9 │ Shape "sphere" "float radius" -1

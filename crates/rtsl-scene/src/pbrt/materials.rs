@@ -42,7 +42,9 @@ pub static NAMES: Names = Names {
             ])
             .with_defaults(LAYER),
         material("diffusetransmission", "DiffuseTransmission"),
-        material("mix", "Mix").translated_by(split_materials),
+        material("mix", "Mix")
+            .splitting(&[("materials", "first"), ("materials", "second")])
+            .translated_by(split_materials),
         material("hair", "Hair")
             .renaming(&[
                 ("sigma_a", "sigmaA"),

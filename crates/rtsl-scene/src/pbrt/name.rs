@@ -18,6 +18,8 @@ pub struct PbrtName {
     pub class: &'static str,
     /// Parameters with another name in the class: the format's name, the class's name.
     parameters: &'static [(&'static str, &'static str)],
+    /// Parameters of the class that are parts of one of the format: the format's name, the class's name.
+    parts: &'static [(&'static str, &'static str)],
     /// The format's default values of parameters, if the class has others.
     defaults: &'static [(&'static str, &'static [f64])],
     /// Parameters that have no effect, besides those of all entities of the kind.
@@ -117,8 +119,8 @@ impl PbrtName {
     }
 
     /// Returns the parameters with another name in the class: the format's name, the class's name.
-    pub fn renamed_parameters(&self) -> &'static [(&'static str, &'static str)] {
-        self.parameters
+    pub fn renamed_parameters(&self) -> Vec<(&'static str, &'static str)> {
+        [self.parameters, self.parts].concat()
     }
 
     /// Returns parameters of the class that have these values if the scene gives none.
@@ -173,6 +175,7 @@ impl PbrtName {
             name,
             class,
             parameters: &[],
+            parts: &[],
             defaults: &[],
             without_effect: &[],
             read_by_maker: &[],
@@ -197,6 +200,11 @@ impl PbrtName {
 
     pub const fn renaming(self, parameters: &'static [(&'static str, &'static str)]) -> Self {
         PbrtName { parameters, ..self }
+    }
+
+    /// The translation makes several parameters of one of the format.
+    pub const fn splitting(self, parts: &'static [(&'static str, &'static str)]) -> Self {
+        PbrtName { parts, ..self }
     }
 
     pub const fn with_defaults(self, defaults: &'static [(&'static str, &'static [f64])]) -> Self {

@@ -127,3 +127,50 @@ fn wrong_values() {
     "#]],
     );
 }
+
+#[test]
+fn warnings_about_values() {
+    check(
+        "Material \"mix\" \"float amount\" 3\nShape \"sphere\"\nMaterial \"coateddiffuse\" \"float uroughness\" 30\nShape \"sphere\"",
+        expect![[r#"
+            warning[W0501]: the reference `materials` of material `mix` is used but not set
+              ┌─ scene.pbrt:2:10
+              │
+            2 │ Material "mix" "float amount" 3
+              │          ^^^^^
+              │
+              = note: a call through it gives the defaults of its role: black, zero
+              = help: set `materials`
+
+            warning[W0502]: the parameter `uroughness` of material `coateddiffuse` is outside of its range: 30 is not at most 1
+              ┌─ scene.pbrt:4:45
+              │
+            4 │ Material "coateddiffuse" "float uroughness" 30
+              │                                             ^^
+
+        "#]],
+    );
+    check(
+        "Material \"Mix\" \"float amount\" 0.5\nShape \"sphere\"",
+        expect![[r#"
+        warning[W0501]: the reference `first` of `Mix` is used but not set
+          ┌─ scene.pbrt:2:10
+          │
+        2 │ Material "Mix" "float amount" 0.5
+          │          ^^^^^
+          │
+          = note: a call through it gives the defaults of its role: black, zero
+          = help: set `first`, or test it with `isSet(first)`
+
+        warning[W0501]: the reference `second` of `Mix` is used but not set
+          ┌─ scene.pbrt:2:10
+          │
+        2 │ Material "Mix" "float amount" 0.5
+          │          ^^^^^
+          │
+          = note: a call through it gives the defaults of its role: black, zero
+          = help: set `second`, or test it with `isSet(second)`
+
+    "#]],
+    );
+}

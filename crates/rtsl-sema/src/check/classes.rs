@@ -494,7 +494,10 @@ impl<'a> Checker<'a> {
                 });
                 (value.ty != Type::Error).then_some(value)
             });
-            parameters.push(ConstructorParameter { default, annotations });
+            if let (Some(name), Some(default)) = (&parameter.name, &default) {
+                self.check_default(&name.name, default, &annotations);
+            }
+            parameters.push(ConstructorParameter { default, annotations, span: parameter.span });
         }
         parameters
     }

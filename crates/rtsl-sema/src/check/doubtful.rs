@@ -1,5 +1,5 @@
-//! Warns about text that is valid and never meant: loops without an end, quotients of integers that are 0 where a
-//! number was meant, changes that are always 0, boxes without extent.
+//! Warns about text that is valid and never meant: loops without an end, rounded quotients of integers where a number
+//! was meant, changes that are always 0, boxes without extent.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::Checker;
 use super::types::component_scalar;
 use crate::hir::{
     BinaryOperator, BuiltinCall, Expression, ExpressionKind, Function, FunctionId, Loop, Statement,
-    StatementKind,
+    StatementKind, Type, UnaryOperator,
 };
 use crate::walk::{Node, parts, walk_expression, walk_statements};
 
@@ -37,7 +37,8 @@ impl Checker<'_> {
                 ExpressionKind::Convert(_) | ExpressionKind::Construct(_)
                     if component_scalar(&expression.ty) == Some(Scalar::F32) =>
                 {
-                    quotients.extend(parts(expression).into_iter().filter_map(vanishing_quotient));
+                    let terms = parts(expression).into_iter();
+                    quotients.extend(terms.filter_map(|it| rounded_quotient(it, expression)));
                 }
                 ExpressionKind::Builtin(call) => {
                     if let Lowering::Special(Special::Change(_)) = call.builtin.lowering {
@@ -48,7 +49,7 @@ impl Checker<'_> {
             },
         });
         loops.into_iter().for_each(|(repeated, span)| self.check_end(repeated, span));
-        quotients.into_iter().for_each(|span| self.report_quotient(span));
+        quotients.into_iter().for_each(|it| self.report_quotient(it));
         changes.into_iter().for_each(|call| self.check_change(call));
         if function.method == Some(Method::ComputeBounds) {
             self.check_extent(&function);
@@ -73,11 +74,15 @@ impl Checker<'_> {
         }
     }
 
-    fn report_quotient(&mut self, span: Span) {
-        let diagnostic = Diagnostic::new(codes::INTEGER_QUOTIENT, "this quotient is 0")
+    fn report_quotient(&mut self, (span, quotient): (Span, i64)) {
+        let message = format!("this quotient is {quotient}");
+        let diagnostic = Diagnostic::new(codes::INTEGER_QUOTIENT, message)
             .at(span, "the quotient of integers is rounded towards 0")
             .help("divide floats: `1.0 / 2.0`");
-        self.report(diagnostic);
+        self.report(match quotient {
+            0 => diagnostic,
+            _ => diagnostic.help("convert the quotient if it is meant: `float(3 / 2)`"),
+        });
     }
 
     /// Warns about the change of a value that is the same over the width of the filter.
@@ -112,14 +117,15 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about a `computeBounds` with a box whose least corner is beyond the greatest, where both are constants.
+    /// Warns about a `computeBounds` with a box whose least corner is beyond the greatest, where both are known: they are
+    /// constants, or the parameters that they depend on have defaults.
     fn check_extent(&mut self, function: &Function) {
         let (Some(least), Some(greatest)) =
             (corner(function, "rt_BoundMin"), corner(function, "rt_BoundMax"))
         else {
             return;
         };
-        let values = [least, greatest].map(|it| self.evaluate(it, false).ok());
+        let values = [least, greatest].map(|it| self.evaluate_with_defaults(it));
         let [Some(low), Some(high)] = values else { return };
         let float = |value: &Constant| match value {
             Constant::F32(value) => *value,
@@ -128,11 +134,35 @@ impl Checker<'_> {
         if low.iter().zip(high.iter()).any(|(low, high)| float(low) > float(high)) {
             let diagnostic = Diagnostic::new(codes::NO_EXTENT, "no ray meets this box")
                 .at(least.span, "a coordinate of the least corner is beyond")
-                .label(greatest.span, "that of the greatest corner")
-                .help("exchange them: renderers test only rays that meet the box");
-            self.report(diagnostic);
+                .label(greatest.span, "that of the greatest corner");
+            let diagnostic = match reads_members(least) || reads_members(greatest) {
+                true => diagnostic.note("this is so where the parameters have their defaults"),
+                false => diagnostic,
+            };
+            let help = "exchange them: renderers test only rays that meet the box";
+            self.report(diagnostic.help(help));
         }
     }
+
+    /// Evaluates an expression with the defaults of the parameters of the class, unless a constructor may set others.
+    fn evaluate_with_defaults(&mut self, expression: &Expression) -> Option<Vec<Constant>> {
+        let class = self.class.as_ref().filter(|class| class.constructor.is_none());
+        let members = class.map_or(&[][..], |class| &class.members);
+        let evaluator = self.evaluator(self.evaluation_fuel).with_defaults(members);
+        let (value, spent) = evaluator.without_calls().evaluate(expression);
+        self.evaluation_fuel -= spent;
+        value.ok()
+    }
+}
+
+/// True if the value of an expression depends on members.
+fn reads_members(expression: &Expression) -> bool {
+    let mut reads = false;
+    walk_expression(expression, |node| {
+        reads |=
+            matches!(node, Node::Expression(it) if matches!(it.kind, ExpressionKind::Member(_)));
+    });
+    reads
 }
 
 /// True if a statement of the list leaves the loop around it: a `return`, or a `break` of that loop.
@@ -154,38 +184,56 @@ fn leaves(list: &[Statement], is_own: bool) -> bool {
     })
 }
 
-/// The span of a quotient of constants that is 0, where the terms of an integer have one.
-fn vanishing_quotient(value: &Expression) -> Option<Span> {
-    let mut open = vec![value];
-    while let Some(term) = open.pop() {
+/// The span and the value of a quotient of constants with a remainder, where the terms of an integer have one that
+/// becomes the float `whole` or a part of it. A quotient other than 0 may be meant where the text writes the
+/// conversion, `float(7 / 2)`, and in products: `7 / 2 * 2` is the even number below.
+fn rounded_quotient(value: &Expression, whole: &Expression) -> Option<(Span, i64)> {
+    let is_implicit = match whole.kind {
+        ExpressionKind::Convert(_) => whole.span == value.span,
+        _ => !matches!(whole.ty, Type::Scalar(_)),
+    };
+    let mut open = vec![(value, is_implicit)];
+    while let Some((term, must_be_exact)) = open.pop() {
         match &term.kind {
             ExpressionKind::Binary(BinaryOperator::Divide, above, below) => {
-                let sizes = [above, below].map(|it| size(it));
-                if let [Some(above), Some(below)] = sizes
-                    && 0 < above
-                    && above < below
+                if let (Some(above), Some(below)) = (integer(above), integer(below))
+                    && let Some(quotient) = above.checked_div(below)
+                    && quotient * below != above
+                    && (must_be_exact || quotient == 0)
                 {
-                    return Some(term.span);
+                    return Some((term.span, quotient));
                 }
             }
             ExpressionKind::Binary(
-                BinaryOperator::Add | BinaryOperator::Subtract | BinaryOperator::Multiply,
+                operator @ (BinaryOperator::Add
+                | BinaryOperator::Subtract
+                | BinaryOperator::Multiply),
                 left,
                 right,
-            ) => open.extend([&**left, right]),
-            ExpressionKind::Unary(_, operand) => open.push(operand),
+            ) => {
+                let must_be_exact = must_be_exact && *operator != BinaryOperator::Multiply;
+                open.extend([(&**left, must_be_exact), (right, must_be_exact)]);
+            }
+            ExpressionKind::Unary(_, operand) => open.push((operand, must_be_exact)),
             _ => {}
         }
     }
     None
 }
 
-/// The magnitude of a constant integer.
-fn size(expression: &Expression) -> Option<u32> {
-    let ExpressionKind::Constant(values) = &expression.kind else { return None };
-    match values[..] {
-        [Constant::I32(value)] => Some(value.unsigned_abs()),
-        [Constant::U32(value)] => Some(value),
+/// The value of a constant integer.
+fn integer(expression: &Expression) -> Option<i64> {
+    match &expression.kind {
+        ExpressionKind::Constant(values) => match values[..] {
+            [Constant::I32(value)] => Some(i64::from(value)),
+            [Constant::U32(value)] => Some(i64::from(value)),
+            _ => None,
+        },
+        ExpressionKind::Unary(UnaryOperator::Negate, operand)
+            if operand.ty == Type::Scalar(Scalar::I32) =>
+        {
+            Some(-integer(operand)?)
+        }
         _ => None,
     }
 }

@@ -15,7 +15,8 @@ use super::folding::{
 use super::types::{StructInfo, component_scalar, leaf_count};
 use crate::hir::{
     BinaryOperator, BuiltinCall, Expression, ExpressionKind, Function, FunctionId, LocalId, Loop,
-    Module, Passing, Statement, StatementKind, StepOperator, SwitchCase, Type, UnaryOperator,
+    Member, MemberId, Module, Passing, Statement, StatementKind, StepOperator, Storage, SwitchCase,
+    Type, UnaryOperator,
 };
 
 /// The limit on operations for one constant expression, not counting those written out in the text.
@@ -32,6 +33,9 @@ pub(super) struct Evaluator<'m> {
     callable: usize,
     fuel: u32,
     calls: bool,
+    /// The members whose parameters have the values of their defaults; none where a constant must be one for all
+    /// instances.
+    members: &'m [Member],
     /// The number of calls around the expression being evaluated.
     depth: u32,
 }
@@ -98,13 +102,18 @@ impl<'m> Evaluator<'m> {
         fuel: u32,
     ) -> Self {
         let fuel = fuel.min(EXPRESSION_FUEL);
-        Evaluator { module, structs, callable, fuel, calls: true, depth: 0 }
+        Evaluator { module, structs, callable, fuel, calls: true, members: &[], depth: 0 }
     }
 
     /// Makes the evaluator treat calls of functions as not constant, for contexts that require no
     /// constant and where the effort is not worthwhile.
     pub(super) fn without_calls(self) -> Self {
         Evaluator { calls: false, ..self }
+    }
+
+    /// Makes the evaluator give these members' parameters the values of their defaults.
+    pub(super) fn with_defaults(self, members: &'m [Member]) -> Self {
+        Evaluator { members, ..self }
     }
 
     /// Returns the leaves of the expression's value, and the number of operations spent.
@@ -180,13 +189,25 @@ impl<'m> Evaluator<'m> {
             ExpressionKind::Call(id, arguments) => self.call(*id, arguments, span, frame),
             ExpressionKind::Builtin(call) => self.builtin(ty, call, span, frame),
             ExpressionKind::Error => Err(Stop::Error),
-            ExpressionKind::Member(_)
-            | ExpressionKind::Textured(_)
+            ExpressionKind::Member(id) => self.default_of(*id, span, frame),
+            ExpressionKind::Textured(_)
             | ExpressionKind::Computed(..)
             | ExpressionKind::State(_)
             | ExpressionKind::ReferenceCall(_)
             | ExpressionKind::IsSet(_)
             | ExpressionKind::Length(_) => Err(Stop::NotConstant(span)),
+        }
+    }
+
+    /// The default of a parameter. Other members may be assigned, and those that textures can give vary.
+    fn default_of(&mut self, id: MemberId, span: Span, frame: &mut Frame) -> Evaluated<Value> {
+        let members: &'m [Member] = self.members;
+        let parameter = members.get(id.0 as usize).filter(|member| {
+            member.storage == Storage::Public && !member.textured && member.computed.is_none()
+        });
+        match parameter.and_then(|it| it.initializer.as_ref()) {
+            Some(initializer) => self.expression(initializer, frame),
+            None => Err(Stop::NotConstant(span)),
         }
     }
 

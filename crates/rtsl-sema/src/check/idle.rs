@@ -1,15 +1,22 @@
 //! Warns about classes and members without effect: classes without the method that their role is for, parameters that
 //! nothing reads, outputs that nobody keeps, functions that nobody calls, defaults outside of their range.
 
-use rtsl_ir::class::AnnotationValue;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rtsl_ir::class::{Annotation, AnnotationValue};
 use rtsl_ir::{Constant, Scalar};
-use rtsl_source::{Diagnostic, diagnostic_codes as codes, with_article};
-use rtsl_spec::{Method, Role};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, with_article};
+use rtsl_spec::{ELEMENT, Method, Role, UNUSED};
 
 use super::Checker;
 use super::references::quoted_list;
 use super::types::component_scalar;
-use crate::hir::{Class, Member, Storage};
+use crate::hir::{
+    Class, Constructor, ConstructorParameter, Expression, ExpressionKind, Local, Member, Storage,
+    Type,
+};
+use crate::walk::{Node, walk_statements};
 
 /// The methods of a role of which a class needs one, and what it is without them.
 const fn needed(role: Role) -> (&'static [Method], &'static str) {
@@ -40,6 +47,7 @@ impl Checker<'_> {
             if !is_base {
                 class.roles.iter().for_each(|role| self.check_needed(&class, *role));
                 self.report_unread(index);
+                self.report_unread_of_constructor(&class);
                 self.report_uncalled(index);
             }
         }
@@ -87,19 +95,36 @@ impl Checker<'_> {
         for id in std::mem::take(&mut self.classes[index].unread) {
             let class = &self.module.classes[index];
             let member = &class.members[id.0 as usize];
-            // Materials may read a parameter of a shape as an attribute.
-            let is_attribute = class.roles.contains(&Role::Primitive)
-                && component_scalar(&member.ty) == Some(Scalar::F32);
-            if is_attribute || is_without_effect(member) {
+            if may_be_attribute(class, &member.ty) || is_unused_on_purpose(&member.annotations) {
                 continue;
             }
             let Member { name, span, storage, .. } = member;
             let what = if *storage == Storage::Public { "parameter" } else { "member" };
-            let diagnostic =
-                Diagnostic::new(codes::UNREAD_MEMBER, format!("nothing reads the {what} `{name}`"))
-                    .at(*span, "without effect")
-                    .help("read it in a method, or remove it");
-            self.report(diagnostic);
+            self.report(unread(what, name, *span));
+        }
+    }
+
+    /// Warns about parameters of the constructor that its body does not name.
+    fn report_unread_of_constructor(&mut self, class: &Class) {
+        let Some(Constructor { function: id, parameters }) = &class.constructor else { return };
+        let function = Arc::clone(self.function(*id));
+        // An inherited constructor may be read by one above.
+        if self.function_info[id.0 as usize].generation > 0 {
+            return;
+        }
+        let mut read = BTreeSet::new();
+        walk_statements(&function.body, |node| {
+            if let Node::Expression(Expression { kind: ExpressionKind::Local(id), .. }) = node {
+                read.insert(id.0 as usize);
+            }
+        });
+        for (index, ConstructorParameter { annotations, span, .. }) in parameters.iter().enumerate()
+        {
+            let Local { name, ty, .. } = &function.locals[index];
+            let is_read = read.contains(&index) || annotations.iter().any(|it| it.key == ELEMENT);
+            if !is_read && !may_be_attribute(class, ty) && !is_unused_on_purpose(annotations) {
+                self.report(unread("parameter", name, *span));
+            }
         }
     }
 
@@ -121,14 +146,18 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about a default outside of the range of the annotations `min` and `max`.
-    pub(super) fn check_default(&mut self, member: &Member) {
-        let Some(initializer) = &member.initializer else { return };
+    /// Warns about a default outside of the range of the annotations `min` and `max` of the parameter `name`.
+    pub(super) fn check_default(
+        &mut self,
+        name: &str,
+        initializer: &Expression,
+        annotations: &[Annotation],
+    ) {
         if self.modules.home().is_some() || self.errors > 0 {
             return;
         }
         let bound = |key: &str| {
-            let annotation = member.annotations.iter().find(|it| it.key == key)?;
+            let annotation = annotations.iter().find(|it| it.key == key)?;
             match &annotation.value {
                 AnnotationValue::Constant(value) => Some(number(*value)),
                 AnnotationValue::None | AnnotationValue::Text(_) => None,
@@ -152,13 +181,20 @@ impl Checker<'_> {
             };
             let diagnostic = Diagnostic::new(
                 codes::DEFAULT_OUT_OF_RANGE,
-                format!("the default of `{}` is outside of its range", member.name),
+                format!("the default of `{name}` is outside of its range"),
             )
             .at(initializer.span, format!("{value}, where the range is {range}"))
             .help("scenes that set this value are refused; change the default or the range");
             self.report(diagnostic);
         }
     }
+}
+
+/// The warning about a parameter or member that nothing reads.
+fn unread(what: &str, name: &str, span: Span) -> Diagnostic {
+    Diagnostic::new(codes::UNREAD_MEMBER, format!("nothing reads the {what} `{name}`"))
+        .at(span, "without effect")
+        .help("read it in a method, or remove it")
 }
 
 /// The names with the last one as another choice: "`a`, `b` or `c`".
@@ -171,12 +207,14 @@ fn choice(names: &[&str]) -> String {
     }
 }
 
-/// True if the documentation of a parameter says that it has no effect: it is there for the sake of an interface.
-fn is_without_effect(member: &Member) -> bool {
-    member.annotations.iter().any(|annotation| match &annotation.value {
-        AnnotationValue::Text(text) => annotation.key == "doc" && text.contains("no effect"),
-        AnnotationValue::None | AnnotationValue::Constant(_) => false,
-    })
+/// True if the annotations of a parameter say that nothing reads it: it is there for the sake of an interface.
+fn is_unused_on_purpose(annotations: &[Annotation]) -> bool {
+    annotations.iter().any(|annotation| annotation.key == UNUSED)
+}
+
+/// True if materials may read a parameter of a shape with this type as an attribute.
+fn may_be_attribute(class: &Class, ty: &Type) -> bool {
+    class.roles.contains(&Role::Primitive) && component_scalar(ty) == Some(Scalar::F32)
 }
 
 /// The number by its shortest text: 0.1 means 0.1.

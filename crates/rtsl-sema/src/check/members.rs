@@ -57,7 +57,9 @@ impl Checker<'_> {
             computed: None,
             span: variable.span,
         };
-        self.check_default(&member);
+        if let Some(initializer) = &member.initializer {
+            self.check_default(&member.name, initializer, &member.annotations);
+        }
         if self.replaces_initial_value(&member, generation) {
             return;
         }

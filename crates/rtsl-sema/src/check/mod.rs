@@ -70,7 +70,7 @@ mod super_calls;
 mod type_names;
 mod types;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use rtsl_source::{Code, Diagnostic, Diagnostics, Span, deep_stack};
@@ -191,6 +191,8 @@ struct Checker<'a> {
     function_info: Vec<FunctionInfo>,
     /// The checker's data about each struct of the module, beside its fields.
     struct_info: Vec<StructInfo>,
+    /// The places of the fields of structs whose fields were used, by name.
+    field_places: HashMap<hir::StructId, HashMap<String, usize>>,
     /// Names at file scope.
     file: Level,
     /// The class being checked.
@@ -238,6 +240,7 @@ impl<'a> Checker<'a> {
             module: prelude.map(|prelude| prelude.module.clone()).unwrap_or_default(),
             function_info: prelude.map(|prelude| prelude.function_info.clone()).unwrap_or_default(),
             struct_info: prelude.map(|prelude| prelude.struct_info.clone()).unwrap_or_default(),
+            field_places: HashMap::new(),
             file: Level::default(),
             class: None,
             function: FunctionContext::outside(),

@@ -307,7 +307,11 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let declared = Arc::clone(&self.module.structs[id.0 as usize]);
-        let Some(index) = declared.fields.iter().position(|(field, _)| *field == name.name) else {
+        let places = self.field_places.entry(id).or_insert_with(|| {
+            let fields = declared.fields.iter().enumerate();
+            fields.map(|(index, (field, _))| (field.clone(), index)).collect()
+        });
+        let Some(index) = places.get(&name.name).copied() else {
             let diagnostic = Diagnostic::new(
                 codes::UNKNOWN_FIELD,
                 format!("`{}` has no field `{}`", declared.name, name.name),

@@ -83,6 +83,12 @@ fn defaults_outside_of_their_range() {
 
         "#]],
     );
+    warns(
+        "W0341",
+        &[
+            "class A : rt_Texture; private float b; constructor([[max 1]] float a = 2.0) { b = a; } void lookup() { rt_FloatTextureValue = b; }",
+        ],
+    );
     let with = |member: &str| {
         format!(
             "class A : rt_Texture; {member} void lookup() {{ rt_FloatTextureValue = float(a.x); }}"
@@ -161,8 +167,34 @@ fn members_that_nothing_reads() {
 
         "#]],
     );
+    let constructed = |parameter: &str, body: &str| {
+        format!(
+            "class A : rt_Texture; private float b; constructor({parameter}) {{ b = {body}; }} void lookup() {{ rt_FloatTextureValue = b; }}"
+        )
+    };
+    check(
+        &constructed("float a, float c = 1.0", "c"),
+        &expect![[r#"
+        warning[W0343]: nothing reads the parameter `a`
+          ┌─ shader.rtsl:1:52
+          │
+        1 │ class A : rt_Texture; private float b; constructor(float a, float c = 1.0) { b = c; } void lookup() { rt_FloatTextureValue = b; }
+          │                                                    ^^^^^^^ without effect
+          │
+          = help: read it in a method, or remove it
+
+    "#]],
+    );
+    // Words of a description mean nothing.
+    warns(
+        "W0343",
+        &[
+            "class A : rt_Texture; [[doc \"Has no effect.\"]] public float a; void lookup() { rt_FloatTextureValue = 1.0; }",
+        ],
+    );
+    quiet(&[&constructed("[[unused]] float a", "1.0"), &constructed("float a", "a")]);
     quiet(&[
-        "class A : rt_Texture; [[doc \"Has no effect.\"]] public float a; void lookup() { rt_FloatTextureValue = 1.0; }",
+        "class A : rt_Texture; [[unused]] public float a; void lookup() { rt_FloatTextureValue = 1.0; }",
         "class A : rt_Primitive; public float height = 1.0; void intersect() { }",
         "class A : rt_Texture; public rt_Texture a; void lookup() { rt_FloatTextureValue = isSet(a) ? 1.0 : 0.5; }",
         "class A : rt_Texture; public float a[]; void lookup() { rt_FloatTextureValue = float(a.length()); }",
@@ -192,6 +224,33 @@ fn quotients_of_integers() {
 
         "#]],
     );
+    check(
+        "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = 3 / -2 * rt_TextureUV.x; }\n",
+        &expect![[r#"
+            warning[W0344]: this quotient is -1
+              ┌─ shader.rtsl:2:40
+              │
+            2 │ void lookup() { rt_FloatTextureValue = 3 / -2 * rt_TextureUV.x; }
+              │                                        ^^^^^^ the quotient of integers is rounded towards 0
+              │
+              = help: divide floats: `1.0 / 2.0`
+              = help: convert the quotient if it is meant: `float(3 / 2)`
+
+        "#]],
+    );
+    let quotient = |text: &str| {
+        format!(
+            "class A : rt_Texture; const int N = 7; void lookup() {{ float a = {text}; rt_FloatTextureValue = a * float(9 / 3); }}"
+        )
+    };
+    for text in ["N / 2", "1 + 5 / 2", "vec2(5 / 2).x"] {
+        warns("W0344", &[&quotient(text)]);
+    }
+    for text in
+        ["float(N / 2)", "N / 2 * 2", "6 / 2", "int(rt_TextureUV.x) / 2", "vec2(float(5 / 2)).x"]
+    {
+        quiet(&[&quotient(text)]);
+    }
     quiet(&[
         "class A : rt_Texture; void lookup() { float a[5 / 2]; a[1 / 2] = 1.0; rt_FloatTextureValue = a[0] + float(4 / 2); }",
         "class A : rt_Texture; void lookup() { rt_FloatTextureValue = float(0 / 2) + 1.0 / 2.0; }",
@@ -220,7 +279,31 @@ fn bounds_without_extent() {
 
     "#]],
     );
+    let sized = |member: &str| {
+        let text = bounds("vec3(size)", "vec3(1.0, 1.0, -size)");
+        text.replace("Primitive;", &format!("Primitive; {member}"))
+    };
+    check(
+        &sized("public float size = 1.0;"),
+        &expect![[r#"
+        warning[W0345]: no ray meets this box
+          ┌─ shader.rtsl:3:38
+          │
+        3 │ void computeBounds() { rt_BoundMin = vec3(size); rt_BoundMax = vec3(1.0, 1.0, -size); }
+          │                                      ^^^^^^^^^^                --------------------- that of the greatest corner
+          │                                      │                          
+          │                                      a coordinate of the least corner is beyond
+          │
+          = note: this is so where the parameters have their defaults
+          = help: exchange them: renderers test only rays that meet the box
+
+    "#]],
+    );
     quiet(&[
+        &sized("public float size = -1.0;"),
+        &sized("public float size;"),
+        &sized("private float size = 1.0;"),
+        &sized("public float size = 1.0; constructor() { size = -size; }"),
         &bounds("vec3(-1.0)", "vec3(1.0)"),
         &bounds("vec3(0.0)", "vec3(1.0, 1.0, 0.0)"),
         &bounds("vec3(1.0)", "vec3(2.0); rt_BoundMin = vec3(-1.0)"),

@@ -1,6 +1,6 @@
 //! The declarations of a text, without their meaning: what commands list and show.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use rtsl_source::{FileId, SourceMap, Span};
@@ -138,23 +138,29 @@ impl Outline {
 
     /// Returns a class and those that it inherits of this text and the standard library, the nearest first.
     pub fn generations(&self, name: &str) -> Vec<&ClassOutline> {
-        let mut generations: Vec<&ClassOutline> = self.class(name).into_iter().collect();
-        while let Some(last) = generations.last() {
-            // A class may have the name of the class of the library that it inherits.
-            let others = || self.classes.iter().filter(|it| it.name != last.name);
-            let base = last
-                .bases
-                .iter()
-                .find_map(|base| others().chain(&self.inherited).find(|class| class.name == *base));
-            match base {
-                Some(base) if generations.iter().all(|it| !std::ptr::eq(*it, base)) => {
-                    generations.push(base);
-                }
-                Some(_) | None => break,
-            }
+        let [own, inherited] = [&self.classes, &self.inherited].map(|classes| by_name(classes));
+        let mut generations = Vec::new();
+        let mut seen: HashSet<*const ClassOutline> = HashSet::new();
+        let mut next = own.get(name).copied();
+        while let Some(class) = next.filter(|it| seen.insert(*it)) {
+            generations.push(class);
+            next = class.bases.iter().map(String::as_str).find_map(|base| {
+                // A class may have the name of the class of the library that it inherits.
+                let of_text = own.get(base).filter(|_| base != class.name);
+                of_text.or_else(|| inherited.get(base)).copied()
+            });
         }
         generations
     }
+}
+
+/// The first class of each name.
+fn by_name(classes: &[ClassOutline]) -> HashMap<&str, &ClassOutline> {
+    let mut named = HashMap::new();
+    for class in classes {
+        named.entry(class.name.as_str()).or_insert(class);
+    }
+    named
 }
 
 impl ClassOutline {

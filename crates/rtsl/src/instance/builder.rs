@@ -103,7 +103,7 @@ impl<'a> Builder<'a> {
             Ok(Argument::Data(leaves, outside)) => {
                 self.outside_range.extend(outside.map(|reason| OutsideRange {
                     parameter: parameter.name.clone(),
-                    warning: errors::outside_range(class, parameter, &reason),
+                    warning: errors::outside_range(self.wording, parameter, &reason),
                 }));
                 match parameter.target {
                     ParameterTarget::Constructor => self.constructor_arguments.extend(leaves),

@@ -10,6 +10,7 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, Role, StateVariable};
 
 use super::environment::Environment;
+use super::wording::Wording;
 use super::words::Words;
 use crate::errors;
 use crate::link::attributes::AttributeTable;
@@ -137,14 +138,19 @@ impl Instance {
         &self.outside_range
     }
 
-    /// Returns a warning for each unset reference that a method of the class calls through and none tests.
-    pub fn unset_reference_warnings(&self) -> Vec<Diagnostic> {
+    /// Returns a warning for each unset reference that a method of the class calls through and none tests, in the words
+    /// of a file format or of the class.
+    pub fn unset_reference_warnings(&self, wording: Option<&Wording>) -> Vec<Diagnostic> {
         let mut unset = Vec::new();
         for (reference, elements) in self.class.references.iter().zip(&self.references) {
             if !reference.tested && elements.iter().any(Option::is_none) && self.calls(reference) {
                 let paths = elements.iter().enumerate().filter(|(_, element)| element.is_none());
                 let warning = |(index, _)| {
-                    errors::unset_reference(&self.class.name, &element_path(reference, index))
+                    let path = element_path(reference, index);
+                    match wording {
+                        Some(wording) => errors::unset_reference_of_format(wording, &path),
+                        None => errors::unset_reference(&self.class.name, &path),
+                    }
                 };
                 unset.extend(paths.map(warning));
             }

@@ -8,13 +8,13 @@ pub struct Wording {
     /// The subject: the class, or for example "camera `perspective`".
     pub subject: String,
     /// Parameters with other names: the format's name, the class's name.
-    pub parameters: &'static [(&'static str, &'static str)],
+    pub parameters: Vec<(&'static str, &'static str)>,
 }
 
 impl Wording {
     /// Returns the words of a class.
     pub fn of(class: &Class) -> Wording {
-        Wording { subject: format!("`{}`", class.name), parameters: &[] }
+        Wording { subject: format!("`{}`", class.name), parameters: Vec::new() }
     }
 
     /// Returns the name of the class's parameter `name`.

@@ -26,6 +26,7 @@ mod lvalues;
 mod manual;
 mod modules;
 mod operations;
+mod outline;
 mod placed;
 mod prelude;
 mod programs;

@@ -117,7 +117,7 @@ fn arrays_of_references_have_the_elements_that_hosts_give() {
     let stack = |layers: Vec<Value>, more: Vec<Value>| {
         let stack =
             new(&unit, "Stack", vec![("layers", Value::List(layers)), ("more", Value::List(more))]);
-        assert!(stack.unset_reference_warnings().is_empty());
+        assert!(stack.unset_reference_warnings(None).is_empty());
         new(&unit, "Painted", vec![("paint", stack.into())])
     };
     for engine in engines() {
@@ -169,7 +169,8 @@ fn instances_know_their_unset_references() {
     let unit = unit();
     let ramp = new(&unit, "Ramp", vec![]);
     let said = |instance: &Instance| -> Vec<String> {
-        instance.unset_reference_warnings().iter().map(|warning| warning.message.clone()).collect()
+        let warnings = instance.unset_reference_warnings(None);
+        warnings.iter().map(|warning| warning.message.clone()).collect()
     };
     assert_eq!(
         said(&new(&unit, "Painted", vec![])),

@@ -212,7 +212,7 @@ fn hosts_set_numbers_or_textures_and_the_last_counts() {
     let last = new(&unit, "Either", vec![("roughness", 2.into()), ("roughness", texture)]);
     assert_eq!(shade(&engines()[0], &first, &mask)[8], [4.0; 3]);
     assert_eq!(shade(&engines()[0], &last, &mask)[8], [0.0625; 3]);
-    assert!(last.unset_reference_warnings().is_empty());
+    assert!(last.unset_reference_warnings(None).is_empty());
     let messages = |value: Value| -> Vec<String> {
         let problems = Instance::new(class, [("roughness", value)]).unwrap_err();
         problems.iter().map(|it| format!("{}: {}", it.code, it.message)).collect()
