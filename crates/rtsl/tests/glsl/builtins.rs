@@ -73,7 +73,7 @@ const BUILTINS: &[Builtin] = &[
     old("gl_FogFragCoord", "float", "f", Storage::In),
 ];
 
-/// What fragment shaders receive from vertex shaders.
+/// The variables that fragment shaders receive from vertex shaders.
 const PASSED: &[&str] =
     &["gl_Color", "gl_SecondaryColor", "gl_TexCoord", "gl_FogFragCoord", "gl_FragCoord"];
 

@@ -37,7 +37,7 @@ pub struct Shader {
     pub text: String,
 }
 
-/// What a case expects.
+/// The expectation of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expect {
     /// The program computes the values.

@@ -12,7 +12,7 @@ struct Rectangle {
     color: [f32; 4],
 }
 
-/// What an 8-bit picture and its comparison round.
+/// The roundings of an 8-bit picture and of its comparison.
 const TOLERANCE: f32 = 0.0125;
 
 /// Runs the steps of a case.

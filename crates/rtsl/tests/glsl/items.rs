@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::tokens::{Kind, Token};
 
-/// Who gives a variable its value, and who reads it.
+/// The source of a variable's value, and its reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// Another stage, or the host.
@@ -28,7 +28,7 @@ pub struct Variable {
     pub is_uniform: bool,
 }
 
-/// What an item is.
+/// The kind of an item.
 #[derive(Clone, Debug)]
 pub enum ItemKind {
     Directive,

@@ -13,7 +13,7 @@ use crate::rules;
 use crate::run::{Problem, Runner, Words};
 use crate::translate::{Translation, translate};
 
-/// What became of a case.
+/// The outcome of a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It is about something that the manual names as different.

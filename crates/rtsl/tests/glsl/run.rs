@@ -28,7 +28,7 @@ pub struct Problem {
     pub message: String,
 }
 
-/// What the compiler says of a text.
+/// The compiler's answer to a text.
 pub struct Verdict {
     pub class: Option<Arc<Class>>,
     pub errors: Vec<Problem>,
