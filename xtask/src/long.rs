@@ -18,16 +18,19 @@ The tests that take too long for every day: for nights, and before a release.
   watertight  two hundred million rays towards edges and corners of meshes
   texts       the longest texts and the largest frames that are accepted; takes ten minutes
   gallery     the scenes of `tests/gallery` with 2,048 samples, compared with pbrt's pictures
+  glsl        the shader cases of dEQP and piglit, from `--suites`; needs glslangValidator
   llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
   fuzz        every fuzz target with cargo-fuzz, which needs a nightly toolchain
 
-Without a part all of them run, one after another; the parts that fail are listed at the end.
+Without a part all of them run, one after another, but for `glsl` without its folder; the parts that fail are listed at
+the end.
 
+  --suites FOLDER  where `glsl` finds the suites, in any depth: `data` of VK-GL-CTS and `tests` of piglit, or parts
   --llvm FOLDER    where `llvm` keeps the libraries that it fetches; default: target/llvm
   --seconds N      how long `fuzz` runs each target; default: 600
 ";
 
-const PARTS: [&str; 10] = [
+const PARTS: [&str; 11] = [
     "scenes",
     "contracts",
     "functions",
@@ -36,11 +39,13 @@ const PARTS: [&str; 10] = [
     "watertight",
     "texts",
     "gallery",
+    "glsl",
     "llvm",
     "fuzz",
 ];
 
 struct Options {
+    suites: Option<String>,
     llvm: String,
     seconds: u32,
 }
@@ -51,7 +56,7 @@ struct Options {
 ///
 /// If a part fails.
 pub fn run(arguments: &[String]) -> Result<()> {
-    let mut options = Options { llvm: "target/llvm".to_owned(), seconds: 600 };
+    let mut options = Options { suites: None, llvm: "target/llvm".to_owned(), seconds: 600 };
     let mut parts: Vec<&str> = Vec::new();
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
@@ -60,6 +65,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
                 print!("{HELP}");
                 return Ok(());
             }
+            "--suites" => options.suites = Some(value(argument, rest.next())?),
             "--llvm" => options.llvm = value(argument, rest.next())?,
             "--seconds" => {
                 let seconds = value(argument, rest.next())?;
@@ -77,6 +83,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     if parts.is_empty() {
         parts = PARTS.to_vec();
+        parts.retain(|part| *part != "glsl" || options.suites.is_some());
     }
     let mut failed = Vec::new();
     for part in parts {
@@ -138,6 +145,14 @@ fn run_part(part: &str, options: &Options) -> Result<()> {
         }
         "gallery" => {
             test("rtsl-render", "render").args(["--", "gallery::"]).env("RTSL_LONG", "1").run()
+        }
+        "glsl" => {
+            let folder = options.suites.as_ref();
+            let folder = folder.ok_or_else(|| Failure("--suites names no folder".to_owned()))?;
+            let folder = std::path::absolute(folder)
+                .map_err(|error| Failure(format!("--suites: {folder}: {error}")))?;
+            let suites = ["--", "--ignored", "--nocapture", "the_suites_agree"];
+            test("rtsl", "glsl").args(suites).env("RTSL_GLSL", folder).run()
         }
         "llvm" => Command::new(".ci/every-llvm").args(["--fetch", &options.llvm]).run(),
         "fuzz" => fuzz(options.seconds),

@@ -113,7 +113,8 @@ impl Checker<'_> {
         if then.ty == Type::Error || otherwise.ty == Type::Error {
             return error_expression(span);
         }
-        if then.ty != otherwise.ty || then.ty == Type::Void {
+        // Two calls without a result are a choice between their effects.
+        if then.ty != otherwise.ty {
             self.report_branches(&then, &otherwise, span);
             return error_expression(span);
         }

@@ -354,8 +354,9 @@ impl Checker<'_> {
     fn check_function_qualifiers(&mut self, function: &ast::Function) {
         for &(qualifier, span) in &function.qualifiers.list {
             match qualifier {
-                Qualifier::Precise | Qualifier::Const | Qualifier::Public | Qualifier::Private => {}
-                Qualifier::Scratch
+                Qualifier::Precise | Qualifier::Public | Qualifier::Private => {}
+                Qualifier::Const
+                | Qualifier::Scratch
                 | Qualifier::Texture
                 | Qualifier::Output
                 | Qualifier::Attribute

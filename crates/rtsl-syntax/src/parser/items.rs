@@ -261,6 +261,7 @@ impl Parser<'_> {
         if self.declares_nothing(&ty) {
             return Ok(());
         }
+        self.skip_empty_declarator(&ty);
         let name = self.expect_declared_name(&ty)?;
         self.refuse_operator(&name)?;
         if self.at(Punctuator::LeftParenthesis) {

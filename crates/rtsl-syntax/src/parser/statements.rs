@@ -219,7 +219,10 @@ impl Parser<'_> {
             // A keyword on the next line begins the next statement: a `;` is missing.
             Some(Word::Keyword(_)) => !after.starts_line,
             Some(_) => true,
-            None => after.is(Punctuator::Semicolon) && self.is_type_word(self.peek()),
+            None => {
+                let ends = after.is(Punctuator::Semicolon) || after.is(Punctuator::Comma);
+                ends && self.is_type_word(self.peek())
+            }
         }
     }
 
@@ -262,6 +265,7 @@ impl Parser<'_> {
         if self.declares_nothing(&ty) {
             return Ok(StatementKind::Empty);
         }
+        self.skip_empty_declarator(&ty);
         let name = self.expect_identifier("the declaration's name")?;
         if self.at(Punctuator::LeftParenthesis) {
             let function = self.parse_function(qualifiers, Some(ty), name, first)?;
@@ -437,6 +441,7 @@ impl Parser<'_> {
         }
         let ty = self.parse_type("a declaration")?;
         let cost = self.cost_since(start);
+        self.skip_empty_declarator(&ty);
         let name = self.expect_identifier("the declaration's name")?;
         let mut variables = Vec::new();
         self.parse_declarators(Vec::new(), qualifiers, ty, name, cost, &mut variables)?;

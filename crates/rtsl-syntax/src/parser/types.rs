@@ -100,6 +100,13 @@ impl Parser<'_> {
         has_sizes && self.maybe(Punctuator::Semicolon).is_some()
     }
 
+    /// Skips the `,` before the first name of a declaration, which GLSL's grammar allows: `float, a;`.
+    pub(super) fn skip_empty_declarator(&mut self, ty: &TypeName) {
+        if ty.sizes.iter().all(Option::is_some) {
+            let _comma = self.maybe(Punctuator::Comma);
+        }
+    }
+
     /// True if the next token can name a type.
     pub(super) fn at_type_name(&self) -> bool {
         match self.word_of(self.peek()) {
