@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{Value, VariableKind};
+use rtsl_ir::{Value, VariableId, VariableKind};
 
 use super::Lowering;
 use crate::kernel::{OpKind, Region};
@@ -14,16 +14,26 @@ impl Lowering<'_> {
     ///
     /// If the call has only one chunk, hoisting saves no work and executes operations outside of branches that might
     /// have skipped them. The same holds for rarely taken branches, unless they move as a whole, and for branches of
-    /// leaves, whose few objects mostly are one chunk. Constants are always hoisted.
+    /// leaves, whose few objects mostly are one chunk. Constants are always hoisted, and what all lanes read of a ray,
+    /// since other chunks may store to it.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
-        match self.kernel.mode {
-            _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
-            CallMode::Leaf if self.depth > 0 => matches!(kind, OpKind::Constant(_)),
-            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
-                self.is_hoistable_among(kind, &mut BTreeSet::new())
-            }
-            CallMode::Single => matches!(kind, OpKind::Constant(_)),
-        }
+        let mode = self.kernel.mode;
+        let saves_work = match mode {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => self.rare_sides == 0,
+            CallMode::Leaf => self.rare_sides == 0 && self.depth == 0,
+            CallMode::Single => false,
+        };
+        let must_move = match kind {
+            OpKind::Constant(_) => true,
+            OpKind::Load(variable, _) => mode != CallMode::Single && self.is_of_ray(*variable),
+            _ => false,
+        };
+        (saves_work || must_move) && self.is_hoistable_among(kind, &mut BTreeSet::new())
+    }
+
+    fn is_of_ray(&self, variable: VariableId) -> bool {
+        let kind = self.kernel.variable(variable).variable.kind;
+        matches!(kind, VariableKind::State | VariableKind::Scratch)
     }
 
     /// Like `is_hoistable` for an operation in a region, where the values `inside` are defined in that region.
