@@ -166,7 +166,8 @@ impl Fans {
     fn add(&mut self, faces: Faces, frame: [Vector; 3], random: &mut Random) {
         let scale = size(random, -3, 3);
         let corner = random_vector(random).map(|it| it * scale * size(random, -1, 3));
-        let stretch = size(random, -3, 0);
+        // Narrower fans would end within the rounding of what distant rays see: their rims have no neighbours.
+        let stretch = size(random, -2, 0);
         let start = self.positions.len();
         self.positions.push(corner);
         let count = if faces == Faces::Patches { 4 } else { 5 + random.below(4) as usize };
