@@ -93,7 +93,7 @@ def test_pictures_have_the_bits_of_one_process(cluster, scene):
 def test_parameters_and_settings_are_sent(cluster, scene):
     loaded = rtsl.Scene.load(scene, defines={"ball.radius": 1.2}, integrator="Normals")
     loaded["floor"].point = (0, -1.3, 0)
-    loaded.settings = {"spp": 3, "max_depth": 2}
+    loaded.settings = {"spp": 3}
     keywords = dict(size=(33, 20), seed=0)
     assert_same(on_cluster(loaded, **keywords), loaded.render(**keywords))
     loaded.add(rtsl.library.Sphere())
