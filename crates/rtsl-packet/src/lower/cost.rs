@@ -59,8 +59,8 @@ impl Lowering<'_> {
             | OpKind::ReferenceCount(_)
             | OpKind::Report(..)
             | OpKind::ReportBudget => return None,
-            // Most likely hoisted to the prologue, which code for one ray does not have.
-            _ if !varies && self.kernel.mode != CallMode::Single => return Some(0),
+            // Most likely hoisted to the prologue.
+            _ if !varies && self.hoisting_saves_work() => return Some(0),
             _ => {}
         }
         Some(match &op.kind {

@@ -11,24 +11,28 @@ use crate::kernel::{OpKind, Region};
 impl Lowering<'_> {
     /// True if an operation can be moved to the prologue: it is uniform, its operands are in the prologue, and it is
     /// pure. For a pure and uniform loop that might never end the caller must ensure that every ray executes it.
-    ///
-    /// If the call has only one chunk, hoisting saves no work and executes operations outside of branches that might
-    /// have skipped them. The same holds for rarely taken branches, unless they move as a whole, and for branches of
-    /// leaves, whose few objects mostly are one chunk. Constants are always hoisted, and what all lanes read of a ray,
-    /// since other chunks may store to it.
+    /// Constants are always hoisted, and what all lanes read of a ray, since other chunks may store to it.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
-        let mode = self.kernel.mode;
-        let saves_work = match mode {
+        let must_move = match kind {
+            OpKind::Constant(_) => true,
+            OpKind::Load(variable, _) => {
+                self.kernel.mode != CallMode::Single && self.is_of_ray(*variable)
+            }
+            _ => false,
+        };
+        (must_move || self.hoisting_saves_work())
+            && self.is_hoistable_among(kind, &mut BTreeSet::new())
+    }
+
+    /// False where the call has only one chunk: hoisting would save no work, and execute operations outside of branches
+    /// that might have skipped them. The same holds for rarely taken branches, unless they move as a whole, and for
+    /// branches of leaves, whose few objects mostly are one chunk.
+    pub(super) fn hoisting_saves_work(&self) -> bool {
+        match self.kernel.mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => self.rare_sides == 0,
             CallMode::Leaf => self.rare_sides == 0 && self.depth == 0,
             CallMode::Single => false,
-        };
-        let must_move = match kind {
-            OpKind::Constant(_) => true,
-            OpKind::Load(variable, _) => mode != CallMode::Single && self.is_of_ray(*variable),
-            _ => false,
-        };
-        (saves_work || must_move) && self.is_hoistable_among(kind, &mut BTreeSet::new())
+        }
     }
 
     fn is_of_ray(&self, variable: VariableId) -> bool {
