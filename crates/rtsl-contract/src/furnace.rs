@@ -107,7 +107,10 @@ impl Host for Furnace {
             | Query::SkyCount
             | Query::SkyEmission
             | Query::SkyPdf
-            | Query::Contribute => {}
+            | Query::Contribute
+            | Query::Spawn
+            | Query::OwnShade
+            | Query::UnshadowedLight => {}
         }
     }
 

@@ -52,6 +52,15 @@ pub enum Query {
     Sample,
     /// Two dimensions of the path's sampler, which are stratified together.
     SamplePair,
+    /// Adds the radiance along another ray, times a weight, to the radiance of the path. The ray is integrated after the
+    /// path has ended, at the next depth.
+    Spawn,
+    /// The colour that the material's `shade` computes, without the light that [defers](Query::Spawn): that of rays which
+    /// it traces and that of lights, which are added to the radiance of the path, times the weight.
+    OwnShade,
+    /// A sample of the light with an index, as `illuminance` takes it, and the limit of the ray on which something may
+    /// block it: [`Query::Contribute`] traces that.
+    UnshadowedLight,
 }
 
 /// A group of operands or results: name, type and number of scalars.
@@ -92,6 +101,7 @@ const DIRECTION: Scalars = ("direction", Scalar::F32, 3);
 const GEOMETRIC_NORMAL: Scalars = ("geometric_normal", Scalar::F32, 3);
 const SHADING_NORMAL: Scalars = ("shading_normal", Scalar::F32, 3);
 const COLOR: Scalars = ("color", Scalar::F32, COLOR_COMPONENTS);
+const WEIGHT: Scalars = ("weight", Scalar::F32, COLOR_COMPONENTS);
 const DENSITY: Scalars = ("density", Scalar::F32, 1);
 const DISTANCE: Scalars = ("distance", Scalar::F32, 1);
 const INDEX: Scalars = ("index", Scalar::I32, 1);
@@ -107,7 +117,7 @@ struct Shape {
 
 impl Query {
     /// All queries.
-    pub const ALL: [Query; 16] = [
+    pub const ALL: [Query; 19] = [
         Query::NearestHit,
         Query::SurfaceProperties,
         Query::Emission,
@@ -124,6 +134,9 @@ impl Query {
         Query::Contribute,
         Query::Sample,
         Query::SamplePair,
+        Query::Spawn,
+        Query::OwnShade,
+        Query::UnshadowedLight,
     ];
 
     /// Returns the queries whose first operands identify a surface.
@@ -209,7 +222,10 @@ impl Query {
             | Query::SampleLight
             | Query::SkyEmission
             | Query::SkyPdf
-            | Query::Contribute => Effect::Host,
+            | Query::Contribute
+            | Query::Spawn
+            | Query::OwnShade
+            | Query::UnshadowedLight => Effect::Host,
         }
     }
 
@@ -290,6 +306,24 @@ impl Query {
                 "contribute",
                 &[("origin", Scalar::F32, 3), DIRECTION, ("limit", Scalar::F32, 1), COLOR],
                 &[],
+            ),
+            Query::Spawn => of(
+                "spawn",
+                &[("origin", Scalar::F32, 3), DIRECTION, ("limit", Scalar::F32, 1), WEIGHT],
+                &[],
+            ),
+            Query::OwnShade => on("own_shade", &[WEIGHT], &[COLOR]),
+            Query::UnshadowedLight => of(
+                "unshadowed_light",
+                &[INDEX, POINT, ("axis", Scalar::F32, 3), ("cosine", Scalar::F32, 1)],
+                &[
+                    ("found", Scalar::Bool, 1),
+                    DIRECTION,
+                    DISTANCE,
+                    COLOR,
+                    DENSITY,
+                    ("limit", Scalar::F32, 1),
+                ],
             ),
             Query::Sample => {
                 of("sample", &[("dimension", Scalar::I32, 1)], &[("number", Scalar::F32, 1)])

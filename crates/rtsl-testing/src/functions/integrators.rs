@@ -26,7 +26,7 @@ pub(super) struct Surfaces {
 }
 
 /// The queries about neither rays nor surfaces.
-const OTHERS: [Query; 7] = [
+const OTHERS: [Query; 9] = [
     Query::SampleLight,
     Query::SkyCount,
     Query::SkyEmission,
@@ -34,6 +34,8 @@ const OTHERS: [Query; 7] = [
     Query::Contribute,
     Query::Sample,
     Query::SamplePair,
+    Query::Spawn,
+    Query::UnshadowedLight,
 ];
 
 impl Generator<'_> {

@@ -275,6 +275,9 @@ impl Host for SceneHost<'_> {
             Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
             Query::Contribute => self.contribute(lanes, operands),
             Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
+            Query::Spawn | Query::OwnShade | Query::UnshadowedLight => {
+                unreachable!("only deferring methods ask this")
+            }
         }
         if self.notes_suspects {
             self.note_suspects(lanes, (query, operands, results));

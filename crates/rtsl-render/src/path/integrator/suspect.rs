@@ -115,7 +115,7 @@ impl SceneHost<'_> {
                 let is_shaded = scene.keys[entry.group as usize].is_shaded(&scene.classes());
                 if is_shaded { Some(Suspect::Shade) } else { material(Method::Emission) }
             }
-            Query::Shade => Some(Suspect::Shade),
+            Query::Shade | Query::OwnShade => Some(Suspect::Shade),
             Query::LightEmission => Some(Suspect::AreaLight { object: first }),
             Query::Bsdf => material(Method::Bsdf),
             Query::BsdfPdf => material(Method::EvaluatePdf),
@@ -130,6 +130,8 @@ impl SceneHost<'_> {
             | Query::LightPdf
             | Query::SkyCount
             | Query::Contribute
+            | Query::Spawn
+            | Query::UnshadowedLight
             | Query::Sample
             | Query::SamplePair => None,
         }
