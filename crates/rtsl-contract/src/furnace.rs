@@ -109,6 +109,7 @@ impl Host for Furnace {
             | Query::SkyPdf
             | Query::Contribute
             | Query::Spawn
+            | Query::SpawnPath
             | Query::OwnShade
             | Query::UnshadowedLight => {}
         }

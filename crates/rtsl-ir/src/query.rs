@@ -55,6 +55,10 @@ pub enum Query {
     /// Adds the radiance along another ray, times a weight, to the radiance of the path. The ray is integrated after the
     /// path has ended, at the next depth.
     Spawn,
+    /// Makes the path that a spawned ray becomes, in kernels: the ray, off the surface that it leaves; the product of the
+    /// weights from the camera on; the greatest weight, the key of the path's random sequences, and the number of surfaces
+    /// that its parent has met before the one that is shaded.
+    SpawnPath,
     /// The colour that the material's `shade` computes, without the light that [defers](Query::Spawn): that of rays which
     /// it traces and that of lights, which are added to the radiance of the path, times the weight.
     OwnShade,
@@ -117,7 +121,7 @@ struct Shape {
 
 impl Query {
     /// All queries.
-    pub const ALL: [Query; 19] = [
+    pub const ALL: [Query; 20] = [
         Query::NearestHit,
         Query::SurfaceProperties,
         Query::Emission,
@@ -135,6 +139,7 @@ impl Query {
         Query::Sample,
         Query::SamplePair,
         Query::Spawn,
+        Query::SpawnPath,
         Query::OwnShade,
         Query::UnshadowedLight,
     ];
@@ -224,6 +229,7 @@ impl Query {
             | Query::SkyPdf
             | Query::Contribute
             | Query::Spawn
+            | Query::SpawnPath
             | Query::OwnShade
             | Query::UnshadowedLight => Effect::Host,
         }
@@ -310,6 +316,19 @@ impl Query {
             Query::Spawn => of(
                 "spawn",
                 &[("origin", Scalar::F32, 3), DIRECTION, ("limit", Scalar::F32, 1), WEIGHT],
+                &[],
+            ),
+            Query::SpawnPath => of(
+                "spawn_path",
+                &[
+                    ("origin", Scalar::F32, 3),
+                    DIRECTION,
+                    ("limit", Scalar::F32, 1),
+                    ("throughput", Scalar::F32, COLOR_COMPONENTS),
+                    ("bound", Scalar::F32, 1),
+                    ("key", Scalar::U32, 1),
+                    ("surfaces", Scalar::U32, 1),
+                ],
                 &[],
             ),
             Query::OwnShade => on("own_shade", &[WEIGHT], &[COLOR]),

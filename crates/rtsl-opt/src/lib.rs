@@ -57,11 +57,13 @@ pub struct Options {
     pub optimize: bool,
     /// Run [`if_convert`], which benefits packets but not code for one ray.
     pub select: bool,
+    /// Defer traced rays and the light of lights, where the colour is affine in them.
+    pub defer: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { contract: true, approximate: false, budget: None, optimize: true, select: true }
+        Options { contract: true, approximate: false, budget: None, optimize: true, select: true, defer: false }
     }
 }
 

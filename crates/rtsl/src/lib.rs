@@ -80,6 +80,7 @@ pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
 pub use link::linked_method::{HitPlacement, LinkedMethod};
 pub use link::outputs::Outputs;
 pub use link::sequences::SEQUENCES_OF_SEARCH;
+pub use link::spawning::{MAX_SPAWNS, SPAWN_FLOATS, SPAWN_SCALARS};
 pub use program::camera_program::{CameraArrays, CameraProgram, CameraView};
 pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;

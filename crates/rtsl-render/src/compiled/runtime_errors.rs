@@ -16,6 +16,8 @@ pub struct RuntimeErrors {
     any: AtomicBool,
     /// The classes and methods that exceeded their budget.
     exhausted: Mutex<Vec<(String, Method)>>,
+    /// True if a sample had too many paths.
+    many_paths: AtomicBool,
     /// The number of values of a class's method that were not finite.
     not_finite: Mutex<BTreeMap<(String, Method), u64>>,
     /// The number of samples that were evaluated again to find who made them so.
@@ -30,6 +32,13 @@ impl RuntimeErrors {
     /// True if an error ends the render.
     pub fn any(&self) -> bool {
         self.any.load(Ordering::Relaxed)
+    }
+
+    /// Records that methods have spawned more paths of a sample than are followed.
+    #[cold]
+    pub fn report_many_paths(&self) {
+        self.any.store(true, Ordering::Relaxed);
+        self.many_paths.store(true, Ordering::Relaxed);
     }
 
     /// Returns the methods that exceeded their budget, each once, in a fixed order.
@@ -114,6 +123,13 @@ pub fn dropped_samples(count: u64, not_finite: &[NotFinite]) -> Option<Diagnosti
 /// Returns the error messages for shaders that exceeded their budget.
 pub fn exhausted_budgets(scene: &CompiledScene, errors: &RuntimeErrors) -> Messages {
     let mut messages = Messages::default();
+    if errors.many_paths.load(Ordering::Relaxed) {
+        let message = "the rays that `trace` traces for one sample become too many";
+        let diagnostic = Diagnostic::new(codes::MANY_PATHS, message)
+            .help("trace fewer rays at each surface, or lower the integrator's `\"integer maxdepth\"`")
+            .help("the integrator's `\"float cutoff\"` leaves out rays of little weight");
+        messages.push_one(diagnostic);
+    }
     for (class, method) in errors.exhausted() {
         let budget = scene.settings.loop_budget;
         let programs = scene.shaders.iter().map(|shader| &*shader.program);

@@ -60,9 +60,14 @@ pub fn called_methods(program: &Program, queries: &BTreeSet<Query>) -> Vec<Metho
         program.has(*method) && by.iter().any(|query| queries.contains(query))
     };
     let called = METHODS.into_iter().filter(is_called).map(|(method, _)| method);
-    let shading = shading_method(program).filter(|_| queries.contains(&Query::Shade));
+    let shading = shading_method(program).filter(|_| shades(queries));
     let emitted = is_shaded(program) && queries.contains(&Query::Emission);
     called.chain(shading).chain(emitted.then_some(Method::Shade)).collect()
+}
+
+/// True if any query calls `shade` of materials.
+fn shades(queries: &BTreeSet<Query>) -> bool {
+    [Query::Shade, Query::OwnShade].iter().any(|query| queries.contains(query))
 }
 
 /// Returns the method that `shade` of a surface calls: materials that only emit have no `shade`.

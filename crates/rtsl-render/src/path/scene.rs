@@ -46,8 +46,10 @@ pub struct BatchScene {
     pub(super) integrator: Integrator,
     /// The camera, once the stages that follow its rays are compiled.
     pub(super) placed_camera: Option<Camera>,
-    /// The methods that shade surfaces, if any is called.
+    /// The methods that shade surfaces and wait for light, if any is called.
     pub(super) shading_methods: ShadingMethods,
+    /// Those that defer light, as far as kernels of the integrator do not contain them.
+    pub(super) own_shades: ShadingMethods,
     /// The AOVs to render.
     pub(super) aovs: AovPlan,
     /// The titles of the objects in the scene's text, for traces.
@@ -105,7 +107,7 @@ impl BatchScene {
     /// Returns the greatest numbers of arrays of stages: of those of the integrator, and those of methods that shade
     /// surfaces.
     pub(super) fn block_sizes(&self, integrator: &StagedMethod) -> BlockSizes {
-        let of_methods = self.shading_methods.stages().map(StagedMethod::block_sizes);
+        let of_methods = self.shading_stages().map(StagedMethod::block_sizes);
         of_methods.fold(integrator.block_sizes(), BlockSizes::max)
     }
 
@@ -128,12 +130,22 @@ impl BatchScene {
 
     /// The stages of the integrator, and those of the methods that it calls.
     pub(super) fn stages(&self) -> impl Iterator<Item = &StagedMethod> {
-        self.integrator.staged.iter().chain(self.shading_methods.stages())
+        self.integrator.staged.iter().chain(self.shading_stages())
+    }
+
+    /// The stages of methods that shade surfaces.
+    fn shading_stages(&self) -> impl Iterator<Item = &StagedMethod> {
+        self.shading_methods.stages().chain(self.own_shades.stages())
+    }
+
+    /// The stage that samples lights for paths that wait for that; `None` if hosts do.
+    pub(super) fn light_stage(&self) -> Option<&StagedMethod> {
+        self.shading_methods.lights().or_else(|| self.own_shades.lights())
     }
 
     /// True if hosts have to know the random sequences of paths on these stages.
     pub(super) fn needs_rays(&self, staged: &StagedMethod) -> bool {
-        let asks_for_lights = staged.samples_lights() && self.shading_methods.lights().is_none();
+        let asks_for_lights = staged.samples_lights() && self.light_stage().is_none();
         staged.asks_host() || asks_for_lights || self.has_alpha()
     }
 

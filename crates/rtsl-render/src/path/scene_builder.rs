@@ -17,10 +17,12 @@ use rtsl_scene::{Renderer, Scene};
 use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
 use super::instance_classes::InstanceClasses;
-use super::integrator::{Integrator, StageParts, Surface, searched_objects, stage_lights};
+use super::integrator::{
+    Integrator, StageParts, StagedMethod, Surface, searched_objects, stage_lights,
+};
 use super::kernels::KernelMaker;
 use super::lights::Lights;
-use super::material::is_shaded;
+use super::material::{MaterialSource, is_shaded};
 use super::path_tracer::PathTracer;
 use super::scene::BatchScene;
 use super::shading_methods::{ShadingMethods, ShadingParts};
@@ -111,6 +113,7 @@ impl<'a> BatchSceneBuilder<'a> {
             integrator,
             placed_camera: None,
             shading_methods: ShadingMethods::default(),
+            own_shades: ShadingMethods::default(),
             aovs,
             titles: Vec::new(),
         };
@@ -211,6 +214,7 @@ impl BatchScene {
             integrator: (self.integrator.program(), instance),
             lights: &lights,
             values,
+            defers: false,
         };
         let is_shaded = |key: &GroupKey| {
             self.integrator.calls_shade
@@ -224,6 +228,10 @@ impl BatchScene {
             )
         });
         let staged = staged.map_err(Messages::one)?;
+        let of_own = ShadingParts { defers: true, ..of_methods };
+        let is_asked = |key: &GroupKey| self.asks_own_shade(staged.as_ref(), key);
+        let own = earlier.map(|earlier| &earlier.own_shades);
+        let own_shades = ShadingMethods::new(&of_own, is_asked, own).map_err(Messages::one)?;
         let kernel = match &staged {
             Some(staged) => staged.camera_kernel().clone(),
             None => self.engine.camera_kernel(&camera).map_err(Messages::one)?,
@@ -231,8 +239,10 @@ impl BatchScene {
         self.placed_camera = Some(Camera::new(camera, kernel, &self.compiled));
         self.integrator.staged = staged;
         self.shading_methods = methods.map_err(Messages::one)?;
+        self.own_shades = own_shades;
         let mut queries = self.integrator.queries();
         queries.extend(self.shading_methods.queries());
+        queries.extend(self.own_shades.queries());
         let made = self.make_groups(&queries);
         let (groups, diagnostics) = made.map_err(|errors| failed(messages, errors))?;
         messages.push(SourceMap::new(), diagnostics);
@@ -240,9 +250,22 @@ impl BatchScene {
         Ok(())
     }
 
+    /// True if a host is asked for the own colours of shaded surfaces of a group.
+    fn asks_own_shade(&self, staged: Option<&StagedMethod>, key: &GroupKey) -> bool {
+        let material = self.classes().material_of(key);
+        match staged {
+            None => self.integrator.asks_own_shade,
+            Some(staged) => {
+                let is_own_material = key.material.0 == MaterialSource::Own;
+                staged.program.asks_own_shade_of(material, is_own_material)
+            }
+        }
+    }
+
     /// Warns about materials that have only `shade`, unless the integrator calls it by itself or scatters no light.
     fn warn_of_shade(&self, messages: &mut Messages) {
-        if self.integrator.calls_shade || !self.integrator.scatters {
+        let calls_shade = self.integrator.calls_shade || self.integrator.asks_own_shade;
+        if calls_shade || !self.integrator.scatters {
             return;
         }
         let classes = self.classes();

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, Method, Objects, ParameterValues, Program, Query,
+    CallMode, Diagnostic, Instance, Kernel, LinkedMethod, Method, Objects, ParameterValues, Program, Query,
     StageLights, StagedProgram, Variant,
 };
 use rtsl_memory::on_all_processors;
@@ -33,6 +33,10 @@ pub struct ShadingMethod {
     pub program: Arc<Program>,
     /// [`Method::Shade`], or [`Method::Emission`] of materials that only emit.
     pub method: Method,
+    /// True if it defers light.
+    defers: bool,
+    /// True if it adds the light of lights to the radiance of the path that asks for its colour, instead of the colour.
+    pub adds_to_path: bool,
     /// The source of its instances.
     source: Source,
     /// The instances.
@@ -52,6 +56,8 @@ pub struct ShadingParts<'a> {
     /// The lights that methods name by their indices.
     pub lights: &'a StageLights<'a>,
     pub values: ParameterValues,
+    /// True for methods that [defer](rtsl::Program::deferring_method) light.
+    pub defers: bool,
 }
 
 /// The source of a method's instances: shapes of a traversal class that are their own materials, or materials.
@@ -143,6 +149,17 @@ impl ShadingMethods {
     }
 }
 
+/// Returns a method that shades surfaces, which may defer light.
+fn shading(
+    program: &Program,
+    (method, defers): (Method, bool),
+) -> Result<Arc<LinkedMethod>, Diagnostic> {
+    match (method, defers) {
+        (Method::Shade, true) => program.deferring_method(method),
+        _ => program.method(method),
+    }
+}
+
 /// Compiles the stage that samples lights; `None` if their methods need a host.
 fn light_stage(
     parts: &ShadingParts<'_>,
@@ -166,7 +183,8 @@ impl ShadingMethod {
         (source, method): (Source, Method),
         earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
-        let ShadingParts { scene, materials, values, .. } = *parts;
+        let ShadingParts { scene, materials, values, defers, .. } = *parts;
+        let adds_to_path = defers && !shading(program, (method, defers))?.waits();
         let own = match source {
             Source::Shapes(class) => Some(scene.compiled.class(class).objects.clone()),
             Source::Materials(_) => None,
@@ -181,6 +199,8 @@ impl ShadingMethod {
         let made = |staged: Option<StagedMethod>| ShadingMethod {
             program: program.clone(),
             method,
+            defers,
+            adds_to_path,
             source,
             objects: objects.clone(),
             staged: staged.map(Box::new),
@@ -192,7 +212,7 @@ impl ShadingMethod {
             return Ok(made);
         }
         let sampler = scene.compiled.settings.sampler;
-        let staged = StagedProgram::of_material(program, method, sampler, values)?;
+        let staged = StagedProgram::of_material(program, (method, defers), sampler, values)?;
         let objects = own.unwrap_or_else(|| Arc::new(staged.materials(instances.iter().copied())));
         let staged = StagedMethod::without_surfaces(&scene.engine, staged, objects, earlier)?;
         Ok(made(Some(staged)))
@@ -212,7 +232,10 @@ impl ShadingMethod {
             return Ok(kernel);
         }
         let variant = Variant::new(CallMode::Stream).of_objects(self.objects.form().clone());
-        let kernel = self.program.interpreted_kernel(self.method, variant)?;
+        let kernel = match (self.method, self.defers) {
+            (Method::Shade, true) => self.program.interpreted_deferring_kernel(self.method, variant)?,
+            _ => self.program.interpreted_kernel(self.method, variant)?,
+        };
         Ok(self.interpreted.get_or_init(|| kernel))
     }
 

@@ -26,7 +26,7 @@ pub(super) struct Surfaces {
 }
 
 /// The queries about neither rays nor surfaces.
-const OTHERS: [Query; 9] = [
+const OTHERS: [Query; 10] = [
     Query::SampleLight,
     Query::SkyCount,
     Query::SkyEmission,
@@ -35,6 +35,7 @@ const OTHERS: [Query; 9] = [
     Query::Sample,
     Query::SamplePair,
     Query::Spawn,
+    Query::SpawnPath,
     Query::UnshadowedLight,
 ];
 

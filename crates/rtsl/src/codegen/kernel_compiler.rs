@@ -43,6 +43,15 @@ use crate::{errors, nesting};
 /// Rays at a time of kernels whose work is recorded, if no width is asked for: the same on every machine.
 const COUNTED_WIDTH: u32 = 8;
 
+/// The way in which methods get the light of rays that they trace, and of lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Light {
+    /// They wait for it.
+    Awaited,
+    /// A renderer adds it once they have ended, where they are affine in it.
+    Deferred,
+}
+
 /// Compiles methods of linked classes to kernels.
 #[derive(Debug)]
 pub(crate) struct KernelCompiler {
@@ -107,10 +116,15 @@ impl KernelCompiler {
     ///
     /// # Errors
     /// If the class has no such method, or linking passes a limit.
-    pub fn link(&self, tree: &ClassTree, method: Method) -> Result<LinkedMethod, Diagnostic> {
+    pub fn link(
+        &self,
+        tree: &ClassTree,
+        method: Method,
+        light: Light,
+    ) -> Result<LinkedMethod, Diagnostic> {
         let class = &tree.class;
         let nesting = class.methods.get(&method).map_or(0, Function::nesting);
-        let link = || self.link_on_this_stack(tree, method);
+        let link = || self.link_on_this_stack(tree, method, light);
         // Methods that it calls through references become regions of the function.
         if class.references.is_empty() {
             nesting::with_stack_for(nesting, link)
@@ -123,11 +137,12 @@ impl KernelCompiler {
         &self,
         tree: &ClassTree,
         method: Method,
+        light: Light,
     ) -> Result<LinkedMethod, Diagnostic> {
         let linked = linker::link_method(tree, method);
         let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
         let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
-        self.optimise(&mut linked.function);
+        self.optimise(&mut linked.function, light);
         let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
         linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
         Ok(LinkedMethod::new(linked))
@@ -171,12 +186,13 @@ impl KernelCompiler {
 
     /// Runs the passes on a linked method. A traced one keeps its operations as they are written, except for those that
     /// determine its results.
-    fn optimise(&self, function: &mut Function) {
+    fn optimise(&self, function: &mut Function, light: Light) {
+        let passes = rtsl_opt::Options { defer: light == Light::Deferred, ..self.passes() };
         if self.options.trace.is_none() {
             function.remove_reports();
-            return rtsl_opt::optimize(function, &self.passes());
+            return rtsl_opt::optimize(function, &passes);
         }
-        let passes = rtsl_opt::Options { budget: None, optimize: false, ..self.passes() };
+        let passes = rtsl_opt::Options { budget: None, optimize: false, ..passes };
         rtsl_opt::optimize(function, &passes);
         if let Some(budget) = self.options.loop_budget {
             rtsl_opt::budget::run(function, budget);
@@ -190,6 +206,7 @@ impl KernelCompiler {
             budget: self.options.loop_budget,
             optimize: self.options.optimization != OptLevel::O0,
             select: true,
+            defer: false,
         }
     }
 

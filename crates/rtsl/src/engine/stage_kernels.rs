@@ -18,11 +18,12 @@ use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::camera::FOOTPRINTS;
 use crate::link::contribution::is_contribution;
-use crate::link::indexed_lights::is_shaded_column;
 use crate::link::next_stages::NextStages;
 use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN, Search};
 use crate::link::sequences::Purpose;
+use crate::link::shade_call::is_shaded_column;
+use crate::link::spawning::{is_spawn, place_of_spawn};
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
@@ -44,6 +45,8 @@ pub struct StageKernel {
     pub ends: bool,
     /// True if it stores a contribution.
     pub contributes: bool,
+    /// The number of places at which it spawns paths that it stores.
+    pub spawns: usize,
     /// True if it makes requests of a host that depend on the path's random sequences.
     pub asks_host: bool,
     /// The queries among them, in order.
@@ -325,7 +328,8 @@ fn searches_left(program: &StagedProgram, linked: &[Linked]) -> Vec<Search> {
     let mut needs_any = program.stages().iter().any(|it| it.resumed_by == ResumedBy::Occluded);
     for Linked { function, .. } in linked {
         function.body.for_each_op(&mut |op| {
-            needs_any |= matches!(op.kind, OpKind::Query(Query::Contribute, _));
+            let adds_light = [Query::Contribute, Query::OwnShade];
+            needs_any |= matches!(&op.kind, OpKind::Query(query, _) if adds_light.contains(query));
         });
     }
     needs_any.then_some(Search::Any).into_iter().collect()
@@ -378,6 +382,7 @@ impl StageKernel {
             ports: Vec::new(),
             ends: NextStages::of(function).is_among(&BTreeSet::new()),
             contributes: false,
+            spawns: 0,
             asks_host: false,
             queries: Vec::new(),
             outputs: Vec::new(),
@@ -415,6 +420,10 @@ impl StageKernel {
             let component = output.component as usize;
             match variable.kind {
                 VariableKind::Scratch if is_contribution(variable) => made.contributes = true,
+                VariableKind::Scratch if is_spawn(variable) => {
+                    let place = place_of_spawn(variable).map_or(0, |place| place + 1);
+                    made.spawns = made.spawns.max(place);
+                }
                 VariableKind::Scratch => {
                     let array = layout.scratch[&variable.name] as usize + component;
                     let is_port = is_of_stages(variable);

@@ -3,11 +3,10 @@
 //! A stage that has one at most stores it in arrays, which costs less than a request for each vector of lanes. A stage
 //! that has several searches for what blocks each, in scenes in which kernels search.
 
-use rtsl_ir::{
-    Function, Index, Op, OpKind, Output, Query, Region, Scalar, Value, Variable, VariableKind,
-};
+use rtsl_ir::{Index, Op, OpKind, Output, Scalar, Value, Variable, VariableKind};
 
 use super::linker::{Linker, Linking};
+use super::spawning::Places;
 
 /// The number of scalars of a contribution, the operands of its query.
 pub(crate) const CONTRIBUTION_SCALARS: usize = 10;
@@ -38,35 +37,12 @@ pub(crate) enum Contributions {
 const MAX_SEARCHED: usize = 4;
 
 impl Contributions {
-    /// Selects the use of the contributions of a stage.
-    pub fn of(function: &Function) -> Contributions {
-        let mut places = Places::default();
-        places.add(&function.body, false);
+    /// Selects the use of the contributions of a stage, by the places where it makes them.
+    pub fn of(places: Places) -> Contributions {
         match places {
             Places { count: 1, is_any_repeated: false } => Contributions::Kept,
             Places { count: 1..=MAX_SEARCHED, .. } => Contributions::Searched,
             _ => Contributions::Requested,
-        }
-    }
-}
-
-/// The places at which a function contributes.
-#[derive(Default)]
-struct Places {
-    count: usize,
-    /// True if any is in a loop.
-    is_any_repeated: bool,
-}
-
-impl Places {
-    fn add(&mut self, region: &Region, is_repeated: bool) {
-        for op in &region.ops {
-            if matches!(op.kind, OpKind::Query(Query::Contribute, _)) {
-                self.count += 1;
-                self.is_any_repeated |= is_repeated;
-            }
-            let is_repeated = is_repeated || matches!(op.kind, OpKind::Loop { .. });
-            op.kind.regions().for_each(|region| self.add(region, is_repeated));
         }
     }
 }
@@ -116,6 +92,8 @@ impl Linker {
 
 #[cfg(test)]
 mod tests {
+    use rtsl_ir::{Function, Query};
+
     use super::*;
 
     #[test]
@@ -127,7 +105,7 @@ mod tests {
                 "function f {{ %x: f32 = constant 1.0 %t: bool = constant true {body} return }}"
             );
             let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"));
-            Contributions::of(&function)
+            Contributions::of(Places::of(Query::Contribute, &function, None))
         };
         assert_eq!(of(""), Contributions::Requested);
         assert_eq!(of(contribute), Contributions::Kept);

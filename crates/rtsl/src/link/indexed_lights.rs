@@ -20,25 +20,8 @@ use super::class_tree::ClassTree;
 use super::lights::{LightLinks, LitPoint, Weighed};
 use super::linker::{Linked, Linker, Linking, Site};
 use super::sequences::Purpose;
+use super::shade_call::ShadedSurface;
 use super::stage::SurfaceLinks;
-
-/// The number of scalars of the surface that a material shades.
-pub(crate) const SHADED_SCALARS: usize = 10;
-
-/// The indices of the offset and of the two normals among them; the point comes first.
-const OFFSET: usize = 3;
-const NORMALS: [usize; 2] = [4, 7];
-
-/// Returns the name of the scratch array with a scalar of the surface that a material shades: the point, the offset at
-/// which rays that leave it begin, the geometric and the shading normal on the side from which the ray came.
-pub(crate) fn shaded_column(index: usize) -> String {
-    format!("shaded.{index}")
-}
-
-/// True for the scratch with such a scalar.
-pub(crate) fn is_shaded_column(variable: &Variable) -> bool {
-    (0..SHADED_SCALARS).any(|index| variable.name == shaded_column(index))
-}
 
 /// The number of answers to a request, and that of its operands but the index.
 const ANSWERS: &[Scalar] = ResumedBy::LightSample.answers();
@@ -68,7 +51,10 @@ pub(crate) fn link_lights(
         let scalar = Port::request_scalar(*port);
         operands.push(code.column(&Port::Request(*port).name(), scalar)?);
     }
-    let sample = linker.indexed_sample(&caller, (links, &sampler), &operands, &mut body.ops)?;
+    let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
+    let (surface, key) = (code.shaded_columns()?, code.begin_sequence(Purpose::LightSample)?);
+    let of = (&surface, key);
+    let sample = linker.light_with_limit(&caller, (links, &sampler), of, &operands, &mut body.ops)?;
     let [light @ .., limit] = sample.as_slice() else { unreachable!("samples have limits") };
     let answers = (0..).map(Port::Answer).zip(ANSWERS).zip(light);
     let limit = ((SHADOW_LIMIT, &Scalar::F32), limit);
@@ -84,11 +70,13 @@ pub(crate) fn link_lights(
 }
 
 impl Linker {
-    /// Samples the light with an index. Returns the answers to a request, then the limit of the shadow ray.
-    fn indexed_sample(
+    /// Samples the light with an index for a point of a surface, with numbers of the sequence with a key. Returns the
+    /// answers to a request, then the limit of the shadow ray.
+    pub(super) fn light_with_limit(
         &mut self,
         caller: &Site<'_>,
         (links, sampler): (&LightLinks, &Sampler),
+        (surface, key): (&ShadedSurface, Value),
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
@@ -96,8 +84,7 @@ impl Linker {
         let (index, point, cone) = (operands[0], vector(1), (vector(4), operands[7]));
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let is_in_cone = code.has_cone(cone.1)?;
-        let lit = code.lit_point(point, (cone.0, is_in_cone))?;
-        let key = code.begin_sequence(Purpose::LightSample)?;
+        let lit = code.lit_point(surface, point, (cone.0, is_in_cone))?;
         if links.entries.is_empty() {
             return code.no_light();
         }
@@ -188,13 +175,13 @@ impl Arithmetic<'_> {
 
     /// The point that is lit, with the normals on the side for which light is requested: that from which the ray came,
     /// or the other if there is a cone around an axis that points there.
-    fn lit_point(&mut self, point: Vector, (axis, has_cone): (Vector, Value)) -> Linking<LitPoint> {
-        let mut shaded = |index: usize| self.column(&shaded_column(index), Scalar::F32);
-        let offset = shaded(OFFSET)?;
-        let mut normals = Vec::new();
-        for first in NORMALS {
-            normals.push([shaded(first)?, shaded(first + 1)?, shaded(first + 2)?]);
-        }
+    fn lit_point(
+        &mut self,
+        surface: &ShadedSurface,
+        point: Vector,
+        (axis, has_cone): (Vector, Value),
+    ) -> Linking<LitPoint> {
+        let ShadedSurface { normals, offset, .. } = *surface;
         let cosine = self.products(normals[0], axis)?;
         let zero = self.float(0.0)?;
         let is_behind = self.less(cosine, zero)?;

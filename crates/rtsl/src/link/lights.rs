@@ -37,7 +37,9 @@ pub(crate) struct LightLinks {
     pub selection: Option<LightSelection>,
     /// The classes of the lights that are selected.
     pub classes: Vec<LightClassLink>,
-    /// The lights that materials name by their indices, in this order.
+    /// True if operations sample the lights that materials name by their indices.
+    pub has_entries: bool,
+    /// These lights, in this order.
     pub entries: Vec<usize>,
     /// Their classes.
     pub entry_classes: Vec<LightClassLink>,
@@ -61,7 +63,7 @@ impl LightLinks {
         forms[0] == forms[1]
             && self.skies == other.skies
             && self.classes == other.classes
-            && self.entries == other.entries
+            && (self.has_entries, &self.entries) == (other.has_entries, &other.entries)
             && self.entry_classes == other.entry_classes
             && has_like_selection
     }
@@ -352,6 +354,7 @@ impl Linker {
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
     ) -> Linking<(SampledColor, Weighed)> {
+        let outer = self.copied_numbers;
         self.begin_numbers(key, *sampler, to)?;
         let sampled = match links.lights.get(index) {
             Some(light) => {
@@ -370,7 +373,7 @@ impl Linker {
                 (sample, if light.is_weighed { Weighed::All } else { Weighed::None })
             }
         };
-        self.copied_numbers = None;
+        self.copied_numbers = outer;
         Ok(sampled)
     }
 

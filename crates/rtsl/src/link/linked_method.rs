@@ -8,6 +8,7 @@ use rtsl_ir::{Function, OpKind, Output, Query, Region, Source, Value, VariableId
 use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{StateVariable, lookup_state};
+use rtsl_stages::ResumedBy;
 
 use super::linker::Linked;
 
@@ -73,6 +74,13 @@ impl LinkedMethod {
     /// True if the method asks this of the scene.
     pub fn asks(&self, wanted: Query) -> bool {
         self.function.body.asks(|query| query == wanted)
+    }
+
+    /// True if the method waits for the light of a ray, a light or a surface, or for a search.
+    pub fn waits(&self) -> bool {
+        let mut waits = false;
+        self.function.body.for_each_op(&mut |op| waits |= ResumedBy::of(&op.kind).is_some());
+        waits
     }
 
     /// True if the method takes random numbers.

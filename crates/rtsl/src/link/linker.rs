@@ -23,6 +23,8 @@ use super::class_tree::{ClassTree, element_path};
 use super::linked_method::LinkedMethod;
 use super::search::ArrayElement;
 use super::sequences::CopiedNumbers;
+use super::shade_call::ShadeCall;
+use super::spawning::KeptSpawn;
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -79,8 +81,12 @@ pub(super) struct Linker {
     pub chosen_light: Option<Arc<ChosenLight>>,
     /// The object whose method is being copied, if it is one of several with the same code.
     pub element: Option<ArrayElement>,
+    /// The call of a method that shades a surface whose body is being copied into a stage of an integrator.
+    pub shade_call: Option<ShadeCall>,
     /// The local with the contribution of a stage.
     pub contribution: Option<VariableId>,
+    /// The paths that a stage spawns and keeps until it ends.
+    pub spawns: Vec<KeptSpawn>,
     /// The use of the attributes of objects.
     pub attributes: AttributeUse,
     /// True if derivatives may be taken of the called methods.
@@ -184,7 +190,9 @@ impl Linker {
             passed_values: BTreeMap::new(),
             chosen_light: None,
             element: None,
+            shade_call: None,
             contribution: None,
+            spawns: Vec::new(),
             attributes: AttributeUse::Defaults,
             takes_derivatives: false,
             called_scratch: BTreeMap::new(),

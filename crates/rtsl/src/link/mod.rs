@@ -23,6 +23,8 @@ pub(crate) mod prepared_surface;
 pub(crate) mod reported_calls;
 pub(crate) mod search;
 pub(crate) mod sequences;
+pub(crate) mod shade_call;
+pub(crate) mod spawning;
 pub(crate) mod stage;
 pub(crate) mod stage_search;
 pub(crate) mod surface;

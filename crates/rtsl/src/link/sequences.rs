@@ -26,6 +26,9 @@ pub(crate) enum Purpose {
     MaterialCall,
 }
 
+/// Selects the sequences of calls of `shade` among those of a path.
+pub const NUMBERS_OF_SHADE: u32 = 0x206;
+
 /// The scratch array that counts the numbers of `rand()` in the method that was split.
 pub(crate) const DRAWN_COLUMN: &str = "path.drawn";
 

@@ -46,10 +46,21 @@ pub(crate) struct SurfaceLinks {
     pub lights: Option<Arc<LightLinks>>,
     /// True if the stage begins right after a search of the path.
     pub follows_search: bool,
+    /// The method of a material that the stages are of, unless they are of an integrator.
+    pub material: Option<MaterialStages>,
+    /// True if the stage keeps the paths that it spawns until it ends.
+    pub keeps_spawns: bool,
     /// The use of the stage's contributions.
     pub contributions: Contributions,
     /// The searches that the stage makes at its end; without, it stores its contribution and its request.
     pub search: Option<Arc<StageSearch>>,
+}
+
+/// The stages of a method of materials.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MaterialStages {
+    /// True if the light of lights is added to the radiance of the path that asks for the colour, instead of the colour.
+    pub adds_to_path: bool,
 }
 
 /// An answer to a query.
@@ -77,6 +88,8 @@ pub(crate) struct SurfaceMethod {
     /// The path to the part's members: `material.`.
     pub prefix: &'static str,
     pub method: Arc<LinkedMethod>,
+    /// The state with its results.
+    results: &'static [&'static str],
 }
 
 /// The source of a state variable that a method reads.
@@ -123,7 +136,16 @@ pub(crate) fn link_stage(
         Some(search) => linker.search_at_end(tree, &search)?,
         None => linker.store_contribution()?,
     }
+    linker.store_spawns()?;
     Ok(linker.finish())
+}
+
+impl SurfaceLinks {
+    /// The lights and the sampler of paths, if materials sample lights by operations.
+    fn linked_lights(&self) -> Option<(&Arc<LightLinks>, &Sampler)> {
+        let lights = self.lights.as_ref().filter(|lights| lights.has_entries);
+        lights.zip(self.sampler.as_ref())
+    }
 }
 
 impl SurfaceMethod {
@@ -134,12 +156,40 @@ impl SurfaceMethod {
         method: &Arc<LinkedMethod>,
         prefix: &'static str,
     ) -> Option<SurfaceMethod> {
+        let may_ask = |kind: &OpKind| *kind == OpKind::Rand;
+        Self::asking(query, method, prefix, (may_ask, results_of(query)))
+    }
+
+    /// Returns the method as the answer to a query for the colour of a shaded surface, which is this state; `None` if it
+    /// waits for light, or needs more than the query and the surface give.
+    pub fn shading(
+        method: &Arc<LinkedMethod>,
+        prefix: &'static str,
+        color: &'static [&'static str],
+    ) -> Option<SurfaceMethod> {
+        let may_ask = |kind: &OpKind| match kind {
+            OpKind::Rand | OpKind::LightCount | OpKind::Ambient => true,
+            OpKind::Query(query, _) => {
+                matches!(query, Query::Spawn | Query::Contribute | Query::UnshadowedLight)
+            }
+            _ => false,
+        };
+        Self::asking(Query::OwnShade, method, prefix, (may_ask, color))
+    }
+
+    /// Returns the method as an answer, if it asks a host only for what it may, and has its inputs.
+    fn asking(
+        query: Query,
+        method: &Arc<LinkedMethod>,
+        prefix: &'static str,
+        (may_ask, results): (fn(&OpKind) -> bool, &'static [&'static str]),
+    ) -> Option<SurfaceMethod> {
         let mut is_plain = true;
         method.function.body.for_each_op(&mut |op| {
-            is_plain &= !asks_host(&op.kind) || op.kind == OpKind::Rand;
+            is_plain &= !asks_host(&op.kind) || may_ask(&op.kind);
         });
         let has_inputs = method.reads.iter().all(|variable| input(query, variable).is_some());
-        (is_plain && has_inputs).then(|| SurfaceMethod { prefix, method: method.clone() })
+        (is_plain && has_inputs).then(|| SurfaceMethod { prefix, method: method.clone(), results })
     }
 }
 
@@ -165,6 +215,13 @@ impl Linker {
                     Ok(Some(vec![code.drawn_number(sampler)?]))
                 }
                 (None, _) => Ok(None),
+            },
+            OpKind::LightCount => match links.linked_lights() {
+                Some((lights, _)) => {
+                    let count = Constant::I32(lights.entries.len() as i32);
+                    Ok(Some(vec![self.constant(to, count)?]))
+                }
+                None => Ok(None),
             },
             OpKind::Query(query, operands) => match links.answers.get(query) {
                 None => {
@@ -200,17 +257,19 @@ impl Linker {
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }
-            Query::Contribute => match (links.contributions, &links.search) {
-                (Contributions::Kept, _) => {
-                    self.keep_contribution(operands, to)?;
-                    Ok(Some(Vec::new()))
-                }
-                (Contributions::Searched, Some(search)) if site.is_root => {
-                    self.add_light_at_once(site.tree, &search.links, operands, to)?;
-                    Ok(Some(Vec::new()))
-                }
-                _ => Ok(None),
-            },
+            Query::Contribute => self.contribute(site.tree, links, operands, to).map(Some),
+            Query::Spawn => {
+                self.spawn(operands, to)?;
+                Ok(Some(Vec::new()))
+            }
+            Query::UnshadowedLight => {
+                let Some((lights, sampler)) = links.linked_lights() else { return Ok(None) };
+                let Some(call) = self.shade_call(to)? else { return Ok(None) };
+                let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+                let of = (&call.surface, call.begin_light_sample(code)?);
+                let of_scene = (&**lights, sampler);
+                Ok(Some(self.light_with_limit(site, of_scene, of, operands, to)?))
+            }
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
             Query::LightPdf => {
                 let selection = links.lights.iter().find_map(|lights| {
@@ -232,6 +291,40 @@ impl Linker {
         }
     }
 
+    /// Adds light to the radiance of a path, if nothing is on its ray.
+    fn contribute(
+        &mut self,
+        tree: &ClassTree,
+        links: &SurfaceLinks,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let mut contribution = operands.to_vec();
+        if let Some(call) = self.shade_call(to)? {
+            let [ox, oy, oz, dx, dy, dz, _, color @ ..] = operands else { unreachable!() };
+            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+            let origin = code.leave(&call.surface, [*ox, *oy, *oz], [*dx, *dy, *dz])?;
+            contribution[..3].copy_from_slice(&origin);
+            // Light that is a part of the colour is weighted with it.
+            if links.material.is_none_or(|it| it.adds_to_path) {
+                let weighted =
+                    code.each(|it, channel| it.multiply(call.weight[channel], color[channel]))?;
+                contribution[7..].copy_from_slice(&weighted);
+            }
+        }
+        match (links.contributions, &links.search) {
+            (Contributions::Kept, _) => self.keep_contribution(&contribution, to)?,
+            (Contributions::Searched, Some(search)) => {
+                self.add_light_at_once(tree, &search.links, &contribution, to)?;
+            }
+            _ => {
+                let kind = OpKind::Query(Query::Contribute, contribution);
+                self.emit(to, kind, &[], false)?;
+            }
+        }
+        Ok(Vec::new())
+    }
+
     /// Copies the body of a method that answers a query.
     fn surface_method(
         &mut self,
@@ -241,21 +334,30 @@ impl Linker {
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let SurfaceMethod { prefix, method } = callee;
+        let SurfaceMethod { prefix, method, results } = callee;
         let overrides = self.inputs((caller, links), query, &method.reads, operands, to)?;
+        if query == Query::OwnShade {
+            let properties = self.properties(caller, links, operands, to)?;
+            self.shade_call = Some(self.begin_shade_call(operands, &properties, to)?);
+        }
         // The scratch of a call is zero when it begins, and no one reads it afterwards.
         let scratch = self.scratch.replace(Vec::new());
         if let Some(sampler) = links.sampler.filter(|_| method.draws_numbers()) {
             let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-            let key = code.begin_sequence(Purpose::MaterialCall)?;
+            let key = match code.linker.shade_call {
+                Some(call) => call.key_of_rand(code)?,
+                None => code.begin_sequence(Purpose::MaterialCall)?,
+            };
             self.begin_numbers(key, sampler, to)?;
         }
         let set = self.copy_method(caller, prefix, method, overrides, to);
         self.copied_numbers = None;
+        self.shade_call = None;
         self.scratch = scratch;
         let set = set?;
+        let wanted = outputs(results);
         let mut results = Vec::new();
-        for (variable, component) in outputs(query) {
+        for (variable, component) in wanted {
             let wanted = StateComponent { variable: variable.index, component };
             results.push(match find_override(&set, wanted) {
                 Some(value) => value,
@@ -411,17 +513,21 @@ pub(super) fn first_of(groups: impl Iterator<Item = rtsl_ir::Scalars>, name: &st
     groups.take_while(|(group, ..)| *group != name).map(|(_, _, count)| count as usize).sum()
 }
 
-/// Returns the components of state that are the results of a query.
-fn outputs(query: Query) -> impl Iterator<Item = (&'static StateVariable, u32)> {
-    let names: &[&str] = match query {
+/// Returns the components of these state variables.
+fn outputs(names: &[&str]) -> impl Iterator<Item = (&'static StateVariable, u32)> {
+    let variables = names.iter().filter_map(|name| lookup_state(name));
+    variables.flat_map(|it| (0..it.ty.components()).map(move |component| (it, component)))
+}
+
+/// Returns the names of the state that is the result of a query.
+fn results_of(query: Query) -> &'static [&'static str] {
+    match query {
         Query::Emission | Query::LightEmission => &["rt_EmissionColor"],
         Query::Bsdf => &["rt_BSDFValue"],
         Query::BsdfPdf => &["rt_PDF"],
         Query::SampleBsdf => &["rt_LightDirection", "rt_BSDFValue", "rt_PDF", "rt_RelativeIndex"],
         _ => &[],
-    };
-    let variables = names.iter().filter_map(|name| lookup_state(name));
-    variables.flat_map(|it| (0..it.ty.components()).map(move |component| (it, component)))
+    }
 }
 
 #[cfg(test)]
@@ -435,7 +541,7 @@ mod tests {
         for query in
             [Query::Emission, Query::LightEmission, Query::Bsdf, Query::BsdfPdf, Query::SampleBsdf]
         {
-            assert_eq!(outputs(query).count(), query.result_scalars().count(), "{query:?}");
+            assert_eq!(outputs(results_of(query)).count(), query.result_scalars().count(), "{query:?}");
         }
     }
 

@@ -18,7 +18,7 @@ use super::kernel_description::describe_kernel;
 use crate::codegen::callback::Callback;
 use crate::codegen::emit::EmitRequest;
 use crate::codegen::kernel::Kernel;
-use crate::codegen::kernel_compiler::{KernelCompiler, ray_direction};
+use crate::codegen::kernel_compiler::{KernelCompiler, Light, ray_direction};
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::options::Math;
 use crate::codegen::packet_kernel::PacketKernel;
@@ -61,11 +61,16 @@ pub struct Program {
     tree: ClassTree,
     variables: TreeVariables,
     layout: Layout,
-    methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
+    methods: MethodTable,
+    /// The methods that defer light: see [`Program::deferring_method`].
+    deferring: MethodTable,
     kernels: KernelCache,
     callbacks: Mutex<BTreeMap<Callback, CompiledCallback>>,
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
+
+/// Linked methods, each from its first use on.
+type MethodTable = BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>;
 
 /// An affine map from the space of rays into object space: the images of the three axes, then that of the origin.
 pub type Placement = [f32; PLACEMENT_SCALARS as usize];
@@ -74,10 +79,24 @@ impl Program {
     pub(crate) fn new(compiler: Arc<KernelCompiler>, tree: ClassTree) -> Program {
         let variables = tree.variables();
         let layout = variables.layout();
-        let methods = methods_of(&tree).into_iter().map(|it| (it, OnceLock::new())).collect();
+        let methods: MethodTable =
+            methods_of(&tree).into_iter().map(|it| (it, OnceLock::new())).collect();
+        let deferring = [Method::Radiance, Method::Shade].into_iter();
+        let deferring = deferring.filter(|it| methods.contains_key(it));
+        let deferring = deferring.map(|it| (it, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
         let callbacks = Mutex::default();
-        Program { compiler, tree, variables, layout, methods, kernels, callbacks, elements }
+        Program {
+            compiler,
+            tree,
+            variables,
+            layout,
+            methods,
+            deferring,
+            kernels,
+            callbacks,
+            elements,
+        }
     }
 
     /// The class.
@@ -285,7 +304,21 @@ impl Program {
         let Some(cell) = self.methods.get(&method) else {
             return Err(errors::missing_method(self.class(), method));
         };
-        cell.get_or_init(|| self.compiler.link(&self.tree, method).map(Arc::new)).clone()
+        cell.get_or_init(|| self.compiler.link(&self.tree, method, Light::Awaited).map(Arc::new))
+            .clone()
+    }
+
+    /// Returns `radiance` or `shade` for a renderer that follows traced rays, and finds out what blocks light, once the
+    /// method has ended. Where the colour is not affine in such light, the method waits for it as it is written.
+    ///
+    /// # Errors
+    /// As for [`Program::method`].
+    pub fn deferring_method(&self, method: Method) -> Result<Arc<LinkedMethod>, Diagnostic> {
+        let Some(cell) = self.deferring.get(&method) else {
+            return Err(errors::missing_method(self.class(), method));
+        };
+        cell.get_or_init(|| self.compiler.link(&self.tree, method, Light::Deferred).map(Arc::new))
+            .clone()
     }
 
     /// Refuses a method that asks the scene, for `hosts` that can't answer.
@@ -382,9 +415,24 @@ impl Program {
         method: Method,
         variant: impl Into<Variant>,
     ) -> Result<Kernel, Diagnostic> {
-        let linked = self.method(method)?;
-        let variant = self.canonical(&linked, variant.into());
-        let function = self.specialise(&linked, &variant);
+        self.interpreted(&*self.method(method)?, variant.into())
+    }
+
+    /// Returns such a kernel of a [deferring method](Program::deferring_method).
+    ///
+    /// # Errors
+    /// As for [`Program::interpreted_kernel`].
+    pub fn interpreted_deferring_kernel(
+        &self,
+        method: Method,
+        variant: impl Into<Variant>,
+    ) -> Result<Kernel, Diagnostic> {
+        self.interpreted(&*self.deferring_method(method)?, variant.into())
+    }
+
+    fn interpreted(&self, linked: &LinkedMethod, variant: Variant) -> Result<Kernel, Diagnostic> {
+        let variant = self.canonical(linked, variant);
+        let function = self.specialise(linked, &variant);
         let layout = variant.layout(&self.layout);
         self.compiler.interpreted(KernelSource::new(&function, &variant, &layout, self.width()))
     }

@@ -76,7 +76,6 @@ pub(crate) struct LinkedLights {
     layouts: Vec<Layout>,
     /// The data of each light, then what all share.
     pub blocks: Vec<InstanceBlock>,
-    has_indices: bool,
 }
 
 impl LinkedLights {
@@ -102,7 +101,6 @@ impl LinkedLights {
             selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights(), values));
         let entries = lights.entries.clone().filter(|_| is_sampled).unwrap_or_default();
         let entry_classes = light_classes(&parts, &entries, values);
-        let has_indices = lights.entries.is_some() && is_sampled;
         let programs = parts.iter().flat_map(|part| part.programs.iter().cloned()).collect();
         let (layouts, mut blocks): (Vec<_>, Vec<_>) =
             parts.into_iter().map(|part| (part.layout, part.block)).unzip();
@@ -113,15 +111,16 @@ impl LinkedLights {
             skies: lights.skies.clone(),
             selection: lights.selection.clone(),
             classes,
+            has_entries: lights.entries.is_some() && is_sampled,
             entries,
             entry_classes,
         };
-        Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks, has_indices })
+        Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks })
     }
 
     /// True if the lights that materials name by their indices are linked.
     pub fn has_indices(&self) -> bool {
-        self.has_indices
+        self.links.has_entries
     }
 
     /// True if the lights have the same code, whatever their data.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
-use rtsl_ir::{Function, Scalar, Variable, VariableKind};
+use rtsl_ir::{Function, Query, Scalar, Variable, VariableKind};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
@@ -15,18 +15,23 @@ use super::camera_program::CameraProgram;
 use super::program::Program;
 use super::searched_scene::SearchedScene;
 use super::stage_lights::{LinkedLights, StageLights};
-use super::surface_class::{SurfaceClass, SurfaceObject, add_part, no_surface};
+use super::surface_class::{SurfaceClass, SurfaceObject, add_part, no_surface, own_shade};
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
 use crate::link::contribution::{CONTRIBUTION_SCALARS, Contributions, contribution_column};
-use crate::link::indexed_lights::{SHADED_SCALARS, SHADOW_LIMIT, link_lights, shaded_column};
+use crate::link::indexed_lights::{SHADOW_LIMIT, link_lights};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
-use crate::link::stage::{DEPTH_COLUMN, RAY_TYPE_COLUMN, SurfaceLinks, TIME_COLUMN, link_stage};
+use crate::link::shade_call::{SHADE_WEIGHT_COLUMNS, SHADED_SCALARS, shaded_column};
+use crate::link::spawning::{CHILDREN_COLUMN, MAX_SPAWNS, Places, SPAWN_SCALARS, spawn_column};
+use crate::link::stage::{
+    Answer, DEPTH_COLUMN, MaterialStages, RAY_TYPE_COLUMN, SurfaceLinks, SurfaceMethod,
+    TIME_COLUMN, link_stage,
+};
 use crate::link::stage_search::{LIT_COLUMNS, SHADOW_RAYS_COLUMN, StageSearch};
 use crate::{errors, nesting};
 
@@ -52,6 +57,10 @@ pub struct StagedProgram {
     search: Option<Arc<StageSearch>>,
     /// The camera, if stages follow its rays.
     camera: Option<Arc<CameraProgram>>,
+    /// The method, if it is one of materials.
+    material: Option<MaterialStages>,
+    /// True if a path asks for the own colour of one surface at most after each search.
+    shades_once: bool,
     values: ParameterValues,
 }
 
@@ -71,6 +80,7 @@ struct Parts {
     lights: Option<LinkedLights>,
     searched: Option<Arc<SearchedScene>>,
     camera: Option<Arc<CameraProgram>>,
+    material: Option<MaterialStages>,
     values: ParameterValues,
 }
 
@@ -125,30 +135,37 @@ impl StagedProgram {
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
         let StageScene { lights, searched, camera } = scene;
-        let radiance = program.method(Method::Radiance)?;
+        let radiance = program.deferring_method(Method::Radiance)?;
         let lights = LinkedLights::new(lights, values);
-        let parts = Parts { sampler, lights, searched, camera, values };
+        let parts = Parts { sampler, lights, searched, camera, material: None, values };
         StagedProgram::split(program, Method::Radiance, &radiance.function, parts)
     }
 
     /// Splits a method of a material that computes a colour, [`Method::Shade`] or [`Method::Emission`]. Its stages
-    /// store the colour only. `values` are those of the materials.
+    /// store the colour only; of `shade` that [defers](Program::deferring_method) light, its own part of it. `values` are
+    /// those of the materials.
     ///
     /// # Errors
     /// If the class has no such method, linking passes a limit, or splitting does.
     pub fn of_material(
         program: &Arc<Program>,
-        method: Method,
+        (method, defers): (Method, bool),
         sampler: Sampler,
         values: ParameterValues,
     ) -> Result<StagedProgram, Diagnostic> {
-        let mut function = Function::clone(&program.method(method)?.function);
+        let linked = match (method, defers) {
+            (Method::Shade, true) => program.deferring_method(method)?,
+            _ => program.method(method)?,
+        };
+        let adds_to_path = defers && !linked.waits();
+        let mut function = Function::clone(&linked.function);
         let variables = function.variables.clone();
         function.outputs.retain(|output| {
             let Variable { kind, name, .. } = &variables[output.variable.0 as usize];
             *kind == VariableKind::State && COLORS.contains(&name.as_str())
         });
-        let parts = Parts { sampler, lights: None, searched: None, camera: None, values };
+        let material = Some(MaterialStages { adds_to_path });
+        let parts = Parts { sampler, lights: None, searched: None, camera: None, material, values };
         StagedProgram::split(program, method, &function, parts)
     }
 
@@ -172,7 +189,8 @@ impl StagedProgram {
         let stages =
             Stages { name: "illuminance".to_owned(), slots: Vec::new(), stages: vec![stage] };
         let lights = Some(lights);
-        let parts = Parts { sampler, lights, searched: None, camera: None, values };
+        let parts =
+            Parts { sampler, lights, searched: None, camera: None, material: None, values };
         Some(StagedProgram::with_stages(program, Method::Illumination, stages, parts))
     }
 
@@ -184,14 +202,16 @@ impl StagedProgram {
     ) -> Result<StagedProgram, Diagnostic> {
         let stages = nesting::with_deep_stack(|| rtsl_stages::split(function));
         let stages = stages.map_err(|error| errors::splitting(&function.name, &error))?;
-        Ok(StagedProgram::with_stages(program, method, stages, parts))
+        let shades_once = Places::of(Query::OwnShade, function, None).can_be_kept(1);
+        let program = StagedProgram::with_stages(program, method, stages, parts);
+        Ok(StagedProgram { shades_once, ..program })
     }
 
     fn with_stages(
         program: &Arc<Program>,
         method: Method,
         stages: Stages,
-        Parts { sampler, lights, searched, camera, values }: Parts,
+        Parts { sampler, lights, searched, camera, material, values }: Parts,
     ) -> StagedProgram {
         let mut layout = program.layout().clone();
         let shared = shared_columns();
@@ -216,8 +236,34 @@ impl StagedProgram {
             searched,
             search,
             camera,
+            material,
+            shades_once: false,
             values,
         }
+    }
+
+    /// True if the light of lights is added to the radiance of the path that asks a material's method for its colour,
+    /// instead of the colour.
+    pub fn adds_to_path(&self) -> bool {
+        self.material.is_some_and(|material| material.adds_to_path)
+    }
+
+    /// True if the integrator asks for the own colours of shaded surfaces.
+    fn asks_own_shade(&self) -> bool {
+        let asks = |stage: &Stage| stage.function.body.asks(|query| query == Query::OwnShade);
+        self.stages.stages.iter().any(asks)
+    }
+
+    /// True if a host is asked for the own colours of surfaces with these materials, which may be their shapes.
+    pub fn asks_own_shade_of(&self, material: &Program, is_own_material: bool) -> bool {
+        self.asks_own_shade() && self.inlined_shade(material, is_own_material).is_none()
+    }
+
+    /// Returns the method of materials that becomes part of the stages that ask for own colours of their surfaces.
+    fn inlined_shade(&self, material: &Program, is_own_material: bool) -> Option<SurfaceMethod> {
+        let method = own_shade(material, is_own_material).filter(|_| self.shades_once)?;
+        let is_lit = self.lights.as_ref().is_some_and(LinkedLights::has_indices);
+        (is_lit || !method.method.asks(Query::UnshadowedLight)).then_some(method)
     }
 
     /// The camera; `None` if the paths do not begin with its rays.
@@ -336,6 +382,25 @@ impl StagedProgram {
     /// direction and the length of a ray, and the colour that arrives if nothing is on it.
     pub fn contribution_arrays(&self) -> [usize; CONTRIBUTION_SCALARS] {
         std::array::from_fn(|index| self.layout.scratch[&contribution_column(index)] as usize)
+    }
+
+    /// The scratch arrays with the factor of the light that a material's method defers.
+    pub fn shade_weight_arrays(&self) -> [usize; 3] {
+        SHADE_WEIGHT_COLUMNS.map(|column| self.layout.scratch[column] as usize)
+    }
+
+    /// The scratch arrays with the paths that a stage spawns at each of a few places: the ray's origin, direction and
+    /// limit, the product of the weights from the camera on, the greatest weight, which is 0 without a path, the key of
+    /// the path's sequences, and the number of surfaces that its parent has met before the one that is shaded.
+    pub fn spawn_arrays(&self) -> [[usize; SPAWN_SCALARS]; MAX_SPAWNS] {
+        std::array::from_fn(|place| {
+            std::array::from_fn(|index| self.layout.scratch[&spawn_column(place, index)] as usize)
+        })
+    }
+
+    /// The scratch array that counts the rays that a path has spawned.
+    pub fn children_array(&self) -> usize {
+        self.layout.scratch[CHILDREN_COLUMN] as usize
     }
 
     /// The scratch array with the group of the surface that [a search](crate::SearchedScene) has found, which hosts
@@ -469,17 +534,36 @@ impl StagedProgram {
         let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.
         let found = (stage.surface == Surface::Answer).then_some(surface.is_some());
+        let asks_own_shade = self.asks_own_shade();
         let links = match surface {
-            Some(class) => class.links(found, may_draw),
+            Some(class) => {
+                let asks = asks_own_shade.then_some(class);
+                let shade = asks.and_then(|it| self.inlined_shade(&it.material, it.is_own_material));
+                class.links(found, may_draw, shade)
+            }
             None if self.method == Method::Radiance => no_surface(found),
             // A material is linked with no surface that it finds: renderers prepare them.
             None => SurfaceLinks::default(),
         };
+        let inlined = links.answers.get(&Query::OwnShade).and_then(Answer::method);
+        let inlined = inlined.map(|method| &*method.function);
+        let places = |query: Query| Places::of(query, &stage.function, inlined);
+        // What hosts call adds light and spawns paths in between.
+        let asks_host = inlined.is_none()
+            && surface.is_some()
+            && stage.function.body.asks(|query| query == Query::OwnShade);
+        let contributions = match asks_host {
+            true => Contributions::Requested,
+            false => Contributions::of(places(Query::Contribute)),
+        };
+        let keeps_spawns = !asks_host && places(Query::Spawn).can_be_kept(MAX_SPAWNS);
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
             follows_search: stage.resumed_by == ResumedBy::NearestHit,
-            contributions: Contributions::of(&stage.function),
+            material: self.material,
+            keeps_spawns,
+            contributions,
             search: self.search.clone(),
             ..links
         };
@@ -530,7 +614,7 @@ pub(crate) fn may_draw(requests: &[StageRequest]) -> bool {
 }
 
 /// The names of the scratch arrays with properties of paths.
-pub(crate) const PATH_COLUMNS: [&str; 20] = [
+pub(crate) const PATH_COLUMNS: [&str; 21] = [
     TIME_COLUMN,
     DEPTH_COLUMN,
     RAY_TYPE_COLUMN,
@@ -539,6 +623,7 @@ pub(crate) const PATH_COLUMNS: [&str; 20] = [
     Purpose::LightSample.column(),
     Purpose::MaterialCall.column(),
     DRAWN_COLUMN,
+    CHILDREN_COLUMN,
     GROUP_COLUMN,
     SURFACE_COLUMN,
     SEARCHES_COLUMN,
@@ -571,7 +656,11 @@ fn shared_columns() -> Vec<String> {
     let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
     let properties = (0..property_count()).map(property_column);
     let shaded = (0..SHADED_SCALARS).map(shaded_column);
-    ports.chain(own).chain(contribution).chain(properties).chain(shaded).collect()
+    let weight = SHADE_WEIGHT_COLUMNS.map(str::to_owned);
+    let spawns = (0..MAX_SPAWNS)
+        .flat_map(|place| (0..SPAWN_SCALARS).map(move |index| spawn_column(place, index)));
+    let of_stage = contribution.chain(spawns).chain(properties).chain(shaded).chain(weight);
+    ports.chain(own).chain(of_stage).collect()
 }
 
 /// Returns the blocks of parts as one, in their order.

@@ -185,7 +185,7 @@ impl SurfaceClass {
         let of_material = methods.into_iter().map(|method| self.material.method(method));
         let of_emitter = self.emitter.iter().map(|emitter| emitter.method(Method::Emission));
         let mut drawing = of_material.chain(of_emitter).flatten().filter(|it| it.draws_numbers());
-        let answers = self.links(None, true).answers;
+        let answers = self.links(None, true, None).answers;
         drawing.all(|method| {
             let mut linked = answers.values().filter_map(Answer::method);
             linked.any(|linked| Arc::ptr_eq(linked, &method))
@@ -193,8 +193,13 @@ impl SurfaceClass {
     }
 
     /// Returns the answers to queries about such surfaces that need no host. Methods that draw random numbers are among
-    /// them if they `may_draw`.
-    pub(crate) fn links(&self, found: Option<bool>, may_draw: bool) -> SurfaceLinks {
+    /// them if they `may_draw`; `shade` computes the own colours of shaded surfaces, if it is linked.
+    pub(crate) fn links(
+        &self,
+        found: Option<bool>,
+        may_draw: bool,
+        shade: Option<SurfaceMethod>,
+    ) -> SurfaceLinks {
         let mut answers = BTreeMap::new();
         self.link_emission(&mut answers);
         self.link_scattering(&mut answers);
@@ -215,6 +220,7 @@ impl SurfaceClass {
             let draws = |answer: &Answer| answer.method().is_some_and(|it| it.draws_numbers());
             answers.retain(|_, answer| !draws(answer));
         }
+        answers.extend(shade.map(|method| (Query::OwnShade, Answer::Method(method))));
         let shape = self.shape.as_ref().map(|shape| shape.links.clone());
         SurfaceLinks { answers, found, shape, ..SurfaceLinks::default() }
     }
@@ -272,6 +278,18 @@ impl SurfaceClass {
             insert(answers, query, method, MATERIAL);
         }
     }
+}
+
+/// Returns the method that computes the own colours of shaded surfaces, if it may be part of stages: `shade` that waits
+/// for nothing, or `emission` of materials without. It adds the light of lights to the radiance of paths, and spawns
+/// their rays.
+pub(crate) fn own_shade(material: &Program, is_own_material: bool) -> Option<SurfaceMethod> {
+    let (method, color): (_, &[&str]) = match material.has(Method::Shade) {
+        true => (material.deferring_method(Method::Shade).ok()?, &["rt_SampleColor"]),
+        false => (material.method(Method::Emission).ok()?, &["rt_EmissionColor"]),
+    };
+    let reads_shape = is_own_material && method.reads_scratch;
+    if reads_shape { None } else { SurfaceMethod::shading(&method, MATERIAL, color) }
 }
 
 impl ShapeObject {

@@ -64,6 +64,7 @@ impl Evaluation {
             free: &Default::default(),
             depth: 0,
             notes_suspects: false,
+            is_of_stages: false,
         };
         let (mask, accepted) = (None, None);
         let instances = Instances::One(&integrator.block);

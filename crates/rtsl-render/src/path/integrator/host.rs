@@ -16,6 +16,7 @@ use super::super::shadow_rays::ShadowRay;
 use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use super::numbers::{PathNumbers, Purpose, pairs, singles};
 use super::shaded_surface::ShadedSurface;
+use super::spawned_paths::{SpawnedPath, greatest_weight};
 use super::suspect::Suspect;
 use super::tracing::{IntegratorMemory, MAX_DEPTH};
 use crate::statistics::RayCounts;
@@ -34,11 +35,17 @@ pub struct RayOfCall {
     /// The distance and the object of the first surface that was found; `None` if there was no search yet, or no hit.
     pub first_hit: Option<(f32, f32)>,
     /// The number of searches.
-    searches: u32,
+    pub searches: u32,
     /// The first method whose values were not finite.
     pub suspect: Option<Suspect>,
     /// The surface that a material shades; its rays leave it.
     pub surface: Option<ShadedSurface>,
+    /// The weight of its radiance.
+    pub throughput: [f32; 3],
+    /// The factor of the light that a method defers which shades a surface for the ray; else 1.
+    pub weight: [f32; 3],
+    /// True if light of lights is multiplied by this factor, too.
+    pub weighs_light: bool,
     /// A bound of the weight of its radiance in the pixel.
     pub importance: f32,
     /// True if it received light that was not finite, whose cause was reported.
@@ -56,6 +63,9 @@ impl RayOfCall {
             searches: 0,
             suspect: None,
             surface: None,
+            throughput: [1.0; 3],
+            weight: [1.0; 3],
+            weighs_light: false,
             importance: 1.0,
             is_spoilt: false,
         }
@@ -65,6 +75,7 @@ impl RayOfCall {
     pub fn of_path(path: &Path) -> RayOfCall {
         RayOfCall {
             importance: path.importance,
+            throughput: path.throughput,
             ..RayOfCall::new(path.key, path.sample, path.time)
         }
     }
@@ -112,6 +123,28 @@ impl RayOfCall {
             importance,
             ..Path::NOWHERE
         })
+    }
+
+    /// Returns the path of a ray that a method spawns with this weight, given the index and the depth of its parent.
+    pub fn spawn(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        (limit, weight): (f32, [f32; 3]),
+        (parent, depth): (u32, u32),
+    ) -> SpawnedPath {
+        let weight = [0, 1, 2].map(|channel: usize| self.weight[channel] * weight[channel]);
+        SpawnedPath {
+            parent,
+            depth: depth + 1,
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            limit,
+            throughput: [0, 1, 2].map(|channel| self.throughput[channel] * weight[channel]),
+            importance: self.importance * greatest_weight(weight),
+            key: self.numbers.begin_child(),
+            time: self.time,
+            sample: self.numbers.sample,
+        }
     }
 
     /// Returns a ray that asks whether anything is on it, with 0 as its path.
@@ -170,6 +203,11 @@ pub fn is_traced(importance: f32, cutoff: f32) -> bool {
     !is_left_out
 }
 
+/// True if a spawned path is followed, which the cutoff and weights of 0 prevent.
+pub fn is_followed(importance: f32, cutoff: f32) -> bool {
+    is_traced(importance, cutoff) && importance != 0.0
+}
+
 /// Returns distance and object of a surface that a ray with this direction hits at a parameter.
 pub fn first_hit(direction: [f32; 3], (parameter, object): (f32, u32)) -> (f32, f32) {
     (parameter * dot(direction, direction).sqrt(), object as f32)
@@ -190,6 +228,8 @@ pub struct SceneHost<'a> {
     pub depth: u32,
     /// True if methods whose values are not finite are noted: stages do not ask for all values.
     pub notes_suspects: bool,
+    /// True if stages ask, whose contributions begin off surfaces already.
+    pub is_of_stages: bool,
 }
 
 impl Host for SceneHost<'_> {
@@ -269,15 +309,16 @@ impl Host for SceneHost<'_> {
             | Query::Bsdf
             | Query::BsdfPdf
             | Query::SampleBsdf
-            | Query::Shade => self.ask_surfaces(lanes, query, operands, results),
+            | Query::Shade
+            | Query::OwnShade => self.ask_surfaces(lanes, query, operands, results),
             Query::SampleLight => self.sample_lights(lanes, operands, results),
             Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
             Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
             Query::Contribute => self.contribute(lanes, operands),
             Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
-            Query::Spawn | Query::OwnShade | Query::UnshadowedLight => {
-                unreachable!("only deferring methods ask this")
-            }
+            Query::Spawn => self.spawn(lanes, operands),
+            Query::SpawnPath => self.spawn_paths(lanes, operands),
+            Query::UnshadowedLight => self.sample_unshadowed(lanes, operands, results),
         }
         if self.notes_suspects {
             self.note_suspects(lanes, (query, operands, results));
@@ -322,15 +363,23 @@ impl SceneHost<'_> {
     /// Notes contributions, which are added if nothing blocks them once their rays are traced.
     fn contribute(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
         for lane in lanes.iter() {
-            let color = vector(operands, 7, lane);
+            let ray = self.ray_of(lanes, lane);
+            let ray = &mut self.rays[ray];
+            let (mut origin, direction) = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let mut color = vector(operands, 7, lane);
+            if !self.is_of_stages {
+                origin = ray.origin_off_surface(origin, direction);
+                if ray.weighs_light {
+                    (0..3).for_each(|channel| color[channel] *= ray.weight[channel]);
+                }
+            }
             if color == [0.0; 3] {
                 continue;
             }
-            let ray = self.ray_of(lanes, lane);
-            let RayOfCall { numbers, time, .. } = &mut self.rays[ray];
+            let RayOfCall { numbers, time, .. } = ray;
             self.queries.shadow_rays.push(&ShadowRay {
-                origin: vector(operands, 0, lane),
-                direction: vector(operands, 3, lane),
+                origin,
+                direction,
                 distance: number(operands, 6, lane),
                 time: *time,
                 color,
@@ -338,6 +387,45 @@ impl SceneHost<'_> {
                 key: numbers.begin(Purpose::ShadowRay),
                 sample: numbers.sample,
             });
+        }
+    }
+
+    /// Notes the paths of rays that a method spawns.
+    fn spawn(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let index = self.ray_of(lanes, lane);
+            let ends = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let (limit, weight) = (number(operands, 6, lane), vector(operands, 7, lane));
+            let parent = (index as u32, self.depth);
+            let path = self.rays[index].spawn(ends, (limit, weight), parent);
+            self.follow(&path);
+        }
+    }
+
+    /// Notes paths that stages have made of rays.
+    fn spawn_paths(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let index = self.ray_of(lanes, lane);
+            let RayOfCall { importance, time, numbers, .. } = &self.rays[index];
+            let path = SpawnedPath {
+                parent: index as u32,
+                depth: self.depth + 1 + operands[12][lane],
+                origin: vector(operands, 0, lane),
+                direction: vector(operands, 3, lane),
+                limit: number(operands, 6, lane),
+                throughput: vector(operands, 7, lane),
+                importance: importance * number(operands, 10, lane),
+                key: operands[11][lane],
+                time: *time,
+                sample: numbers.sample,
+            };
+            self.follow(&path);
+        }
+    }
+
+    fn follow(&mut self, path: &SpawnedPath) {
+        if is_followed(path.importance, self.tracer.scene.compiled.settings.cutoff) {
+            self.queries.spawned.push(path);
         }
     }
 

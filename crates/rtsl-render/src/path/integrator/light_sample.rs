@@ -1,6 +1,6 @@
 //! Samples of a light that a material names by its index, each with a shadow ray.
 
-use rtsl::host::{LaneFloats, LaneSet, LightLanes, LightQueryLanes};
+use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, ResumedBy};
 use rtsl_math::{SIMD_LANES, dot};
 
@@ -132,6 +132,36 @@ impl SceneHost<'_> {
             reached |= 1 << lane;
         }
         reached
+    }
+}
+
+impl SceneHost<'_> {
+    /// Samples lights by their indices, whether anything blocks them or not.
+    pub fn sample_unshadowed(
+        &mut self,
+        lanes: LaneSet,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        if self.tracer.scene.lights.is_empty() {
+            return;
+        }
+        let point = |lane: usize| {
+            let operands = std::array::from_fn(|index| operands[index][lane]);
+            LightPoint::new(self.ray_of(lanes, lane) as u32, &operands)
+        };
+        let points: Vec<LightPoint> = lanes.iter().map(point).collect();
+        self.tracer.load_samples(&points, (self.rays, self.queries));
+        let batch = &self.queries.batch;
+        for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, self.tracer.scene) {
+                let limit = batch.light.distance[place].to_bits();
+                let [_, light @ ..] = LightAtPoint::answer(&Some(sample));
+                let words = [1].into_iter().chain(light).chain([limit]);
+                results.iter_mut().zip(words).for_each(|(result, word)| result[lane] = word);
+            }
+        }
     }
 }
 

@@ -13,6 +13,7 @@
 //! of one surface are stratified over the samples of a pixel, whatever the surfaces before it have asked.
 
 mod evaluation;
+mod following;
 mod host;
 mod light;
 mod light_sample;
@@ -20,6 +21,7 @@ mod numbers;
 mod output_columns;
 mod shaded_surface;
 mod shading;
+mod spawned_paths;
 mod staged;
 mod surface;
 mod suspect;
@@ -39,6 +41,7 @@ use output_columns::{OutputColumn, output_columns};
 
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
+pub use spawned_paths::SpawnedPaths;
 pub use staged::{BlockSizes, StageParts, StagedMethod, Surface, searched_objects, stage_lights};
 pub use tracing::IntegratorMemory;
 
@@ -52,8 +55,10 @@ pub struct Integrator {
     block: InstanceBlock,
     /// The columns of the components of kept outputs.
     outputs: Vec<OutputColumn>,
-    /// True if it calls `shade` of materials.
+    /// True if it calls `shade` of materials, and waits for all its light.
     pub calls_shade: bool,
+    /// True if it calls `shade` of materials, and takes its light as it comes.
+    pub asks_own_shade: bool,
     /// True if it asks for the emission of materials. Those that have nothing but `shade` emit what it computes.
     pub asks_emission: bool,
     /// True if it samples directions of materials.
@@ -71,10 +76,11 @@ impl Integrator {
         features: &Features,
     ) -> Result<Integrator, Diagnostic> {
         let program = engine.program(instance);
-        let radiance = program.method(Method::Radiance)?;
-        let [calls_shade, asks_emission, scatters] =
-            [Query::Shade, Query::Emission, Query::SampleBsdf].map(|query| radiance.asks(query));
-        let kernel = program.interpreted_kernel(Method::Radiance, CallMode::Packet)?;
+        let radiance = program.deferring_method(Method::Radiance)?;
+        let [calls_shade, asks_own_shade, asks_emission, scatters] =
+            [Query::Shade, Query::OwnShade, Query::Emission, Query::SampleBsdf]
+                .map(|query| radiance.asks(query));
+        let kernel = program.interpreted_deferring_kernel(Method::Radiance, CallMode::Packet)?;
         let outputs = output_columns(&program, features);
         let block = program.block(instance);
         Ok(Integrator {
@@ -83,6 +89,7 @@ impl Integrator {
             block,
             outputs,
             calls_shade,
+            asks_own_shade,
             asks_emission,
             scatters,
             program,

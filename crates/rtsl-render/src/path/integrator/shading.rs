@@ -9,15 +9,18 @@ use rtsl::host::{LaneSet, LaneWords};
 use rtsl::{Instances, LaneBlock, LaneIndices, SURFACE_SCALARS, new_state};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
+use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::rows::{BATCH_LANES, all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::shading_batch::{RayOfSurface, ShadingBatch, set_indices};
-use super::super::shading_methods::ShadingMethod;
+use super::super::shading_methods::{ShadingMethod, ShadingMethods};
+use super::super::shadow_rays::{ShadowRay, ShadowRays};
 use super::super::wavefront::PathHit;
-use super::host::{Further, RayOfCall, SceneHost, store};
-use super::numbers::Purpose;
+use super::host::{Further, RayOfCall, SceneHost, store, vector as operand_vector};
+use super::numbers::{PathNumbers, Purpose};
 use super::shaded_surface::ShadedSurface;
+use super::spawned_paths::SpawnedPaths;
 use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths, Wave};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
@@ -54,6 +57,19 @@ pub struct RayOfShading {
     pub sample: u32,
     /// A bound of the weight of the light in the pixel.
     pub importance: f32,
+    /// The weight of the radiance of the path.
+    pub throughput: [f32; 3],
+    /// The factor of the light that the method defers.
+    pub weight: [f32; 3],
+}
+
+/// Light that methods which shade surfaces have deferred. The paths are the places of their surfaces.
+#[derive(Debug, Default)]
+pub struct DeferredLight {
+    /// The contributions of lights.
+    pub contributions: ShadowRays,
+    /// The paths of rays.
+    pub spawned: SpawnedPaths,
 }
 
 /// The columns with the operands of queries for the light of shaded surfaces.
@@ -63,13 +79,14 @@ impl ShadingRequest {
     /// Returns the request of a ray for the surface at a place; `None` if the scene has no such surface, or it is black.
     pub fn new(
         scene: &BatchScene,
+        methods: &ShadingMethods,
         (operands, place): (&ShadingOperands<'_>, usize),
         ray: RayOfShading,
     ) -> Option<ShadingRequest> {
         let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][place]);
         let hit = scene.hit_of(object, instance, element)?;
         let group = scene.objects[hit.object as usize].group;
-        let method = scene.shading_methods.of_group(group)? as u32;
+        let method = methods.of_group(group)? as u32;
         Some(ShadingRequest { place: place as u32, method, group, hit, ray })
     }
 
@@ -85,17 +102,51 @@ impl ShadingRequest {
 
     /// Returns the state of the call for a host, with this surface.
     fn ray_of_call(&self, surface: ShadedSurface) -> RayOfCall {
-        let RayOfShading { time, key, sample, importance, .. } = self.ray;
-        let mut ray = RayOfCall::new(key, sample, time);
-        ray.importance = importance;
-        ray.surface = Some(surface);
-        ray
+        let RayOfShading { time, key, sample, importance, throughput, weight, .. } = self.ray;
+        let surface = Some(surface);
+        let ray = RayOfCall::new(key, sample, time);
+        RayOfCall { importance, throughput, weight, surface, ..ray }
     }
 }
 
 impl SceneHost<'_> {
     /// Answers queries for the light of shaded surfaces.
     pub fn shade(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
+        let methods = &self.tracer.scene.shading_methods;
+        let weight = |_| [1.0; 3];
+        self.shade_by(methods, lanes, (operands, &weight), results);
+    }
+
+    /// Answers queries for the own colours of shaded surfaces, and takes the light that their methods defer.
+    pub fn own_shade(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
+        let methods = &self.tracer.scene.own_shades;
+        let weight = |lane| operand_vector(operands, SURFACE_SCALARS, lane);
+        let mut light = self.shade_by(methods, lanes, (operands, &weight), results);
+        for index in 0..light.contributions.len() {
+            let lane = light.contributions.paths[index];
+            let ray = self.ray_of(lanes, lane as usize);
+            let PathNumbers { sample, .. } = self.rays[ray].numbers;
+            let key = self.rays[ray].numbers.begin(Purpose::ShadowRay);
+            let path = lanes.base + lane;
+            let contribution = light.contributions.ray(index);
+            self.queries.shadow_rays.push(&ShadowRay { path, key, sample, ..contribution });
+        }
+        let slots = self.slots;
+        let ray_of = |lane: u32| {
+            let index = lanes.base + lane;
+            slots.map_or(index, |slots| slots[index as usize])
+        };
+        self.queries.spawned.append(&mut light.spawned, ray_of);
+    }
+
+    /// Shades surfaces by some methods, given the factor of the light that they defer by lane.
+    fn shade_by(
+        &mut self,
+        methods: &ShadingMethods,
+        lanes: LaneSet,
+        (operands, weight): (&[LaneWords], &dyn Fn(usize) -> [f32; 3]),
+        results: &mut [LaneWords],
+    ) -> DeferredLight {
         let operands: ShadingOperands<'_> = std::array::from_fn(|index| &operands[index][..]);
         let mut requests = Vec::new();
         for lane in lanes.iter() {
@@ -108,13 +159,18 @@ impl SceneHost<'_> {
                 time: ray.time,
                 sample: ray.numbers.sample,
                 importance: ray.importance,
+                throughput: ray.throughput,
+                weight: weight(lane),
             };
-            requests.extend(ShadingRequest::new(self.tracer.scene, (&operands, lane), ray));
+            let scene = self.tracer.scene;
+            requests.extend(ShadingRequest::new(scene, methods, (&operands, lane), ray));
         }
         let further = Further { tracer: &self.tracer, free: self.free };
-        self.queries.rays += further.shade(&operands, &mut requests, |place, color| {
-            store(results, place, &color);
-        });
+        let mut deferred = DeferredLight::default();
+        let mut keep = |place: usize, color: [f32; 3]| store(results, place, &color);
+        let to: (_, &mut dyn FnMut(usize, [f32; 3])) = (&mut deferred, &mut keep);
+        self.queries.rays += further.shade((methods, &operands), &mut requests, to);
+        deferred
     }
 }
 
@@ -122,9 +178,9 @@ impl Further<'_> {
     /// Shades surfaces, and returns the number of rays traced. `store` is called with the place and the light of each.
     pub fn shade(
         &self,
-        operands: &ShadingOperands<'_>,
+        (methods, operands): (&ShadingMethods, &ShadingOperands<'_>),
         requests: &mut [ShadingRequest],
-        mut store: impl FnMut(usize, [f32; 3]),
+        (deferred, store): (&mut DeferredLight, &mut dyn FnMut(usize, [f32; 3])),
     ) -> RayCounts {
         // The order of places keeps what is adjacent in memory adjacent in calls.
         requests.sort_unstable_by_key(|it| (it.method, it.depth(), it.group, it.place));
@@ -135,7 +191,8 @@ impl Further<'_> {
         for requests in requests.chunk_by(is_of_call) {
             colors.clear();
             colors.resize(requests.len(), [0.0; 3]);
-            counts += self.call((operands, requests), &mut colors);
+            let method = methods.method(requests[0].method as usize);
+            counts += self.call((method, operands, requests), &mut colors, deferred);
             for (request, color) in requests.iter().zip(&colors) {
                 store(request.place as usize, *color);
             }
@@ -146,16 +203,17 @@ impl Further<'_> {
     /// Calls one method for surfaces that are sorted by group, at one depth.
     fn call(
         &self,
-        (operands, requests): (&ShadingOperands<'_>, &[ShadingRequest]),
+        (method, operands, requests): (&ShadingMethod, &ShadingOperands<'_>, &[ShadingRequest]),
         colors: &mut [[f32; 3]],
+        deferred: &mut DeferredLight,
     ) -> RayCounts {
-        let method = self.tracer.scene.shading_methods.method(requests[0].method as usize);
         let call = ShadingCall { tracer: *self.tracer, method, operands, requests };
         self.with_memory(|memory| {
             match method.staged() {
                 Some(staged) => call.run_stages(staged, memory, colors),
                 None => call.interpret(memory, colors),
             }
+            call.take_deferred(memory, deferred);
             memory.take_ray_counts()
         })
     }
@@ -182,12 +240,15 @@ impl ShadingCall<'_> {
         let exhausted = RuntimeErrors::default();
         let begun = self.tracer.begin_stages((staged, &exhausted), memory, (count, self.depth()));
         let Some(mut run) = begun else { return };
-        run.wave.begin_weights(run.frames, &staged.columns);
         self.load(staged, &mut run);
         let all = PathSet::all(count);
-        run.run(&all);
+        match self.method.adds_to_path {
+            // It is one stage, whose contributions wait for those of the paths.
+            true => run.call_stage(staged, (0, 0), &all),
+            false => run.run(&all),
+        }
         let sums = (&*run.frames, &staged.columns, self.method.color());
-        Wave::radiance(sums, colors);
+        Wave::colors(sums, colors);
         if !all_finite(colors.as_flattened()) {
             let by_lights = |index: usize| run.wave.rays.get(index).is_some_and(|it| it.is_spoilt);
             let is_spoilt = |index: usize| run.wave.spawning.is_spoilt[index] || by_lights(index);
@@ -208,7 +269,7 @@ impl ShadingCall<'_> {
         self.arrays().for_each(|it| scratch.words_mut(in_stages(it))[..count].fill(0));
         let color = self.method.color();
         (color..color + 3).for_each(|component| state.words_mut(component)[..count].fill(0));
-        let Columns { time, key, sample, shaded, .. } = staged.columns;
+        let Columns { time, key, sample, shaded, weights, shade_weights, .. } = staged.columns;
         let needs_rays = self.tracer.scene.needs_rays(staged);
         for surfaces in self.batches() {
             let batch = &mut *run.queries.batch;
@@ -236,9 +297,27 @@ impl ShadingCall<'_> {
         times.for_each(|(to, ray)| *to = ray.time);
         scratch.words_mut(key).iter_mut().zip(rays()).for_each(|(to, ray)| *to = ray.key);
         scratch.words_mut(sample).iter_mut().zip(rays()).for_each(|(to, ray)| *to = ray.sample);
+        for channel in 0..3 {
+            let factors = scratch.floats_mut(shade_weights[channel]).iter_mut().zip(rays());
+            factors.for_each(|(to, ray)| *to = ray.weight[channel]);
+            let of_paths = scratch.floats_mut(weights[channel]).iter_mut().zip(rays());
+            of_paths.for_each(|(to, ray)| *to = ray.throughput[channel]);
+        }
         let bounds = run.wave.spawning.importance.iter_mut().zip(rays());
         bounds.for_each(|(to, ray)| *to = ray.importance);
         run.wave.objects.extend(self.objects(0..count));
+    }
+
+    /// Takes the light that calls have deferred.
+    fn take_deferred(&self, memory: &mut IntegratorMemory, to: &mut DeferredLight) {
+        let BatchMemory { spawned, shadow_rays, .. } = &mut *memory.queries;
+        let place = |index: u32| self.requests[index as usize].place;
+        to.spawned.append(spawned, place);
+        for index in 0..shadow_rays.len() {
+            let ray = shadow_rays.ray(index);
+            to.contributions.push(&ShadowRay { path: place(ray.path), ..ray });
+        }
+        shadow_rays.clear();
     }
 
     /// Evaluates surfaces again until a method exceeds its loop budget, and reports that: the one that is shaded if no
@@ -285,12 +364,24 @@ impl ShadingCall<'_> {
                 free,
                 depth: self.depth(),
                 notes_suspects: false,
+                is_of_stages: false,
             };
             let instances = Instances::Many(&self.method.objects, &objects);
             let (count, blocks) = (surfaces.len(), (&mut state, &mut scratch));
+            let before = (host.queries.shadow_rays.len(), host.queries.spawned.len());
             self.callee().call_for_first(kernel, count, instances, blocks, None, host);
+            if self.method.adds_to_path {
+                let rays = &mut host.queries.shadow_rays.paths[before.0..];
+                rays.iter_mut().for_each(|path| *path += surfaces.start as u32);
+            } else {
+                host.add_contributions();
+            }
+            let parents = &mut host.queries.spawned.parents[before.1..];
+            parents.iter_mut().for_each(|parent| *parent += surfaces.start as u32);
             for (lane, color) in colors[surfaces].iter_mut().enumerate() {
-                *color = vector(&state, self.method.color(), lane);
+                let own = vector(&state, self.method.color(), lane);
+                let lit = rays[lane].lit;
+                *color = [0, 1, 2].map(|channel| 0.0 + (own[channel] + lit[channel]));
                 self.report_lost(rays[lane].is_spoilt, *color);
             }
         }
@@ -330,7 +421,11 @@ impl ShadingCall<'_> {
         batch: &ShadingBatch,
     ) -> impl Iterator<Item = RayOfCall> {
         let requests = self.requests[surfaces.clone()].iter().enumerate();
-        requests.map(|(lane, request)| request.ray_of_call(ShadedSurface::of_lane(batch, lane)))
+        let weighs_light = self.method.adds_to_path;
+        requests.map(move |(lane, request)| {
+            let ray = request.ray_of_call(ShadedSurface::of_lane(batch, lane));
+            RayOfCall { weighs_light, ..ray }
+        })
     }
 
     /// Returns the index of the object that shades each surface.

@@ -40,8 +40,10 @@ impl SceneHost<'_> {
         operands: &[LaneWords],
         results: &mut [LaneWords],
     ) {
-        if query == Query::Shade {
-            return self.shade(lanes, operands, results);
+        match query {
+            Query::Shade => return self.shade(lanes, operands, results),
+            Query::OwnShade => return self.own_shade(lanes, operands, results),
+            _ => {}
         }
         let mut asking = Vec::with_capacity(MAX_LANES);
         for lane in lanes.iter() {

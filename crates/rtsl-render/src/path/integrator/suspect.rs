@@ -120,7 +120,7 @@ impl SceneHost<'_> {
             Query::Bsdf => material(Method::Bsdf),
             Query::BsdfPdf => material(Method::EvaluatePdf),
             Query::SampleBsdf => material(Method::SampleBsdf),
-            Query::SampleLight => {
+            Query::SampleLight | Query::UnshadowedLight => {
                 Some(Suspect::LightSample { entry: self.queries.light.chosen(place) })
             }
             Query::SkyEmission => Some(Suspect::Sky { sky: first, method: Method::Emission }),
@@ -131,7 +131,7 @@ impl SceneHost<'_> {
             | Query::SkyCount
             | Query::Contribute
             | Query::Spawn
-            | Query::UnshadowedLight
+            | Query::SpawnPath
             | Query::Sample
             | Query::SamplePair => None,
         }

@@ -11,8 +11,10 @@ use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
+use super::following::AddRadiance;
 use super::host::{RayOfCall, SceneHost};
 use super::output_columns::copy_outputs;
+use super::spawned_paths::SpawnedPaths;
 use super::staged::{Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
 use crate::compiled::calls::Callee;
@@ -22,7 +24,7 @@ use crate::statistics::RayCounts;
 use crate::tiles::{TileSamples, packets_of};
 
 /// The number of rays of a call.
-const RAYS_OF_CALL: usize = 64;
+pub(super) const RAYS_OF_CALL: usize = 64;
 
 /// The greatest depth of rays that `trace` traces: each level takes a level of the thread's stack.
 pub const MAX_DEPTH: u32 = 64;
@@ -32,10 +34,10 @@ pub struct IntegratorMemory {
     /// The memory of stages, if the integrator runs as stages.
     stages: Option<StageMemory>,
     /// The inputs and outputs of a call.
-    state: LaneBlock,
+    pub(super) state: LaneBlock,
     scratch: LaneBlock,
     /// The rays of the call.
-    rays: Vec<RayOfCall>,
+    pub(super) rays: Vec<RayOfCall>,
     /// The memory of queries, which are about one ray.
     pub(super) queries: Box<BatchMemory>,
     /// The memory of further levels, when they are not in use.
@@ -93,6 +95,11 @@ impl PathTracer<'_> {
                 self.add_radiance(path, state, (&rays[lane], lane));
             }
             self.keep_features(active, memory, features);
+            let spawned = std::mem::take(&mut memory.queries.spawned);
+            self.follow_in_order(memory, spawned, active.len(), &mut |lane, radiance| {
+                add(&mut paths[active[lane] as usize].radiance, radiance);
+            });
+            counts += memory.take_ray_counts();
         }
         active.clear();
         counts
@@ -196,11 +203,11 @@ impl PathTracer<'_> {
         run.run(&all);
         let colors = (&*run.frames, &staged.columns, variables().sample_color);
         Wave::radiance(colors, radiance);
-        let counts = std::mem::take(&mut run.queries.rays);
+        let spawned = std::mem::take(&mut run.queries.spawned);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
             self.report_exhausted(&paths, depth, memory);
-            return counts;
+            return memory.take_ray_counts();
         }
         if !all_finite(radiance.as_flattened()) {
             let is_lost = |path: &u32| !are_finite(&radiance[*path as usize]);
@@ -208,7 +215,28 @@ impl PathTracer<'_> {
             let lost: Vec<Path> = run.paths(lost).collect();
             lost.iter().for_each(|path| self.report_cause(path, depth, memory));
         }
-        counts
+        self.follow_in_order(memory, spawned, radiance.len(), &mut |path, color| {
+            add(&mut radiance[path], color);
+        });
+        memory.take_ray_counts()
+    }
+
+    /// Follows the paths that so many others have spawned.
+    fn follow_in_order(
+        &self,
+        memory: &mut IntegratorMemory,
+        mut spawned: SpawnedPaths,
+        parents: usize,
+        add: &mut AddRadiance<'_>,
+    ) {
+        if spawned.is_empty() {
+            return;
+        }
+        let order = spawned.in_order(parents);
+        let mut waiting = SpawnedPaths::default();
+        waiting.append_in_order(&spawned, &order, |path| path);
+        spawned.clear();
+        self.follow(memory, waiting, add);
     }
 
     /// Runs the stages of the integrator for the camera rays of samples, and leaves the results in the memory.
@@ -228,10 +256,11 @@ impl PathTracer<'_> {
         run.begin_rays();
         counts.camera += active.len() as u64;
         run.run(&active);
-        *counts += std::mem::take(&mut run.queries.rays);
+        let spawned = std::mem::take(&mut run.queries.spawned);
         *lane_use += std::mem::take(&mut run.queries.lane_use);
         if exhausted.any() {
             let all: Vec<Path> = run.paths(active.paths().iter().copied()).collect();
+            *counts += own.take_ray_counts();
             return self.report_exhausted(&all, 0, own);
         }
         let scratch = &run.frames.paths.scratch;
@@ -252,6 +281,12 @@ impl PathTracer<'_> {
         let lost = Wave::lost(of, &active, &results.radiance);
         let lost: Vec<Path> = run.paths(lost).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
+        let channels = &mut results.radiance;
+        self.follow_in_order(own, spawned, count, &mut |path, color| {
+            channels.iter_mut().zip(color).for_each(|(channel, color)| channel[path] += color);
+        });
+        *counts += own.take_ray_counts();
+        *lane_use += std::mem::take(&mut own.queries.lane_use);
     }
 
     /// Evaluates a path on the interpreter, and returns the first method whose values are not finite.
@@ -262,11 +297,12 @@ impl PathTracer<'_> {
         memory: &mut IntegratorMemory,
     ) -> Option<Suspect> {
         self.call_integrator((&[0], std::slice::from_ref(path)), memory, depth);
+        memory.queries.spawned.clear();
         memory.rays.first()?.suspect
     }
 
     /// Calls `radiance` for the rays of some paths.
-    fn call_integrator(
+    pub(super) fn call_integrator(
         &self,
         (active, paths): (&[u32], &[Path]),
         memory: &mut IntegratorMemory,
@@ -284,7 +320,17 @@ impl PathTracer<'_> {
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
         let slots = None;
         let (tracer, notes_suspects) = (*self, true);
-        let mut host = SceneHost { tracer, rays, slots, queries, free, depth, notes_suspects };
+        let is_of_stages = false;
+        let mut host = SceneHost {
+            tracer,
+            rays,
+            slots,
+            queries,
+            free,
+            depth,
+            notes_suspects,
+            is_of_stages,
+        };
         callee.call(
             &integrator.kernel,
             CallArguments {
@@ -302,7 +348,7 @@ impl PathTracer<'_> {
     }
 
     /// Adds the radiance of a lane to its path.
-    fn add_radiance(&self, path: &mut Path, state: &LaneBlock, (ray, lane): (&RayOfCall, usize)) {
+    pub(super) fn add_radiance(&self, path: &mut Path, state: &LaneBlock, (ray, lane): (&RayOfCall, usize)) {
         let color = vector(state, variables().sample_color, lane);
         let lit = ray.lit;
         for channel in 0..3 {
@@ -313,6 +359,11 @@ impl PathTracer<'_> {
             self.report_suspect(ray.suspect);
         }
     }
+}
+
+/// Adds light to a sum.
+fn add(sum: &mut [f32; 3], light: [f32; 3]) {
+    sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
 }
 
 /// Sets the inputs of `radiance` for a lane.

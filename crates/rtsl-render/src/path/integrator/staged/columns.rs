@@ -1,6 +1,9 @@
 //! The scratch arrays through which stages meet the runtime.
 
-use rtsl::{MAX_ANSWERS, MAX_REQUEST, Port, SHADOW_LIMIT, StageSurface, StagedProgram};
+use rtsl::{
+    MAX_ANSWERS, MAX_REQUEST, MAX_SPAWNS, Port, SHADOW_LIMIT, SPAWN_SCALARS, StageSurface,
+    StagedProgram,
+};
 
 /// The scratch arrays of the ports of stages, by index.
 pub struct Columns {
@@ -42,6 +45,12 @@ pub struct Columns {
     pub shaded: [usize; 10],
     /// The length of the shadow ray of a light sample.
     pub shadow_limit: usize,
+    /// The factor of the light that a material's method defers.
+    pub shade_weights: [usize; 3],
+    /// The paths that a stage spawns at each of a few places.
+    pub spawns: [[usize; SPAWN_SCALARS]; MAX_SPAWNS],
+    /// The number of rays that the path has spawned.
+    pub children: usize,
     /// The contribution of a stage: a ray's origin, direction and length, and the colour.
     pub contribution: [usize; 10],
 }
@@ -69,6 +78,9 @@ impl Columns {
             drawn: program.drawn_array(),
             shaded: program.shaded_arrays(),
             shadow_limit: program.array(SHADOW_LIMIT),
+            shade_weights: program.shade_weight_arrays(),
+            spawns: program.spawn_arrays(),
+            children: program.children_array(),
             contribution: program.contribution_arrays(),
         }
     }

@@ -27,7 +27,8 @@ impl MovedColumns {
     ) -> MovedColumns {
         let all = || first.iter().chain(others);
         let is_lit_by_hosts = |kernel: &StageKernel| {
-            kernel.contributes || kernel.queries.contains(&Query::Contribute)
+            let by_host = [Query::Contribute, Query::OwnShade];
+            kernel.contributes || by_host.iter().any(|query| kernel.queries.contains(query))
         };
         let stored: BTreeSet<usize> = all().flat_map(|it| it.ports.iter().copied()).collect();
         let mut sums = BTreeSet::from([columns.searches, columns.shadow_rays]);
@@ -76,8 +77,9 @@ fn read_by_hosts(
             }
         }
     }
-    if kernels.iter().any(|kernel| kernel.contributes) {
-        read.insert(columns.time);
+    let adds_light = |kernel: &StageKernel| kernel.contributes || kernel.spawns > 0;
+    if kernels.iter().any(adds_light) {
+        read.extend([columns.time, columns.sample]);
     }
     for prepared in kernels.iter().filter_map(|kernel| kernel.prepared.as_ref()) {
         read.extend([columns.time, columns.sample, columns.searches]);

@@ -134,6 +134,21 @@ impl PathSet {
         self.masks_are_set();
     }
 
+    /// Removes the paths for which `keeps` does not hold.
+    pub fn retain(&mut self, keeps: impl Fn(u32) -> bool) {
+        for (vector, mask) in (0..).zip(&mut self.masks) {
+            let mut left = *mask;
+            while left != 0 {
+                let lane = left.trailing_zeros();
+                left &= left - 1;
+                if !keeps(vector * VECTOR_PATHS as u32 + lane) {
+                    *mask &= !(1 << lane);
+                }
+            }
+        }
+        self.masks_are_set();
+    }
+
     /// Appends the numbers of the paths in columns.
     pub fn append<'a>(&self, columns: impl IntoIterator<Item = (&'a [f32], &'a mut Vec<f32>)>) {
         dispatch!(Level::new(), simd => for (column, to) in columns {

@@ -11,7 +11,7 @@ use super::super::host::{Further, is_traced};
 use super::super::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
 use super::super::numbers::Purpose;
 use super::super::shaded_surface::leaving;
-use super::super::shading::{RayOfShading, ShadingRequest};
+use super::super::shading::{DeferredLight, RayOfShading, ShadingRequest};
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
@@ -247,21 +247,27 @@ impl StagedPaths<'_> {
                 importance: wave.spawning.importance[path],
                 depth: self.depth,
                 before: searches[at].saturating_sub(1),
+                throughput: [1.0; 3],
+                weight: [1.0; 3],
             };
-            requests.extend(ShadingRequest::new(tracer.scene, (&operands, at), ray));
+            let methods = &tracer.scene.shading_methods;
+            requests.extend(ShadingRequest::new(tracer.scene, methods, (&operands, at), ray));
         }
         let further = Further { tracer, free: self.free };
         let (mut places, mut colors) = (Vec::new(), Vec::new());
-        self.queries.rays += further.shade(&operands, &mut requests, |place, color| {
+        let mut store = |place: usize, color: [f32; 3]| {
             places.push(place as u32);
             colors.push(color);
-        });
+        };
+        // These methods wait for all their light.
+        let (of, to) = ((&tracer.scene.shading_methods, &operands), &mut DeferredLight::default());
+        self.queries.rays += further.shade(of, &mut requests, (to, &mut store));
         self.store_colors(slots, (&places, &colors));
     }
 
     /// Samples the requested lights.
     pub fn sample_lights(&mut self, paths: &PathSet) {
-        match self.tracer.scene.shading_methods.lights() {
+        match self.tracer.scene.light_stage() {
             Some(lights) => {
                 self.call_stage(lights, (0, 0), paths);
                 self.find_reached(paths.paths());

@@ -2,13 +2,13 @@
 
 use std::cell::RefCell;
 
-use rtsl::{CallArguments, END, Instances, ResumedBy, StageSurface};
+use rtsl::{CallArguments, END, Instances, ResumedBy, SPAWN_FLOATS, StageSurface};
 use rtsl_bvh::{LANES, LaneMask};
 
 use super::super::super::memory::BatchMemory;
 use super::super::super::path_tracer::PathTracer;
 use super::super::super::wavefront::Path;
-use super::super::host::{NO_OBJECT, SceneHost};
+use super::super::host::{NO_OBJECT, SceneHost, is_followed};
 use super::super::numbers::Purpose;
 use super::super::tracing::IntegratorMemory;
 use super::frames::{Blocks, Frames, set_objects, take_objects};
@@ -257,6 +257,39 @@ impl StagedPaths<'_> {
         if kernel.contributes {
             self.take_contributions(paths);
         }
+        (0..kernel.spawns).for_each(|place| self.take_spawned(place, paths));
+    }
+
+    /// Notes the paths that a call for these paths has spawned at a place.
+    fn take_spawned(&mut self, place: usize, paths: &PathSet) {
+        let StagedPaths { frames, wave, queries, staged, tracer, .. } = self;
+        let Frames { paths: Blocks { scratch, .. }, contributing, moved, .. } = &mut **frames;
+        let columns = &staged.columns;
+        let arrays = columns.spawns[place];
+        let (floats, words) = arrays.split_at(SPAWN_FLOATS);
+        let [ends @ .., red, green, blue, bound] = floats else { unreachable!("they are more") };
+        let bounds = scratch.floats(*bound);
+        contributing.set_nonzero(paths, [bounds; 3]);
+        let cutoff = tracer.scene.compiled.settings.cutoff;
+        let importance = |lane: u32| {
+            wave.spawning.importance_of(moved.path_in(lane)) * bounds[lane as usize]
+        };
+        contributing.retain(|lane| is_followed(importance(lane), cutoff));
+        let spawned = &mut queries.spawned;
+        let throughput = [red, green, blue].into_iter().zip(&mut spawned.throughput);
+        let numbers = ends.iter().zip(&mut spawned.ends).chain(throughput);
+        let numbers = numbers.chain([(&columns.time, &mut spawned.times)]);
+        contributing.append(numbers.map(|(array, to)| (scratch.floats(*array), to)));
+        let (keys, samples) = (scratch.words(words[0]), scratch.words(columns.sample));
+        let befores = scratch.words(words[1]);
+        for lane in contributing.paths() {
+            let at = *lane as usize;
+            spawned.parents.push(moved.path_in(*lane) as u32);
+            spawned.depths.push(self.depth + 1 + befores[at]);
+            spawned.importance.push(importance(*lane));
+            spawned.keys.push(keys[at]);
+            spawned.samples.push(samples[at]);
+        }
     }
 
     /// Sets the mask of a call for these paths, if it needs one, and counts its lanes.
@@ -317,6 +350,7 @@ impl StagedPaths<'_> {
             free,
             depth: *depth,
             notes_suspects: false,
+            is_of_stages: true,
         };
         let instances = match objects.len() {
             0 | 1 => Instances::Object(objects, 0),

@@ -8,6 +8,7 @@ use super::super::host::RayOfCall;
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
 use super::path_set::PathSet;
+use super::super::spawned_paths::SpawnedPaths;
 use super::spawning::Spawning;
 use super::staged_method::StagedMethod;
 use crate::compiled::variables::variables;
@@ -50,18 +51,26 @@ pub fn ray_components() -> [RayComponent; 11] {
     ]
 }
 
-/// Returns a channel of the radiance of paths, whose colours are at component `first` of the state.
-fn channel_of<'a>(
+/// Returns a channel of the light of paths, whose colours are at component `first` of the state.
+fn light_of<'a>(
     (frames, columns, first): (&'a Frames, &'a Columns, usize),
     channel: usize,
 ) -> impl Iterator<Item = f32> + 'a {
     let Blocks { state, scratch } = &frames.paths;
     let colors = state.floats(first + channel).iter();
     let lights = scratch.floats(columns.lit[channel]);
-    let weights = scratch.floats(columns.weights[channel]);
-    let all = colors.zip(lights).zip(weights);
+    colors.zip(lights).map(|(color, light)| color + light)
+}
+
+/// Returns a channel of the radiance of paths: their light, weighted.
+fn channel_of<'a>(
+    of: (&'a Frames, &'a Columns, usize),
+    channel: usize,
+) -> impl Iterator<Item = f32> + 'a {
+    let (frames, columns, _) = of;
+    let weights = frames.paths.scratch.floats(columns.weights[channel]);
     // A sum with 0 has no negative zeros.
-    all.map(|((color, light), weight)| 0.0 + weight * (color + light))
+    light_of(of, channel).zip(weights).map(|(light, weight)| 0.0 + weight * light)
 }
 
 impl Wave {
@@ -81,7 +90,7 @@ impl Wave {
         spawning.begin(if staged.spawns() || depth > 0 { count } else { 0 });
         objects.clear();
         (self.count, self.lanes) = (count, count);
-        let counts = [columns.drawn, columns.searches, columns.shadow_rays];
+        let counts = [columns.drawn, columns.searches, columns.shadow_rays, columns.children];
         for array in columns.counts.into_iter().chain(counts).chain(columns.lit) {
             frames.paths.scratch.words_mut(array)[..count].fill(0);
         }
@@ -127,10 +136,11 @@ impl Wave {
         let scratch = &frames.paths.scratch;
         let (keys, samples) = (scratch.words(columns.key), scratch.words(columns.sample));
         let times = scratch.floats(columns.time);
-        let ray = |path: usize| {
-            let mut ray = RayOfCall::new(keys[path], samples[path], times[path]);
-            ray.importance = self.spawning.importance_of(path);
-            ray
+        let weights = columns.weights.map(|array| scratch.floats(array));
+        let ray = |path: usize| RayOfCall {
+            importance: self.spawning.importance_of(path),
+            throughput: weights.map(|weights| weights[path]),
+            ..RayOfCall::new(keys[path], samples[path], times[path])
         };
         self.rays.extend((0..self.count).map(ray));
     }
@@ -141,6 +151,48 @@ impl Wave {
             let all = radiance.iter_mut().map(|radiance| &mut radiance[channel]);
             all.zip(channel_of(of, channel)).for_each(|(to, radiance)| *to = radiance);
         }
+    }
+
+    /// Returns in `colors` the light of all paths, which have ended, without their weights.
+    pub fn colors(of: (&Frames, &Columns, usize), colors: &mut [[f32; 3]]) {
+        for channel in 0..3 {
+            let all = colors.iter_mut().map(|color| &mut color[channel]);
+            all.zip(light_of(of, channel)).for_each(|(to, light)| *to = 0.0 + light);
+        }
+    }
+
+    /// Loads the rays of spawned paths, of which these are the indices, for hits at this distance at least.
+    pub fn load_spawned(
+        &mut self,
+        frames: &mut Frames,
+        columns: &Columns,
+        (spawned, indices): (&SpawnedPaths, &[u32]),
+        epsilon: f32,
+    ) {
+        let Blocks { state, scratch } = &mut frames.paths;
+        let count = indices.len();
+        let v = variables();
+        let floats = |from: &[f32], to: &mut [f32]| {
+            to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
+        };
+        let words = |from: &[u32], to: &mut [u32]| {
+            to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
+        };
+        let [origin @ .., limit] = &spawned.ends;
+        for axis in 0..3 {
+            floats(&origin[axis], state.floats_mut(v.ray_origin + axis));
+            floats(&origin[3 + axis], state.floats_mut(v.ray_direction + axis));
+            floats(&spawned.throughput[axis], scratch.floats_mut(columns.weights[axis]));
+        }
+        floats(limit, state.floats_mut(v.hit_distance));
+        state.floats_mut(v.epsilon)[..count].fill(epsilon);
+        state.floats_mut(v.ray_width)[..count].fill(0.0);
+        state.floats_mut(v.ray_spread)[..count].fill(0.0);
+        floats(&spawned.times, state.floats_mut(v.time_seed));
+        floats(&spawned.times, scratch.floats_mut(columns.time));
+        words(&spawned.keys, scratch.words_mut(columns.key));
+        words(&spawned.samples, scratch.words_mut(columns.sample));
+        floats(&spawned.importance, &mut self.spawning.importance);
     }
 
     /// Returns in `radiance` that of some paths, channel by channel; black for the others.

@@ -1,0 +1,135 @@
+//! Integration of spawned paths, and of those that they spawn, until none is left.
+
+use super::super::path_tracer::PathTracer;
+use super::super::rows::{all_finite, are_finite};
+use super::super::wavefront::Path;
+use super::host::Further;
+use super::spawned_paths::SpawnedPaths;
+use super::staged::{PathSet, StagedMethod, Wave};
+use super::tracing::{IntegratorMemory, RAYS_OF_CALL};
+use crate::compiled::runtime_errors::RuntimeErrors;
+use crate::compiled::variables::variables;
+
+/// The greatest number of paths that run through the stages together: about as many as those of samples.
+const PATHS_OF_WAVE: usize = 1 << 10;
+
+/// The number of paths above which those of some samples wait until those of the others have ended.
+const MAX_WAITING: usize = 1 << 16;
+
+/// The greatest number of paths of one sample at one depth: more of them would take minutes, and all memory.
+const MAX_OF_SAMPLE: usize = 1 << 18;
+
+/// Receives the index of a sample and the radiance of one of its paths.
+pub type AddRadiance<'a> = dyn FnMut(usize, [f32; 3]) + 'a;
+
+impl PathTracer<'_> {
+    /// Follows spawned paths, whose parents are samples, in their order. `add` gets the radiance of each path, that of the
+    /// paths of one sample in the order in which the light of the sample is defined.
+    pub(super) fn follow(
+        &self,
+        memory: &mut IntegratorMemory,
+        mut waiting: SpawnedPaths,
+        add: &mut AddRadiance<'_>,
+    ) {
+        let further = Further { tracer: self, free: &Default::default() };
+        while let Some(depth) = waiting.least_depth().filter(|depth| further.is_traced_at(*depth)) {
+            if self.errors.any() {
+                return;
+            }
+            if waiting.len() > MAX_WAITING
+                && let Some(later) = waiting.split_off_parents()
+            {
+                self.follow(memory, waiting, add);
+                waiting = later;
+                continue;
+            }
+            if waiting.len() > MAX_OF_SAMPLE {
+                return self.errors.report_many_paths();
+            }
+            let level = waiting.take_depth(depth);
+            let mut next = SpawnedPaths::default();
+            let order: Vec<u32> = (0..level.len() as u32).collect();
+            for chunk in order.chunks(PATHS_OF_WAVE) {
+                memory.queries.rays.traced += chunk.len() as u64;
+                match &self.scene.integrator.staged {
+                    Some(staged) => self.follow_in_stages(staged, memory, (&level, chunk), add),
+                    None => self.follow_on_interpreter(memory, (&level, chunk), add),
+                }
+                let spawned = &mut memory.queries.spawned;
+                let order = spawned.in_order(chunk.len());
+                let sample = |path: u32| level.parents[chunk[path as usize] as usize];
+                next.append_in_order(spawned, &order, sample);
+                spawned.clear();
+            }
+            waiting.append(&mut next, |sample| sample);
+        }
+    }
+
+    /// Runs some of the paths of one depth on the stages. What they spawn is left in the memory.
+    fn follow_in_stages(
+        &self,
+        staged: &StagedMethod,
+        memory: &mut IntegratorMemory,
+        (level, chunk): (&SpawnedPaths, &[u32]),
+        add: &mut AddRadiance<'_>,
+    ) {
+        let depth = level.depths[chunk[0] as usize];
+        let exhausted = RuntimeErrors::default();
+        let begun = self.begin_stages((staged, &exhausted), memory, (chunk.len(), depth));
+        let Some(mut run) = begun else { return };
+        let epsilon = self.scene.compiled.epsilon;
+        run.wave.load_spawned(run.frames, &staged.columns, (level, chunk), epsilon);
+        run.begin_rays();
+        let all = PathSet::all(chunk.len());
+        run.run(&all);
+        let mut radiance = vec![[0.0; 3]; chunk.len()];
+        let colors = (&*run.frames, &staged.columns, variables().sample_color);
+        Wave::radiance(colors, &mut radiance);
+        for (index, color) in chunk.iter().zip(&radiance) {
+            add(level.parents[*index as usize] as usize, *color);
+        }
+        if exhausted.any() {
+            let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
+            return self.report_exhausted(&paths, depth, memory);
+        }
+        if !all_finite(radiance.as_flattened()) {
+            // Where the weight is not finite, the cause lies before.
+            let is_lost = |path: &u32| {
+                let weights = level.throughput.each_ref();
+                let weights = weights.map(|weights| weights[chunk[*path as usize] as usize]);
+                !are_finite(&radiance[*path as usize]) && are_finite(&weights)
+            };
+            let lost = all.paths().iter().copied().filter(is_lost);
+            let lost: Vec<Path> = run.paths(lost).collect();
+            // The second evaluation spawns paths, too.
+            let spawned = std::mem::take(&mut memory.queries.spawned);
+            lost.iter().for_each(|path| self.report_cause(path, depth, memory));
+            memory.queries.spawned = spawned;
+        }
+    }
+
+    /// Calls the whole method for some of the paths of one depth. What they spawn is left in the memory.
+    fn follow_on_interpreter(
+        &self,
+        memory: &mut IntegratorMemory,
+        (level, chunk): (&SpawnedPaths, &[u32]),
+        add: &mut AddRadiance<'_>,
+    ) {
+        let depth = level.depths[chunk[0] as usize];
+        let epsilon = self.scene.compiled.epsilon;
+        for (start, indices) in (0_u32..).step_by(RAYS_OF_CALL).zip(chunk.chunks(RAYS_OF_CALL)) {
+            let mut paths: Vec<Path> =
+                indices.iter().map(|index| level.path(*index as usize, epsilon)).collect();
+            let all: Vec<u32> = (0..paths.len() as u32).collect();
+            let before = memory.queries.spawned.len();
+            self.call_integrator((&all, &paths), memory, depth);
+            let parents = &mut memory.queries.spawned.parents[before..];
+            parents.iter_mut().for_each(|parent| *parent += start);
+            for (lane, path) in paths.iter_mut().enumerate() {
+                let IntegratorMemory { state, rays, .. } = &*memory;
+                self.add_radiance(path, state, (&rays[lane], lane));
+                add(level.parents[indices[lane] as usize] as usize, path.radiance);
+            }
+        }
+    }
+}

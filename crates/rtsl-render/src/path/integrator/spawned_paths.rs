@@ -1,0 +1,243 @@
+//! Paths of rays that other paths have spawned.
+//!
+//! Methods that trace rays do not wait for them where their colour is affine in what comes back: each ray becomes a
+//! path, at the next depth, with the product of the weights on the way to it. The light of a sample is the sum of the
+//! light of its paths, depth by depth, and within a depth in the order of their parents, then of the rays of a parent.
+
+use std::mem;
+
+use super::super::wavefront::Path;
+
+/// A path that another one, its parent, spawns.
+#[derive(Clone, Copy, Debug)]
+pub struct SpawnedPath {
+    /// The index of the parent.
+    pub parent: u32,
+    /// The depth of its ray.
+    pub depth: u32,
+    /// The origin of its ray, off the surface that it leaves.
+    pub origin: [f32; 3],
+    /// The direction of its ray.
+    pub direction: [f32; 3],
+    /// The greatest parameter of a hit.
+    pub limit: f32,
+    /// The weight of its radiance.
+    pub throughput: [f32; 3],
+    /// A bound of the weight in the pixel.
+    pub importance: f32,
+    /// The key of its random sequences.
+    pub key: u32,
+    /// The time within the shutter.
+    pub time: f32,
+    /// The index of the sample.
+    pub sample: u32,
+}
+
+/// Spawned paths, component by component.
+#[derive(Debug, Default)]
+pub struct SpawnedPaths {
+    /// The indices of the parents.
+    pub parents: Vec<u32>,
+    /// The depths of the rays.
+    pub depths: Vec<u32>,
+    /// Origin, direction and limit of the rays.
+    pub ends: [Vec<f32>; 7],
+    /// The weights of radiance.
+    pub throughput: [Vec<f32>; 3],
+    /// Bounds of the weights in the pixel.
+    pub importance: Vec<f32>,
+    /// The keys of random sequences.
+    pub keys: Vec<u32>,
+    /// The times within the shutter.
+    pub times: Vec<f32>,
+    /// The indices of samples.
+    pub samples: Vec<u32>,
+}
+
+impl SpawnedPaths {
+    /// Returns the number of paths.
+    pub fn len(&self) -> usize {
+        self.parents.len()
+    }
+
+    /// True without paths.
+    pub fn is_empty(&self) -> bool {
+        self.parents.is_empty()
+    }
+
+    /// Adds a path.
+    pub fn push(&mut self, path: &SpawnedPath) {
+        let SpawnedPath { origin, direction, limit, .. } = *path;
+        self.parents.push(path.parent);
+        self.depths.push(path.depth);
+        let ends = origin.into_iter().chain(direction).chain([limit]);
+        self.ends.iter_mut().zip(ends).for_each(|(column, number)| column.push(number));
+        let weights = self.throughput.iter_mut().zip(path.throughput);
+        weights.for_each(|(column, weight)| column.push(weight));
+        self.importance.push(path.importance);
+        self.keys.push(path.key);
+        self.times.push(path.time);
+        self.samples.push(path.sample);
+    }
+
+    /// Removes all paths.
+    pub fn clear(&mut self) {
+        let SpawnedPaths { parents, depths, ends, throughput, importance, keys, times, samples } =
+            self;
+        ends.iter_mut().chain(throughput).chain([importance, times]).for_each(Vec::clear);
+        [parents, depths, keys, samples].into_iter().for_each(Vec::clear);
+    }
+
+    /// Appends the paths of others, whose parents have the indices that `parent` maps theirs to.
+    pub fn append(&mut self, others: &mut SpawnedPaths, parent: impl Fn(u32) -> u32) {
+        self.parents.extend(others.parents.drain(..).map(parent));
+        self.depths.append(&mut others.depths);
+        let ends = self.ends.iter_mut().chain(&mut self.throughput);
+        let of_others = others.ends.iter_mut().chain(&mut others.throughput);
+        ends.zip(of_others).for_each(|(to, from)| to.append(from));
+        self.importance.append(&mut others.importance);
+        self.keys.append(&mut others.keys);
+        self.times.append(&mut others.times);
+        self.samples.append(&mut others.samples);
+    }
+
+    /// Appends the paths of others in this order, with parents that `parent` maps theirs to.
+    pub fn append_in_order(
+        &mut self,
+        others: &SpawnedPaths,
+        order: &[u32],
+        parent: impl Fn(u32) -> u32,
+    ) {
+        let indices = || order.iter().map(|index| *index as usize);
+        self.parents.extend(indices().map(|index| parent(others.parents[index])));
+        let floats = self.ends.iter_mut().chain(&mut self.throughput);
+        let floats = floats.chain([&mut self.importance, &mut self.times]);
+        let of_others = others.ends.iter().chain(&others.throughput);
+        let of_others = of_others.chain([&others.importance, &others.times]);
+        for (to, from) in floats.zip(of_others) {
+            to.extend(indices().map(|index| from[index]));
+        }
+        let words = [&mut self.depths, &mut self.keys, &mut self.samples];
+        for (to, from) in words.into_iter().zip([&others.depths, &others.keys, &others.samples]) {
+            to.extend(indices().map(|index| from[index]));
+        }
+    }
+
+    /// Returns the least depth of a path.
+    pub fn least_depth(&self) -> Option<u32> {
+        self.depths.iter().copied().min()
+    }
+
+    /// Takes out the paths of one depth.
+    pub fn take_depth(&mut self, depth: u32) -> SpawnedPaths {
+        if self.depths.iter().all(|it| *it == depth) {
+            return mem::take(self);
+        }
+        self.split_off(|paths, index| paths.depths[index] == depth)
+    }
+
+    /// Splits off the paths of about half of the parents, the later ones; `None` if there is one parent.
+    pub fn split_off_parents(&mut self) -> Option<SpawnedPaths> {
+        let least = self.parents.iter().copied().min()?;
+        let greatest = self.parents.iter().copied().max()?;
+        let middle = least + (greatest - least).div_ceil(2);
+        (greatest > least).then(|| self.split_off(|paths, index| paths.parents[index] >= middle))
+    }
+
+    fn split_off(&mut self, is_taken: impl Fn(&SpawnedPaths, usize) -> bool) -> SpawnedPaths {
+        let all = mem::take(self);
+        let indices = 0..all.len() as u32;
+        let (taken, left): (Vec<u32>, Vec<u32>) =
+            indices.partition(|index| is_taken(&all, *index as usize));
+        self.append_in_order(&all, &left, |parent| parent);
+        let mut split = SpawnedPaths::default();
+        split.append_in_order(&all, &taken, |parent| parent);
+        split
+    }
+
+    /// Returns the paths in the order of their parents, of which there are so many; those of one parent stay in theirs.
+    pub fn in_order(&self, parents: usize) -> Vec<u32> {
+        let indices = 0..self.len() as u32;
+        if self.parents.is_sorted() {
+            return indices.collect();
+        }
+        // The places of the paths of each parent begin where those of the parents before end.
+        let mut places = vec![0_u32; parents];
+        self.parents.iter().for_each(|parent| places[*parent as usize] += 1);
+        let mut end = 0;
+        places.iter_mut().for_each(|place| end += mem::replace(place, end));
+        let mut order = vec![0; self.len()];
+        for (index, parent) in indices.zip(&self.parents) {
+            let place = &mut places[*parent as usize];
+            order[*place as usize] = index;
+            *place += 1;
+        }
+        order
+    }
+
+    /// Returns a path, for hits at this distance at least.
+    pub fn path(&self, index: usize, epsilon: f32) -> Path {
+        let ends = self.ends.each_ref().map(|column| column[index]);
+        let [ox, oy, oz, dx, dy, dz, limit] = ends;
+        Path {
+            origin: [ox, oy, oz],
+            direction: [dx, dy, dz],
+            epsilon,
+            distance: limit,
+            limit,
+            throughput: self.throughput.each_ref().map(|column| column[index]),
+            importance: self.importance[index],
+            key: self.keys[index],
+            time: self.times[index],
+            sample: self.samples[index],
+            ..Path::NOWHERE
+        }
+    }
+}
+
+/// Returns the greatest magnitude of a weight, as kernels compute it.
+pub fn greatest_weight(weight: [f32; 3]) -> f32 {
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    let [red, green, blue] = weight.map(f32::abs);
+    larger(larger(red, green), blue)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_ordered_by_their_parents() {
+        let mut paths = SpawnedPaths::default();
+        let parents = [3, 1, 3, 0, 1, 3];
+        for (key, parent) in (0..).zip(parents) {
+            let limit = key as f32;
+            paths.push(&SpawnedPath {
+                parent,
+                depth: 1,
+                origin: [0.0; 3],
+                direction: [1.0; 3],
+                limit,
+                throughput: [1.0; 3],
+                importance: 1.0,
+                key,
+                time: 0.0,
+                sample: 0,
+            });
+        }
+        assert_eq!(paths.in_order(4), [3, 1, 4, 0, 2, 5]);
+        let mut all = SpawnedPaths::default();
+        all.append(&mut paths, |parent| parent / 2);
+        assert!(paths.is_empty() && all.parents == [1, 0, 1, 0, 0, 1]);
+        assert_eq!(all.path(5, 0.5).limit, 5.0);
+        all.clear();
+        assert_eq!(all.in_order(0), [0; 0]);
+    }
+
+    #[test]
+    fn the_greatest_weight_is_a_magnitude() {
+        assert_eq!(greatest_weight([-2.0, 1.0, 0.5]), 2.0);
+        assert_eq!(greatest_weight([0.0, 1.0, -3.0]), 3.0);
+        assert!(greatest_weight([0.0, 1.0, f32::NAN]).is_nan());
+    }
+}

@@ -1,0 +1,196 @@
+//! Rays that a path spawns: each becomes a path of its own, at the next depth, whose light is added to that of the first.
+//!
+//! A stage that spawns at a few places, none of them in a loop, stores the new paths in arrays, of which each place has
+//! its own. Others make a request for each vector of lanes.
+
+use rtsl_ir::{
+    Function, Index, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId,
+    VariableKind,
+};
+
+use super::arithmetic::{Arithmetic, Vector};
+use super::camera::WEIGHT_COLUMNS;
+use super::linker::{Linker, Linking};
+use super::numbers::KEY_COLUMN;
+
+/// The number of scalars of a spawned path, the operands of its query.
+pub const SPAWN_SCALARS: usize = 13;
+
+/// The number of those that are floats; the others are unsigned integers.
+pub const SPAWN_FLOATS: usize = 11;
+
+/// The index of the greatest weight among them, which is 0 without a path.
+const SPAWN_BOUND: usize = 10;
+
+/// The greatest number of places that have arrays.
+pub const MAX_SPAWNS: usize = 4;
+
+/// The scratch array that counts the rays that a path has spawned.
+pub(crate) const CHILDREN_COLUMN: &str = "path.children";
+
+/// Returns the name of the scratch array with a scalar of the path that is spawned at a place.
+pub(crate) fn spawn_column(place: usize, index: usize) -> String {
+    format!("spawn.{place}.{index}")
+}
+
+/// Returns the place of the scratch with the greatest weight of a spawned path; `None` for other variables.
+pub(crate) fn place_of_spawn(variable: &Variable) -> Option<usize> {
+    (0..MAX_SPAWNS).find(|place| variable.name == spawn_column(*place, SPAWN_BOUND))
+}
+
+/// True for the scratch with a spawned path.
+pub(crate) fn is_spawn(variable: &Variable) -> bool {
+    variable.name.starts_with("spawn.")
+}
+
+/// A place where a stage spawns a path, which it keeps until it ends.
+#[derive(Clone, Copy)]
+pub(super) struct KeptSpawn {
+    floats: VariableId,
+    words: VariableId,
+}
+
+impl Linker {
+    /// Spawns the path of a ray with this weight.
+    pub(super) fn spawn(&mut self, operands: &[Value], to: &mut Vec<Op>) -> Linking<()> {
+        let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
+        let (mut origin, direction, mut weight) = (vector(0), vector(3), vector(7));
+        let call = self.shade_call(to)?;
+        let children = match &call {
+            Some(call) => call.children,
+            None => self.passed_value(CHILDREN_COLUMN, Scalar::U32),
+        };
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let (mut key, mut before) = (code.column(KEY_COLUMN, Scalar::U32)?, code.word(0)?);
+        if let Some(call) = &call {
+            origin = code.leave(&call.surface, origin, direction)?;
+            weight = code.each(|it, channel| it.multiply(call.weight[channel], weight[channel]))?;
+            (key, before) = (call.key, call.before);
+        }
+        let throughput = code.throughput(weight)?;
+        let bound = code.greatest_weight(weight)?;
+        let key = code.begin_child(key, children)?;
+        let words = [bound, key, before];
+        let path = [&origin[..], &direction, &operands[6..7], &throughput, &words].concat();
+        if self.surface.as_ref().is_some_and(|links| links.keeps_spawns) {
+            return self.keep_spawn(&path, to);
+        }
+        self.emit(to, OpKind::Query(Query::SpawnPath, path), &[], false).map(drop)
+    }
+
+    fn keep_spawn(&mut self, path: &[Value], to: &mut Vec<Op>) -> Linking<()> {
+        let place = self.spawns.len();
+        let mut local = |scalar: Scalar, len: usize| {
+            let (kind, name) = (VariableKind::Local, format!("spawn.{place}.{scalar:?}"));
+            self.intern_variable(Variable { kind, name, scalar, len: len as u32 })
+        };
+        let floats = local(Scalar::F32, SPAWN_FLOATS);
+        let words = local(Scalar::U32, SPAWN_SCALARS - SPAWN_FLOATS);
+        let kept = KeptSpawn { floats, words };
+        self.spawns.push(kept);
+        for (index, value) in path.iter().enumerate() {
+            let (local, at) = kept.place_of(index);
+            self.emit(to, OpKind::Store(local, at, *value), &[], false)?;
+        }
+        Ok(())
+    }
+
+    /// Stores the paths that were kept; the greatest weights of those that were not spawned are 0.
+    pub(super) fn store_spawns(&mut self) -> Linking<()> {
+        let mut ops = std::mem::take(&mut self.out.body.ops);
+        for (place, kept) in self.spawns.clone().into_iter().enumerate() {
+            for index in 0..SPAWN_SCALARS {
+                let (local, at) = kept.place_of(index);
+                let scalar = self.out.variable(local).scalar;
+                let value = self.emit(&mut ops, OpKind::Load(local, at), &[scalar], false)?.get(0);
+                self.set_column(spawn_column(place, index), value);
+            }
+        }
+        self.out.body.ops = ops;
+        Ok(())
+    }
+}
+
+impl KeptSpawn {
+    /// Returns the local, and the index in it, of a scalar.
+    fn place_of(self, index: usize) -> (VariableId, Index) {
+        let (local, at) = match index.checked_sub(SPAWN_FLOATS) {
+            None => (self.floats, index),
+            Some(at) => (self.words, at),
+        };
+        (local, Index::Constant(at as u32))
+    }
+}
+
+impl Arithmetic<'_> {
+    /// The product of the weights of the path and of a ray that it spawns.
+    fn throughput(&mut self, weight: Vector) -> Linking<Vector> {
+        self.each(|it, channel| {
+            let of_path = it.column(WEIGHT_COLUMNS[channel], Scalar::F32)?;
+            it.multiply(of_path, weight[channel])
+        })
+    }
+
+    /// The greatest magnitude of a weight; a NaN counts for as much as the weights after it.
+    fn greatest_weight(&mut self, weight: Vector) -> Linking<Value> {
+        let [red, green, blue] = self.each(|it, channel| it.unary(UnaryOp::Abs, weight[channel]))?;
+        let greatest = self.larger(red, green)?;
+        self.larger(greatest, blue)
+    }
+
+    /// Counts a ray of the path with a key, and returns the key of the ray's own path.
+    fn begin_child(&mut self, key: Value, children: VariableId) -> Linking<Value> {
+        let (count, one) = (self.load_local(children)?, self.word(1)?);
+        let count = self.add(count, one)?;
+        self.store_local(children, count)?;
+        let key = self.hash_with(key, u32::MAX)?;
+        self.hash(key, count)
+    }
+}
+
+/// The places at which a stage and the method that shades its surface spawn paths, or add light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Places {
+    pub count: usize,
+    /// True if any is in a loop.
+    pub is_any_repeated: bool,
+}
+
+impl Places {
+    /// Returns the places of a query in a function, in which the method `inlined` takes the place of queries for the
+    /// colour of a shaded surface.
+    pub fn of(query: Query, function: &Function, inlined: Option<&Function>) -> Places {
+        let mut places = Places::default();
+        places.add(query, (&function.body, inlined), false);
+        places
+    }
+
+    fn add(
+        &mut self,
+        query: Query,
+        (region, inlined): (&Region, Option<&Function>),
+        is_repeated: bool,
+    ) {
+        for op in &region.ops {
+            match &op.kind {
+                OpKind::Query(asked, _) if *asked == query => {
+                    self.count += 1;
+                    self.is_any_repeated |= is_repeated;
+                }
+                OpKind::Query(Query::OwnShade, _) => {
+                    if let Some(method) = inlined {
+                        self.add(query, (&method.body, None), is_repeated);
+                    }
+                }
+                _ => {}
+            }
+            let is_repeated = is_repeated || matches!(op.kind, OpKind::Loop { .. });
+            op.kind.regions().for_each(|region| self.add(query, (region, inlined), is_repeated));
+        }
+    }
+
+    /// True if each place can keep what it makes until the stage ends.
+    pub fn can_be_kept(self, greatest: usize) -> bool {
+        !self.is_any_repeated && self.count <= greatest
+    }
+}
