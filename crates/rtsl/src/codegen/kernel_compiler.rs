@@ -190,6 +190,7 @@ impl KernelCompiler {
             budget: self.options.loop_budget,
             optimize: self.options.optimization != OptLevel::O0,
             select: true,
+            defer: false,
         }
     }
 
