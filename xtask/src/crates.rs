@@ -17,7 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("rtsl-ir", &["rtsl-spec"]),
     ("rtsl-sema", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-ir"]),
     ("rtsl-lower", &["rtsl-source", "rtsl-spec", "rtsl-sema", "rtsl-ir"]),
-    ("rtsl-opt", &["rtsl-ir"]),
+    ("rtsl-opt", &["rtsl-ir", "rtsl-spec"]),
     ("rtsl-stages", &["rtsl-ir", "rtsl-opt"]),
     ("rtsl-abi", &["rtsl-spec", "rtsl-ir", "rtsl-memory"]),
     ("rtsl-packet", &["rtsl-abi", "rtsl-spec", "rtsl-ir"]),

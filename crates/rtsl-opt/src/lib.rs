@@ -16,6 +16,7 @@ mod conditions;
 pub mod contract;
 pub mod dce;
 pub mod dead_outputs;
+pub mod defer;
 pub mod differentiate;
 pub mod float_range;
 pub mod gvn;
@@ -57,13 +58,20 @@ pub struct Options {
     pub optimize: bool,
     /// Run [`if_convert`], which benefits packets but not code for one ray.
     pub select: bool,
-    /// Defer traced rays and the light of lights, where the colour is affine in them.
+    /// Run [`defer`]. Changes results in their last bits, on every backend alike, and needs a host that adds up light.
     pub defer: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { contract: true, approximate: false, budget: None, optimize: true, select: true, defer: false }
+        Options {
+            contract: true,
+            approximate: false,
+            budget: None,
+            optimize: true,
+            select: true,
+            defer: false,
+        }
     }
 }
 
@@ -101,6 +109,10 @@ pub fn optimize(function: &mut Function, options: &Options) {
     }
     run("mem2reg", function, mem2reg::run);
     run("dce", function, dce::run);
+    if options.defer {
+        run("defer", function, |function| drop(defer::run(function)));
+        run("dce", function, dce::run);
+    }
     run("ray_weights", function, ray_weights::run);
     // The budget counts the remaining loops, so these passes affect the result of a function with a budget.
     if options.optimize || options.budget.is_some() {

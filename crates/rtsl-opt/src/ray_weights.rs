@@ -189,7 +189,7 @@ impl Flow {
 }
 
 /// True if the operation depends on its operands only and is cheap enough to duplicate.
-fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
+pub(crate) fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
     match kind {
         OpKind::Constant(_)
         | OpKind::Unary(..)

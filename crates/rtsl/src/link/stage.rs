@@ -105,6 +105,8 @@ pub(super) enum Input {
     InverseDirection,
     /// A scratch array.
     Column(&'static str),
+    /// 0 for all paths.
+    Zero,
 }
 
 impl Input {
@@ -113,7 +115,7 @@ impl Input {
         match self {
             Input::Column(name) => name == TIME_COLUMN,
             Input::Number(_) => false,
-            Input::Operand(_) | Input::Property(_) | Input::InverseDirection => true,
+            Input::Operand(_) | Input::Property(_) | Input::InverseDirection | Input::Zero => true,
         }
     }
 }
@@ -442,6 +444,7 @@ impl Arithmetic<'_> {
                         self.divide(one, direction)?
                     }
                     Input::Column(name) => self.column(name, Scalar::F32)?,
+                    Input::Zero => self.float(0.0)?,
                 };
                 inputs.push((StateComponent { variable: variable.index, component }, value));
             }
@@ -503,6 +506,8 @@ pub(super) fn input(query: Query, variable: &StateVariable) -> Option<Input> {
         "rt_Regularization" if query.is_of_scattering() => {
             Some(Input::Operand(first_of(query.operands(), "regularization")))
         }
+        // Highlights are widened on rough paths only, of which `shade` knows nothing.
+        "rt_Regularization" if query == Query::OwnShade => Some(Input::Zero),
         "rt_BSDFSeed" if query == Query::SampleBsdf => Some(Input::Operand(SURFACE_SCALARS)),
         _ => None,
     }

@@ -1,0 +1,61 @@
+//! Deferral of traced rays and light samples: what they bring is added to the colour by the host, so that a method does
+//! not wait for it.
+//!
+//! # The rule
+//!
+//! A request is deferred if the colour, the state variable `rt_SampleColor`, is affine in its answer: component `c` of
+//! the colour is `F_c` times component `c` of the answer, plus a part of its own. Then
+//!
+//! | request | becomes |
+//! |---|---|
+//! | `trace` | `spawn` with the weight `F` |
+//! | `shade`, asked by an integrator | `own_shade` with the weight `F`, whose answer is a part of the method's own |
+//! | `light_sample` | `unshadowed_light`, and a `contribute` in the branch that is executed for the light |
+//!
+//! An answer may be added, subtracted, negated, multiplied by a value, divided by one, selected by a bool, yielded by a
+//! branch, and added to a carried value of a loop that only adds to it. The value of a light is what the branch adds to
+//! carried values; their sum is `F` times that, over the carried values in the order of the branch's results. The branch
+//! does nothing else. Everything else keeps its request, for a [`Reason`].
+//!
+//! The answer is removed from the method's own part by its structure, not multiplied by 0: a sum loses an operand, a
+//! product vanishes.
+//!
+//! # Factors
+//!
+//! `F` is computed along the way of the answer, the innermost factor first: `((f1 * f2) * f3)` for `((answer * f1) *
+//! f2) * f3`. Where ways of an answer meet, factors are added in the order of the operands; where a branch or `select`
+//! chooses, `F` is chosen by the same bool, unless the branch around the request decides it. Its operations are
+//! `precise`. A factor must be known where the request is made: values that are defined behind it are copied if they can
+//! be, for which [`gvn`](crate::gvn) leaves one operation; a ray waits behind operations of its own region that can't. A
+//! factor may not depend on what is deferred.
+//!
+//! This pass runs before those that only make a function faster, and at every level, so that what is deferred depends on
+//! the source alone. Before it [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave only the uses that count. Values
+//! that only reports need do not count; they report the method's own part.
+
+mod factors;
+mod flow;
+mod placing;
+mod plan;
+#[cfg(test)]
+mod properties;
+mod reason;
+mod rewrite;
+mod spread;
+#[cfg(test)]
+mod tests;
+
+use rtsl_ir::Function;
+
+use plan::Plan;
+pub use reason::{Kept, Reason, Request};
+
+/// Defers the requests of `function` that can be, and returns the others.
+pub fn run(function: &mut Function) -> Vec<Kept> {
+    let mut plan = Plan::of(function);
+    let kept = std::mem::take(&mut plan.kept);
+    if !plan.edits.is_empty() {
+        rewrite::rewrite(function, plan);
+    }
+    kept
+}

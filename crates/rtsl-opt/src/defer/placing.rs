@@ -1,0 +1,185 @@
+//! Computation of factors in a gap of the text.
+
+use std::collections::{BTreeSet, HashMap};
+
+use rtsl_ir::{BinaryOp, Constant, Op, OpKind, Scalar, UnaryOp, Value, Values};
+
+use super::factors::{Expression, Factor, Factors};
+use super::flow::{Flow, Gap};
+use crate::ray_weights::can_be_copied;
+
+/// The greatest number of operations that are copied for the factors of a request.
+const MAX_COPIES: u32 = 128;
+
+/// Operations that compute factors, which are inserted in a gap.
+pub(super) struct Placed {
+    pub gap: Gap,
+    pub ops: Vec<Op>,
+    pub factors: Vec<Value>,
+    /// The values of the function that the operations use.
+    pub used: Vec<Value>,
+}
+
+/// A value that is neither known in the gap nor can be computed there.
+struct Unknown(Value);
+
+/// Places the factors in the gap, or if `may_wait`, in the first one behind it in the same region in which they are
+/// known. New values are added to `types`. `None` if they are not known.
+pub(super) fn place(
+    flow: &Flow<'_>,
+    expressions: &Factors,
+    types: &mut Vec<Scalar>,
+    factors: &[Factor],
+    first: Gap,
+    may_wait: bool,
+) -> Option<Placed> {
+    let (mut gap, count) = (first, types.len());
+    loop {
+        types.truncate(count);
+        match try_place(flow, expressions, types, factors, gap) {
+            Ok(placed) => return Some(placed),
+            Err(Unknown(value)) if may_wait => {
+                let later = flow.visible_later(value, gap)?;
+                if later.position <= gap.position {
+                    return None;
+                }
+                gap = later;
+            }
+            Err(Unknown(_)) => return None,
+        }
+    }
+}
+
+fn try_place(
+    flow: &Flow<'_>,
+    expressions: &Factors,
+    types: &mut Vec<Scalar>,
+    factors: &[Factor],
+    gap: Gap,
+) -> Result<Placed, Unknown> {
+    let placed = Placed { gap, ops: Vec::new(), factors: Vec::new(), used: Vec::new() };
+    let (copies, computed, steps) = (HashMap::new(), HashMap::new(), MAX_COPIES);
+    let mut placing = Placing { flow, types, placed, copies, computed, steps };
+    for factor in factors {
+        let value = placing.factor(expressions, *factor)?;
+        placing.placed.factors.push(value);
+    }
+    Ok(placing.placed)
+}
+
+struct Placing<'a, 'f> {
+    flow: &'a Flow<'f>,
+    types: &'a mut Vec<Scalar>,
+    placed: Placed,
+    /// Copies of values that are defined elsewhere.
+    copies: HashMap<Value, Value>,
+    computed: HashMap<Factor, Value>,
+    /// The number of operations that may still be copied.
+    steps: u32,
+}
+
+impl Placing<'_, '_> {
+    fn factor(&mut self, expressions: &Factors, factor: Factor) -> Result<Value, Unknown> {
+        let Factor::Of(root) = factor else { return Ok(self.known(factor)) };
+        let (mut needed, mut pending) = (BTreeSet::new(), vec![root]);
+        while let Some(number) = pending.pop() {
+            if needed.insert(number) {
+                let operands = operands(expressions.expression(number));
+                pending.extend(operands.into_iter().flatten().filter_map(Factor::number));
+            }
+        }
+        // Operands have lower numbers.
+        for number in needed {
+            if !self.computed.contains_key(&Factor::Of(number)) {
+                let value = self.expression(expressions.expression(number))?;
+                self.computed.insert(Factor::Of(number), value);
+            }
+        }
+        Ok(self.known(factor))
+    }
+
+    /// Returns a constant or a factor that has been computed.
+    fn known(&mut self, factor: Factor) -> Value {
+        if let Some(value) = self.computed.get(&factor) {
+            return *value;
+        }
+        let constant = if factor == Factor::Zero { 0.0 } else { 1.0 };
+        let value = self.push(OpKind::Constant(Constant::F32(constant)));
+        self.computed.insert(factor, value);
+        value
+    }
+
+    fn expression(&mut self, expression: Expression) -> Result<Value, Unknown> {
+        let binary = OpKind::Binary;
+        let kind = match expression {
+            Expression::Value(value) => return self.copy_of(value),
+            Expression::Negated(Factor::One) => OpKind::Constant(Constant::F32(-1.0)),
+            Expression::Negated(a) => OpKind::Unary(UnaryOp::Negate, self.known(a)),
+            Expression::Product(a, b) => {
+                binary(BinaryOp::Multiply, self.known(a), self.copy_of(b)?)
+            }
+            Expression::Quotient(a, b) => binary(BinaryOp::Divide, self.known(a), self.copy_of(b)?),
+            Expression::Sum(a, b) => binary(BinaryOp::Add, self.known(a), self.known(b)),
+            Expression::Choice(condition, a, b) => {
+                OpKind::Select(self.copy_of(condition)?, self.known(a), self.known(b))
+            }
+        };
+        Ok(self.push(kind))
+    }
+
+    /// Returns the value, or a copy in the gap.
+    fn copy_of(&mut self, value: Value) -> Result<Value, Unknown> {
+        let copy = self.copy(value);
+        // Where copying takes too much, the request waits for the value.
+        copy.map_err(|unknown| if self.steps == 0 { Unknown(value) } else { unknown })
+    }
+
+    fn copy(&mut self, value: Value) -> Result<Value, Unknown> {
+        if self.flow.is_visible(value, self.placed.gap) {
+            self.placed.used.push(value);
+            return Ok(value);
+        }
+        if let Some(copy) = self.copies.get(&value) {
+            return Ok(*copy);
+        }
+        let variables = &self.flow.function.variables;
+        let definition =
+            self.flow.definition(value).filter(|op| can_be_copied(&op.kind, variables));
+        let Some(mut op) = definition.cloned() else { return Err(Unknown(value)) };
+        self.steps = self.steps.checked_sub(1).ok_or(Unknown(value))?;
+        let mut operands = Vec::new();
+        op.kind.for_each_operand(|operand| operands.push(operand));
+        let copied: Result<Vec<Value>, Unknown> =
+            operands.into_iter().map(|operand| self.copy(operand)).collect();
+        let mut copied = copied?.into_iter();
+        op.kind.for_each_operand_mut(|operand| *operand = copied.next().unwrap_or(*operand));
+        op.results = self.new_value(self.flow.function.scalar(value));
+        let copy = op.results.get(0);
+        self.placed.ops.push(op);
+        self.copies.insert(value, copy);
+        Ok(copy)
+    }
+
+    /// Appends an operation that nothing contracts.
+    fn push(&mut self, kind: OpKind) -> Value {
+        let results = self.new_value(Scalar::F32);
+        let precise = matches!(kind, OpKind::Binary(..));
+        self.placed.ops.push(Op { results, precise, kind });
+        results.get(0)
+    }
+
+    fn new_value(&mut self, scalar: Scalar) -> Values {
+        self.types.push(scalar);
+        Values { first: self.types.len() as u32 - 1, count: 1 }
+    }
+}
+
+fn operands(expression: Expression) -> [Option<Factor>; 2] {
+    match expression {
+        Expression::Value(_) => [None, None],
+        Expression::Negated(a) | Expression::Product(a, _) | Expression::Quotient(a, _) => {
+            [Some(a), None]
+        }
+        Expression::Sum(a, b) | Expression::Choice(_, a, b) => [Some(a), Some(b)],
+    }
+}
