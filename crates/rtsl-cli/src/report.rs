@@ -30,6 +30,11 @@ impl Reporter {
         Reporter { color, is_verbose }
     }
 
+    /// True with `--verbose`.
+    pub fn is_verbose(self) -> bool {
+        self.is_verbose
+    }
+
     /// True if standard error supports a progress bar and shows nothing that would tear it.
     pub fn shows_progress(self) -> bool {
         !self.is_verbose && std::io::stderr().is_terminal()

@@ -47,8 +47,28 @@ mod tests;
 
 use rtsl_ir::Function;
 
+use crate::{dce, mem2reg};
 use plan::Plan;
 pub use reason::{Kept, Reason, Request};
+
+/// What the pass would do with a function.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Examination {
+    /// The requests that are deferred.
+    pub deferred: Vec<Request>,
+    /// Those that are not.
+    pub kept: Vec<Kept>,
+}
+
+/// Examines a function that no pass has changed, and that need not be linked: calls of other objects count as
+/// computations, except those of `shade`.
+pub fn examine(function: &Function) -> Examination {
+    let mut function = function.clone();
+    mem2reg::run(&mut function);
+    dce::run(&mut function);
+    let Plan { deferred, kept, .. } = Plan::of(&function);
+    Examination { deferred, kept }
+}
 
 /// Defers the requests of `function` that can be, and returns the others.
 pub fn run(function: &mut Function) -> Vec<Kept> {

@@ -114,6 +114,7 @@ pub use rtsl_memory::{
     Refused, SharedWords, UnderWay, in_huge_pages, lies_within, open_regular_file, open_within,
     prefetch, real_place,
 };
+pub use rtsl_opt::defer;
 pub use rtsl_packet::line_work::LineWork;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{

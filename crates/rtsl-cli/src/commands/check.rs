@@ -9,8 +9,9 @@ use rtsl_scene::is_mesh_file;
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
+use super::deferral;
 use super::render::report;
-use super::shader::compiler;
+use super::shader::{compiler, traced_compiler};
 use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Outcome};
@@ -79,6 +80,11 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
         match arguments.json {
             true => write_result(None, json_of(&compilation).as_bytes())?,
             false => reporter.compilation(&compilation),
+        }
+        if reporter.is_verbose() && compilation.unit.is_some() {
+            let unit = traced_compiler(search_path).compile_file(file).unit;
+            let classes = unit.iter().flat_map(|unit| unit.classes());
+            classes.for_each(|class| deferral::report(class, reporter));
         }
     }
     let Counts { errors, warnings } = counts;

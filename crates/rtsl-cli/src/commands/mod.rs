@@ -5,6 +5,7 @@ pub mod build;
 pub mod check;
 pub mod dap;
 pub mod debug;
+mod deferral;
 pub mod eval;
 pub mod explain;
 pub mod fmt;

@@ -306,6 +306,32 @@ fn stages_are_lines_on_standard_error() {
 }
 
 #[test]
+fn rays_that_a_method_waits_for_are_told_with_the_reason() {
+    let folder = Folder::new("deferral");
+    folder.write(
+        "cel.rtsl",
+        "class Cel : rt_Material;
+void shade() {
+    color mirrored = 0.5 * trace(rt_HitPoint, rt_ShadingNormal);
+    color seen = trace(rt_HitPoint, rt_RayDirection);
+    float bright = luminance(seen);
+    color sum = bright > 0.5 ? color(1.0) : mirrored;
+    illuminance { sum += rt_LightColor; }
+    illuminance { sum += rand() * rt_LightColor; }
+    rt_SampleColor = sum;
+}
+",
+    );
+    assert_eq!(folder.run(&["check", "cel.rtsl"]).exits(DONE).errors(), "");
+    let lines = folder.run(&["check", "cel.rtsl", "-v"]).exits(DONE).errors();
+    let notes: Vec<&str> = lines.lines().filter(|line| line.starts_with("note: ")).collect();
+    expect![[r#"
+        note: `Cel.shade` goes on without waiting for 1 ray and 1 loop over lights
+        note: cel.rtsl:4: `Cel.shade` waits for this ray: its light decides what the method does (cel.rtsl:6)
+        note: cel.rtsl:8: `Cel.shade` waits for the shadow rays of this loop: the body of `illuminance` traces rays, draws random numbers or calls other objects"#]].assert_eq(&notes.join("\n"));
+}
+
+#[test]
 fn libraries_have_several_classes_call_modes_and_widths() {
     let folder = Folder::new("library");
     folder.write("ball.rtsl", SPHERE);

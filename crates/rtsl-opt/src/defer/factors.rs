@@ -45,9 +45,7 @@ pub(super) struct Factors {
 
 impl Factors {
     pub fn of(function: &Function) -> Self {
-        let mut ones = Vec::new();
-        collect_ones(&function.body, &mut ones);
-        ones.sort_unstable();
+        let ones = constants(&function.body, 1.0);
         Factors { expressions: Vec::new(), numbers: HashMap::new(), ones }
     }
 
@@ -120,10 +118,14 @@ impl Factors {
     }
 }
 
-fn collect_ones(region: &Region, ones: &mut Vec<Value>) {
+/// Returns the values that are this constant, in order.
+pub(super) fn constants(region: &Region, number: f32) -> Vec<Value> {
+    let mut found = Vec::new();
     region.for_each_op(&mut |op| {
-        if op.kind == OpKind::Constant(Constant::F32(1.0)) {
-            ones.push(op.results.get(0));
+        if op.kind == OpKind::Constant(Constant::F32(number)) {
+            found.push(op.results.get(0));
         }
     });
+    found.sort_unstable();
+    found
 }

@@ -1,6 +1,10 @@
 //! The operations of a function in the order of the text, and where values are defined and used.
 
+use std::collections::BTreeSet;
+
 use rtsl_ir::{Effect, Function, IndexVec, Op, OpKind, Region, Scalar, Value};
+
+use rtsl_spec::Method;
 
 use crate::conditions::Conditions;
 use crate::dce;
@@ -61,6 +65,8 @@ pub(super) struct Flow<'f> {
     /// For each value, true if more than reports need it; `None` if all are needed.
     needed: Option<IndexVec<Value, bool>>,
     conditions: Conditions,
+    /// The operations that have moved to an earlier gap.
+    moved: BTreeSet<u32>,
 }
 
 impl<'f> Flow<'f> {
@@ -75,6 +81,7 @@ impl<'f> Flow<'f> {
             uses: IndexVec::filled(count, Vec::new()),
             needed: dce::needed_beside_reports(function),
             conditions: Conditions::default(),
+            moved: BTreeSet::new(),
         };
         flow.region(&function.body, None);
         let end = flow.happen(Event::Outputs);
@@ -209,6 +216,46 @@ impl<'f> Flow<'f> {
         Some((found.position, visible.position))
     }
 
+    /// Returns the gap in the region that defines a value that is, or is around, this gap; `None` if this gap is not in
+    /// that region.
+    pub fn earlier_gap(&self, value: Value, gap: Gap) -> Option<Gap> {
+        let region = self.definitions[value]?.visible.region;
+        let (position, _) = self.nearest(value, gap)?;
+        Some(Gap { region, position })
+    }
+
+    /// Returns the number of the operation that computes a value, if it can be executed earlier.
+    pub fn movable(&self, value: Value) -> Option<u32> {
+        let number = self.definitions[value]?.op.filter(|number| !self.moved.contains(number))?;
+        let node = self.node(number);
+        let inner = self.nodes[number as usize..].iter().take_while(|it| it.start <= node.end);
+        let is_free = |op: &Op| op.kind.effect(&self.function.variables) == Effect::None;
+        inner.map(|it| it.op).all(|op| is_free(op) || is_quiet_call(op)).then_some(number)
+    }
+
+    /// Returns the values from outside an operation that it or its regions use.
+    pub fn operands_from_outside(&self, number: u32) -> Vec<Value> {
+        let node = self.node(number);
+        let mut operands = Vec::new();
+        node.op.kind.for_each_operand(|value| operands.push(value));
+        for region in node.op.kind.regions() {
+            region.for_each_use(&mut |value| {
+                if self.is_visible(value, node.gap) {
+                    operands.push(value);
+                }
+            });
+        }
+        operands
+    }
+
+    /// Moves an operation to an earlier gap.
+    pub fn move_to(&mut self, number: u32, gap: Gap) {
+        self.moved.insert(number);
+        for result in self.node(number).op.results.iter() {
+            self.definitions[result] = Some(Definition { visible: gap, op: Some(number) });
+        }
+    }
+
     /// Returns what is known of bools in a gap, since it is in branches.
     pub fn known_in(&self, gap: Gap) -> Vec<(Value, bool)> {
         let mut known = Vec::new();
@@ -219,4 +266,10 @@ impl<'f> Flow<'f> {
         }
         known
     }
+}
+
+/// True for calls of other objects that compute. Linking has replaced them before methods are changed; a method that is
+/// examined alone has them.
+pub(super) fn is_quiet_call(op: &Op) -> bool {
+    matches!(&op.kind, OpKind::ReferenceCall(call) if call.method != Method::Shade)
 }

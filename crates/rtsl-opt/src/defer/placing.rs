@@ -14,6 +14,9 @@ const MAX_COPIES: u32 = 128;
 /// Operations that compute factors, which are inserted in a gap.
 pub(super) struct Placed {
     pub gap: Gap,
+    /// The numbers of operations that move to an earlier gap, before the gap or around it, in the order in which they
+    /// do.
+    pub moves: Vec<(u32, Gap)>,
     pub ops: Vec<Op>,
     pub factors: Vec<Value>,
     /// The values of the function that the operations use.
@@ -57,7 +60,8 @@ fn try_place(
     factors: &[Factor],
     gap: Gap,
 ) -> Result<Placed, Unknown> {
-    let placed = Placed { gap, ops: Vec::new(), factors: Vec::new(), used: Vec::new() };
+    let placed =
+        Placed { gap, moves: Vec::new(), ops: Vec::new(), factors: Vec::new(), used: Vec::new() };
     let (copies, computed, steps) = (HashMap::new(), HashMap::new(), MAX_COPIES);
     let mut placing = Placing { flow, types, placed, copies, computed, steps };
     for factor in factors {
@@ -135,8 +139,8 @@ impl Placing<'_, '_> {
     }
 
     fn copy(&mut self, value: Value) -> Result<Value, Unknown> {
-        if self.flow.is_visible(value, self.placed.gap) {
-            self.placed.used.push(value);
+        if self.flow.earlier_gap(value, self.placed.gap).is_some() {
+            self.show(value, self.placed.gap)?;
             return Ok(value);
         }
         if let Some(copy) = self.copies.get(&value) {
@@ -158,6 +162,25 @@ impl Placing<'_, '_> {
         self.placed.ops.push(op);
         self.copies.insert(value, copy);
         Ok(copy)
+    }
+
+    /// Makes a value visible in a gap inside the region that defines it: moves its operation there if need be.
+    fn show(&mut self, value: Value, gap: Gap) -> Result<(), Unknown> {
+        if self.flow.is_visible(value, gap) {
+            self.placed.used.push(value);
+            return Ok(());
+        }
+        let found = self.flow.earlier_gap(value, gap).zip(self.flow.movable(value));
+        let (to, number) = found.ok_or(Unknown(value))?;
+        if self.placed.moves.iter().any(|(moved, _)| *moved == number) {
+            return Ok(());
+        }
+        self.steps = self.steps.checked_sub(1).ok_or(Unknown(value))?;
+        for operand in self.flow.operands_from_outside(number) {
+            self.show(operand, to)?;
+        }
+        self.placed.moves.push((number, to));
+        Ok(())
     }
 
     /// Appends an operation that nothing contracts.

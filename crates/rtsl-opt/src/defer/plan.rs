@@ -2,13 +2,11 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use rtsl_ir::{
-    Effect, Function, IndexVec, Op, OpKind, Place, Query, Scalar, Value, Values, VariableKind,
-};
-use rtsl_spec::{COLOR_COMPONENTS, Role};
+use rtsl_ir::{Effect, Function, IndexVec, Op, OpKind, Query, Scalar, Value, Values, VariableKind};
+use rtsl_spec::COLOR_COMPONENTS;
 
 use super::factors::Factor;
-use super::flow::{Event, Flow, Gap};
+use super::flow::{Event, Flow, Gap, is_quiet_call};
 use super::placing::{Placed, place};
 use super::reason::{Kept, Reason, Refusal, Request};
 use super::spread::{Scope, Spreading};
@@ -20,6 +18,8 @@ const COLOR: &str = "rt_SampleColor";
 pub(super) enum Edit {
     /// A traced ray is removed; another operation takes its place.
     Spawned,
+    /// The operation is among those that are inserted earlier.
+    Moved,
     /// A call of `shade` becomes one of its own part, with these weights.
     OwnShade(Vec<Value>),
     /// A light sample becomes one that nothing blocks, with these results.
@@ -54,6 +54,9 @@ pub(super) struct Plan {
     pub insertions: HashMap<Gap, Vec<Op>>,
     /// The types of the function's values and of those that are added.
     pub types: Vec<Scalar>,
+    /// For each value of the function, true if it depends on what is deferred.
+    pub depends: IndexVec<Value, bool>,
+    pub deferred: Vec<Request>,
     pub kept: Vec<Kept>,
 }
 
@@ -67,9 +70,10 @@ impl Plan {
                 edits: HashMap::new(),
                 insertions: HashMap::new(),
                 types: function.values.clone(),
+                depends: IndexVec::filled(count, false),
+                deferred: Vec::new(),
                 kept: Vec::new(),
             },
-            deferred: IndexVec::filled(count, false),
             used: IndexVec::filled(count, false),
         };
         for number in 0..planning.spreading.flow.nodes.len() as u32 {
@@ -82,8 +86,6 @@ impl Plan {
 struct Planning<'f> {
     spreading: Spreading<'f>,
     plan: Plan,
-    /// For each value, true if it depends on what is deferred.
-    deferred: IndexVec<Value, bool>,
     /// For each value, true if a factor depends on it.
     used: IndexVec<Value, bool>,
 }
@@ -106,11 +108,12 @@ impl Planning<'_> {
             OpKind::LightSample { .. } => (Request::Light, self.light(number, op)),
             _ => return,
         };
-        if let Err(Refusal { reason, at }) = outcome {
-            let place = |value| self.spreading.flow.function.names.place(value);
-            let (place, cause): (Option<Place>, _) = (place(op.results.get(0)), at.and_then(place));
-            self.plan.kept.push(Kept { request, reason, place, cause });
-        }
+        let Err(Refusal { reason, at }) = outcome else {
+            return self.plan.deferred.push(request);
+        };
+        let place = |value| self.spreading.flow.function.names.place(value);
+        let (place, cause) = (place(op.results.get(0)), at.and_then(place));
+        self.plan.kept.push(Kept { request, reason, place, cause });
     }
 
     fn trace(&mut self, number: u32, op: &Op) -> Result<(), Refusal> {
@@ -152,7 +155,7 @@ impl Planning<'_> {
         };
         let mut reached = Reached::default();
         for (component, value) in (0..COLOR_COMPONENTS).zip(results.iter()) {
-            self.to_color(value, &scope, &mut reached)?;
+            self.follow_to_color(value, &scope, &mut reached)?;
             if let Some(Some((other, _))) = reached.factors.last()
                 && *other != component
             {
@@ -163,7 +166,7 @@ impl Planning<'_> {
     }
 
     /// Follows a value to the colour.
-    fn to_color(
+    fn follow_to_color(
         &mut self,
         value: Value,
         scope: &Scope,
@@ -199,7 +202,7 @@ impl Planning<'_> {
     /// Marks the values that depend on a request and those that its factors depend on: none may be both.
     fn defer(&mut self, reached: &Reached, placed: &Placed) -> Result<(), Refusal> {
         let is_new = |value: &&Value| reached.values.contains(value);
-        if let Some(value) = placed.used.iter().find(|value| self.deferred[**value]) {
+        if let Some(value) = placed.used.iter().find(|value| self.plan.depends[**value]) {
             return Err(Refusal::of(Reason::DeferredFactor, Some(*value)));
         }
         if let Some(value) = placed.used.iter().find(is_new) {
@@ -208,12 +211,18 @@ impl Planning<'_> {
         if let Some(value) = reached.values.iter().find(|value| self.used[**value]) {
             return Err(Refusal::of(Reason::Multiplied, Some(*value)));
         }
-        reached.values.iter().for_each(|value| self.deferred[*value] = true);
+        reached.values.iter().for_each(|value| self.plan.depends[*value] = true);
         placed.used.iter().for_each(|value| self.used[*value] = true);
         Ok(())
     }
 
     fn insert(&mut self, placed: Placed) {
+        for (number, gap) in placed.moves {
+            let op = self.spreading.flow.node(number).op.clone();
+            self.spreading.flow.move_to(number, gap);
+            self.plan.edits.insert(number, Edit::Moved);
+            self.plan.insertions.entry(gap).or_default().push(op);
+        }
         self.plan.insertions.entry(placed.gap).or_default().extend(placed.ops);
     }
 
@@ -233,10 +242,10 @@ impl Planning<'_> {
         let mut reached = Reached::default();
         let mut sums = Vec::new();
         for (position, result) in results.iter().enumerate() {
-            if self.spreading.flow.is_needed(result) {
-                let sum = otherwise.yields[position];
+            let sum = otherwise.yields[position];
+            if then.yields[position] != sum && self.spreading.flow.is_needed(result) {
                 let values = self.added_to(branch, position, sum)?;
-                self.to_color(result, &scope, &mut reached)?;
+                self.follow_to_color(result, &scope, &mut reached)?;
                 reached.values.extend(values);
                 sums.push((position, sum));
             }
@@ -290,8 +299,7 @@ impl Planning<'_> {
             let at = inner.op.results.iter().next();
             match &inner.op.kind {
                 OpKind::Report(..) => {}
-                // Textures are linked before this matters; a method that is looked at alone has them.
-                OpKind::ReferenceCall(call) if call.role == Role::Texture => {}
+                OpKind::ReferenceCall(_) if is_quiet_call(inner.op) => {}
                 kind => match kind.effect(&flow.function.variables) {
                     Effect::None | Effect::ReadsLocal(_) => {}
                     Effect::WritesLocal(_) => return Err(Refusal::of(Reason::BodySets, at)),

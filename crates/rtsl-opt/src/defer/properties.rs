@@ -9,6 +9,7 @@ use rtsl_ir::{
 use rtsl_testing::functions::{Entropy, Memory};
 
 use super::{Request, run};
+use crate::Options;
 
 /// A scene whose answers depend on the request alone.
 #[derive(Default)]
@@ -253,7 +254,12 @@ impl Generator<'_> {
     fn arithmetic(&mut self) {
         let (a, b) = (self.number(), self.number());
         let op = self.entropy.choose(&[BinaryOp::Min, BinaryOp::Max]);
-        let number = match self.entropy.below(3) {
+        let number = match self.entropy.below(4) {
+            3 => {
+                let condition = self.bool();
+                let chosen = self.builder.if_(condition, |_| vec![a], |_| vec![b]);
+                chosen.get(0)
+            }
             0 if !self.is_quiet => self.builder.emit(OpKind::Rand),
             1 => self.builder.select(self.bools[0], a, b),
             _ => self.builder.binary(op, a, b),
@@ -481,4 +487,21 @@ fn own_colors_and_deferred_light_add_up() {
     assert!(added > 10_000 && compared > 20_000, "{added} {compared}");
     let all = kept.iter().chain(&deferred);
     assert!(all.into_iter().all(|count| *count > 100), "{kept:?} {deferred:?}");
+}
+
+/// What is deferred, and the bits of its light, do not depend on how much is optimised.
+#[test]
+fn levels_of_optimization_agree() {
+    for seed in 5000..5200 {
+        let before = Generator::method(&Entropy::bytes(seed, 400), false);
+        let inputs = Entropy::bytes(seed, 64);
+        let outcomes = [false, true].map(|optimize| {
+            let mut function = before.clone();
+            let options = Options { defer: true, optimize, ..Options::default() };
+            crate::optimize(&mut function, &options);
+            let (color, count) = color(&function, &inputs, false);
+            (color.map(f32::to_bits), count)
+        });
+        assert_eq!(outcomes[0], outcomes[1], "{seed}");
+    }
 }

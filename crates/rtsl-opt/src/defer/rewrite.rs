@@ -5,6 +5,7 @@ use rtsl_ir::{
     Values,
 };
 
+use super::factors::constants;
 use super::flow::Gap;
 use super::plan::{Contribution, Edit, Plan};
 
@@ -18,11 +19,11 @@ enum Own {
 
 /// Changes a function as planned.
 pub(super) fn rewrite(function: &mut Function, plan: Plan) {
-    let Plan { edits: _, insertions: _, ref types, kept: _ } = plan;
-    function.values.clone_from(types);
+    function.values.clone_from(&plan.types);
     let own = IndexVec::filled(function.values.len(), None);
     let mut body = std::mem::take(&mut function.body);
-    let mut rewriting = Rewriting { function, plan, own, operations: 0, regions: 0 };
+    let zeros = constants(&body, 0.0);
+    let mut rewriting = Rewriting { function, plan, own, zeros, operations: 0, regions: 0 };
     rewriting.region(&mut body, None);
     rewriting.finish(&mut body);
     function.body = body;
@@ -33,6 +34,8 @@ struct Rewriting<'a> {
     plan: Plan,
     /// The own part of a value where it is another one.
     own: IndexVec<Value, Option<Own>>,
+    /// The values that are the constant 0.
+    zeros: Vec<Value>,
     /// The numbers of the next operation and region.
     operations: u32,
     regions: u32,
@@ -43,7 +46,16 @@ impl Rewriting<'_> {
         self.own.get(value).copied().flatten().unwrap_or(Own::Value(value))
     }
 
+    /// Returns the own part of a value that depends on what is deferred: nothing if that is the constant 0, as where a
+    /// sum begins.
+    fn part(&self, of: Value, own: Own) -> Own {
+        let is_zero = matches!(own, Own::Value(own) if self.zeros.binary_search(&own).is_ok());
+        let depends = self.plan.depends.get(of).copied().unwrap_or(false);
+        if is_zero && depends { Own::Zero } else { own }
+    }
+
     fn set(&mut self, value: Value, own: Own) {
+        let own = self.part(value, own);
         if let Own::Value(new) = own {
             self.function.names.keep(value, new);
         }
@@ -82,6 +94,14 @@ impl Rewriting<'_> {
     fn insert(&mut self, gap: Gap, ops: &mut Vec<Op>) {
         for mut op in self.plan.insertions.remove(&gap).into_iter().flatten() {
             self.substitute(&mut op.kind, ops);
+            for region in op.kind.regions_mut() {
+                // Nothing in them depends on what is deferred.
+                region.for_each_use_mut(&mut |value| {
+                    if let Own::Value(own) = self.own(*value) {
+                        *value = own;
+                    }
+                });
+            }
             ops.push(op);
         }
     }
@@ -102,6 +122,7 @@ impl Rewriting<'_> {
         let number = self.operations;
         self.operations += 1;
         match self.plan.edits.remove(&number) {
+            Some(Edit::Moved) => self.skip(&op),
             Some(Edit::Spawned) => op.results.iter().for_each(|it| self.set(it, Own::Zero)),
             Some(Edit::OwnShade(weights)) => self.own_shade(op, &weights, ops),
             Some(Edit::Unshadowed(results)) => self.unshadowed(op, results, ops),
@@ -111,6 +132,17 @@ impl Rewriting<'_> {
                 OpKind::Loop { .. } => self.repeat(op, ops),
                 _ => self.plain(op, ops),
             },
+        }
+    }
+
+    /// Counts what is in an operation.
+    fn skip(&mut self, op: &Op) {
+        for region in op.kind.regions() {
+            self.regions += 1;
+            for op in &region.ops {
+                self.operations += 1;
+                self.skip(op);
+            }
         }
     }
 
@@ -147,7 +179,8 @@ impl Rewriting<'_> {
         }
         self.region(otherwise, None);
         for (position, result) in op.results.iter().enumerate() {
-            let [a, b] = [&*then, &*otherwise].map(|region| self.own(region.yields[position]));
+            let [a, b] = [&*then, &*otherwise]
+                .map(|region| self.part(result, self.own(region.yields[position])));
             if a == b {
                 self.set(result, a);
             }
@@ -186,31 +219,31 @@ impl Rewriting<'_> {
     /// Returns the own part of an operation with an operand that has none; `None` if it has no such operand, or if only
     /// reports need it.
     fn without_zeros(&self, kind: &OpKind) -> Option<Simpler> {
-        use Own::{Value as Some_, Zero};
         let own = |value: Value| self.own(value);
-        let product = |a, b| OpKind::Binary(BinaryOp::Multiply, a, b);
-        let negated = |a| Simpler::Kind(OpKind::Unary(UnaryOp::Negate, a));
+        let is_zero = |value: Value| self.own(value) == Own::Zero;
         Some(match *kind {
-            OpKind::Binary(BinaryOp::Add, a, b) => match (own(a), own(b)) {
-                (Zero, other) | (other, Zero) => Simpler::Own(other),
-                _ => return None,
-            },
-            OpKind::Binary(BinaryOp::Subtract, a, b) => match (own(a), own(b)) {
-                (other, Zero) => Simpler::Own(other),
-                (Zero, Some_(b)) => negated(b),
-                _ => return None,
-            },
-            OpKind::Unary(UnaryOp::Negate, a) if own(a) == Zero => Simpler::Own(Zero),
-            OpKind::Binary(BinaryOp::Multiply, a, b) if [own(a), own(b)].contains(&Zero) => {
-                Simpler::Own(Zero)
+            OpKind::Binary(BinaryOp::Add, a, b) if is_zero(a) => Simpler::Own(own(b)),
+            OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, b) if is_zero(b) => {
+                Simpler::Own(own(a))
             }
-            OpKind::Binary(BinaryOp::Divide, a, _) if own(a) == Zero => Simpler::Own(Zero),
-            OpKind::Fma(a, b, c) => match (own(a), own(b), own(c)) {
-                (Zero, _, other) | (_, Zero, other) => Simpler::Own(other),
-                (Some_(a), Some_(b), Zero) => Simpler::Kind(product(a, b)),
-                _ => return None,
-            },
-            OpKind::Select(_, a, b) if own(a) == Zero && own(b) == Zero => Simpler::Own(Zero),
+            OpKind::Binary(BinaryOp::Subtract, a, b) if is_zero(a) => {
+                let Own::Value(b) = own(b) else { return None };
+                Simpler::Kind(OpKind::Unary(UnaryOp::Negate, b))
+            }
+            OpKind::Binary(BinaryOp::Multiply, a, b) if is_zero(a) || is_zero(b) => {
+                Simpler::Own(Own::Zero)
+            }
+            OpKind::Fma(a, b, c) if is_zero(a) || is_zero(b) => Simpler::Own(own(c)),
+            OpKind::Fma(a, b, c) if is_zero(c) => {
+                let (Own::Value(a), Own::Value(b)) = (own(a), own(b)) else { return None };
+                Simpler::Kind(OpKind::Binary(BinaryOp::Multiply, a, b))
+            }
+            OpKind::Unary(UnaryOp::Negate, a) | OpKind::Binary(BinaryOp::Divide, a, _)
+                if is_zero(a) =>
+            {
+                Simpler::Own(Own::Zero)
+            }
+            OpKind::Select(_, a, b) if is_zero(a) && is_zero(b) => Simpler::Own(Own::Zero),
             _ => return None,
         })
     }

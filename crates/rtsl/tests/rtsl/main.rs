@@ -9,6 +9,7 @@ mod common;
 mod cpp;
 mod cpp_text;
 mod deep_texts;
+mod deferral;
 mod docs;
 mod editors;
 mod elements;
