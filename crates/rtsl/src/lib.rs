@@ -74,6 +74,7 @@ pub use instance::value::{Numbers, Value};
 pub use instance::wording::Wording;
 pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;
 pub use link::attributes::AttributeTable;
+pub use link::contribution::MAX_CONTRIBUTIONS;
 pub use link::indexed_lights::SHADOW_LIMIT;
 pub use link::light_selection::{LightContent, LightNode, LightSelection};
 pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;

@@ -17,13 +17,13 @@ use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::link::camera::FOOTPRINTS;
-use crate::link::contribution::is_contribution;
+use crate::link::contribution::place_of_contribution;
 use crate::link::next_stages::NextStages;
 use crate::link::prepared_surface::{self, Operand, property_column};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN, Search};
 use crate::link::sequences::Purpose;
 use crate::link::shade_call::is_shaded_column;
-use crate::link::spawning::{is_spawn, place_of_spawn};
+use crate::link::spawning::place_of_spawn;
 use crate::link::stage::asks_host;
 use crate::link::unread_slots;
 use crate::nesting;
@@ -43,8 +43,8 @@ pub struct StageKernel {
     pub ports: Vec<usize>,
     /// True if all its paths end.
     pub ends: bool,
-    /// True if it stores a contribution.
-    pub contributes: bool,
+    /// The number of places at which it makes contributions that it stores.
+    pub contributions: usize,
     /// The number of places at which it spawns paths that it stores.
     pub spawns: usize,
     /// True if it makes requests of a host that depend on the path's random sequences.
@@ -381,7 +381,7 @@ impl StageKernel {
             reads: Vec::new(),
             ports: Vec::new(),
             ends: NextStages::of(function).is_among(&BTreeSet::new()),
-            contributes: false,
+            contributions: 0,
             spawns: 0,
             asks_host: false,
             queries: Vec::new(),
@@ -419,12 +419,15 @@ impl StageKernel {
             let variable = function.variable(output.variable);
             let component = output.component as usize;
             match variable.kind {
-                VariableKind::Scratch if is_contribution(variable) => made.contributes = true,
-                VariableKind::Scratch if is_spawn(variable) => {
-                    let place = place_of_spawn(variable).map_or(0, |place| place + 1);
-                    made.spawns = made.spawns.max(place);
-                }
                 VariableKind::Scratch => {
+                    if let Some(place) = place_of_contribution(variable) {
+                        made.contributions = made.contributions.max(place + 1);
+                        continue;
+                    }
+                    if let Some(place) = place_of_spawn(variable) {
+                        made.spawns = made.spawns.max(place + 1);
+                        continue;
+                    }
                     let array = layout.scratch[&variable.name] as usize + component;
                     let is_port = is_of_stages(variable);
                     if is_port { &mut made.ports } else { &mut made.outputs }.push(array);

@@ -1,9 +1,9 @@
 //! The contribution of a stage: light that arrives if nothing blocks a ray.
 //!
-//! A stage that has one at most stores it in arrays, which costs less than a request for each vector of lanes. A stage
-//! that has several searches for what blocks each, in scenes in which kernels search.
+//! In scenes in which kernels search, a stage that has one at most searches at its end, and one that has several searches
+//! for what blocks each. In others, a stage [keeps](super::kept_requests) a few, or makes requests.
 
-use rtsl_ir::{Index, Op, OpKind, Output, Scalar, Value, Variable, VariableKind};
+use rtsl_ir::{Index, Op, OpKind, Scalar, Value, Variable, VariableKind};
 
 use super::linker::{Linker, Linking};
 use super::spawning::Places;
@@ -11,23 +11,27 @@ use super::spawning::Places;
 /// The number of scalars of a contribution, the operands of its query.
 pub(crate) const CONTRIBUTION_SCALARS: usize = 10;
 
-/// Returns the name of the scratch array with a scalar of the contribution.
-pub(crate) fn contribution_column(index: usize) -> String {
-    format!("contribution.{index}")
+/// The greatest number of places in a stage whose contributions have arrays.
+pub const MAX_CONTRIBUTIONS: usize = 8;
+
+/// Returns the name of the scratch array with a scalar of the contribution at a place.
+pub(crate) fn contribution_column(place: usize, index: usize) -> String {
+    format!("contribution.{place}.{index}")
 }
 
-/// True for the scratch with a contribution.
-pub(crate) fn is_contribution(variable: &Variable) -> bool {
-    (0..CONTRIBUTION_SCALARS).any(|index| variable.name == contribution_column(index))
+/// Returns the place of the scratch with a contribution; `None` for other variables.
+pub(crate) fn place_of_contribution(variable: &Variable) -> Option<usize> {
+    let scalars = variable.name.strip_prefix("contribution.")?;
+    scalars.split_once('.')?.0.parse().ok()
 }
 
 /// The use of the contributions of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Contributions {
-    /// The host is asked for each.
+    /// The host is told of each.
     #[default]
     Requested,
-    /// There is one at most, which the stage keeps until it ends.
+    /// There is one at most, which the stage keeps until it ends, and searches for what blocks it.
     Kept,
     /// The stage searches for what blocks each, if stages search at all.
     Searched,
@@ -65,27 +69,6 @@ impl Linker {
         for (index, operand) in (0..).zip(operands) {
             self.emit(to, OpKind::Store(local, Index::Constant(index), *operand), &[], false)?;
         }
-        Ok(())
-    }
-
-    /// Stores what was kept; zeros if the path passed no contribution.
-    pub(super) fn store_contribution(&mut self) -> Linking<()> {
-        let Some(local) = self.contribution else { return Ok(()) };
-        let mut body = std::mem::take(&mut self.out.body);
-        for index in 0..CONTRIBUTION_SCALARS {
-            let kind = OpKind::Load(local, Index::Constant(index as u32));
-            let value = self.emit(&mut body.ops, kind, &[Scalar::F32], false)?.get(0);
-            let column = Variable {
-                kind: VariableKind::Scratch,
-                name: contribution_column(index),
-                scalar: Scalar::F32,
-                len: 1,
-            };
-            let variable = self.intern_variable(column);
-            self.out.outputs.push(Output { variable, component: 0 });
-            body.yields.push(value);
-        }
-        self.out.body = body;
         Ok(())
     }
 }

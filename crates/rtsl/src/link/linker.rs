@@ -24,7 +24,6 @@ use super::linked_method::LinkedMethod;
 use super::search::ArrayElement;
 use super::sequences::CopiedNumbers;
 use super::shade_call::ShadeCall;
-use super::spawning::KeptSpawn;
 use super::stage::SurfaceLinks;
 use crate::errors;
 
@@ -85,8 +84,6 @@ pub(super) struct Linker {
     pub shade_call: Option<ShadeCall>,
     /// The local with the contribution of a stage.
     pub contribution: Option<VariableId>,
-    /// The paths that a stage spawns and keeps until it ends.
-    pub spawns: Vec<KeptSpawn>,
     /// The use of the attributes of objects.
     pub attributes: AttributeUse,
     /// True if derivatives may be taken of the called methods.
@@ -192,7 +189,6 @@ impl Linker {
             element: None,
             shade_call: None,
             contribution: None,
-            spawns: Vec::new(),
             attributes: AttributeUse::Defaults,
             takes_derivatives: false,
             called_scratch: BTreeMap::new(),

@@ -11,6 +11,7 @@ pub(crate) mod class_tree;
 pub(crate) mod contribution;
 pub(crate) mod hit;
 pub(crate) mod indexed_lights;
+pub(crate) mod kept_requests;
 pub(crate) mod light_selection;
 pub(crate) mod lights;
 pub(crate) mod linked_method;

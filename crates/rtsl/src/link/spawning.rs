@@ -1,11 +1,10 @@
 //! Rays that a path spawns: each becomes a path of its own, at the next depth, whose light is added to that of the first.
 //!
-//! A stage that spawns at a few places, none of them in a loop, stores the new paths in arrays, of which each place has
-//! its own. Others make a request for each vector of lanes.
+//! A stage that spawns at a few places, none of them in a loop, [keeps](super::kept_requests) the new paths in arrays.
+//! Others make a request for each vector of lanes.
 
 use rtsl_ir::{
-    Function, Index, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId,
-    VariableKind,
+    Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId,
 };
 
 use super::arithmetic::{Arithmetic, Vector};
@@ -19,9 +18,6 @@ pub const SPAWN_SCALARS: usize = 13;
 /// The number of those that are floats; the others are unsigned integers.
 pub const SPAWN_FLOATS: usize = 11;
 
-/// The index of the greatest weight among them, which is 0 without a path.
-const SPAWN_BOUND: usize = 10;
-
 /// The greatest number of places that have arrays.
 pub const MAX_SPAWNS: usize = 4;
 
@@ -33,21 +29,10 @@ pub(crate) fn spawn_column(place: usize, index: usize) -> String {
     format!("spawn.{place}.{index}")
 }
 
-/// Returns the place of the scratch with the greatest weight of a spawned path; `None` for other variables.
+/// Returns the place of the scratch with a spawned path; `None` for other variables.
 pub(crate) fn place_of_spawn(variable: &Variable) -> Option<usize> {
-    (0..MAX_SPAWNS).find(|place| variable.name == spawn_column(*place, SPAWN_BOUND))
-}
-
-/// True for the scratch with a spawned path.
-pub(crate) fn is_spawn(variable: &Variable) -> bool {
-    variable.name.starts_with("spawn.")
-}
-
-/// A place where a stage spawns a path, which it keeps until it ends.
-#[derive(Clone, Copy)]
-pub(super) struct KeptSpawn {
-    floats: VariableId,
-    words: VariableId,
+    let scalars = variable.name.strip_prefix("spawn.")?;
+    scalars.split_once('.')?.0.parse().ok()
 }
 
 impl Linker {
@@ -72,53 +57,7 @@ impl Linker {
         let key = code.begin_child(key, children)?;
         let words = [bound, key, before];
         let path = [&origin[..], &direction, &operands[6..7], &throughput, &words].concat();
-        if self.surface.as_ref().is_some_and(|links| links.keeps_spawns) {
-            return self.keep_spawn(&path, to);
-        }
         self.emit(to, OpKind::Query(Query::SpawnPath, path), &[], false).map(drop)
-    }
-
-    fn keep_spawn(&mut self, path: &[Value], to: &mut Vec<Op>) -> Linking<()> {
-        let place = self.spawns.len();
-        let mut local = |scalar: Scalar, len: usize| {
-            let (kind, name) = (VariableKind::Local, format!("spawn.{place}.{scalar:?}"));
-            self.intern_variable(Variable { kind, name, scalar, len: len as u32 })
-        };
-        let floats = local(Scalar::F32, SPAWN_FLOATS);
-        let words = local(Scalar::U32, SPAWN_SCALARS - SPAWN_FLOATS);
-        let kept = KeptSpawn { floats, words };
-        self.spawns.push(kept);
-        for (index, value) in path.iter().enumerate() {
-            let (local, at) = kept.place_of(index);
-            self.emit(to, OpKind::Store(local, at, *value), &[], false)?;
-        }
-        Ok(())
-    }
-
-    /// Stores the paths that were kept; the greatest weights of those that were not spawned are 0.
-    pub(super) fn store_spawns(&mut self) -> Linking<()> {
-        let mut ops = std::mem::take(&mut self.out.body.ops);
-        for (place, kept) in self.spawns.clone().into_iter().enumerate() {
-            for index in 0..SPAWN_SCALARS {
-                let (local, at) = kept.place_of(index);
-                let scalar = self.out.variable(local).scalar;
-                let value = self.emit(&mut ops, OpKind::Load(local, at), &[scalar], false)?.get(0);
-                self.set_column(spawn_column(place, index), value);
-            }
-        }
-        self.out.body.ops = ops;
-        Ok(())
-    }
-}
-
-impl KeptSpawn {
-    /// Returns the local, and the index in it, of a scalar.
-    fn place_of(self, index: usize) -> (VariableId, Index) {
-        let (local, at) = match index.checked_sub(SPAWN_FLOATS) {
-            None => (self.floats, index),
-            Some(at) => (self.words, at),
-        };
-        (local, Index::Constant(at as u32))
     }
 }
 

@@ -48,8 +48,6 @@ pub(crate) struct SurfaceLinks {
     pub follows_search: bool,
     /// The method of a material that the stages are of, unless they are of an integrator.
     pub material: Option<MaterialStages>,
-    /// True if the stage keeps the paths that it spawns until it ends.
-    pub keeps_spawns: bool,
     /// The use of the stage's contributions.
     pub contributions: Contributions,
     /// The searches that the stage makes at its end; without, it stores its contribution and its request.
@@ -134,11 +132,9 @@ pub(crate) fn link_stage(
     linker.surface = Some(Arc::new(surface));
     linker.root(tree, function)?;
     linker.pass_on_values()?;
-    match search {
-        Some(search) => linker.search_at_end(tree, &search)?,
-        None => linker.store_contribution()?,
+    if let Some(search) = search {
+        linker.search_at_end(tree, &search)?;
     }
-    linker.store_spawns()?;
     Ok(linker.finish())
 }
 
@@ -315,7 +311,7 @@ impl Linker {
             }
         }
         match (links.contributions, &links.search) {
-            (Contributions::Kept, _) => self.keep_contribution(&contribution, to)?,
+            (Contributions::Kept, Some(_)) => self.keep_contribution(&contribution, to)?,
             (Contributions::Searched, Some(search)) => {
                 self.add_light_at_once(tree, &search.links, &contribution, to)?;
             }

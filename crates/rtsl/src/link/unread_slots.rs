@@ -1,5 +1,5 @@
-//! Removal of what no linked stage and no host needs: slots, requests of paths that have ended, contributions that are
-//! black, and outputs of the integrator that its host does not read.
+//! Removal of what no linked stage and no host needs: slots, requests of paths that have ended, and outputs of the
+//! integrator that its host does not read.
 //!
 //! The methods that are linked with stages do not read everything that an integrator keeps for them: the width of rays
 //! matters to textures only. A slot is needed if a stage computes anything else from it than slots that are not
@@ -11,8 +11,7 @@ use rtsl_ir::{Constant, Function, Op, OpKind, Output, Query, Region, Scalar, Val
 use rtsl_opt::{dce, dead_outputs};
 use rtsl_stages::{Port, SlotId};
 
-use super::contribution::{CONTRIBUTION_SCALARS, contribution_column, is_contribution};
-use super::next_stages::{NextStages, defined};
+use super::next_stages::NextStages;
 use super::stage::first_of;
 
 /// Removes unread slots from the stages of an integrator, linked for all surfaces of a scene, and other outputs that no
@@ -65,8 +64,8 @@ fn slots_of(next: &NextStages, needed: &[BTreeSet<SlotId>]) -> BTreeSet<SlotId> 
     stages.flat_map(|(_, slots)| slots).copied().collect()
 }
 
-/// Removes the requests of a stage after which all paths have ended or wait for stages that are `answered`, a
-/// contribution that is always black, and outputs with `unread` names.
+/// Removes the requests of a stage after which all paths have ended or wait for stages that are `answered`, and outputs
+/// with `unread` names.
 fn forget_needless_outputs(
     function: &mut Function,
     unread: &BTreeSet<&str>,
@@ -76,24 +75,15 @@ fn forget_needless_outputs(
     let ends = next.is_among(&BTreeSet::new());
     let is_answered = next.is_among(answered);
     let outputs = || function.outputs.iter().zip(&function.body.yields);
-    let is_black = |value: Value| {
-        let known = defined(function, value).map(|(op, _)| &op.kind);
-        matches!(known, Some(OpKind::Constant(Constant::F32(value))) if *value == 0.0)
-    };
-    let channels: Vec<String> = (7..CONTRIBUTION_SCALARS).map(contribution_column).collect();
-    let is_channel = |output: &Output| channels.contains(&function.variable(output.variable).name);
-    let is_unlit =
-        outputs().filter(|(output, _)| is_channel(output)).all(|(_, value)| is_black(*value));
     let is_needed = |output: &Output| {
         let variable = function.variable(output.variable);
         match Port::of(variable) {
             Some(Port::Request(_)) => !ends && !is_answered,
             Some(Port::Surface(_)) => !ends,
             Some(_) => true,
-            None if variable.kind == VariableKind::Scratch && unread.contains(&*variable.name) => {
-                false
+            None => {
+                variable.kind != VariableKind::Scratch || !unread.contains(&*variable.name)
             }
-            None => !(is_unlit && is_contribution(variable)),
         }
     };
     let read: Vec<bool> = outputs().map(|(output, _)| is_needed(output)).collect();

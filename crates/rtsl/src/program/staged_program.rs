@@ -20,7 +20,10 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
 use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
-use crate::link::contribution::{CONTRIBUTION_SCALARS, Contributions, contribution_column};
+use crate::link::contribution::{
+    CONTRIBUTION_SCALARS, Contributions, MAX_CONTRIBUTIONS, contribution_column,
+};
+use crate::link::kept_requests::KeptRequests;
 use crate::link::indexed_lights::{SHADOW_LIMIT, link_lights};
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
@@ -63,6 +66,22 @@ pub struct StagedProgram {
     shades_once: bool,
     values: ParameterValues,
 }
+
+/// The requests that stages keep until they end.
+static KEPT_REQUESTS: [KeptRequests; 2] = [
+    KeptRequests {
+        query: Query::Contribute,
+        effect: 7..10,
+        greatest: MAX_CONTRIBUTIONS,
+        column: contribution_column,
+    },
+    KeptRequests {
+        query: Query::SpawnPath,
+        effect: 10..11,
+        greatest: MAX_SPAWNS,
+        column: spawn_column,
+    },
+];
 
 /// The scene with which the stages of an integrator are linked.
 pub struct StageScene<'a> {
@@ -378,10 +397,13 @@ impl StagedProgram {
         std::array::from_fn(|index| self.layout.scratch[&shaded_column(index)] as usize)
     }
 
-    /// The scratch arrays with the contribution of a stage that has at most one, black if it has none: the origin, the
-    /// direction and the length of a ray, and the colour that arrives if nothing is on it.
-    pub fn contribution_arrays(&self) -> [usize; CONTRIBUTION_SCALARS] {
-        std::array::from_fn(|index| self.layout.scratch[&contribution_column(index)] as usize)
+    /// The scratch arrays with the contributions of a stage at each of a few places, black if it makes none: the origin,
+    /// the direction and the length of a ray, and the colour that arrives if nothing is on it.
+    pub fn contribution_arrays(&self) -> [[usize; CONTRIBUTION_SCALARS]; MAX_CONTRIBUTIONS] {
+        std::array::from_fn(|place| {
+            let array = |index| self.layout.scratch[&contribution_column(place, index)] as usize;
+            std::array::from_fn(array)
+        })
     }
 
     /// The scratch arrays with the factor of the light that a material's method defers.
@@ -515,7 +537,11 @@ impl StagedProgram {
             ParameterValues::Changing => KnownMembers::default(),
         };
         let variant = Variant::new(*mode).of_objects(objects.form().clone()).knowing(known);
-        let function = compiler.optimise_stage(linked, &variant, &layout);
+        let mut function = compiler.optimise_stage(linked, &variant, &layout);
+        // What hosts shade contributes and spawns in between.
+        if !function.body.asks(|query| query == Query::OwnShade) {
+            KEPT_REQUESTS.iter().for_each(|requests| requests.keep(&mut function));
+        }
         let layout = variant.layout(&layout);
         Ok((function, layout, variant))
     }
@@ -552,17 +578,15 @@ impl StagedProgram {
         let asks_host = inlined.is_none()
             && surface.is_some()
             && stage.function.body.asks(|query| query == Query::OwnShade);
-        let contributions = match asks_host {
+        let contributions = match asks_host || self.search.is_none() {
             true => Contributions::Requested,
             false => Contributions::of(places(Query::Contribute)),
         };
-        let keeps_spawns = !asks_host && places(Query::Spawn).can_be_kept(MAX_SPAWNS);
         let links = SurfaceLinks {
             sampler: Some(self.sampler),
             lights: self.lights.as_ref().map(|lights| lights.links.clone()),
             follows_search: stage.resumed_by == ResumedBy::NearestHit,
             material: self.material,
-            keeps_spawns,
             contributions,
             search: self.search.clone(),
             ..links
@@ -653,7 +677,9 @@ fn shared_columns() -> Vec<String> {
     let others = surface.chain([SHADOW_LIMIT, Port::Next]);
     let ports = answers.chain(requests).chain(others).map(Port::name);
     let own = PATH_COLUMNS.map(str::to_owned);
-    let contribution = (0..CONTRIBUTION_SCALARS).map(contribution_column);
+    let contribution = (0..MAX_CONTRIBUTIONS).flat_map(|place| {
+        (0..CONTRIBUTION_SCALARS).map(move |index| contribution_column(place, index))
+    });
     let properties = (0..property_count()).map(property_column);
     let shaded = (0..SHADED_SCALARS).map(shaded_column);
     let weight = SHADE_WEIGHT_COLUMNS.map(str::to_owned);

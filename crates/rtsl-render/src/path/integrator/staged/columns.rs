@@ -1,7 +1,7 @@
 //! The scratch arrays through which stages meet the runtime.
 
 use rtsl::{
-    MAX_ANSWERS, MAX_REQUEST, MAX_SPAWNS, Port, SHADOW_LIMIT, SPAWN_SCALARS, StageSurface,
+    MAX_ANSWERS, MAX_CONTRIBUTIONS, MAX_REQUEST, MAX_SPAWNS, Port, SHADOW_LIMIT, SPAWN_SCALARS, StageSurface,
     StagedProgram,
 };
 
@@ -51,8 +51,8 @@ pub struct Columns {
     pub spawns: [[usize; SPAWN_SCALARS]; MAX_SPAWNS],
     /// The number of rays that the path has spawned.
     pub children: usize,
-    /// The contribution of a stage: a ray's origin, direction and length, and the colour.
-    pub contribution: [usize; 10],
+    /// The contributions of a stage at each of a few places: a ray's origin, direction and length, and the colour.
+    pub contributions: [[usize; 10]; MAX_CONTRIBUTIONS],
 }
 
 impl Columns {
@@ -81,7 +81,7 @@ impl Columns {
             shade_weights: program.shade_weight_arrays(),
             spawns: program.spawn_arrays(),
             children: program.children_array(),
-            contribution: program.contribution_arrays(),
+            contributions: program.contribution_arrays(),
         }
     }
 

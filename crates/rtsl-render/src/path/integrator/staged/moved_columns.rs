@@ -28,7 +28,7 @@ impl MovedColumns {
         let all = || first.iter().chain(others);
         let is_lit_by_hosts = |kernel: &StageKernel| {
             let by_host = [Query::Contribute, Query::OwnShade];
-            kernel.contributes || by_host.iter().any(|query| kernel.queries.contains(query))
+            kernel.contributions > 0 || by_host.iter().any(|query| kernel.queries.contains(query))
         };
         let stored: BTreeSet<usize> = all().flat_map(|it| it.ports.iter().copied()).collect();
         let mut sums = BTreeSet::from([columns.searches, columns.shadow_rays]);
@@ -77,7 +77,7 @@ fn read_by_hosts(
             }
         }
     }
-    let adds_light = |kernel: &StageKernel| kernel.contributes || kernel.spawns > 0;
+    let adds_light = |kernel: &StageKernel| kernel.contributions > 0 || kernel.spawns > 0;
     if kernels.iter().any(adds_light) {
         read.extend([columns.time, columns.sample]);
     }

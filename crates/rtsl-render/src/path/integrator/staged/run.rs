@@ -223,11 +223,11 @@ impl StagedPaths<'_> {
         shadow_rays.clear();
     }
 
-    /// Notes the contributions of a call for these paths.
-    fn take_contributions(&mut self, paths: &PathSet) {
+    /// Notes the contributions that a call for these paths has made at a place.
+    fn take_contributions(&mut self, place: usize, paths: &PathSet) {
         let StagedPaths { frames, wave, queries, staged, .. } = self;
         let Frames { paths: Blocks { scratch, .. }, contributing, moved, .. } = &mut **frames;
-        let columns = staged.columns.contribution.map(|array| scratch.floats(array));
+        let columns = staged.columns.contributions[place].map(|array| scratch.floats(array));
         let [.., red, green, blue] = columns;
         let BatchMemory { shadow_rays, .. } = &mut **queries;
         contributing.set_nonzero(paths, [red, green, blue]);
@@ -254,9 +254,7 @@ impl StagedPaths<'_> {
         self.prepare_surfaces(kernel, paths);
         self.set_mask(paths);
         self.call_kernel(staged, at, paths);
-        if kernel.contributes {
-            self.take_contributions(paths);
-        }
+        (0..kernel.contributions).for_each(|place| self.take_contributions(place, paths));
         (0..kernel.spawns).for_each(|place| self.take_spawned(place, paths));
     }
 
