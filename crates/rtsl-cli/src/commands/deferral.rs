@@ -1,12 +1,12 @@
-//! What `rtsl check -v` says of the rays and lights that methods do not wait for.
+//! Notes of `rtsl check -v` on the rays and lights that methods wait for.
 
 use rtsl::defer::{Kept, Request, examine};
 use rtsl::{Class, Method, Place};
 
 use crate::report::Reporter;
 
-/// Reports for each method that traces rays or lights a surface what it does not wait for, and what it does and why.
-/// The class is traced, so that its values have places.
+/// Reports the rays, lights and calls of `shade` that methods of a class do not wait for, and those that they do, with
+/// the reasons. The class is traced, so that its values have places.
 pub fn report(class: &Class, reporter: &Reporter) {
     for method in [Method::Shade, Method::Radiance] {
         let Some(function) = class.methods.get(&method) else { continue };

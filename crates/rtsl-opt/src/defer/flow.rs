@@ -13,7 +13,7 @@ use crate::dce;
 /// with regions is behind them.
 pub(super) type Moment = u32;
 
-/// What happens at a moment.
+/// The event of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
     /// The operation with this number reads its operands.

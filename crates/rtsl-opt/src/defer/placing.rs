@@ -26,46 +26,51 @@ pub(super) struct Placed {
 /// A value that is neither known in the gap nor can be computed there.
 struct Unknown(Value);
 
-/// Places the factors in the gap, or if `may_wait`, in the first one behind it in the same region in which they are
-/// known. New values are added to `types`. `None` if they are not known.
+/// The factors that a request needs.
+pub(super) struct Wanted<'a> {
+    pub expressions: &'a Factors,
+    pub factors: &'a [Factor],
+    /// The gap in which it needs them.
+    pub gap: Gap,
+    /// True if it may wait for them.
+    pub may_wait: bool,
+}
+
+/// Places the factors in the gap, or if the request may wait, in the first one behind it in the same region in which
+/// they are known. New values are added to `types`. `None` if the factors are not known.
 pub(super) fn place(
     flow: &Flow<'_>,
-    expressions: &Factors,
+    wanted: &Wanted<'_>,
     types: &mut Vec<Scalar>,
-    factors: &[Factor],
-    first: Gap,
-    may_wait: bool,
 ) -> Option<Placed> {
-    let (mut gap, count) = (first, types.len());
+    let (mut gap, count) = (wanted.gap, types.len());
     loop {
         types.truncate(count);
-        match try_place(flow, expressions, types, factors, gap) {
+        match try_place(flow, wanted, gap, types) {
             Ok(placed) => return Some(placed),
-            Err(Unknown(value)) if may_wait => {
-                let later = flow.visible_later(value, gap)?;
+            Err(Unknown(value)) => {
+                let later = flow.visible_later(value, gap).filter(|_| wanted.may_wait)?;
                 if later.position <= gap.position {
                     return None;
                 }
                 gap = later;
             }
-            Err(Unknown(_)) => return None,
         }
     }
 }
 
 fn try_place(
     flow: &Flow<'_>,
-    expressions: &Factors,
-    types: &mut Vec<Scalar>,
-    factors: &[Factor],
+    wanted: &Wanted<'_>,
     gap: Gap,
+    types: &mut Vec<Scalar>,
 ) -> Result<Placed, Unknown> {
     let placed =
         Placed { gap, moves: Vec::new(), ops: Vec::new(), factors: Vec::new(), used: Vec::new() };
     let (copies, computed, steps) = (HashMap::new(), HashMap::new(), MAX_COPIES);
     let mut placing = Placing { flow, types, placed, copies, computed, steps };
-    for factor in factors {
-        let value = placing.factor(expressions, *factor)?;
+    for factor in wanted.factors {
+        let value = placing.factor(wanted.expressions, *factor)?;
         placing.placed.factors.push(value);
     }
     Ok(placing.placed)

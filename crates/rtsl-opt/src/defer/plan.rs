@@ -7,7 +7,7 @@ use rtsl_spec::COLOR_COMPONENTS;
 
 use super::factors::Factor;
 use super::flow::{Event, Flow, Gap, is_quiet_call};
-use super::placing::{Placed, place};
+use super::placing::{Placed, Wanted, place};
 use super::reason::{Kept, Reason, Refusal, Request};
 use super::spread::{Scope, Spreading};
 
@@ -28,7 +28,7 @@ pub(super) enum Edit {
     Contributing(Contribution),
 }
 
-/// What a branch for a light contributes.
+/// The contribution of a branch for a light.
 pub(super) struct Contribution {
     /// The point, the direction of the light, and the limit.
     pub ray: [Value; 7],
@@ -39,7 +39,7 @@ pub(super) struct Contribution {
 pub(super) struct Addend {
     /// The index of the result.
     pub position: usize,
-    /// What the other side yields.
+    /// The value that the other side yields.
     pub sum: Value,
     /// The component of the colour that it reaches and the factor by which it does, unless that is 1; `None` if it
     /// reaches none.
@@ -90,7 +90,7 @@ struct Planning<'f> {
     used: IndexVec<Value, bool>,
 }
 
-/// How values reach the colour.
+/// The ways of values to the colour.
 #[derive(Default)]
 struct Reached {
     /// For each value, the component of the colour and the factor; `None` if it does not reach it.
@@ -195,7 +195,8 @@ impl Planning<'_> {
 
     fn place(&mut self, factors: &[Factor], gap: Gap, may_wait: bool) -> Result<Placed, Refusal> {
         let Spreading { flow, factors: expressions, .. } = &self.spreading;
-        let placed = place(flow, expressions, &mut self.plan.types, factors, gap, may_wait);
+        let wanted = Wanted { expressions, factors, gap, may_wait };
+        let placed = place(flow, &wanted, &mut self.plan.types);
         placed.ok_or(Refusal::of(Reason::UnknownFactor, None))
     }
 
@@ -265,19 +266,13 @@ impl Planning<'_> {
         let flow = &self.spreading.flow;
         let mut results = op.results.iter();
         let found = results.next();
-        let branch = match found.map(|found| (found, flow.uses(found))) {
-            Some((found, [moment])) => match flow.event(*moment) {
-                Event::Start(branch) => {
-                    let is_condition = |kind: &OpKind| matches!(kind, OpKind::If { condition, .. } if *condition == found);
-                    Some(branch).filter(|branch| is_condition(&flow.node(*branch).op.kind))
-                }
-                Event::End(_) | Event::Outputs => None,
-            },
-            _ => None,
-        };
         let used = Refusal::of(Reason::SampleUsed, found);
-        let branch = branch.ok_or(used)?;
+        let &[moment] = found.map_or(&[][..], |found| flow.uses(found)) else { return Err(used) };
+        let Event::Start(branch) = flow.event(moment) else { return Err(used) };
         let node = flow.node(branch);
+        if !matches!(node.op.kind, OpKind::If { condition, .. } if Some(condition) == found) {
+            return Err(used);
+        }
         let is_inside = |value: Value| {
             let mut uses = flow.uses(value).iter();
             uses.all(|it| node.start < *it && *it < node.middle || *it == node.end)

@@ -489,7 +489,7 @@ fn own_colors_and_deferred_light_add_up() {
     assert!(all.into_iter().all(|count| *count > 100), "{kept:?} {deferred:?}");
 }
 
-/// What is deferred, and the bits of its light, do not depend on how much is optimised.
+/// The requests that are deferred, and the bits of their light, do not depend on how much is optimised.
 #[test]
 fn levels_of_optimization_agree() {
     for seed in 5000..5200 {

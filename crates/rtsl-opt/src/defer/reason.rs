@@ -1,4 +1,4 @@
-//! Why operations stay as they are.
+//! Reasons for which operations stay as they are.
 
 use rtsl_ir::{Place, Value};
 
@@ -18,16 +18,16 @@ pub enum Request {
 pub struct Kept {
     /// The request.
     pub request: Request,
-    /// Why it keeps it.
+    /// The reason.
     pub reason: Reason,
-    /// Where the request is in the source, if it is known.
+    /// The place of the request in the source, if it is known.
     pub place: Option<Place>,
-    /// Where the reason is, if it is known.
+    /// The place of the reason, if it is known.
     pub cause: Option<Place>,
 }
 
-/// Why a request keeps its answer. Of a ray it is about the radiance that comes back, of a light about the sums of its
-/// samples.
+/// A reason for which a request keeps its answer. Of a ray it is about the radiance that comes back, of a light about
+/// the sums of its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
     /// The method has no colour.

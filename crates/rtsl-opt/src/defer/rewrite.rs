@@ -248,8 +248,8 @@ impl Rewriting<'_> {
         })
     }
 
-    /// Adds the contribution of a branch: for each component of the colour, the sum over the variables that reach it, in
-    /// the order of the results, of the factor times what the branch adds.
+    /// Adds the contribution of a branch: for each component of the colour, the sum over the results that reach it, in
+    /// their order, of the factor times what the branch adds.
     fn contribute(&mut self, contribution: &Contribution, yields: &[Value], ops: &mut Vec<Op>) {
         let mut colors = [Own::Zero; rtsl_spec::COLOR_COMPONENTS as usize];
         for addend in &contribution.sums {

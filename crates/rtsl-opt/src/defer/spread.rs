@@ -13,13 +13,13 @@ const MAX_STEPS: usize = 1024;
 
 /// The part of the text in which a value is followed.
 pub(super) struct Scope {
-    /// Where the answer comes from: it is in the loops around this moment.
+    /// The moment at which the answer comes: it is in the loops around this moment.
     pub at: Moment,
     /// The first moment of the scope.
     pub from: Moment,
     /// The first moment behind it.
     pub until: Moment,
-    /// What is known of bools where the answer comes from.
+    /// The bools that are known where the answer comes from.
     pub known: Vec<(Value, bool)>,
 }
 

@@ -60,7 +60,8 @@ fn factors_of_products_and_sums() {
     check_ray(
         "%p: f32 = multiply %red, %b %x: f32 = add %a, %p
         %q: f32 = multiply %c, %green %y: f32 = subtract %a, %q
-        %n: f32 = negate %blue %k: f32 = multiply %n, %b %l: f32 = divide %k, %c %z: f32 = fma %l, %d, %a",
+        %n: f32 = negate %blue %k: f32 = multiply %n, %b %l: f32 = divide %k, %c
+        %z: f32 = fma %l, %d, %a",
         expect![[r#"
             %4: f32 = negate %2
             %5: f32 = negate %1
@@ -154,7 +155,8 @@ fn a_ray_waits_for_its_factor() {
 fn sums_of_loops() {
     check(
         &format!(
-            "%x: f32, %y: f32, %z: f32, %n: f32 = loop (%r0: f32 = %a, %g0: f32 = %a, %b0: f32 = %a, %n0: f32 = %zero) {{
+            "%x: f32, %y: f32, %z: f32, %n: f32 =
+                loop (%r0: f32 = %a, %g0: f32 = %a, %b0: f32 = %a, %n0: f32 = %zero) {{
                 {RAY}
                 %r1: f32 = fma %red, %n0, %r0 %g1: f32 = fma %green, %n0, %g0 %b1: f32 = add %blue, %b0
                 %n1: f32 = add %n0, %one %more: bool = less %n1, %d
@@ -176,7 +178,7 @@ fn sums_of_loops() {
     );
 }
 
-/// What computes a factor moves to before the request, or to before the operation around it.
+/// Operations that compute a factor move to before the request, or to before the operation around it.
 #[test]
 fn factors_from_behind_the_request() {
     check(
@@ -297,7 +299,8 @@ fn lights(body: &str, yields: &str, rest: &str) -> String {
             loop (%r0: f32 = %zero, %g0: f32 = %zero, %b0: f32 = %zero, %n0: f32 = %d, %i: i32 = %i0) {{
             %found: bool, %lx: f32, %ly: f32, %lz: f32, %distance: f32, %lr: f32, %lg: f32, %lb: f32, %pdf: f32 =
                 light_sample %i, %a, %b, %c, %zero, %zero, %one, %d
-            %r3: f32, %g3: f32, %b3: f32, %n3: f32 = if %found {{ {body} yield {yields} }} else {{ yield %r0, %g0, %b0, %n0 }}
+            %r3: f32, %g3: f32, %b3: f32, %n3: f32 =
+                if %found {{ {body} yield {yields} }} else {{ yield %r0, %g0, %b0, %n0 }}
             %i3: i32 = add %i, %i1
             %more: bool = less %i3, %count
             repeat %more, %r3, %g3, %b3, %n3, %i3

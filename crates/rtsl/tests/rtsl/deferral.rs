@@ -1,4 +1,4 @@
-//! Which rays and lights of the library's materials a renderer may add up later.
+//! Rays and lights of the library's materials, all of which a renderer may add up later.
 
 use std::sync::Arc;
 
