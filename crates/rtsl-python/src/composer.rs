@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use rtsl::{Diagnostic, Engine, Instance, Messages, diagnostic_codes as codes};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
-use rtsl_render::batch::{BatchScene, renderer_of};
+use rtsl_render::batch::{BatchScene, BatchSceneBuilder, renderer_of};
 use rtsl_render::{PixelRequest, Renderer};
 use rtsl_scene::{ComposedShape, Composer, Composition, PlacedLight, Scene, Settings};
 
@@ -198,7 +198,8 @@ fn prepare(
         return Ok(last.prepared.clone());
     }
     let earlier = last.map(|last| (&*last.prepared, &last.scene));
-    BatchScene::of_changing(scene, engine, aovs, earlier, messages).map(Arc::new)
+    let builder = BatchSceneBuilder::of_changing(engine, scene, earlier).aovs(aovs);
+    builder.build(scene, messages).map(Arc::new)
 }
 
 fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyResult<Composition> {

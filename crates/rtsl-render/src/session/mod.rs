@@ -8,11 +8,13 @@
 //! Samples are those of an offline render: after all passes the film has the bits of [`crate::batch::render`].
 
 mod control;
+mod enlargement;
 mod film;
 mod options;
 mod picked;
 mod probe;
 mod renderer;
+mod resolution;
 mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;
