@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use rtsl_image::write_pixels;
 use rtsl_math::Transform;
+use rtsl_render::LoadOptions;
 use rtsl_render::session::{Session, SessionOptions};
 
 /// How soon an interactive session shows a change.
@@ -56,7 +57,7 @@ struct Latency {
 fn main() -> Result<(), String> {
     let arguments = Arguments::parse();
     let options = SessionOptions {
-        integrator: arguments.integrator.clone(),
+        load: LoadOptions { integrator: arguments.integrator.clone(), ..LoadOptions::default() },
         threads: arguments.threads,
         ..SessionOptions::default()
     };

@@ -12,7 +12,7 @@ use rtsl::{
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
 use rtsl_memory::on_all_processors;
-use rtsl_scene::{Renderer, Scene};
+use rtsl_scene::{PATH_TRACER, Scene, WHITTED};
 
 use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
@@ -264,13 +264,13 @@ impl BatchScene {
     }
 }
 
-/// Returns the renderer of a scene: the one that its settings select, or else the batch renderer if all surfaces
-/// support it.
-pub fn renderer_of(engine: &Engine, scene: &Scene) -> Renderer {
-    match scene.settings.renderer {
-        Some(renderer) => renderer,
-        None if has_shade(engine, scene) => Renderer::Interactive,
-        None => Renderer::Batch,
+/// Returns the class of the integrator of a scene that names none: the one that its settings select, or else the path
+/// tracer if all surfaces support it.
+pub fn integrator_of(engine: &Engine, scene: &Scene) -> &'static str {
+    match scene.settings.integrator {
+        Some(integrator) => integrator,
+        None if has_shade(engine, scene) => WHITTED,
+        None => PATH_TRACER,
     }
 }
 

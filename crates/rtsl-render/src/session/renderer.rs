@@ -2,7 +2,7 @@
 
 use rtsl::{Engine, Messages};
 use rtsl_bvh::{LANES, lanes_of};
-use rtsl_scene::{Renderer, Scene};
+use rtsl_scene::{INTERACTIVE, Scene, WHITTED};
 
 use super::tile_sample::TileSample;
 use crate::compiled::CompiledScene;
@@ -44,7 +44,7 @@ impl SessionRenderer {
         let builder = BatchSceneBuilder::of_changing(engine, scene, earlier);
         let prepared = builder.keeping_first_hits().build(scene, messages)?;
         let is_interactive =
-            scene.integrator.is_none() && scene.settings.renderer == Some(Renderer::Interactive);
+            scene.integrator.is_none() && scene.settings.integrator == Some(WHITTED);
         Ok(SessionRenderer { scene: Box::new(prepared), is_interactive })
     }
 
@@ -77,7 +77,7 @@ impl SessionRenderer {
     /// The name of the integrator, or of the interactive renderer.
     pub fn name(&self) -> &str {
         match self.is_interactive {
-            true => Renderer::Interactive.name(),
+            true => INTERACTIVE,
             false => self.scene.integrator(),
         }
     }

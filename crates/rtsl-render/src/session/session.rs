@@ -12,7 +12,7 @@ use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{EntityId, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings};
+use rtsl_scene::{EntityId, Loaded, Origins, PATH_TRACER, Scene, SceneSource, Settings, WHITTED};
 
 use super::control::{Control, Thing};
 use super::enlargement::Enlargement;
@@ -112,18 +112,7 @@ impl Session {
     /// # Errors
     /// Any error of the scene, its shaders, or the machine.
     pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
-        let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
-        let load = LoadOptions {
-            defines,
-            search_path,
-            camera: options.camera.clone(),
-            studio: options.studio,
-            integrator: options.integrator.clone(),
-            input_memory: options.input_memory,
-            texture_memory: options.texture_memory,
-            traced: false,
-        };
-        let mut source = SceneSource::read(path, &DiskFiles, &load);
+        let mut source = SceneSource::read(path, &DiskFiles, &options.load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
         check_size(&scene, options.threads)?;
@@ -370,7 +359,7 @@ impl Session {
 
     /// Returns the folders for `#include` besides the scene's.
     pub fn search_path(&self) -> &[PathBuf] {
-        &self.options.search_path
+        &self.options.load.search_path
     }
 
     /// Returns the object under a pixel, counted from the top left.
@@ -673,9 +662,9 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
 /// Selects the renderer: names of the format leave the choice to the viewer, which prefers the interactive renderer,
 /// unless one was selected.
 pub(super) fn choose_renderer(selects_integrator: bool, scene: &mut Scene) {
-    let is_batch = selects_integrator && scene.settings.renderer == Some(Renderer::Batch);
-    if scene.integrator.is_none() && !is_batch {
-        scene.settings.renderer = Some(Renderer::Interactive);
+    let traces_paths = selects_integrator && scene.settings.integrator == Some(PATH_TRACER);
+    if scene.integrator.is_none() && !traces_paths {
+        scene.settings.integrator = Some(WHITTED);
     }
 }
 

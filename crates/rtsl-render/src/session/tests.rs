@@ -2,6 +2,7 @@
 
 use rtsl::Method;
 use rtsl_image::Image;
+use rtsl_scene::LoadOptions;
 use tempfile::TempDir;
 
 use super::*;
@@ -67,8 +68,11 @@ impl Folder {
     pub(super) fn render_with(&self, integrator: Option<&str>, defines: &[&str]) -> Image {
         let request = RenderRequest {
             scene: self.0.path().join("scene.pbrt"),
-            integrator: integrator.map(str::to_owned),
-            defines: defines.iter().map(|define| (*define).to_owned()).collect(),
+            load: LoadOptions {
+                integrator: integrator.map(str::to_owned),
+                defines: defines.iter().map(|define| (*define).to_owned()).collect(),
+                ..LoadOptions::default()
+            },
             ..RenderRequest::default()
         };
         render_scene(&request).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
