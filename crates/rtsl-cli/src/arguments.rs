@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use rtsl::{Backend, CallMode, EngineOptions, Math, Outputs, StateVariable, Variant};
 use rtsl_memory::Amount;
+use rtsl_scene::LoadOptions;
 
 use crate::names::find_state;
 use crate::outcome::Failure;
@@ -79,6 +80,50 @@ pub struct InputArguments {
     /// files, in the folder `TMPDIR` or `/var/tmp`.
     #[arg(long, value_name = "AMOUNT")]
     pub texture_memory: Option<Amount>,
+}
+
+impl InputArguments {
+    /// Returns the options of reading a scene within these limits.
+    pub fn options(self) -> LoadOptions {
+        let InputArguments { input_memory, texture_memory } = self;
+        LoadOptions { input_memory, texture_memory, ..LoadOptions::default() }
+    }
+}
+
+/// The arguments of reading a scene.
+#[derive(Clone, Debug, Args)]
+pub struct LoadArguments {
+    /// The camera of a glTF file, by its name or index; its first one if not given.
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
+    #[arg(long)]
+    pub studio: bool,
+    /// The integrator, overriding the scene's: a class written in RTSL such as `Normals`, or a name of the pbrt format.
+    /// It takes over the parameters of the scene's that it has, too; `-D integrator.NAME=VALUE` sets others.
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+    /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
+    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
+    pub defines: Vec<String>,
+    #[command(flatten)]
+    pub search_path: SearchPath,
+    #[command(flatten)]
+    pub input: InputArguments,
+}
+
+impl LoadArguments {
+    /// Returns the options of reading the scene, with a search path that has the folders of its project file.
+    pub fn options(&self, search_path: &SearchPath) -> LoadOptions {
+        LoadOptions {
+            defines: self.defines.clone(),
+            search_path: search_path.folders(),
+            camera: self.camera.clone(),
+            studio: self.studio,
+            integrator: self.integrator.clone(),
+            ..self.input.options()
+        }
+    }
 }
 
 /// The selection of an engine.

@@ -6,9 +6,12 @@ use pyo3::prelude::*;
 use rtsl::{Diagnostic, Engine, Instance, Messages, diagnostic_codes as codes};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
-use rtsl_render::batch::{BatchScene, renderer_of};
-use rtsl_render::{PixelRequest, Renderer};
-use rtsl_scene::{ComposedShape, Composer, Composition, PlacedLight, Scene, Settings};
+use rtsl_render::PixelRequest;
+use rtsl_render::path::{BatchScene, BatchSceneBuilder, integrator_of};
+use rtsl_scene::{
+    ComposedShape, Composer, Composition, PlacedLight, RENDERERS, Scene, Settings,
+    class_of_renderer,
+};
 
 use crate::detached::detached;
 use crate::engine::PyEngine;
@@ -168,7 +171,7 @@ impl PyComposer {
         let composed = detached(py, || {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let mut scene = state.composer.compose(composition)?;
-            scene.settings.renderer = Some(renderer_of(&engine.engine, &scene));
+            scene.settings.integrator = Some(integrator_of(&engine.engine, &scene));
             match scene.settings.size_problem() {
                 Some(problem) => Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem))),
                 None => Ok(scene),
@@ -198,7 +201,8 @@ fn prepare(
         return Ok(last.prepared.clone());
     }
     let earlier = last.map(|last| (&*last.prepared, &last.scene));
-    BatchScene::of_changing(scene, engine, aovs, earlier, messages).map(Arc::new)
+    let builder = BatchSceneBuilder::of_changing(engine, scene, earlier).aovs(aovs);
+    builder.build(scene, messages).map(Arc::new)
 }
 
 fn composition(py: Python<'_>, parts: GivenParts, given: GivenSettings) -> PyResult<Composition> {
@@ -260,12 +264,11 @@ fn with_given(settings: Settings, given: GivenSettings) -> PyResult<Settings> {
     settings.sampler.seed = given.seed.unwrap_or(settings.sampler.seed);
     settings.max_depth = given.max_depth.unwrap_or(settings.max_depth);
     if let Some(name) = given.renderer {
-        let all = [Renderer::Interactive, Renderer::Batch];
-        let Some(renderer) = all.into_iter().find(|it| it.name() == name) else {
-            let message = format!("there is no renderer `{name}`: interactive, batch");
+        let Some(class) = class_of_renderer(&name) else {
+            let message = format!("there is no renderer `{name}`: {}", RENDERERS.join(", "));
             return Err(Exception::Scene.with_text(&message));
         };
-        settings.renderer = Some(renderer);
+        settings.integrator = Some(class);
     }
     Ok(settings)
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtsl::{Messages, Method};
-use rtsl_render::batch::{
+use rtsl_render::path::{
     BatchOptions, BatchScene, Part, PartialRender, RenderIdentity, WorkCounts,
 };
 use rtsl_render::statistics::{NotFinite, RayCounts};

@@ -12,7 +12,7 @@ use rtsl_image::{
     write_image_with,
 };
 use rtsl_render::Statistics;
-use rtsl_render::batch::BatchRendered;
+use rtsl_render::path::BatchRendered;
 use rtsl_scene::Settings;
 
 use crate::detached::detached;

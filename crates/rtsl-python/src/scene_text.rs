@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
-use rtsl_render::batch::{RenderIdentity, TILE};
+use rtsl_render::path::{RenderIdentity, TILE};
 use rtsl_render::session::{Control, ControlKind};
 use rtsl_scene::reader::{Digest, DiskFiles, FilesRef, MovedFiles, RecordedFiles};
 use rtsl_scene::{EntityId, LoadOptions, Loaded, Scene, SceneSource, Settings};
@@ -157,14 +157,14 @@ impl PySceneText {
     /// Returns what tells a render of the scene as it is now from others.
     pub fn identity(&self, engine: &PyEngine) -> PyResult<RenderIdentity> {
         self.with(|text| {
-            let LoadOptions { defines, integrator, camera, studio, .. } = &text.options;
+            let defines = text.options.defines.iter().cloned();
             let changes = text.changes.iter();
             let changes = changes.map(|(thing, name, to)| format!("{thing}.{name}={to:?}"));
             RenderIdentity {
-                defines: defines.iter().cloned().chain(changes).collect(),
-                integrator: integrator.clone(),
-                camera: camera.clone(),
-                studio: *studio,
+                options: LoadOptions {
+                    defines: defines.chain(changes).collect(),
+                    ..text.options.clone()
+                },
                 ..RenderIdentity::new(text.files.digests(&text.path), engine.math, &engine.engine)
             }
         })

@@ -21,12 +21,10 @@ pub mod statistics;
 pub(crate) mod surfaces;
 pub(crate) mod tiles;
 
-// Users know the renderers by the names that select them.
 pub use execution::{Execution, Optimise, Rendered};
-pub use path as batch;
 pub use pixel::{PixelRequest, TracedPixel, TracedSample, render_pixel, render_pixel_of};
 pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};
 pub use rtsl::Messages;
-pub use rtsl_scene::Renderer;
+pub use rtsl_scene::LoadOptions;
 pub use statistics::Statistics;

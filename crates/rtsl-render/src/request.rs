@@ -10,7 +10,7 @@ use rtsl::{
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
-use rtsl_scene::{LoadOptions, Renderer, Scene, SceneSource, Settings};
+use rtsl_scene::{LoadOptions, PATH_TRACER, Scene, SceneSource, Settings, WHITTED};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
@@ -29,23 +29,8 @@ use crate::tiles::RenderThreads;
 pub struct RenderRequest<'a> {
     /// The scene's file.
     pub scene: PathBuf,
-    /// The renderer, overriding the scene's. If neither selects one, paths are traced if all surfaces support it.
-    pub renderer: Option<Renderer>,
-    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
-    /// scene's that it has, too.
-    pub integrator: Option<String>,
-    /// Definitions `name.parameter=value`, in order.
-    pub defines: Vec<String>,
-    /// Folders for `#include` besides the scene's.
-    pub search_path: Vec<PathBuf>,
-    /// The camera of a glTF file, by its name or index; its first one if `None`.
-    pub camera: Option<String>,
-    /// True if a studio lights the scene besides its own lights.
-    pub studio: bool,
-    /// The memory budget of the scene's files; three quarters of the available memory if `None`.
-    pub input_memory: Option<Amount>,
-    /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
-    pub texture_memory: Option<Amount>,
+    /// The options of loading it. If neither it nor they select an integrator, paths are traced if all surfaces support it.
+    pub load: LoadOptions,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples per pixel, overriding the scene's.
@@ -235,10 +220,7 @@ fn fingerprint_of(
 ) -> Fingerprint {
     let files = files.digests(&request.scene);
     let identity = RenderIdentity {
-        defines: request.defines.clone(),
-        integrator: request.integrator.clone(),
-        camera: request.camera.clone(),
-        studio: request.studio,
+        options: request.load.clone(),
         ..RenderIdentity::new(files, request.engine.math, &loaded.engine)
     };
     path::fingerprint(&loaded.scene.settings, Some(&identity), request.noise_target, features)
@@ -318,25 +300,13 @@ impl LoadedScene {
     ) -> Result<LoadedScene, Messages> {
         let start = Instant::now();
         request.tell(Progress::Reading);
-        let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
-        let options = LoadOptions {
-            defines,
-            search_path,
-            camera: request.camera.clone(),
-            studio: request.studio,
-            integrator: request.integrator.clone(),
-            input_memory: request.input_memory,
-            texture_memory: request.texture_memory,
-            traced: request.engine.trace.is_some() || request.engine.costs.is_some(),
-        };
+        let traced = request.engine.trace.is_some() || request.engine.costs.is_some();
+        let options = LoadOptions { traced, ..request.load.clone() };
         let mut source = SceneSource::read(&request.scene, files, &options);
         let mut loaded = source.load()?;
         let objects = loaded.origins.objects.iter().filter(|_| options.traced);
         let titles = objects.map(|object| source.title(*object)).collect();
         apply(request, &mut loaded.scene.settings);
-        if request.renderer.is_some() {
-            loaded.scene.integrator = None;
-        }
         if let Some(problem) = loaded.scene.settings.size_problem() {
             return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
         }
@@ -355,19 +325,19 @@ impl LoadedScene {
     /// Puts an integrator in the place of the scene's own.
     pub(crate) fn with_integrator(mut self, integrator: &Arc<Instance>) -> LoadedScene {
         self.scene.integrator = Some(integrator.clone());
-        self.scene.settings.renderer = Some(Renderer::Batch);
+        self.scene.settings.integrator = Some(PATH_TRACER);
         self
     }
 
     /// Chooses the interactive renderer unless the scene names an integrator by its class, as the viewer does.
     pub(crate) fn prefer_interactive(&mut self) {
-        self.scene.settings.renderer = Some(Renderer::Interactive);
+        self.scene.settings.integrator = Some(WHITTED);
     }
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
     pub(crate) fn choose_renderer(&mut self) {
-        let renderer = path::renderer_of(&self.engine, &self.scene);
-        self.scene.settings.renderer = Some(renderer);
+        let integrator = path::integrator_of(&self.engine, &self.scene);
+        self.scene.settings.integrator = Some(integrator);
     }
 }
 
@@ -441,7 +411,6 @@ fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
     if let Some((width, height)) = request.size {
         settings.set_size(width.max(1), height.max(1));
     }
-    settings.renderer = request.renderer.or(settings.renderer);
     if let Some(samples) = request.samples {
         settings.set_samples_per_pixel(samples);
     }

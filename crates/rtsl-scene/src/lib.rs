@@ -23,7 +23,6 @@ mod parts;
 mod pbrt;
 mod presence;
 pub mod reader;
-mod renderer;
 mod scene;
 mod settings;
 mod shutter;
@@ -41,7 +40,9 @@ pub use description::{
 };
 pub use load::Origins;
 pub use mesh_scene::is_mesh_file;
-pub use renderer::Renderer;
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
-pub use settings::{Crop, Imaging, MAX_TRACE_DEPTH, Settings};
+pub use settings::{
+    BATCH, Crop, INTERACTIVE, Imaging, MAX_TRACE_DEPTH, RENDERERS, Settings, class_of_renderer,
+};
 pub use source::{LoadOptions, Loaded, SceneSource, load_scene};
+pub use standard::{PATH_TRACER, WHITTED};

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use rtsl::Instance;
 use rtsl_math::{MovingTransform, PackedTransform, Transform};
 
-use super::{Renderer, Settings};
+use super::Settings;
+use super::standard::WHITTED;
 
 /// A scene.
 #[derive(Clone, Debug)]
@@ -42,11 +43,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Returns the integrator that makes the picture: the class that the scene names, or that of the renderer.
+    /// Returns the integrator that makes the picture: the class that the scene names, or that of the settings.
     pub fn integrator(&self) -> &Arc<Instance> {
-        self.integrator.as_ref().unwrap_or(match self.settings.renderer {
-            Some(Renderer::Interactive) => &self.whitted,
-            Some(Renderer::Batch) | None => &self.path_tracer,
+        self.integrator.as_ref().unwrap_or(match self.settings.integrator {
+            Some(WHITTED) => &self.whitted,
+            Some(_) | None => &self.path_tracer,
         })
     }
 

@@ -20,9 +20,9 @@ use super::mesh_scene::{is_mesh_file, read_mesh_scene};
 use super::not_scene::shader_instead_of_scene;
 use super::pbrt::{PbrtName, add_missing_camera, class_name, share_film_size};
 use super::presence::Presences;
-use super::renderer::Renderer;
 use super::scene::Scene;
-use super::settings::Settings;
+use super::settings::{INTERACTIVE, Settings, class_of_integrator};
+use super::standard::PATH_TRACER;
 use super::studio::{add_studio, has_studio};
 use crate::reader::{
     Fence, FileSource, FilesRef, Input, Parameter, ParameterType, SceneFiles, Values, defines,
@@ -30,7 +30,7 @@ use crate::reader::{
 };
 
 /// Options of loading.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,
@@ -40,7 +40,8 @@ pub struct LoadOptions {
     pub camera: Option<String>,
     /// True if a studio lights the scene besides its own lights.
     pub studio: bool,
-    /// The integrator in place of the scene's, from which it takes over the parameters that it has, too.
+    /// The integrator in place of the scene's, by a name of the format or a renderer, or a class. It takes over the
+    /// parameters of the scene's that it has, too.
     pub integrator: Option<String>,
     /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
@@ -48,6 +49,13 @@ pub struct LoadOptions {
     pub texture_memory: Option<Amount>,
     /// True if classes are compiled for engines with a trace.
     pub traced: bool,
+}
+
+impl LoadOptions {
+    /// Options with an integrator in place of the scene's.
+    pub fn with_integrator(name: &str) -> LoadOptions {
+        LoadOptions { integrator: Some(name.to_owned()), ..LoadOptions::default() }
+    }
 }
 
 /// A loaded scene.
@@ -267,14 +275,13 @@ impl<'f> SceneSource<'f> {
     /// Returns the names of integrators that the scene can have: the interactive renderer, the scene's own, and those of
     /// the standard library.
     pub fn integrators(&self) -> Vec<String> {
-        let interactive = Renderer::Interactive.name();
         let own = self.description.own_integrator;
         let own = own.map(|EntityId(index)| &self.description.entities[index]);
-        let own = own.filter(|own| Renderer::of_integrator(own) == Renderer::Batch);
+        let own = own.filter(|own| class_of_integrator(own) == PATH_TRACER);
         let is_other = |name: &&str| own.is_none_or(|own| !own.class.eq_ignore_ascii_case(name));
         let standard = Classes::standard_integrators().filter(is_other).map(str::to_owned);
         let own = own.map(|own| own.class.clone());
-        [interactive.to_owned()].into_iter().chain(own).chain(standard).collect()
+        [INTERACTIVE.to_owned()].into_iter().chain(own).chain(standard).collect()
     }
 
     /// Returns the integrator that was selected in place of the scene's own, if any was.

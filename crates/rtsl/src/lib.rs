@@ -63,7 +63,7 @@ pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
 pub use engine::specialised::SpecialisedKernel;
 pub use engine::stage_kernels::{
-    PreparedOperand, PreparedSurface, ReadResults, StageKernel, StageKernels,
+    EarlierKernels, PreparedOperand, PreparedSurface, ReadResults, StageKernel, StageKernels,
 };
 pub use engine::tiered_kernel::TieredKernel;
 pub use errors::unknown_class;

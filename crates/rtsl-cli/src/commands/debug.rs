@@ -5,11 +5,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rtsl::TraceLimits;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::RenderRequest;
+use rtsl_scene::{LoadOptions, RENDERERS};
 use serde_json::Value as JsonValue;
 
 use super::pixel::parse_pixel;
-use super::render::{RendererName, parse_size};
+use super::render::parse_size;
 use crate::arguments::SearchPath;
 use crate::debug::{
     Commands, DEFAULT_KEPT, MAX_KEPT, PixelTarget, Recorded, Target, Terminal, record,
@@ -35,8 +36,8 @@ pub struct DebugArguments {
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "method")]
     sample: u32,
     /// The renderer, overriding the scene's integrator.
-    #[arg(long, value_enum, conflicts_with = "method")]
-    renderer: Option<RendererName>,
+    #[arg(long, value_name = "NAME", value_parser = RENDERERS, conflicts_with = "method")]
+    renderer: Option<String>,
     /// The integrator, overriding the scene's.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["renderer", "method"])]
     integrator: Option<String>,
@@ -122,10 +123,12 @@ fn target(arguments: &DebugArguments, search_path: &SearchPath) -> Target {
         Some(pixel) => Target::Pixel(Box::new(PixelTarget {
             request: RenderRequest {
                 scene: arguments.file.clone(),
-                renderer: arguments.renderer.map(Renderer::from),
-                integrator: arguments.integrator.clone(),
-                defines: arguments.defines.clone(),
-                search_path: search_path.folders(),
+                load: LoadOptions {
+                    integrator: arguments.renderer.clone().or_else(|| arguments.integrator.clone()),
+                    defines: arguments.defines.clone(),
+                    search_path: search_path.folders(),
+                    ..LoadOptions::default()
+                },
                 size: arguments.size,
                 samples: arguments.spp,
                 seed: arguments.seed,

@@ -15,11 +15,12 @@ use rtsl_image::{
 };
 use rtsl_render::{
     CheckpointRequest, Execution, Messages, Optimise, Progress, RenderRequest, RenderResult,
-    Renderer, render_scene,
+    render_scene,
 };
+use rtsl_scene::{LoadOptions, RENDERERS};
 
 use super::pixel::{PixelArguments, render_one};
-use crate::arguments::{EngineArguments, InputArguments, SearchPath};
+use crate::arguments::{EngineArguments, LoadArguments, SearchPath};
 use crate::files::write_result;
 use crate::outcome::{CommandResult, Failure, Outcome};
 use crate::progress_line::ProgressLine;
@@ -51,19 +52,12 @@ pub struct RenderArguments {
             ["pixel", "denoise", "optimise", "interleave", "input_memory", "texture_memory"]
     )]
     cluster: Option<String>,
-    /// The camera of a glTF file, by its name or index; its first one if not given.
-    #[arg(long, value_name = "NAME")]
-    camera: Option<String>,
-    /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
-    #[arg(long)]
-    studio: bool,
-    /// The renderer, overriding the scene's integrator.
-    #[arg(long, value_enum)]
-    renderer: Option<RendererName>,
-    /// The integrator, overriding the scene's: a class written in RTSL such as `Normals`, or a name of the pbrt format.
-    /// It takes over the parameters of the scene's that it has, too; `-D integrator.NAME=VALUE` sets others.
-    #[arg(long, value_name = "NAME", conflicts_with = "renderer")]
-    integrator: Option<String>,
+    #[command(flatten)]
+    load: LoadArguments,
+    /// The renderer, overriding the scene's integrator: `batch` traces paths by the materials' `BSDF`, `sampleBSDF` and
+    /// `evaluatePDF`; `interactive` calls their `shade`, as `rtsl view` does.
+    #[arg(long, value_name = "NAME", value_parser = RENDERERS, conflicts_with = "integrator")]
+    renderer: Option<String>,
     /// Samples per pixel, overriding the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -104,9 +98,6 @@ pub struct RenderArguments {
     /// Write statistics of the render as JSON.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
-    /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
-    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
-    defines: Vec<String>,
     /// The exposure of a PNG in stops, added to the scene's.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
@@ -125,28 +116,6 @@ pub struct RenderArguments {
     exr_parts: bool,
     #[command(flatten)]
     engine: EngineArguments,
-    #[command(flatten)]
-    search_path: SearchPath,
-    #[command(flatten)]
-    input: InputArguments,
-}
-
-/// The renderers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum RendererName {
-    /// Traces paths by the materials' `BSDF`, `sampleBSDF` and `evaluatePDF`.
-    Batch,
-    /// Calls the materials' `shade`, with packets of rays from tiles, as `rtsl view` does.
-    Interactive,
-}
-
-impl From<RendererName> for Renderer {
-    fn from(name: RendererName) -> Renderer {
-        match name {
-            RendererName::Batch => Renderer::Batch,
-            RendererName::Interactive => Renderer::Interactive,
-        }
-    }
 }
 
 /// View transforms.
@@ -215,7 +184,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         return Err(Failure::Usage(problem));
     }
     let Some(output) = &arguments.output else {
-        let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
+        let search_path = arguments.load.search_path.beside(&arguments.scene, reporter)?;
         return render_one(&request(arguments, &search_path), &arguments.pixel, reporter);
     };
     if let Some(address) = &arguments.cluster {
@@ -227,7 +196,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         Ok(denoiser) => denoiser,
         Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
     };
-    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
+    let search_path = arguments.load.search_path.beside(&arguments.scene, reporter)?;
     let interrupted = told_to_end();
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
@@ -285,16 +254,11 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
 
 /// The request for the scene and its settings.
 fn request(arguments: &RenderArguments, search_path: &SearchPath) -> RenderRequest<'static> {
+    let load = arguments.load.options(search_path);
+    let integrator = arguments.renderer.clone().or(load.integrator);
     RenderRequest {
         scene: arguments.scene.clone(),
-        renderer: arguments.renderer.map(Renderer::from),
-        integrator: arguments.integrator.clone(),
-        defines: arguments.defines.clone(),
-        search_path: search_path.folders(),
-        camera: arguments.camera.clone(),
-        studio: arguments.studio,
-        input_memory: arguments.input.input_memory,
-        texture_memory: arguments.input.texture_memory,
+        load: LoadOptions { integrator, ..load },
         size: arguments.size,
         samples: arguments.spp,
         seed: arguments.seed,

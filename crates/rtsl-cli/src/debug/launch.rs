@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::TraceLimits;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::RenderRequest;
+use rtsl_scene::{LoadOptions, RENDERERS};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
@@ -134,23 +135,21 @@ impl LaunchArguments {
     fn pixel_of(&self, scene: &Path) -> Result<(Target, SearchPath), String> {
         let pixel =
             self.pixel.ok_or("`scene` needs `pixel`: a column and a row, such as [320, 240]")?;
-        let renderer = match self.renderer.as_deref() {
-            None => None,
-            Some("batch") => Some(Renderer::Batch),
-            Some("interactive") => Some(Renderer::Interactive),
-            Some(other) => {
-                return Err(format!("there is no renderer `{other}`: batch, interactive"));
-            }
-        };
+        let renderer = self.renderer.as_deref();
+        if let Some(other) = renderer.filter(|name| !RENDERERS.contains(name)) {
+            return Err(format!("there is no renderer `{other}`: {}", RENDERERS.join(", ")));
+        }
         let scene = self.absolute(scene);
         let search_path = self.search_path();
         let folders = search_path.with(project_beside(&scene, &search_path)?).folders();
         let request = RenderRequest {
             scene,
-            renderer,
-            integrator: self.integrator.clone(),
-            defines: self.define.clone(),
-            search_path: folders,
+            load: LoadOptions {
+                integrator: self.renderer.clone().or_else(|| self.integrator.clone()),
+                defines: self.define.clone(),
+                search_path: folders,
+                ..LoadOptions::default()
+            },
             size: self.size,
             samples: self.samples,
             seed: self.seed,

@@ -5,7 +5,7 @@ use std::fmt;
 
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_scene::reader::Digest;
-use rtsl_scene::{Crop, Renderer, Settings};
+use rtsl_scene::{Crop, Settings};
 
 /// The inputs of a render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Fingerprint {
             exposure: _,
             filter,
             sampler,
-            renderer,
+            integrator,
             max_depth,
             cutoff,
             roulette_threshold,
@@ -52,7 +52,7 @@ impl Fingerprint {
             fingerprint.set("film's response", format!("{imaging:?}"));
         }
         fingerprint.set("filter", filter_text(filter));
-        fingerprint.set("renderer", renderer.map_or("not chosen", Renderer::name));
+        fingerprint.set("renderer", integrator.unwrap_or("not chosen"));
         fingerprint.set("depth", max_depth);
         fingerprint.set("roulette threshold", roulette_threshold);
         fingerprint.set("regularization", regularize);

@@ -60,6 +60,6 @@ pub use render::{BatchOptions, BatchRendered, render};
 pub use render_identity::RenderIdentity;
 pub(crate) use render_identity::fingerprint;
 pub use scene::BatchScene;
-pub use scene_builder::{BatchSceneBuilder, renderer_of};
+pub use scene_builder::{BatchSceneBuilder, integrator_of};
 pub use wavefront::SAMPLES_IN_WAVEFRONT;
 pub(crate) use wavefront::tiles_of_wavefront;

@@ -1,8 +1,8 @@
 //! The inputs by which renders are told apart.
 
 use rtsl::{Engine, Math};
-use rtsl_scene::Settings;
 use rtsl_scene::reader::Digest;
+use rtsl_scene::{LoadOptions, RENDERERS, Settings};
 
 use super::features::Features;
 use crate::checkpoint::Fingerprint;
@@ -14,14 +14,8 @@ pub struct RenderIdentity {
     pub files: Vec<(String, Digest)>,
     /// The mode of arithmetic; if its results vary between machines, the properties that they depend on too.
     pub arithmetic: String,
-    /// The definitions `name.parameter=value`, in order.
-    pub defines: Vec<String>,
-    /// The integrator that was given in place of the scene's.
-    pub integrator: Option<String>,
-    /// The camera that was chosen among several.
-    pub camera: Option<String>,
-    /// True if a studio lights the scene besides its own lights.
-    pub studio: bool,
+    /// The options of loading the scene.
+    pub options: LoadOptions,
 }
 
 impl RenderIdentity {
@@ -35,14 +29,16 @@ impl RenderIdentity {
             fingerprint.set_digest(name, *digest);
         }
         fingerprint.set("arithmetic", &self.arithmetic);
-        fingerprint.set("parameters set", self.defines.join(" "));
-        if let Some(integrator) = &self.integrator {
+        let LoadOptions { defines, camera, studio, integrator, .. } = &self.options;
+        fingerprint.set("parameters set", defines.join(" "));
+        // The settings tell renderers.
+        if let Some(integrator) = integrator.as_deref().filter(|it| !RENDERERS.contains(it)) {
             fingerprint.set("integrator", integrator);
         }
-        if let Some(camera) = &self.camera {
+        if let Some(camera) = camera {
             fingerprint.set("camera", camera);
         }
-        if self.studio {
+        if *studio {
             fingerprint.set("studio", "added");
         }
     }

@@ -12,7 +12,7 @@ use rtsl::{
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
 use rtsl_memory::on_all_processors;
-use rtsl_scene::{Renderer, Scene};
+use rtsl_scene::{PATH_TRACER, Scene, WHITTED};
 
 use super::aov_plan::AovPlan;
 use super::group_plan::{Classes, GroupPlan};
@@ -38,6 +38,7 @@ use crate::tiles::Camera;
 pub struct BatchSceneBuilder<'a> {
     scene: SceneBuilder<'a>,
     aovs: &'a [Aov],
+    keeps_first_hits: bool,
     values: ParameterValues,
     earlier: Option<&'a BatchScene>,
 }
@@ -45,7 +46,32 @@ pub struct BatchSceneBuilder<'a> {
 impl<'a> BatchSceneBuilder<'a> {
     /// Creates a builder that makes kernels and acceleration structures by another one, for pictures without AOVs.
     pub fn new(scene: SceneBuilder<'a>) -> Self {
-        BatchSceneBuilder { scene, aovs: &[], values: ParameterValues::Final, earlier: None }
+        BatchSceneBuilder {
+            scene,
+            aovs: &[],
+            keeps_first_hits: false,
+            values: ParameterValues::Final,
+            earlier: None,
+        }
+    }
+
+    /// Creates a builder for a scene whose values may change. What did not change since an earlier state, which is given
+    /// with its scene, is used again.
+    pub fn of_changing(
+        engine: &'a Engine,
+        scene: &Scene,
+        earlier: Option<(&'a BatchScene, &Scene)>,
+    ) -> Self {
+        let builder = SceneBuilder::new(engine);
+        let builder = match earlier {
+            Some((earlier, of)) if scene.has_same_shapes(of) => {
+                builder.same_shapes(&earlier.compiled)
+            }
+            Some((earlier, _)) => builder.moved_shapes(&earlier.compiled),
+            None => builder,
+        };
+        let earlier = earlier.map(|(earlier, _)| earlier);
+        BatchSceneBuilder { earlier, ..BatchSceneBuilder::new(builder).changing_values() }
     }
 
     /// Prepares for pictures with these AOVs. Their names are those of outputs of the scene's integrator, or of images
@@ -53,6 +79,12 @@ impl<'a> BatchSceneBuilder<'a> {
     #[must_use]
     pub fn aovs(self, aovs: &'a [Aov]) -> Self {
         BatchSceneBuilder { aovs, ..self }
+    }
+
+    /// Prepares for films that keep first hits, whatever the AOVs.
+    #[must_use]
+    pub fn keeping_first_hits(self) -> Self {
+        BatchSceneBuilder { keeps_first_hits: true, ..self }
     }
 
     /// Makes kernels that do not depend on the values of parameters, so that the kernels of the integrator may be used
@@ -73,10 +105,11 @@ impl<'a> BatchSceneBuilder<'a> {
     /// # Errors
     /// If a class lacks a method that its use needs, there is no image of a name, or a kernel cannot be compiled.
     pub fn build(&self, scene: &Scene, messages: &mut Messages) -> Result<BatchScene, Messages> {
-        let BatchSceneBuilder { scene: builder, aovs, values, earlier } = *self;
+        let BatchSceneBuilder { scene: builder, aovs, keeps_first_hits, values, earlier } = *self;
         let engine = builder.engine();
         let instance = scene.integrator();
-        let aovs = AovPlan::new(aovs, instance.class()).map_err(Messages::one)?;
+        let mut aovs = AovPlan::new(aovs, instance.class()).map_err(Messages::one)?;
+        aovs.features.first_hits |= keeps_first_hits;
         let integrator =
             Integrator::new(engine, instance, &aovs.features).map_err(Messages::one)?;
         let compiled = builder.build(scene, messages)?;
@@ -140,34 +173,6 @@ impl BatchScene {
     ) -> Result<Self, Messages> {
         let builder = SceneBuilder::new(engine).listener(listener);
         BatchSceneBuilder::new(builder).aovs(aovs).build(scene, messages)
-    }
-
-    /// Prepares a scene whose values may change, for pictures with these AOVs. What did not change since an earlier
-    /// state, which is given with its scene, is used again. Warnings go to `messages`.
-    ///
-    /// # Errors
-    /// As for [`BatchSceneBuilder::build`].
-    pub fn of_changing(
-        scene: &Scene,
-        engine: &Engine,
-        aovs: &[Aov],
-        earlier: Option<(&BatchScene, &Scene)>,
-        messages: &mut Messages,
-    ) -> Result<Self, Messages> {
-        let builder = SceneBuilder::new(engine);
-        let builder = match earlier {
-            Some((earlier, of)) if scene.has_same_shapes(of) => {
-                builder.same_shapes(&earlier.compiled)
-            }
-            Some((earlier, _)) => builder.moved_shapes(&earlier.compiled),
-            None => builder,
-        };
-        let builder = BatchSceneBuilder::new(builder).aovs(aovs).changing_values();
-        let builder = match earlier {
-            Some((earlier, _)) => builder.earlier(earlier),
-            None => builder,
-        };
-        builder.build(scene, messages)
     }
 
     /// Finds out how much light the lights send, by which they are selected, and which of them rays cannot find.
@@ -282,13 +287,13 @@ impl BatchScene {
     }
 }
 
-/// Returns the renderer of a scene: the one that its settings select, or else the batch renderer if all surfaces
-/// support it.
-pub fn renderer_of(engine: &Engine, scene: &Scene) -> Renderer {
-    match scene.settings.renderer {
-        Some(renderer) => renderer,
-        None if has_shade(engine, scene) => Renderer::Interactive,
-        None => Renderer::Batch,
+/// Returns the class of the integrator of a scene that names none: the one that its settings select, or else the path
+/// tracer if all surfaces support it.
+pub fn integrator_of(engine: &Engine, scene: &Scene) -> &'static str {
+    match scene.settings.integrator {
+        Some(integrator) => integrator,
+        None if has_shade(engine, scene) => WHITTED,
+        None => PATH_TRACER,
     }
 }
 

@@ -8,6 +8,7 @@ use rtsl_bvh::{LANES, lanes_of};
 use rtsl_image::Image;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
+use super::enlargement::{Enlargement, Preview, PreviewPixel};
 use super::scatter::Scatter;
 use super::tile_sample::{TileSample, TileSums, mean};
 use super::view_mode::{Display, PixelFacts};
@@ -91,6 +92,8 @@ struct Record {
     dropped: BTreeMap<u8, DroppedSamples>,
     /// The displayed pixels, `0x00RRGGBB`. They are kept when samples are cleared, until new ones replace them.
     shown: [u32; LANES],
+    /// The object that each pixel shows, as far as it is known; -1 for none.
+    objects: [i32; LANES],
 }
 
 impl Record {
@@ -101,6 +104,7 @@ impl Record {
         work: SampleWork::NONE,
         dropped: BTreeMap::new(),
         shown: [0; LANES],
+        objects: [-1; LANES],
     };
 
     fn average(&self, lane: usize) -> [f32; 3] {
@@ -156,7 +160,10 @@ impl Film {
     pub fn clear(&mut self) {
         for record in &mut self.records {
             let record = record.get_mut().unwrap_or_else(PoisonError::into_inner);
-            *record = Record { shown: record.shown, ..Record::EMPTY };
+            // While frames have a lower resolution, no tile of the picture has samples.
+            if record.taken > 0 {
+                *record = Record { shown: record.shown, ..Record::EMPTY };
+            }
         }
     }
 
@@ -218,18 +225,38 @@ impl Film {
         (0..self.tiles.len()).for_each(|index| self.record(index).show(display));
     }
 
-    /// Displays another film, scaled to the size of this one.
-    pub fn show_scaled(&self, other: &Film) {
-        let mut pixels = vec![0; other.width * other.height];
-        other.copy_to(&mut pixels, other.width);
-        let column = |x: usize| x * other.width / self.width;
-        let row = |y: usize| y * other.height / self.height;
+    /// Notes which object each pixel of the tile `index` shows.
+    pub fn set_objects(&self, index: usize, objects: [i32; LANES]) {
+        self.record(index).objects = objects;
+    }
+
+    /// Returns the displayed pixels with their objects.
+    pub fn preview(&self) -> Preview {
+        let mut pixels = vec![PreviewPixel::default(); self.width * self.height];
         for (index, tile) in self.tiles.iter().enumerate() {
-            let mut record = self.record(index);
+            let record = self.record(index);
             for lane in lanes_of(tile.lanes(self.width, self.height)) {
                 let (x, y) = tile.pixel(lane);
-                record.shown[lane] = pixels[row(y) * other.width + column(x)];
+                let (color, object) = (record.shown[lane], record.objects[lane]);
+                pixels[y * self.width + x] = PreviewPixel { color, object };
             }
+        }
+        Preview { size: self.size(), pixels }
+    }
+
+    /// Displays another film, scaled to the size of this one.
+    pub fn show_scaled(&self, other: &Film) {
+        let enlargement = Enlargement::new(other.preview(), self.size());
+        (0..self.tiles.len()).for_each(|index| self.show_enlarged(index, &enlargement));
+    }
+
+    /// Displays pixels of another film, scaled to the size of this one, in the tile `index`.
+    pub fn show_enlarged(&self, index: usize, enlargement: &Enlargement) {
+        let tile = self.tiles[index];
+        let mut record = self.record(index);
+        for lane in lanes_of(tile.lanes(self.width, self.height)) {
+            let (x, y) = tile.pixel(lane);
+            record.shown[lane] = enlargement.pixel(x, y);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Sessions that show a scene by integrators.
 
-use super::tests::{Folder, SCENE, SLICE, find, finish, shown};
+use super::tests::{Folder, SCENE, SLICE, STRIPES, find, finish, shown};
 use super::*;
 
 /// An integrator with a parameter, like that of the guide.
@@ -80,6 +80,22 @@ fn the_integrator_of_the_scene_has_its_parameters() {
     assert_ne!(finish(&mut session), own);
     session.set_integrator("Mine").unwrap();
     assert_eq!(finish(&mut session), own);
+}
+
+#[test]
+fn an_edited_class_leaves_the_kernels_of_others() {
+    let folder = Folder::new("kept");
+    let mut session = folder.open();
+    session.set_integrator("Path").unwrap();
+    finish(&mut session);
+    let before = code(&session);
+    folder.write("stripes.rtsl", &STRIPES.replace("0.8", "0.1"));
+    assert!(session.reload().unwrap().changed);
+    // Neither the first stage, nor that of the ball, nor the camera have a texture.
+    let is_new = |code: &*const rtsl::TieredKernel| !before.contains(code);
+    let new: Vec<bool> = code(&session).iter().map(is_new).collect();
+    assert_eq!(new.iter().filter(|is_new| **is_new).count(), 1, "{new:?}");
+    assert_eq!(finish(&mut session), folder.render_by("Path"));
 }
 
 #[test]

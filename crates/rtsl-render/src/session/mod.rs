@@ -5,14 +5,16 @@
 //! the next call renders a whole frame, at a lower resolution if a full frame would take too long, so that the image is
 //! always consistent; then samples are added, pass by pass, up to the scene's number.
 //!
-//! Samples are those of an offline render: after all passes the film has the bits of [`crate::batch::render`].
+//! Samples are those of an offline render: after all passes the film has the bits of [`crate::path::render`].
 
 mod control;
+mod enlargement;
 mod film;
 mod options;
 mod picked;
 mod probe;
 mod renderer;
+mod resolution;
 mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;

@@ -1,29 +1,13 @@
 //! Options for opening a session.
 
-use std::path::PathBuf;
-
 use rtsl::EngineOptions;
-use rtsl_memory::Amount;
-use rtsl_scene::Settings;
+use rtsl_scene::{LoadOptions, Settings};
 
 /// The host's options, which override the scene.
 #[derive(Clone, Debug, Default)]
 pub struct SessionOptions {
-    /// Definitions `name.parameter=value`, in order.
-    pub defines: Vec<String>,
-    /// Folders for `#include` besides the scene's.
-    pub search_path: Vec<PathBuf>,
-    /// The camera of a glTF file, by its name or index; its first one if `None`.
-    pub camera: Option<String>,
-    /// True if a studio lights the scene besides its own lights.
-    pub studio: bool,
-    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
-    /// scene's that it has, too.
-    pub integrator: Option<String>,
-    /// The memory budget of the scene's files; three quarters of the available memory if `None`.
-    pub input_memory: Option<Amount>,
-    /// The memory of textures from images; an eighth of the budget if `None`. Further ones are in temporary files.
-    pub texture_memory: Option<Amount>,
+    /// The options of loading the scene.
+    pub load: LoadOptions,
     /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples per pixel, overriding the scene's.

@@ -2,12 +2,15 @@
 
 use rtsl::{Engine, Messages};
 use rtsl_bvh::{LANES, lanes_of};
-use rtsl_scene::{Renderer, Scene};
+use rtsl_scene::{INTERACTIVE, Scene, WHITTED};
 
 use super::tile_sample::TileSample;
 use crate::compiled::CompiledScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::path::{BatchMemory, BatchScene, PathTracer, SAMPLES_IN_WAVEFRONT, tiles_of_wavefront};
+use crate::path::{
+    BatchMemory, BatchScene, BatchSceneBuilder, PathTracer, SAMPLES_IN_WAVEFRONT,
+    tiles_of_wavefront,
+};
 use crate::statistics::LaneUse;
 use crate::tiles::{CameraRays, TileSamples};
 
@@ -22,13 +25,15 @@ pub struct SessionRenderer {
 pub struct TakenSamples {
     pub samples: Vec<TileSample>,
     pub lane_use: LaneUse,
+    /// The object that each pixel's first sample hits first, if these are kept; -1 for none.
+    pub objects: Option<[i32; LANES]>,
 }
 
 impl SessionRenderer {
     /// Prepares a scene for its integrator. What did not change since an earlier state is used again.
     ///
     /// # Errors
-    /// As for [`BatchScene::of_changing`].
+    /// As for [`BatchSceneBuilder::build`].
     pub fn new(
         scene: &Scene,
         engine: &Engine,
@@ -36,9 +41,10 @@ impl SessionRenderer {
         messages: &mut Messages,
     ) -> Result<SessionRenderer, Messages> {
         let earlier = earlier.map(|(earlier, of)| (&*earlier.scene, of));
-        let prepared = BatchScene::of_changing(scene, engine, &[], earlier, messages)?;
+        let builder = BatchSceneBuilder::of_changing(engine, scene, earlier);
+        let prepared = builder.keeping_first_hits().build(scene, messages)?;
         let is_interactive =
-            scene.integrator.is_none() && scene.settings.renderer == Some(Renderer::Interactive);
+            scene.integrator.is_none() && scene.settings.integrator == Some(WHITTED);
         Ok(SessionRenderer { scene: Box::new(prepared), is_interactive })
     }
 
@@ -71,7 +77,7 @@ impl SessionRenderer {
     /// The name of the integrator, or of the interactive renderer.
     pub fn name(&self) -> &str {
         match self.is_interactive {
-            true => Renderer::Interactive.name(),
+            true => INTERACTIVE,
             false => self.scene.integrator(),
         }
     }
@@ -94,15 +100,22 @@ impl SessionRenderer {
         errors: &RuntimeErrors,
         memory: &mut BatchMemory,
         samples: &[TileSamples],
+        keeps_objects: bool,
     ) -> Vec<TakenSamples> {
-        self.tracer(errors).trace_samples(memory, samples);
+        let tracer = self.tracer(errors);
+        let tracer = if keeps_objects { tracer.with_features() } else { tracer };
+        tracer.trace_samples(memory, samples);
         let lane_use = std::mem::take(&mut memory.lane_use);
         let mut start = 0;
         let of_tile = |samples: &TileSamples| {
             let end = start + samples.packets() * LANES;
             let results = memory.samples.of_tile(start..end);
             start = end;
-            TakenSamples { samples: developed(&self.scene, samples, results.radiance), lane_use }
+            let mut hits = results.first_hits.iter().step_by(samples.count as usize);
+            let mut object = |_| hits.next().map_or(-1, |hit| hit.object as i32);
+            let objects = keeps_objects.then(|| std::array::from_fn(&mut object));
+            let samples = developed(&self.scene, samples, results.radiance);
+            TakenSamples { samples, lane_use, objects }
         };
         samples.iter().map(of_tile).collect()
     }

@@ -12,14 +12,16 @@ use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Need, check_render};
 use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{EntityId, LoadOptions, Loaded, Origins, Renderer, Scene, SceneSource, Settings};
+use rtsl_scene::{EntityId, Loaded, Origins, PATH_TRACER, Scene, SceneSource, Settings, WHITTED};
 
 use super::control::{Control, Thing};
+use super::enlargement::Enlargement;
 use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
 use super::probe::Probe;
 use super::renderer::SessionRenderer;
+use super::resolution::Resolution;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
 use crate::compiled::object::is_own_material;
@@ -31,11 +33,9 @@ use crate::pixel::SampleRequest;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
-/// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
-const FRAME_TARGET: Duration = Duration::from_millis(40);
-
-/// The greatest reduction of resolution.
-const MAX_REDUCTION: usize = 8;
+/// The time without changes after which the kernels are optimised in the background. Before, it would slow down the
+/// compilation of the next change.
+const OPTIMISED_AFTER: Duration = Duration::from_millis(500);
 
 /// A scene that is rendered while it changes.
 ///
@@ -72,11 +72,13 @@ pub struct Session {
     camera_to_world: Transform,
     errors: RuntimeErrors,
     phase: Phase,
+    /// The time of the last change.
+    changed_at: Instant,
     /// The tiles that wait for a sample, each once, and the number of them that were started.
     waiting: Vec<usize>,
     begun: usize,
-    /// The recent time for a pixel of a whole frame.
-    pixel_time: Option<Duration>,
+    /// The resolution of frames.
+    resolution: Resolution,
     /// The use of lanes in calls since the first sample.
     lane_use: Mutex<LaneUse>,
     status: Status,
@@ -110,18 +112,7 @@ impl Session {
     /// # Errors
     /// Any error of the scene, its shaders, or the machine.
     pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
-        let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
-        let load = LoadOptions {
-            defines,
-            search_path,
-            camera: options.camera.clone(),
-            studio: options.studio,
-            integrator: options.integrator.clone(),
-            input_memory: options.input_memory,
-            texture_memory: options.texture_memory,
-            traced: false,
-        };
-        let mut source = SceneSource::read(path, &DiskFiles, &load);
+        let mut source = SceneSource::read(path, &DiskFiles, &options.load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
         check_size(&scene, options.threads)?;
@@ -147,9 +138,10 @@ impl Session {
             camera_to_world: scene.camera_to_world,
             errors: RuntimeErrors::default(),
             phase: Phase::Frame,
+            changed_at: Instant::now(),
             waiting: Vec::new(),
             begun: 0,
-            pixel_time: None,
+            resolution: Resolution::UNKNOWN,
             lane_use: Mutex::default(),
             source,
             options,
@@ -367,7 +359,7 @@ impl Session {
 
     /// Returns the folders for `#include` besides the scene's.
     pub fn search_path(&self) -> &[PathBuf] {
-        &self.options.search_path
+        &self.options.load.search_path
     }
 
     /// Returns the object under a pixel, counted from the top left.
@@ -492,13 +484,14 @@ impl Session {
         self.errors = RuntimeErrors::default();
         self.status.problem = None;
         self.phase = Phase::Frame;
+        self.changed_at = Instant::now();
     }
 
     /// Renders one sample of every pixel, at lower resolution if it takes too long.
     fn render_frame(&mut self) -> RayCounts {
         let start = Instant::now();
-        let reduction = self.reduction();
         let (width, height) = self.film.size();
+        let reduction = self.resolution.reduction((width, height));
         let size = (width.div_ceil(reduction), height.div_ceil(reduction));
         if self.frame.size() != size {
             match film(size.0, size.1) {
@@ -514,7 +507,8 @@ impl Session {
         let whole = self.renderer.compiled().settings.clone();
         self.renderer.change_view(|compiled| compiled.settings.set_size(size.0, size.1));
         let all: Vec<usize> = (0..self.frame.tiles().len()).collect();
-        let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
+        let visit = Visit { tiles: &all, first: 0, deadline: None, keeps_objects: reduction > 1 };
+        let (_, rays) = self.render_tiles(&self.frame, visit);
         self.renderer.change_view(|compiled| compiled.settings = whole);
         if self.errors.any() {
             return rays;
@@ -522,21 +516,38 @@ impl Session {
         if reduction == 1 {
             std::mem::swap(&mut self.film, &mut self.frame);
         } else {
-            self.film.show_scaled(&self.frame);
+            self.show_enlarged_frame();
         }
         self.choose_tiles();
         self.status.frame_time = start.elapsed();
         self.status.reduction = reduction;
-        self.pixel_time = Some(start.elapsed().div_f64((size.0 * size.1) as f64));
+        self.resolution.note(reduction, size, start.elapsed());
         rays
+    }
+
+    /// Displays the frame at the size of the film.
+    fn show_enlarged_frame(&self) {
+        let enlargement = Enlargement::new(self.frame.preview(), self.film.size());
+        let film = &self.film;
+        let tiles = (0, film.tiles().len());
+        let show = |(): &mut (), index| film.show_enlarged(index, &enlargement);
+        self.threads.for_each_tile(tiles, || (), || true, show);
     }
 
     /// Adds samples until the deadline.
     fn refine(&mut self, deadline: Instant) -> RayCounts {
+        if self.changed_at.elapsed() > OPTIMISED_AFTER {
+            self.renderer.scene().optimise();
+        }
         let mut sum = RayCounts::default();
         while let Phase::Refinement = self.phase {
-            let (begun, rays) =
-                self.render_tiles(&self.film, &self.waiting, self.begun, Some(deadline));
+            let visit = Visit {
+                tiles: &self.waiting,
+                first: self.begun,
+                deadline: Some(deadline),
+                keeps_objects: false,
+            };
+            let (begun, rays) = self.render_tiles(&self.film, visit);
             sum += rays;
             self.begun = begun;
             if begun == self.waiting.len() {
@@ -556,34 +567,29 @@ impl Session {
         self.phase = if self.waiting.is_empty() { Phase::Rest } else { Phase::Refinement };
     }
 
-    /// Takes the next samples of the waiting tiles from position `first` on, of a whole frame one each; returns the
-    /// position of the first that was not started.
-    fn render_tiles(
-        &self,
-        film: &Film,
-        tiles: &[usize],
-        first: usize,
-        deadline: Option<Instant>,
-    ) -> (usize, RayCounts) {
+    /// Takes the next samples of tiles, of those without any one each, so that the whole picture is soon complete;
+    /// returns the position of the first that was not started.
+    fn render_tiles(&self, film: &Film, visit: Visit<'_>) -> (usize, RayCounts) {
         let Session { renderer, errors, display, lane_use: sum, .. } = self;
+        let Visit { tiles, first, deadline, keeps_objects } = visit;
         // At least one tile is rendered, however short the time.
         let begun = AtomicBool::new(false);
         let in_time = || {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
                 || !begun.swap(true, Ordering::Relaxed)
         };
-        let is_frame = deadline.is_none();
+        let takes_one = tiles.get(first).is_some_and(|tile| film.taken(*tile) == 0);
         let (count, threads) = (tiles.len(), self.threads.count());
-        let together = if is_frame { renderer.tiles_of_visit(count, threads) } else { 1 };
+        let together = if takes_one { renderer.tiles_of_visit(count, threads) } else { 1 };
         let (next, memories) = self.threads.for_each_tile(
             (first.div_ceil(together), count.div_ceil(together)),
             || BatchMemory::new(renderer.scene()),
             || !errors.any() && in_time(),
             |memory, place| {
                 let tiles = &tiles[place * together..count.min((place + 1) * together)];
-                let samples = next_samples(renderer, film, tiles, is_frame);
+                let samples = next_samples(renderer, film, tiles, takes_one);
                 let start = Instant::now();
-                let taken = renderer.take_samples(errors, memory, &samples);
+                let taken = renderer.take_samples(errors, memory, &samples, keeps_objects);
                 let time = start.elapsed() / samples.len() as u32;
                 for ((index, samples), taken) in tiles.iter().zip(samples).zip(taken) {
                     let lane_use = taken.lane_use;
@@ -595,6 +601,7 @@ impl Session {
                     // Samples that were aborted are not added.
                     if !errors.any() {
                         film.add(*index, &taken.samples, &work, display);
+                        taken.objects.into_iter().for_each(|it| film.set_objects(*index, it));
                     }
                 }
             },
@@ -602,24 +609,6 @@ impl Session {
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays);
         (count.min(next * together), rays)
-    }
-
-    /// The factor by which the resolution of the next whole frame is reduced. It changes only if the time differs
-    /// clearly, so that the image does not flicker.
-    fn reduction(&self) -> usize {
-        let Some(pixel_time) = self.pixel_time else { return 4 };
-        let (width, height) = self.film.size();
-        let time = |reduction: usize| {
-            let pixels = width.div_ceil(reduction) * height.div_ceil(reduction);
-            pixel_time.mul_f64(pixels as f64)
-        };
-        let now = self.status.reduction;
-        if time(now) <= FRAME_TARGET.mul_f64(1.25)
-            && (now == 1 || time(now - 1) > FRAME_TARGET.mul_f64(0.75))
-        {
-            return now;
-        }
-        (1..MAX_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(MAX_REDUCTION)
     }
 
     /// Updates the ray rate as a moving average, and the use of lanes.
@@ -635,16 +624,27 @@ impl Session {
     }
 }
 
-/// Returns the samples that tiles take next: one of each for a frame.
+/// Tiles that take samples, in their order.
+struct Visit<'a> {
+    tiles: &'a [usize],
+    /// The position of the first one.
+    first: usize,
+    /// The time at which no further tile begins; `None` for all tiles.
+    deadline: Option<Instant>,
+    /// True if the film keeps the objects that are visible.
+    keeps_objects: bool,
+}
+
+/// Returns the samples that tiles take next.
 fn next_samples(
     renderer: &SessionRenderer,
     film: &Film,
     tiles: &[usize],
-    is_frame: bool,
+    takes_one: bool,
 ) -> Vec<TileSamples> {
     let of_tile = |index: &usize| {
         let first = film.taken(*index);
-        let count = if is_frame { 1 } else { renderer.samples_of_visit(first) };
+        let count = if takes_one { 1 } else { renderer.samples_of_visit(first) };
         TileSamples { tile: film.tiles()[*index], first, count }
     };
     tiles.iter().map(of_tile).collect()
@@ -662,9 +662,9 @@ fn film(width: usize, height: usize) -> Result<Film, Messages> {
 /// Selects the renderer: names of the format leave the choice to the viewer, which prefers the interactive renderer,
 /// unless one was selected.
 pub(super) fn choose_renderer(selects_integrator: bool, scene: &mut Scene) {
-    let is_batch = selects_integrator && scene.settings.renderer == Some(Renderer::Batch);
-    if scene.integrator.is_none() && !is_batch {
-        scene.settings.renderer = Some(Renderer::Interactive);
+    let traces_paths = selects_integrator && scene.settings.integrator == Some(PATH_TRACER);
+    if scene.integrator.is_none() && !traces_paths {
+        scene.settings.integrator = Some(WHITTED);
     }
 }
 

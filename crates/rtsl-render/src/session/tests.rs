@@ -2,6 +2,7 @@
 
 use rtsl::Method;
 use rtsl_image::Image;
+use rtsl_scene::LoadOptions;
 use tempfile::TempDir;
 
 use super::*;
@@ -24,7 +25,7 @@ Translate 0 1 0
 Shape "Sphere" "float radius" 1 "string name" "ball"
 "#;
 
-const STRIPES: &str = "class Stripes : rt_Texture;
+pub(super) const STRIPES: &str = "class Stripes : rt_Texture;
 [[label \"Width\", min 0.1, max 4, doc \"Of a stripe.\"]] public float width = 0.5;
 public bool dark = false;
 void lookup() {
@@ -67,8 +68,11 @@ impl Folder {
     pub(super) fn render_with(&self, integrator: Option<&str>, defines: &[&str]) -> Image {
         let request = RenderRequest {
             scene: self.0.path().join("scene.pbrt"),
-            integrator: integrator.map(str::to_owned),
-            defines: defines.iter().map(|define| (*define).to_owned()).collect(),
+            load: LoadOptions {
+                integrator: integrator.map(str::to_owned),
+                defines: defines.iter().map(|define| (*define).to_owned()).collect(),
+                ..LoadOptions::default()
+            },
             ..RenderRequest::default()
         };
         render_scene(&request).unwrap_or_else(|it| panic!("{}", it.to_text(false))).image
@@ -179,12 +183,22 @@ fn another_size_is_that_of_a_batch_render() {
 fn frames_that_take_too_long_are_made_smaller() {
     let folder = Folder::new("reduction");
     let mut session = folder.open();
-    session.pixel_time = Some(FRAME_TARGET / (44 * 30 / 3));
+    // Half the resolution takes 40 ms.
+    session.resolution.note(2, (22, 15), Duration::from_millis(40));
     session.advance(SLICE);
     assert_eq!(session.status().reduction, 2);
     assert_eq!(session.status().samples, 0, "a small frame is no sample of the film");
-    let ball = 14 * 44 + 22;
-    assert!(shown(&session)[ball] != 0 && shown(&session)[ball] == shown(&session)[ball + 1]);
+    let preview = shown(&session);
+    let row = &preview[14 * 44..15 * 44];
+    assert!(preview[29 * 44..].iter().all(|pixel| *pixel != 0), "the floor is everywhere");
+    // The first object is the floor, the second the red ball.
+    let objects: Vec<i32> = session.frame.preview().pixels.iter().map(|it| it.object).collect();
+    assert_eq!((objects[0], objects[7 * 22 + 11], objects[14 * 22]), (-1, 1, 0));
+    let is_red = |pixel: &u32| pixel >> 16 > 2 * (pixel >> 8 & 0xFF);
+    let is_grey = |pixel: &u32| pixel >> 16 == pixel & 0xFF;
+    assert!(row.iter().all(|pixel| is_red(pixel) || is_grey(pixel)), "objects are not mixed");
+    let ball = objects[7 * 22..8 * 22].iter().filter(|object| **object == 1).count();
+    assert!(row.iter().filter(|pixel| is_red(pixel)).count().abs_diff(2 * ball) <= 2);
     assert_eq!(finish(&mut session), folder.render(&[]));
 }
 

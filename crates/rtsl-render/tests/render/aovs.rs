@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use rtsl::EngineOptions;
 use rtsl_image::{Aov, AovImage, ImageOptions, write_image_with};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, Messages, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, LoadOptions, Messages, RenderRequest, RenderResult};
+use rtsl_scene::INTERACTIVE;
 use rtsl_scene::reader::MemoryFiles;
 
 /// A ball before a wall, seen without perspective: columns and rows of a quarter of a unit.
@@ -41,7 +42,7 @@ fn try_render(
         aovs: aovs.to_vec(),
         execution: Execution::on_threads(threads),
         engine,
-        renderer: Some(Renderer::Interactive),
+        load: LoadOptions::with_integrator(INTERACTIVE),
         ..RenderRequest::default()
     };
     render_scene_from(&request, &files)

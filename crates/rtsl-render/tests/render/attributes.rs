@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions, Messages};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, RenderRequest, RenderResult};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE, LoadOptions};
 
 /// Pixels of half a unit, each with a sample at its centre.
 const HEAD: &str = r#"
@@ -109,19 +110,19 @@ fn try_render(world: &str, how: RenderRequest<'_>) -> Result<RenderResult, Messa
     render_scene_from(&request, &MemoryFiles(files.into()))
 }
 
-fn on(backend: Backend, width: u32, renderer: Renderer) -> RenderRequest<'static> {
+fn on(backend: Backend, width: u32, renderer: &str) -> RenderRequest<'static> {
     let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
-    let renderer = Some(renderer);
-    RenderRequest { engine, renderer, execution: Execution::on_threads(2), ..Default::default() }
+    let load = LoadOptions::with_integrator(renderer);
+    RenderRequest { engine, load, execution: Execution::on_threads(2), ..Default::default() }
 }
 
 /// The pixels of a world, which are the same for both renderers, on all backends.
 fn pixels(world: &str) -> Vec<[f32; 3]> {
     let renders = [
-        on(Backend::Interpreter, 1, Renderer::Batch),
-        on(Backend::Jit, 4, Renderer::Batch),
-        on(Backend::Jit, 16, Renderer::Batch),
-        on(Backend::Jit, 8, Renderer::Interactive),
+        on(Backend::Interpreter, 1, BATCH),
+        on(Backend::Jit, 4, BATCH),
+        on(Backend::Jit, 16, BATCH),
+        on(Backend::Jit, 8, INTERACTIVE),
     ];
     let pixels = renders.map(|how| {
         let result = try_render(world, how);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_image::Image;
-use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
+use rtsl_render::path::{BatchOptions, BatchRendered, BatchScene, render};
 use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};

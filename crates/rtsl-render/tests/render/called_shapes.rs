@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// `Round` keeps the point in scratch, which its other methods read. `Moved` is another primitive elsewhere, `Twice` is
 /// it at two places, `Gel` a light, `Mirrored` a camera.
@@ -69,7 +70,7 @@ const CLASSES: &str = "class Round : rt_Primitive;
     class Shown : rt_Material;
     void BSDF() { rt_BSDFValue = color(0.3, fract(rt_TextureUV.x), fract(rt_TextureUV.y)); }";
 
-fn picture(camera: &str, world: &str, renderer: Renderer, backend: Backend) -> Vec<[f32; 3]> {
+fn picture(camera: &str, world: &str, renderer: &str, backend: Backend) -> Vec<[f32; 3]> {
     let scene = format!(
         "LookAt 0 1 -5  0 0 0  0 1 0
         Camera \"Pinhole\" \"float fov\" 40 \"string name\" \"plain\"
@@ -85,7 +86,7 @@ fn picture(camera: &str, world: &str, renderer: Renderer, backend: Backend) -> V
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         execution: Execution::on_threads(1),
         engine: EngineOptions { backend, ..EngineOptions::default() },
         ..RenderRequest::default()
@@ -99,17 +100,14 @@ const LIGHT: &str = "LightSource \"PointLight\" \"point3 position\" [-3 8 -6] \"
 
 /// Checks that two scenes have the same picture, which shows something.
 fn same([camera, world]: [&str; 2], [other_camera, other_world]: [&str; 2]) {
-    let every = [
-        (Renderer::Batch, Backend::Auto),
-        (Renderer::Interactive, Backend::Auto),
-        (Renderer::Batch, Backend::Interpreter),
-    ];
+    let every =
+        [(BATCH, Backend::Auto), (INTERACTIVE, Backend::Auto), (BATCH, Backend::Interpreter)];
     for (renderer, backend) in every {
         let found = picture(camera, world, renderer, backend);
         assert!(found.iter().filter(|pixel| pixel[0] > 0.0).count() > 40);
         let expected = picture(other_camera, other_world, renderer, backend);
         let differing = found.iter().zip(&expected).filter(|(found, expected)| found != expected);
-        assert_eq!(differing.count(), 0, "{}", renderer.name());
+        assert_eq!(differing.count(), 0, "{}", renderer);
     }
 }
 
@@ -150,8 +148,7 @@ fn a_primitive_may_be_the_nearest_of_several() {
     let (twice, both) = (&*twice, &*both);
     // Shadows between the parts begin elsewhere than those between shapes.
     for backend in [Backend::Auto, Backend::Interpreter] {
-        let [found, expected] =
-            [twice, both].map(|world| picture("", world, Renderer::Interactive, backend));
+        let [found, expected] = [twice, both].map(|world| picture("", world, INTERACTIVE, backend));
         let near = |(a, b): &(&[f32; 3], &[f32; 3])| (0..3).all(|it| (a[it] - b[it]).abs() < 1e-3);
         let same = found.iter().zip(&expected).filter(near).count();
         assert!(same * 100 >= found.len() * 98, "{same} of {} pixels", found.len());
@@ -175,10 +172,10 @@ fn a_camera_may_be_another_one() {
     let mirrored = picture(
         "Camera \"Mirrored\" \"camera base\" \"plain\"",
         &world,
-        Renderer::Interactive,
+        INTERACTIVE,
         Backend::Auto,
     );
-    let plain = picture("", &world, Renderer::Interactive, Backend::Auto);
+    let plain = picture("", &world, INTERACTIVE, Backend::Auto);
     let rows = plain.chunks(32).map(|row| row.iter().rev().copied().collect::<Vec<_>>());
     let turned: Vec<[f32; 3]> = rows.flatten().collect();
     assert!(mirrored == turned && mirrored != plain);

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Aov;
 use rtsl_render::Execution;
-use rtsl_render::batch::{BatchOptions, BatchScene, Part, PartialRender};
 use rtsl_render::checkpoint::{Checkpoint, Numbers, Section};
+use rtsl_render::path::{BatchOptions, BatchScene, Part, PartialRender};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 

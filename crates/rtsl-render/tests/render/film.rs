@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use rtsl::EngineOptions;
 use rtsl_image::Image;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// Two spheres that shine, of which the brighter one is also behind a noisy floor.
 const WORLD: &str = "Camera \"perspective\" \"float fov\" 40\nSampler \"independent\" \"integer pixelsamples\" 8\n\
@@ -14,14 +15,14 @@ const WORLD: &str = "Camera \"perspective\" \"float fov\" 40\nSampler \"independ
     Material \"Emissive\" \"rgb radiance\" [8 4 1]\nTranslate 0.4 0.2 5\nShape \"sphere\"\n\
     Material \"diffuse\"\nTranslate -1.5 0 0\nShape \"sphere\"\n";
 
-fn rendered(film: &str, renderer: Renderer, width: u32, threads: usize) -> Image {
+fn rendered(film: &str, renderer: &str, width: u32, threads: usize) -> Image {
     let text = format!(
         "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" 24 {film}\n{WORLD}"
     );
     let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text)].into());
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").into(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         engine: EngineOptions { width: Some(width), ..EngineOptions::default() },
         execution: Execution::on_threads(threads),
         ..RenderRequest::default()
@@ -30,7 +31,7 @@ fn rendered(film: &str, renderer: Renderer, width: u32, threads: usize) -> Image
     result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).image
 }
 
-const BOTH: [Renderer; 2] = [Renderer::Batch, Renderer::Interactive];
+const BOTH: [&str; 2] = [BATCH, INTERACTIVE];
 
 #[test]
 fn a_crop_has_the_pixels_of_the_whole() {

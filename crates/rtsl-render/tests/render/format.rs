@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{Backend, Engine, EngineOptions, Instance, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
-use rtsl_render::batch::BatchScene;
+use rtsl_render::path::BatchScene;
 use rtsl_scene::reader::{DiskFiles, MemoryFiles};
 use rtsl_scene::{LoadOptions, Loaded, PlacedLight, load_scene};
 

@@ -11,7 +11,7 @@ use rtsl_image::{Encoding, Picture};
 use rtsl_memory::InputBudget;
 use rtsl_render::{Execution, RenderRequest, render_scene};
 use rtsl_scene::reader::DiskFiles;
-use rtsl_scene::{EntityKind, LoadOptions, Renderer, SceneSource};
+use rtsl_scene::{BATCH, EntityKind, LoadOptions, SceneSource};
 use rtsl_testing::turns::is_long_run;
 
 fn root() -> PathBuf {
@@ -88,7 +88,7 @@ impl Pixels {
     fn render(scene: &Path, samples: u32) -> Result<Pixels, String> {
         let request = RenderRequest {
             scene: scene.to_owned(),
-            renderer: Some(Renderer::Batch),
+            load: LoadOptions::with_integrator(BATCH),
             samples: Some(samples),
             execution: Execution::on_threads(1),
             ..RenderRequest::default()

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::{LoadOptions, RenderRequest};
+use rtsl_scene::BATCH;
 use rtsl_scene::reader::MemoryFiles;
 
 type Files = MemoryFiles<Vec<u8>>;
@@ -72,7 +73,7 @@ fn files(material: &str, attributes: &str, more: &str) -> Files {
 fn pixels(files: &Files, (width, height): (usize, usize), samples: u32) -> Vec<[f32; 3]> {
     let request = RenderRequest {
         scene: "square.gltf".into(),
-        renderer: Some(Renderer::Batch),
+        load: LoadOptions::with_integrator(BATCH),
         size: Some((width, height)),
         samples: Some(samples),
         ..RenderRequest::default()

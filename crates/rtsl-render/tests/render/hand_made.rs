@@ -12,9 +12,9 @@ use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
-use rtsl_render::batch::{BatchOptions, BatchScene, render};
-use rtsl_render::{Execution, Renderer};
-use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
+use rtsl_render::Execution;
+use rtsl_render::path::{BatchOptions, BatchScene, render};
+use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings, WHITTED};
 
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
     let function = |text: &str| -> Function { text.parse().expect("the test's text is right") };
@@ -301,7 +301,7 @@ fn scene() -> Scene {
                 seed: 7,
             },
             max_depth: 4,
-            renderer: Some(Renderer::Interactive),
+            integrator: Some(WHITTED),
             ..Settings::default()
         },
         camera: camera(),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
-use rtsl_render::batch::{BatchOptions, BatchScene, render};
+use rtsl_render::path::{BatchOptions, BatchScene, render};
 use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};

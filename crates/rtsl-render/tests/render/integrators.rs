@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use rtsl::{Backend, EngineOptions, Messages};
 use rtsl_image::Aov;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest, RenderResult};
+use rtsl_scene::INTERACTIVE;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_testing::turns::ways;
 
@@ -72,7 +73,8 @@ fn the_library_draws_what_the_renderers_draw() {
     let paths = rendered("Integrator \"path\" \"integer maxdepth\" 5", "", samples(256));
     let class = rendered("Integrator \"Path\"", "", samples(16));
     assert!((mean(&class) / mean(&paths) - 1.0).abs() < 0.04, "{} {}", mean(&class), mean(&paths));
-    let interactive = RenderRequest { renderer: Some(Renderer::Interactive), ..samples(64) };
+    let interactive =
+        RenderRequest { load: LoadOptions::with_integrator(INTERACTIVE), ..samples(64) };
     let shaded = rendered("", "", interactive);
     let class = rendered("Integrator \"Whitted\"", "", samples(4));
     assert!(
@@ -573,7 +575,8 @@ fn materials_know_the_surfaces_before_them() {
     };
     // Nothing, the floor, and the floor in the mirror.
     let expected = [0.0, 0.25, 1.25];
-    let interactive = RenderRequest { renderer: Some(Renderer::Interactive), ..samples(1) };
+    let interactive =
+        RenderRequest { load: LoadOptions::with_integrator(INTERACTIVE), ..samples(1) };
     assert_eq!(values(interactive, ""), expected);
     assert_eq!(values(samples(1), "Integrator \"Whitted\""), expected);
 }

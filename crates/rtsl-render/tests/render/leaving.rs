@@ -5,12 +5,13 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, Renderer};
+use rtsl_render::{LoadOptions, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 type Pixels = Vec<[f32; 3]>;
 
-const RENDERERS: [Renderer; 2] = [Renderer::Interactive, Renderer::Batch];
+const RENDERERS: [&str; 2] = [INTERACTIVE, BATCH];
 
 /// Materials that show if rays from the visible side of a surface, most of them at grazing angles, hit something near.
 const PROBE: &str = r"
@@ -77,12 +78,12 @@ void intersect() {
 void computeBounds() { rt_BoundMin = vec3(-1.1); rt_BoundMax = vec3(1.1); }
 ";
 
-fn render(scene: &str, renderer: Renderer) -> Pixels {
+fn render(scene: &str, renderer: &str) -> Pixels {
     let files = [("scene.pbrt", scene), ("probe.rtsl", PROBE)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         ..RenderRequest::default()
     };
     let result = render_scene_from(&request, &MemoryFiles(files.into()));
@@ -271,7 +272,7 @@ fn scene_of_row(
 /// Checks rows of shapes of many scales, in many places. Pixels are 0 where nothing is seen, and above 100 where a ray
 /// meets what it left.
 fn check_everywhere(
-    renderer: Renderer,
+    renderer: &str,
     shapes: &[fn([f64; 3], f64) -> String],
     material: &str,
     integrator: &str,
@@ -312,15 +313,15 @@ fn check_everywhere(
 #[test]
 fn no_ray_of_shade_meets_the_convex_shape_that_it_leaves() {
     let integrator = "Integrator \"interactive\" \"integer maxdepth\" 1";
-    check_everywhere(Renderer::Interactive, SHAPES, "\"Probe\"", integrator);
-    check_everywhere(Renderer::Interactive, ROUND_SHAPES, "\"Probe\"", integrator);
+    check_everywhere(INTERACTIVE, SHAPES, "\"Probe\"", integrator);
+    check_everywhere(INTERACTIVE, ROUND_SHAPES, "\"Probe\"", integrator);
 }
 
 #[test]
 fn no_path_meets_the_convex_shape_that_it_leaves() {
     let integrator = "Integrator \"path\" \"integer maxdepth\" 1 \"float rrthreshold\" 0";
-    check_everywhere(Renderer::Batch, SHAPES, "\"Close\"", integrator);
-    check_everywhere(Renderer::Batch, ROUND_SHAPES, "\"Close\"", integrator);
+    check_everywhere(BATCH, SHAPES, "\"Close\"", integrator);
+    check_everywhere(BATCH, ROUND_SHAPES, "\"Close\"", integrator);
 }
 
 /// A ground so large that its vertices are far from the origin, though its coordinates in view are small.
@@ -345,7 +346,7 @@ fn rays_leave_a_ground_that_reaches_far() {
         leaning.text(),
     ];
     for ground in grounds {
-        let pixels = render(&format!("{view}{ground}"), Renderer::Interactive);
+        let pixels = render(&format!("{view}{ground}"), INTERACTIVE);
         assert!(pixels.iter().filter(|pixel| pixel[0] > 0.5).count() > 200, "{ground}");
         assert!(pixels.iter().all(|pixel| pixel[0] <= 1.0), "{ground}");
     }
@@ -370,7 +371,7 @@ fn no_light_leaves_a_closed_housing() {
         housing.text(),
         fine.text(),
     );
-    let pixels = render(&scene, Renderer::Batch);
+    let pixels = render(&scene, BATCH);
     let lit = pixels.iter().filter(|pixel| **pixel != [0.0; 3]).count();
     // A camera ray may slip between two faces.
     assert!(lit <= 2, "{lit} of {} pixels", pixels.len());

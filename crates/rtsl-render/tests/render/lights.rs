@@ -4,8 +4,9 @@
 use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, RenderResult, Renderer};
+use rtsl_render::{LoadOptions, RenderRequest, RenderResult};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// A rectangle whose samples have a density, and that no ray finds: it has no `emission`.
 const PANEL: &str = "class Panel : rt_Light;
@@ -46,13 +47,13 @@ void evaluatePDF() { if (rt_LightDirection.y > 0.0) rt_PDF = DENSITY; }
 void emission() { if (rt_RayDirection.y > 0.0 && !isNear(rt_RayDirection)) rt_EmissionColor = color(1.0); }";
 
 /// The mean of the picture of a floor under a light.
-fn mean(light: &str, material: &str, renderer: Renderer) -> f64 {
+fn mean(light: &str, material: &str, renderer: &str) -> f64 {
     let image = render(light, material, "Shape \"Plane\"", renderer).image;
     let sum: f64 = image.pixels.iter().map(|pixel| f64::from(pixel[0])).sum();
     sum / image.pixels.len() as f64
 }
 
-fn render(light: &str, material: &str, shapes: &str, renderer: Renderer) -> RenderResult {
+fn render(light: &str, material: &str, shapes: &str, renderer: &str) -> RenderResult {
     let scene = format!(
         "LookAt 0 4 -9  0 0.7 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 40
         Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 20
@@ -64,7 +65,7 @@ fn render(light: &str, material: &str, shapes: &str, renderer: Renderer) -> Rend
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         ..RenderRequest::default()
     };
     let result = render_scene_from(&request, &MemoryFiles(files.into()));
@@ -73,8 +74,7 @@ fn render(light: &str, material: &str, shapes: &str, renderer: Renderer) -> Rend
 
 #[track_caller]
 fn check(light: &str, material: &str) {
-    let [shaded, traced] =
-        [Renderer::Interactive, Renderer::Batch].map(|it| mean(light, material, it));
+    let [shaded, traced] = [INTERACTIVE, BATCH].map(|it| mean(light, material, it));
     assert!(traced > 0.05, "{material}: {traced}");
     assert!((shaded - traced).abs() < 0.03 * traced, "{material}: {shaded} {traced}");
 }
@@ -106,7 +106,7 @@ fn both_renderers_light_highlights_by_a_sky() {
 fn what_is_near_by_has_no_emission() {
     let floor = "Shape \"Plane\"";
     let room = "Shape \"Box\" \"point3 corner\" [-9 0 -12] \"point3 opposite\" [9 5 9]";
-    for (shapes, renderer) in [(floor, Renderer::Interactive), (room, Renderer::Batch)] {
+    for (shapes, renderer) in [(floor, INTERACTIVE), (room, BATCH)] {
         let [without, with] =
             ["\"Panel\"", "\"Found\""].map(|light| render(light, "\"Phong\"", shapes, renderer));
         assert!(without.image == with.image, "{shapes}, {renderer:?}");
@@ -120,7 +120,7 @@ fn what_is_near_by_has_no_emission() {
 #[test]
 fn samples_near_by_and_far_away_count_once() {
     let sky = "\"HalfSky\"";
-    let whole = mean(sky, "\"Lambertian\"", Renderer::Batch);
-    let expected = mean("\"HalfSky\" \"bool near\" false", "\"Lambertian\"", Renderer::Batch);
+    let whole = mean(sky, "\"Lambertian\"", BATCH);
+    let expected = mean("\"HalfSky\" \"bool near\" false", "\"Lambertian\"", BATCH);
     assert!((whole - expected).abs() < 0.02 * expected, "{whole} {expected}");
 }

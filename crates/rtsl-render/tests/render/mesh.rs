@@ -6,9 +6,9 @@ use expect_test::{Expect, expect};
 use rtsl_image::Image;
 use rtsl_memory::SharedWords;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, Renderer};
+use rtsl_render::{Messages, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
-use rtsl_scene::{LoadOptions, Scene, load_scene};
+use rtsl_scene::{INTERACTIVE, LoadOptions, Scene, load_scene};
 
 type Files = MemoryFiles<Vec<u8>>;
 
@@ -46,7 +46,7 @@ fn bits(image: &Image) -> Vec<[u32; 3]> {
 fn picture(files: &Files) -> Vec<[u32; 3]> {
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
-        renderer: Some(Renderer::Interactive),
+        load: LoadOptions::with_integrator(INTERACTIVE),
         ..RenderRequest::default()
     };
     let result = render_scene_from(&request, files);

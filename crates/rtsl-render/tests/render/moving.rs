@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use rtsl_image::Aov;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest, RenderResult};
+use rtsl_scene::INTERACTIVE;
 use rtsl_scene::reader::MemoryFiles;
 
 /// One row of pixels, a quarter of a unit wide each, from x = -4 to x = 4, seen along z.
@@ -29,7 +30,7 @@ fn render(text: &str, aovs: &[Aov]) -> RenderResult {
         scene: "scene.pbrt".into(),
         aovs: aovs.to_vec(),
         execution: Execution::on_threads(2),
-        renderer: Some(Renderer::Interactive),
+        load: LoadOptions::with_integrator(INTERACTIVE),
         ..RenderRequest::default()
     };
     render_scene_from(&request, &MemoryFiles(files.into()))

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use expect_test::expect;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest, RenderResult};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// Classes with a mistake each, which shows on one half of the picture.
 const SHADERS: &str = "class BrokenTexture : rt_Texture;
@@ -52,11 +53,11 @@ const FRONT: &str = "LookAt 0 0 -5  0 0 0  0 1 0 Camera \"Orthographic\"";
 const WALL: &str = "Shape \"Parallelogram\" \"point3 corner\" [-2 -2 0] \"vector3 sideU\" [4 0 0] \"vector3 sideV\" [0 4 0]\n";
 const SUN: &str = "LightSource \"DirectionalLight\" \"vector3 direction\" [0 0 1]\n";
 
-fn render(camera: &str, world: &str, renderer: Renderer) -> RenderResult {
+fn render(camera: &str, world: &str, renderer: &str) -> RenderResult {
     render_samples(camera, world, renderer, 4)
 }
 
-fn render_samples(camera: &str, world: &str, renderer: Renderer, samples: u32) -> RenderResult {
+fn render_samples(camera: &str, world: &str, renderer: &str, samples: u32) -> RenderResult {
     let scene = format!(
         "{camera}
         PixelFilter \"box\"
@@ -69,7 +70,7 @@ fn render_samples(camera: &str, world: &str, renderer: Renderer, samples: u32) -
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         samples: Some(samples),
         execution: Execution::on_threads(2),
         ..RenderRequest::default()
@@ -80,9 +81,9 @@ fn render_samples(camera: &str, world: &str, renderer: Renderer, samples: u32) -
 
 /// The number of samples that a renderer drops, all caused by one method.
 #[track_caller]
-fn check(camera: &str, world: &str, renderer: Renderer, (class, method): (&str, &str)) -> u64 {
+fn check(camera: &str, world: &str, renderer: &str, (class, method): (&str, &str)) -> u64 {
     let RenderResult { statistics, warnings, image, .. } = render(camera, world, renderer);
-    let (name, dropped) = (renderer.name(), statistics.dropped_samples);
+    let (name, dropped) = (renderer, statistics.dropped_samples);
     assert!((400..625).contains(&dropped), "{name}: {dropped} of 1024 are not about half");
     let named: Vec<(&str, &str)> =
         statistics.not_finite.iter().map(|it| (&*it.class, it.method)).collect();
@@ -96,8 +97,8 @@ fn check(camera: &str, world: &str, renderer: Renderer, (class, method): (&str, 
 /// Both renderers drop the same samples; the methods that they call differ.
 #[track_caller]
 fn check_both(camera: &str, world: &str, class: &str, [interactive, batch]: [&str; 2]) {
-    let one = check(camera, world, Renderer::Interactive, (class, interactive));
-    let other = check(camera, world, Renderer::Batch, (class, batch));
+    let one = check(camera, world, INTERACTIVE, (class, interactive));
+    let other = check(camera, world, BATCH, (class, batch));
     assert_eq!(one, other);
 }
 
@@ -109,7 +110,7 @@ fn textures_count_as_their_material() {
     );
     check_both(FRONT, &format!("{SUN}{wall}"), "Lambertian", ["shade", "BSDF"]);
     // Without a light to sample, paths continue by it.
-    check(FRONT, &wall, Renderer::Batch, ("Lambertian", "sampleBSDF"));
+    check(FRONT, &wall, BATCH, ("Lambertian", "sampleBSDF"));
 }
 
 #[test]
@@ -126,9 +127,9 @@ fn light_that_something_is_in_the_way_of_spoils_nothing() {
         "LightSource \"BrokenLight\"\nMaterial \"Lambertian\" {WALL}
         AttributeBegin Translate 0 0 -6 {WALL} AttributeEnd"
     );
-    for renderer in [Renderer::Interactive, Renderer::Batch] {
+    for renderer in [INTERACTIVE, BATCH] {
         let RenderResult { statistics, warnings, .. } = render(FRONT, &world, renderer);
-        assert_eq!(statistics.dropped_samples, 0, "{}", renderer.name());
+        assert_eq!(statistics.dropped_samples, 0, "{}", renderer);
         assert!(warnings.is_empty(), "{}", warnings.to_text(false));
     }
 }
@@ -167,8 +168,7 @@ fn what_shows_it_is_not_named_for_it() {
 
 #[test]
 fn the_warning_says_what_to_look_for() {
-    let RenderResult { statistics, warnings, .. } =
-        render(FRONT, "Shape \"BrokenLamp\"", Renderer::Batch);
+    let RenderResult { statistics, warnings, .. } = render(FRONT, "Shape \"BrokenLamp\"", BATCH);
     let dropped = statistics.dropped_samples.to_string();
     let text = warnings.to_text(false).replace(&dropped, "N");
     expect![[r#"
@@ -186,7 +186,7 @@ fn the_warning_says_what_to_look_for() {
 #[test]
 fn many_samples_of_one_cause_are_told_once() {
     let RenderResult { statistics, warnings, .. } =
-        render_samples(FRONT, "Shape \"BrokenLamp\"", Renderer::Batch, 64);
+        render_samples(FRONT, "Shape \"BrokenLamp\"", BATCH, 64);
     let dropped = statistics.dropped_samples;
     let [cause] = statistics.not_finite.as_slice() else { panic!("{:?}", statistics.not_finite) };
     assert_eq!((cause.method, cause.count), ("emission", 4096));

@@ -7,7 +7,7 @@ use rtsl::{Compiler, Engine, EngineOptions, Instance, Messages, Value, library};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
 use rtsl_render::Execution;
-use rtsl_render::batch::{BatchOptions, BatchScene, Part, PartialRender, render};
+use rtsl_render::path::{BatchOptions, BatchScene, Part, PartialRender, render};
 use rtsl_scene::load_scene;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{ComposedShape, Composer, Composition, LoadOptions, PlacedLight, Scene, Settings};
@@ -142,7 +142,7 @@ fn instance(class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance> {
 #[test]
 fn scenes_of_instances_are_those_of_texts() {
     let of_text = loaded();
-    let settings = Settings { renderer: None, ..of_text.settings.clone() };
+    let settings = Settings { integrator: None, ..of_text.settings.clone() };
     let composition = Composition {
         base: None,
         settings,

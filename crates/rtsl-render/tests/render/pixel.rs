@@ -7,18 +7,19 @@ use rtsl::{Trace, TraceDetail, TraceEntry, TraceKind};
 use rtsl_render::pixel::render_pixel_from;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{
-    Execution, Optimise, PixelRequest, RenderRequest, Renderer, TracedPixel, render_pixel,
+    Execution, LoadOptions, Optimise, PixelRequest, RenderRequest, TracedPixel, render_pixel,
     render_scene,
 };
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 use rtsl_testing::turns::is_long_run;
 
 /// Compares some pixels of a scene with those of a picture.
-fn compare(scene: &str, renderer: Renderer) {
+fn compare(scene: &str, renderer: &str) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let request = RenderRequest {
         scene: folder.join(scene),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         size: Some((24, 16)),
         samples: Some(3),
         execution: Execution { optimise: Optimise::Never, ..Execution::on_threads(2) },
@@ -35,7 +36,7 @@ fn compare(scene: &str, renderer: Renderer) {
         let traced = traced.unwrap_or_else(|it| panic!("{}", it.to_text(false)));
         let expected = picture.image.pixels[pixel[1] * 24 + pixel[0]];
         let bits = |color: [f32; 3]| color.map(f32::to_bits);
-        let message = format!("{scene}, {}, {pixel:?}: {:?}", renderer.name(), traced.color);
+        let message = format!("{scene}, {}, {pixel:?}: {:?}", renderer, traced.color);
         assert_eq!(bits(traced.color), bits(expected), "{message} for {expected:?}");
         assert_eq!(traced.samples.len(), 3);
         let has_calls = traced.samples.iter().all(|it| !it.recording.entries.is_empty());
@@ -59,13 +60,13 @@ fn scenes(usual: [&'static str; 4]) -> Vec<String> {
 #[test]
 fn pixels_are_those_of_the_interactive_renderer() {
     let usual = ["three-spheres.pbrt", "textures.pbrt", "patterns.pbrt", "stage.pbrt"];
-    scenes(usual).iter().for_each(|scene| compare(scene, Renderer::Interactive));
+    scenes(usual).iter().for_each(|scene| compare(scene, INTERACTIVE));
 }
 
 #[test]
 fn pixels_are_those_of_the_batch_renderer() {
     let usual = ["three-spheres.pbrt", "surfaces.pbrt", "layers.pbrt", "motion.pbrt"];
-    scenes(usual).iter().for_each(|scene| compare(scene, Renderer::Batch));
+    scenes(usual).iter().for_each(|scene| compare(scene, BATCH));
 }
 
 const SHADERS: &str = "class Glow : rt_Texture;
@@ -84,7 +85,7 @@ void shade() { rt_SampleColor = paint(); }
 void BSDF() { rt_BSDFValue = paint() / 3.1415926; }
 ";
 
-fn traced(renderer: Renderer, pixel: [usize; 2], detail: TraceDetail) -> TracedPixel {
+fn traced(renderer: &str, pixel: [usize; 2], detail: TraceDetail) -> TracedPixel {
     let scene = "LookAt 0 0 -5  0 0 0  0 1 0 Camera \"Orthographic\"
         PixelFilter \"box\" Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4
         Sampler \"independent\" \"integer pixelsamples\" 2
@@ -97,7 +98,7 @@ fn traced(renderer: Renderer, pixel: [usize; 2], detail: TraceDetail) -> TracedP
     let files = MemoryFiles(files.into());
     let request = RenderRequest {
         scene: PathBuf::from("scene.pbrt"),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         ..RenderRequest::default()
     };
     let chosen = PixelRequest { pixel, first: 0, count: None };
@@ -132,7 +133,7 @@ fn prints_of_both_renderers() {
         shaders.rtsl:3: Glow.lookup: u = 0.46420792
         shaders.rtsl:10: Flat.shade: paint (27.93914, 27.93914, 27.93914), depth 0.0
     "#]]
-    .assert_eq(&all(Renderer::Interactive));
+    .assert_eq(&all(INTERACTIVE));
     expect![[r#"
         sample 0
         shaders.rtsl:3: Glow.lookup: u = 0.41985703
@@ -145,12 +146,12 @@ fn prints_of_both_renderers() {
         shaders.rtsl:3: Glow.lookup: u = 0.46420792
         shaders.rtsl:10: Flat.sampleBSDF: paint (27.93914, 27.93914, 27.93914), depth 0.0
     "#]]
-    .assert_eq(&all(Renderer::Batch));
+    .assert_eq(&all(BATCH));
 }
 
 #[test]
 fn calls_are_nested_and_name_objects() {
-    let traced = traced(Renderer::Interactive, [0, 0], TraceDetail::Lines);
+    let traced = traced(INTERACTIVE, [0, 0], TraceDetail::Lines);
     let is_of_shading = |entry: &TraceEntry| {
         entry.method.starts_with("Flat")
             || entry.method.starts_with("Glow")
@@ -185,7 +186,7 @@ fn calls_are_nested_and_name_objects() {
 
 #[test]
 fn values_that_are_not_finite_are_followed_to_their_operation() {
-    let traced = traced(Renderer::Batch, [3, 1], TraceDetail::Calls);
+    let traced = traced(BATCH, [3, 1], TraceDetail::Calls);
     let first = traced.samples[0].recording.entries.iter().find_map(|entry| match entry.kind {
         TraceKind::NotFinite(value, _) => Some((entry, value)),
         _ => None,

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// A floor behind the plane of a shape with holes, in light that comes askew: what is at x on the floor is in the
 /// shadow of what is at x + 1 on the plane. Pixels of half a unit, each with a sample at its centre.
@@ -37,9 +38,9 @@ const SHAPE: &str = "Shape \"disk\" \"float radius\" 9";
 /// The red of a row of pixels, from x = -1.75 on.
 fn row(world: &str) -> [[f32; 8]; 3] {
     let ways = [
-        (Backend::Interpreter, 1, Renderer::Batch),
-        (Backend::Jit, 16, Renderer::Batch),
-        (Backend::Jit, 8, Renderer::Interactive),
+        (Backend::Interpreter, 1, BATCH),
+        (Backend::Jit, 16, BATCH),
+        (Backend::Jit, 8, INTERACTIVE),
     ];
     ways.map(|(backend, width, renderer)| {
         let files = [("scene.pbrt", format!("{HEAD}{world}")), ("own.rtsl", CLASSES.to_owned())];
@@ -48,7 +49,7 @@ fn row(world: &str) -> [[f32; 8]; 3] {
         let request = RenderRequest {
             scene: Path::new("scene.pbrt").into(),
             engine,
-            renderer: Some(renderer),
+            load: LoadOptions::with_integrator(renderer),
             execution: Execution::on_threads(2),
             ..Default::default()
         };

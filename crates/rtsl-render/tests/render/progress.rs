@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, Progress, RenderRequest, Renderer, TilesDone};
+use rtsl_render::{Execution, LoadOptions, Progress, RenderRequest, TilesDone};
+use rtsl_scene::INTERACTIVE;
 use rtsl_scene::reader::MemoryFiles;
 
 #[test]
@@ -19,7 +20,7 @@ fn steps_are_told_in_order() {
         scene: "scene.pbrt".into(),
         execution: Execution::on_threads(1),
         progress: Some(&listener),
-        renderer: Some(Renderer::Interactive),
+        load: LoadOptions::with_integrator(INTERACTIVE),
         ..RenderRequest::default()
     };
     let rendered = render_scene_from(&request, &files);

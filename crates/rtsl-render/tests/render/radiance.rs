@@ -4,23 +4,24 @@ use std::path::PathBuf;
 
 use expect_test::expect;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
+use rtsl_render::{Messages, RenderRequest, RenderResult};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE, LoadOptions};
 
 fn try_render(scene: &str, shaders: &[(&str, &str)]) -> Result<RenderResult, Messages> {
-    try_render_by(Some(Renderer::Interactive), scene, shaders)
+    try_render_by(Some(INTERACTIVE), scene, shaders)
 }
 
 fn try_render_by(
-    renderer: Option<Renderer>,
+    renderer: Option<&str>,
     scene: &str,
     shaders: &[(&str, &str)],
 ) -> Result<RenderResult, Messages> {
     let shaders = shaders.iter().map(|(name, text)| (PathBuf::from(name), (*text).to_owned()));
     let scene = (PathBuf::from("scene.pbrt"), scene.to_owned());
     let files = MemoryFiles(shaders.chain([scene]).collect());
-    let request =
-        RenderRequest { scene: "scene.pbrt".into(), renderer, ..RenderRequest::default() };
+    let load = renderer.map(LoadOptions::with_integrator).unwrap_or_default();
+    let request = RenderRequest { scene: "scene.pbrt".into(), load, ..RenderRequest::default() };
     render_scene_from(&request, &files)
 }
 
@@ -177,7 +178,7 @@ fn references_that_are_not_set_are_warned_about_by_both_renderers() {
         "{HEAD}WorldBegin\nLightSource \"SkyLight\"\nMaterial \"Matte\"\nShape \"Sphere\"\n\
          Material \"Matte\"\nShape \"Disk\"\n"
     );
-    for renderer in [Renderer::Interactive, Renderer::Batch] {
+    for renderer in [INTERACTIVE, BATCH] {
         let rendered = try_render_by(Some(renderer), &scene, &[("matte.rtsl", matte)])
             .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
         expect![[r#"

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::Execution;
-use rtsl_render::batch::{BatchOptions, BatchScene, BatchSceneBuilder, render};
 use rtsl_render::compiled::SceneBuilder;
+use rtsl_render::path::{BatchOptions, BatchScene, BatchSceneBuilder, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_render::Execution;
-use rtsl_render::batch::{BatchOptions, BatchScene, render};
+use rtsl_render::path::{BatchOptions, BatchScene, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 use rtsl_testing::turns::ways;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
 use rtsl_image::{Image, ImageOptions, write_image};
-use rtsl_render::{Execution, RenderRequest, RenderResult, Renderer, render_scene};
+use rtsl_render::{Execution, LoadOptions, RenderRequest, RenderResult, render_scene};
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -107,7 +108,7 @@ const SAMPLES_OF_WAVE: u32 = 16;
 /// Renders a scene with all these settings, and reports those that give other bits than the first.
 fn compare(
     scene: &Path,
-    renderer: Renderer,
+    renderer: &str,
     (size, samples): ((usize, usize), u32),
     ways: &[Way],
 ) -> Vec<String> {
@@ -116,7 +117,7 @@ fn compare(
             EngineOptions { backend: way.backend, width: Some(way.width), ..Default::default() };
         let request = RenderRequest {
             scene: scene.to_owned(),
-            renderer: Some(renderer),
+            load: LoadOptions::with_integrator(renderer),
             size: Some(size),
             samples: Some(samples),
             execution: Execution::on_threads(way.threads),
@@ -130,24 +131,24 @@ fn compare(
     let Some((first, others)) = ways.split_first() else { return Vec::new() };
     let expected = image(first);
     let differing = others.iter().filter(|way| image(way) != expected);
-    let name = renderer.name();
+    let name = renderer;
     differing.map(|way| format!("{}, {name}: {way:?} and {first:?}", scene.display())).collect()
 }
 
 #[test]
 fn images_of_the_interactive_renderer_are_the_same_for_every_width_thread_count_and_backend() {
-    compare_scenes(Renderer::Interactive, 0, ((16, 11), 1));
+    compare_scenes(INTERACTIVE, 0, ((16, 11), 1));
 }
 
 /// Wavefronts fill shading batches.
 #[test]
 fn images_of_the_batch_renderer_are_the_same_for_every_width_thread_count_and_backend() {
-    compare_scenes(Renderer::Batch, 1, ((16, 8), SAMPLES_OF_WAVE));
+    compare_scenes(BATCH, 1, ((16, 8), SAMPLES_OF_WAVE));
 }
 
 /// Compares a few settings for every second scene, from the first or second on, all of them over these scenes, because
 /// compiling kernels is slow in debug builds.
-fn compare_scenes(renderer: Renderer, first: usize, quality: ((usize, usize), u32)) {
+fn compare_scenes(renderer: &str, first: usize, quality: ((usize, usize), u32)) {
     let mut different = Vec::new();
     let widths = [1, 4, 8, 16].into_iter().cycle();
     let scenes = scenes();
@@ -177,7 +178,7 @@ fn every_scene_has_the_same_bits_in_every_way() {
     }
     let mut different = Vec::new();
     for scene in scenes() {
-        for renderer in [Renderer::Interactive, Renderer::Batch] {
+        for renderer in [INTERACTIVE, BATCH] {
             let quality = ((96, 72), SAMPLES_OF_WAVE);
             different.extend(compare(&scene, renderer, quality, &ways));
         }

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use rtsl::{Backend, EngineOptions};
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Execution, RenderRequest, Renderer};
+use rtsl_render::{Execution, LoadOptions, RenderRequest};
 use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{BATCH, INTERACTIVE};
 
 /// A statement of `intersect`. Parameters of hits are those of a plane, plus `after`.
 #[derive(Clone, Copy, Debug)]
@@ -160,7 +161,7 @@ fn expected(statements: &[Statement], place: usize) -> [f32; 3] {
 fn picture(
     statements: &[Statement],
     place: usize,
-    renderer: Renderer,
+    renderer: &str,
     engine: EngineOptions,
 ) -> Vec<[f32; 3]> {
     let mut shaders = "class Offers : rt_Primitive, rt_Material;
@@ -199,7 +200,7 @@ fn picture(
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let request = RenderRequest {
         scene: Path::new("scene.pbrt").to_owned(),
-        renderer: Some(renderer),
+        load: LoadOptions::with_integrator(renderer),
         execution: Execution::on_threads(1),
         engine,
         ..RenderRequest::default()
@@ -211,12 +212,12 @@ fn picture(
 
 fn check(statements: &[Statement], place: usize, engine: &EngineOptions) {
     let right = expected(statements, place);
-    for renderer in [Renderer::Interactive, Renderer::Batch] {
+    for renderer in [INTERACTIVE, BATCH] {
         let pixels = picture(statements, place, renderer, engine.clone());
         // The order of the two shapes is not tested here.
         let shown = &pixels[8..];
         let all = shown.iter().all(|pixel| *pixel == right);
-        assert!(all, "{}, {statements:?}, place {place}: {right:?}, {shown:?}", renderer.name());
+        assert!(all, "{}, {statements:?}, place {place}: {right:?}, {shown:?}", renderer);
     }
 }
 

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, Renderer};
+use rtsl_render::{LoadOptions, Messages, RenderRequest};
+use rtsl_scene::INTERACTIVE;
 use rtsl_scene::reader::MemoryFiles;
 
 /// A picture of the square from -1 to 1, in which shapes are white.
@@ -20,7 +21,7 @@ fn render(shape: &str) -> Result<f64, Messages> {
     let white = (PathBuf::from("white.rtsl"), WHITE.to_owned());
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
-        renderer: Some(Renderer::Interactive),
+        load: LoadOptions::with_integrator(INTERACTIVE),
         ..RenderRequest::default()
     };
     let image = render_scene_from(&request, &MemoryFiles([scene, white].into()))?.image;

@@ -6,29 +6,48 @@ use super::Settings;
 use super::parameters::{ParameterReader, unknown_setting};
 use crate::description::Entity;
 use crate::reader::{Parameter, Values};
-use crate::renderer::Renderer;
+use crate::standard::{PATH_TRACER, WHITTED};
 
-/// The integrators: the name, the renderer, and what takes its place if the picture may differ from pbrt's.
-const INTEGRATORS: [(&str, Renderer, Option<&str>); 17] = [
-    ("path", Renderer::Batch, None),
-    ("volpath", Renderer::Batch, None),
-    ("simplepath", Renderer::Batch, None),
-    ("simplevolpath", Renderer::Batch, None),
-    ("batch", Renderer::Batch, None),
-    ("interactive", Renderer::Interactive, None),
-    ("whitted", Renderer::Interactive, None),
-    ("direct", Renderer::Interactive, None),
-    ("directlighting", Renderer::Interactive, None),
-    ("bdpt", Renderer::Batch, Some(PATHS)),
-    ("lightpath", Renderer::Batch, Some(PATHS)),
-    ("mlt", Renderer::Batch, Some(PATHS)),
-    ("sppm", Renderer::Batch, Some(PATHS)),
-    ("randomwalk", Renderer::Batch, Some(PATHS)),
-    ("function", Renderer::Batch, Some(PATHS)),
-    ("ambientocclusion", Renderer::Interactive, Some("the interactive renderer takes its place")),
-    ("ao", Renderer::Interactive, Some("the interactive renderer takes its place")),
+/// The name of the renderer that calls `shade` of materials.
+pub const INTERACTIVE: &str = "interactive";
+
+/// The name of the renderer that traces paths.
+pub const BATCH: &str = "batch";
+
+/// The names of renderers, which stand for integrators of the library.
+pub const RENDERERS: [&str; 2] = [BATCH, INTERACTIVE];
+
+/// A name of the format for an integrator.
+struct NamedIntegrator {
+    name: &'static str,
+    /// The class of the library that makes the picture.
+    class: &'static str,
+    /// What takes its place, if the picture may differ from pbrt's.
+    instead: Option<&'static str>,
+}
+
+/// The names of the format for integrators.
+const INTEGRATORS: [NamedIntegrator; 17] = [
+    NamedIntegrator::new("path", PATH_TRACER),
+    NamedIntegrator::new("volpath", PATH_TRACER),
+    NamedIntegrator::new("simplepath", PATH_TRACER),
+    NamedIntegrator::new("simplevolpath", PATH_TRACER),
+    NamedIntegrator::new(BATCH, PATH_TRACER),
+    NamedIntegrator::new(INTERACTIVE, WHITTED),
+    NamedIntegrator::new("whitted", WHITTED),
+    NamedIntegrator::new("direct", WHITTED),
+    NamedIntegrator::new("directlighting", WHITTED),
+    NamedIntegrator::new("bdpt", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("lightpath", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("mlt", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("sppm", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("randomwalk", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("function", PATH_TRACER).replaced_by(PATHS),
+    NamedIntegrator::new("ambientocclusion", WHITTED).replaced_by(SHADING),
+    NamedIntegrator::new("ao", WHITTED).replaced_by(SHADING),
 ];
 
+const SHADING: &str = "the interactive renderer takes its place";
 const PATHS: &str = "paths from the camera take its place";
 
 /// Parameters of pbrt's integrators that change how the picture is found, and not the picture.
@@ -59,9 +78,9 @@ pub const MAX_TRACE_DEPTH: u32 = 64;
 
 impl Settings {
     pub(super) fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
-        let known = INTEGRATORS.iter().find(|(name, ..)| *name == entity.class);
-        let renderer = Renderer::of_integrator(entity);
-        self.renderer = Some(renderer);
+        let known = NamedIntegrator::find(&entity.class);
+        let class = class_of_integrator(entity);
+        self.integrator = Some(class);
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(epsilon) = reader.number("epsilon") {
             self.epsilon = Some(epsilon as f32);
@@ -73,13 +92,13 @@ impl Settings {
             self.read_parameters_of_class(entity);
             return;
         }
-        if let Some((name, _, Some(instead))) = known {
+        if let Some(NamedIntegrator { name, instead: Some(instead), .. }) = known {
             reader.warn(format!("integrator `{name}` is not supported: {instead}"));
         }
         // As in pbrt, negative numbers limit nothing.
         if let Some(depth) = reader.whole("maxdepth", f64::from(i32::MIN), f64::from(i32::MAX)) {
             self.max_depth = depth_of(depth);
-            if renderer == Renderer::Interactive && self.max_depth > MAX_TRACE_DEPTH {
+            if class == WHITTED && self.max_depth > MAX_TRACE_DEPTH {
                 let message = format!(
                     "the interactive renderer follows rays to a depth of {MAX_TRACE_DEPTH}"
                 );
@@ -96,7 +115,7 @@ impl Settings {
         let regularize = reader.boolean("regularize");
         self.regularize = regularize.unwrap_or(self.regularize);
         let no_effects = [
-            ("regularize", regularize == Some(true) && renderer == Renderer::Interactive),
+            ("regularize", regularize == Some(true) && class == WHITTED),
             ("visualizestrategies", reader.boolean("visualizestrategies") == Some(true)),
             ("visualizeweights", reader.boolean("visualizeweights") == Some(true)),
         ];
@@ -152,22 +171,40 @@ pub fn taken_over(own: &Entity) -> impl Iterator<Item = Parameter> {
     })
 }
 
-impl Renderer {
-    /// Returns the renderer of an integrator. Classes, and indirect light, require the batch renderer.
-    pub(crate) fn of_integrator(entity: &Entity) -> Renderer {
-        let known = INTEGRATORS.iter().find(|(name, ..)| *name == entity.class);
-        known.map_or(Renderer::Batch, |(_, renderer, _)| *renderer)
+impl NamedIntegrator {
+    const fn new(name: &'static str, class: &'static str) -> NamedIntegrator {
+        NamedIntegrator { name, class, instead: None }
     }
+
+    const fn replaced_by(self, instead: &'static str) -> NamedIntegrator {
+        NamedIntegrator { instead: Some(instead), ..self }
+    }
+
+    fn find(name: &str) -> Option<&'static NamedIntegrator> {
+        INTEGRATORS.iter().find(|named| named.name == name)
+    }
+}
+
+/// Returns the class that a renderer's name stands for.
+pub fn class_of_renderer(name: &str) -> Option<&'static str> {
+    let named = NamedIntegrator::find(name).filter(|named| RENDERERS.contains(&named.name));
+    named.map(|named| named.class)
+}
+
+/// Returns the class of the library that a scene with this integrator has if it makes no other one: classes, and
+/// indirect light, need the path tracer.
+pub fn class_of_integrator(entity: &Entity) -> &'static str {
+    NamedIntegrator::find(&entity.class).map_or(PATH_TRACER, |named| named.class)
 }
 
 /// True if the entity is an integrator by a name of the format, and not a class written in RTSL.
 pub fn is_named_integrator(entity: &Entity) -> bool {
-    INTEGRATORS.iter().any(|(name, ..)| *name == entity.class)
+    NamedIntegrator::find(&entity.class).is_some()
 }
 
 /// The error of an integrator that is neither a name of the format nor one of these classes.
 pub fn unknown_integrator(entity: &Entity, classes: &[&str]) -> Diagnostic {
-    let names = INTEGRATORS.iter().map(|(name, ..)| name).chain(classes);
+    let names = INTEGRATORS.iter().map(|named| &named.name).chain(classes);
     unknown_setting(entity, &names.copied().collect::<Vec<_>>())
 }
 

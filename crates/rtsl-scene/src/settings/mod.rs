@@ -15,14 +15,14 @@ use rtsl_math::sampling::{PixelFilter, Sampler};
 
 use crate::description::{Description, EntityId, SceneOptions};
 use crate::pbrt::PbrtName;
-use crate::renderer::Renderer;
 use sampler::{grid, stratified};
 
 pub use crop::Crop;
 pub use imaging::Imaging;
-pub use integrator::MAX_TRACE_DEPTH;
+pub use integrator::{BATCH, INTERACTIVE, MAX_TRACE_DEPTH, RENDERERS, class_of_renderer};
 pub(crate) use integrator::{
-    SETTINGS_OF_INTEGRATORS, is_named_integrator, taken_over, unknown_integrator,
+    SETTINGS_OF_INTEGRATORS, class_of_integrator, is_named_integrator, taken_over,
+    unknown_integrator,
 };
 
 /// All settings of an image that are not shaders.
@@ -44,8 +44,9 @@ pub struct Settings {
     pub filter: PixelFilter,
     /// The sampler.
     pub sampler: Sampler,
-    /// The renderer, if the scene selects one.
-    pub renderer: Option<Renderer>,
+    /// The class of the library that makes the picture unless the scene names another one, if the scene's integrator or a
+    /// host selects it.
+    pub integrator: Option<&'static str>,
     /// The greatest depth of rays spawned by rays; 0 traces camera rays only.
     pub max_depth: u32,
     /// The least contribution to the pixel for which spawned rays are traced; 0 traces all.
@@ -75,7 +76,7 @@ impl Default for Settings {
             exposure: 0.0,
             filter: PixelFilter::default(),
             sampler: stratified(16, 0),
-            renderer: None,
+            integrator: None,
             max_depth: 5,
             cutoff: 0.0,
             roulette_threshold: 1.0,

@@ -167,7 +167,7 @@ fn an_integrator_takes_over_what_the_scene_gives_its_own() {
         assert_eq!(path, [20, 0.25_f32.to_bits(), 1], "{other}");
     }
     let interactive = with_integrator(named, Some("interactive")).settings;
-    assert_eq!(Settings { renderer: own.renderer, ..interactive }, own);
+    assert_eq!(Settings { integrator: own.integrator, ..interactive }, own);
 
     // Classes have their own names for these, and more parameters.
     let class = "Integrator \"Direct\" \"integer maxDepth\" 20 \"integer samples\" 3";

@@ -88,13 +88,27 @@ pub struct StageKernels {
     searches: Vec<(Search, usize)>,
     /// The index of the camera's kernel.
     camera: Option<usize>,
-    unoptimised: Vec<(Arc<TieredKernel>, Arc<Linked>)>,
+    /// The functions of the kernels, in their order.
+    linked: Vec<Arc<Linked>>,
+    /// The linked stages as requested, before they lost what no other kernel reads; none unless kernels may serve again.
+    requested: Vec<Linked>,
     /// The work of the background, once it has begun.
     begun: OnceLock<Vec<Answer<()>>>,
 }
 
+/// Kernels of an earlier state of a scene, with what they were made for.
+#[derive(Clone, Copy)]
+pub struct EarlierKernels<'a> {
+    /// The program.
+    pub program: &'a StagedProgram,
+    /// The requests.
+    pub requests: &'a [StageRequest],
+    /// The kernels.
+    pub kernels: &'a StageKernels,
+}
+
 /// A linked stage on its way to code.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Linked {
     function: Function,
     layout: Layout,
@@ -115,7 +129,8 @@ impl Engine {
     /// Makes kernels of stages on all processors; the results are in the order of the requests, which are those for all
     /// stages and all surfaces of a scene: kernels leave out what nobody reads, of which `read` is what the host reads. If
     /// the program searches a scene, the kernels for the searches that stages do not make themselves come next; that of
-    /// the camera is the last. The code is not [optimised](StageKernels::optimise) yet.
+    /// the camera is the last. The code is not [optimised](StageKernels::optimise) yet. Stages that are as they were
+    /// earlier, of the same engine, are not linked again, and kernels that compute the same are not compiled again.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.
@@ -124,8 +139,10 @@ impl Engine {
         program: &StagedProgram,
         requests: &[StageRequest],
         read: ReadResults<'_>,
+        earlier: Option<EarlierKernels<'_>>,
     ) -> Result<StageKernels, Diagnostic> {
-        let mut linked = self.link_stages(program, requests)?;
+        let mut linked = self.link_stages(program, requests, earlier)?;
+        let requested = if program.values_may_change() { linked.clone() } else { Vec::new() };
         let stages = requests.iter().map(|request| request.stage);
         let functions = linked.iter_mut().map(|linked| &mut linked.function);
         let mut functions: Vec<_> = stages.zip(functions).collect();
@@ -162,19 +179,11 @@ impl Engine {
             let has_footprints = first.is_some_and(|(_, linked)| linked.reads_footprints());
             linked.push(self.link_camera(camera, has_footprints)?);
         }
-        let kernels = self.compile_stages(&linked)?;
+        let linked: Vec<Arc<Linked>> = linked.into_iter().map(Arc::new).collect();
+        let kernels = self.compile_stages(&linked, earlier.map(|earlier| earlier.kernels))?;
         let made = kernels.into_iter().zip(&linked);
-        let kernels: Vec<StageKernel> =
-            made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect();
-        let unoptimised = match self.compiler().has_cheaper_code() {
-            true => kernels
-                .iter()
-                .map(|it| it.kernel.clone())
-                .zip(linked.into_iter().map(Arc::new))
-                .collect(),
-            false => Vec::new(),
-        };
-        Ok(StageKernels { kernels, searches, camera, unoptimised, begun: OnceLock::new() })
+        let kernels = made.map(|(kernel, linked)| StageKernel::new(kernel, linked)).collect();
+        Ok(StageKernels { kernels, searches, camera, linked, requested, begun: OnceLock::new() })
     }
 
     /// Makes the kernel of a camera, which computes footprints too, without stages.
@@ -202,20 +211,42 @@ impl Engine {
         &self,
         program: &StagedProgram,
         requests: &[StageRequest],
+        earlier: Option<EarlierKernels<'_>>,
     ) -> Result<Vec<Linked>, Diagnostic> {
-        let may_draw = nesting::with_deep_stack(|| may_draw(requests));
-        let linked = each_on_threads(requests.len(), |index| {
-            let link = || program.link(&requests[index], may_draw, self.compiler());
-            nesting::with_deep_stack(link)
+        let may_draw = |requests| nesting::with_deep_stack(|| may_draw(requests));
+        let draws = may_draw(requests);
+        let earlier = earlier.filter(|earlier| {
+            earlier.program.is_like(program) && may_draw(earlier.requests) == draws
         });
-        let linked = linked.into_iter().map(|linked| {
-            let (function, layout, variant) = linked?;
+        let linked = each_on_threads(requests.len(), |index| {
+            let request = &requests[index];
+            if let Some(linked) = earlier.and_then(|earlier| earlier.stage_like(request)) {
+                return Ok(linked.clone());
+            }
+            let link = || program.link(request, draws, self.compiler());
+            let (function, layout, variant) = nesting::with_deep_stack(link)?;
             Ok(Linked { function, layout, variant, prepared: None })
         });
-        linked.collect()
+        linked.into_iter().collect()
     }
 
-    fn compile_stages(&self, linked: &[Linked]) -> Result<Vec<Kernel>, Diagnostic> {
+    /// Returns the kernels of linked stages: earlier ones that compute the same, and new ones.
+    fn compile_stages(
+        &self,
+        linked: &[Arc<Linked>],
+        earlier: Option<&StageKernels>,
+    ) -> Result<Vec<Arc<TieredKernel>>, Diagnostic> {
+        let kept = |linked: &Arc<Linked>| earlier.and_then(|earlier| earlier.kernel_of(linked));
+        let mut kernels: Vec<Option<Arc<TieredKernel>>> = linked.iter().map(kept).collect();
+        let new: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
+        let functions: Vec<&Linked> = new.iter().map(|index| &*linked[*index]).collect();
+        for (index, kernel) in new.into_iter().zip(self.compile_new(&functions)?) {
+            kernels[index] = Some(Arc::new(TieredKernel::new(kernel)));
+        }
+        Ok(kernels.into_iter().flatten().collect())
+    }
+
+    fn compile_new(&self, linked: &[&Linked]) -> Result<Vec<Kernel>, Diagnostic> {
         let source = |index: usize| linked[index].source(self.width());
         let sizes: Vec<usize> = linked.iter().map(|it| it.function.values.len()).collect();
         let modules = into_modules(&sizes, processors());
@@ -263,8 +294,8 @@ impl StageKernels {
     pub fn optimise(&self, engine: &Engine) {
         self.begun.get_or_init(|| {
             let width = engine.width();
-            let begin = |(kernel, linked): &(Arc<TieredKernel>, Arc<Linked>)| {
-                let (kernel, linked) = (kernel.clone(), linked.clone());
+            let begin = |(kernel, linked): (&StageKernel, &Arc<Linked>)| {
+                let (kernel, linked) = (kernel.kernel.clone(), linked.clone());
                 let compiler = engine.compiler().clone();
                 engine.background().start(move || {
                     let made = compiler.kernels(&[linked.source(width)])?;
@@ -274,7 +305,9 @@ impl StageKernels {
                     Ok(())
                 })
             };
-            self.unoptimised.iter().map(begin).collect()
+            let has_better = engine.compiler().has_cheaper_code();
+            let all = self.kernels.iter().zip(&self.linked);
+            all.filter(|(it, _)| has_better && !it.kernel.is_optimised()).map(begin).collect()
         });
     }
 
@@ -286,7 +319,29 @@ impl StageKernels {
     }
 }
 
+impl StageKernels {
+    /// Returns the kernel of a function that is the same as one of these.
+    fn kernel_of(&self, linked: &Linked) -> Option<Arc<TieredKernel>> {
+        let index = self.linked.iter().position(|it| it.has_code_of(linked))?;
+        Some(self.kernels[index].kernel.clone())
+    }
+}
+
+impl<'a> EarlierKernels<'a> {
+    /// Returns the linked stage of a request like this one.
+    fn stage_like(self, request: &StageRequest) -> Option<&'a Linked> {
+        let mut stages = self.requests.iter().zip(&self.kernels.requested);
+        stages.find(|(earlier, _)| request.is_like(earlier)).map(|(_, stage)| stage)
+    }
+}
+
 impl Linked {
+    /// True if the kernels of both have the same code.
+    fn has_code_of(&self, other: &Linked) -> bool {
+        (&self.function, &self.layout, &self.variant)
+            == (&other.function, &other.layout, &other.variant)
+    }
+
     /// True if the function reads the footprints of rays.
     fn reads_footprints(&self) -> bool {
         let mut reads = false;
@@ -373,10 +428,10 @@ fn each_on_threads<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Syn
 }
 
 impl StageKernel {
-    fn new(kernel: Kernel, linked: &Linked) -> StageKernel {
+    fn new(kernel: Arc<TieredKernel>, linked: &Linked) -> StageKernel {
         let Linked { function, layout, prepared, .. } = linked;
         let mut made = StageKernel {
-            kernel: Arc::new(TieredKernel::new(kernel)),
+            kernel,
             operations: function.values.len(),
             reads: Vec::new(),
             ports: Vec::new(),

@@ -22,6 +22,10 @@ impl TieredKernel {
         self.optimised.get().unwrap_or(&self.first)
     }
 
+    pub(crate) fn is_optimised(&self) -> bool {
+        self.optimised.get().is_some()
+    }
+
     pub(crate) fn set_optimised(&self, kernel: Kernel) {
         // The first one serves as well.
         let _ = self.optimised.set(kernel);

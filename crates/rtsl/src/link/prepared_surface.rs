@@ -23,7 +23,7 @@ pub(crate) fn property_column(index: usize) -> String {
 }
 
 /// The surface that a renderer prepares for a stage.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PreparedSurface {
     /// The operands of the query, in order.
     pub operands: Vec<Operand>,

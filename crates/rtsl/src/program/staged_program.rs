@@ -327,6 +327,11 @@ impl StagedProgram {
             && are_alike(self.camera.as_deref(), other.camera.as_deref(), CameraProgram::is_like)
     }
 
+    /// True if kernels serve other values of parameters.
+    pub(crate) fn values_may_change(&self) -> bool {
+        self.values == ParameterValues::Changing
+    }
+
     /// The program of the class.
     pub fn program(&self) -> &Arc<Program> {
         &self.program

@@ -7,6 +7,7 @@ use std::time::Duration;
 use rtsl::{Backend, Engine, EngineOptions, Instance, Method};
 use rtsl_render::measure::{Effort, measure_integrator};
 use rtsl_render::{Execution, Optimise, RenderRequest};
+use rtsl_scene::LoadOptions;
 
 use super::arguments::{BenchArguments, SceneArguments};
 use crate::commands::render::report;
@@ -92,10 +93,11 @@ fn request(arguments: &BenchArguments, scene: &Path, width: u32) -> RenderReques
     let SceneArguments { size, threads, defines, input, repetitions: _ } = arguments.scene.clone();
     RenderRequest {
         scene: scene.to_owned(),
-        defines,
-        search_path: arguments.search_path.folders(),
-        input_memory: input.input_memory,
-        texture_memory: input.texture_memory,
+        load: LoadOptions {
+            defines,
+            search_path: arguments.search_path.folders(),
+            ..input.options()
+        },
         size,
         execution: Execution { threads, optimise: Optimise::First, ..Execution::default() },
         engine: EngineOptions {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use rtsl::EngineOptions;
 use rtsl_render::measure::{Effort, measure_scene};
 use rtsl_render::{Execution, RenderRequest};
+use rtsl_scene::LoadOptions;
 
 use super::arguments::{BenchArguments, SceneArguments};
 use crate::commands::render::report;
@@ -61,10 +62,11 @@ pub fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<
     let SceneArguments { size, threads, defines, input, repetitions: _ } = arguments.scene.clone();
     RenderRequest {
         scene: arguments.file.clone(),
-        defines,
-        search_path: arguments.search_path.folders(),
-        input_memory: input.input_memory,
-        texture_memory: input.texture_memory,
+        load: LoadOptions {
+            defines,
+            search_path: arguments.search_path.folders(),
+            ..input.options()
+        },
         size,
         execution: Execution { threads, ..Execution::default() },
         engine: EngineOptions { width, ..arguments.code.options() },

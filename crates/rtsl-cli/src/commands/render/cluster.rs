@@ -29,7 +29,7 @@ pub fn render_on(address: &str, arguments: &RenderArguments, reporter: &Reporter
     if let Some(output) = &arguments.output {
         check_output(output)?;
     }
-    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
+    let search_path = arguments.load.search_path.beside(&arguments.scene, reporter)?;
     let python = std::env::var_os(PYTHON_VARIABLE).map_or_else(usual_python, PathBuf::from);
     check_packages(&python)?;
     let mut command = Command::new(&python);
@@ -105,11 +105,11 @@ fn options(arguments: &RenderArguments, search_path: &SearchPath) -> Vec<OsStrin
     options.add("--seed", text(arguments.seed));
     let aovs: Vec<&str> = arguments.aov.iter().map(rtsl_image::Aov::name).collect();
     options.add("--aov", (!aovs.is_empty()).then(|| aovs.join(",")));
-    options.add("--renderer", arguments.renderer.as_ref().map(name));
-    options.add("--integrator", arguments.integrator.as_ref());
-    options.add("--camera", arguments.camera.as_ref());
-    options.add_flag("--studio", arguments.studio);
-    arguments.defines.iter().for_each(|define| options.add("--define", Some(define)));
+    options.add("--renderer", arguments.renderer.as_ref());
+    options.add("--integrator", arguments.load.integrator.as_ref());
+    options.add("--camera", arguments.load.camera.as_ref());
+    options.add_flag("--studio", arguments.load.studio);
+    arguments.load.defines.iter().for_each(|define| options.add("--define", Some(define)));
     search_path.folders().iter().for_each(|folder| options.add("--include", Some(folder)));
     options.add("--noise", text(arguments.noise));
     options.add("--time", arguments.time.map(|time| time.as_secs_f64().to_string()));

@@ -41,12 +41,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
     let options = LoadOptions {
         defines: arguments.defines.clone(),
         search_path: search_path.folders(),
-        camera: None,
-        studio: false,
-        integrator: None,
-        input_memory: arguments.input.input_memory,
-        texture_memory: arguments.input.texture_memory,
-        traced: false,
+        ..arguments.input.options()
     };
     let files = RecordedFiles::new(&DiskFiles);
     let mut source = SceneSource::read(&arguments.scene, &files, &options);

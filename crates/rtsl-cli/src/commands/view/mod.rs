@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::arguments::{EngineArguments, InputArguments, SearchPath};
+use crate::arguments::{EngineArguments, LoadArguments};
 use crate::commands::pixel::parse_pixel;
 use crate::commands::render::{parse_size, parse_threads};
 use crate::outcome::CommandResult;
@@ -17,22 +17,15 @@ use crate::report::Reporter;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Drag to orbit, turn the wheel to come nearer, fly with w a s d, click to pick; h shows all keys.
+Scenes that name no integrator by its class are shown by the interactive renderer.
 Shaders beside the scene are watched: save one, in the editor of the window or in another, and the picture changes.")]
 pub struct ViewArguments {
     /// The scene, in the format of pbrt-v4 with RTSL's class names, a glTF file, or a mesh (PLY, OBJ or STL), which is
     /// shown in a studio.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// The camera of a glTF file, by its name or index; its first one if not given.
-    #[arg(long, value_name = "NAME")]
-    camera: Option<String>,
-    /// Light the scene by a studio, besides its own lights: that of glTF files without lights.
-    #[arg(long)]
-    studio: bool,
-    /// The integrator, by a name of the format or a class, overriding the scene's. It takes over the parameters of the
-    /// scene's that it has, too. Scenes that name no class are shown by the interactive renderer.
-    #[arg(long, value_name = "NAME")]
-    integrator: Option<String>,
+    #[command(flatten)]
+    load: LoadArguments,
     /// Columns and rows of the picture, overriding the scene's. Panes of the window are beside it.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,
@@ -67,18 +60,11 @@ pub struct ViewArguments {
     /// The sample of the pixel that is inspected, from 0.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "inspect")]
     sample: u32,
-    /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
-    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
-    defines: Vec<String>,
     /// The exposure in stops, added to the scene's.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
     #[command(flatten)]
     engine: EngineArguments,
-    #[command(flatten)]
-    search_path: SearchPath,
-    #[command(flatten)]
-    input: InputArguments,
 }
 
 /// The panes at the right, on command lines.

@@ -17,15 +17,9 @@ pub fn show(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     if let Some(path) = arguments.screenshot.as_ref().filter(|path| !is_png(path)) {
         return Err(Failure::Usage(format!("`{}` does not end in .png", path.display())));
     }
-    let search_path = arguments.search_path.beside(&arguments.scene, reporter)?;
+    let search_path = arguments.load.search_path.beside(&arguments.scene, reporter)?;
     let options = SessionOptions {
-        defines: arguments.defines.clone(),
-        search_path: search_path.folders(),
-        camera: arguments.camera.clone(),
-        studio: arguments.studio,
-        integrator: arguments.integrator.clone(),
-        input_memory: arguments.input.input_memory,
-        texture_memory: arguments.input.texture_memory,
+        load: arguments.load.options(&search_path),
         size: arguments.size,
         samples: arguments.spp,
         threads: arguments.threads,

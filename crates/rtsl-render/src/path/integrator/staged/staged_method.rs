@@ -5,10 +5,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
-    CallMode, CameraProgram, Diagnostic, Engine, Instance, Objects, ParameterValues,
-    PreparedSurface, Program, Query, ReadResults, ResumedBy, ShapeClass, StageKernel, StageKernels,
-    StageLights, StageRequest, StageScene, StageSurface, StagedProgram, SurfaceClass,
-    SurfaceObject, TieredKernel,
+    CallMode, CameraProgram, Diagnostic, EarlierKernels, Engine, Instance, Objects,
+    ParameterValues, PreparedSurface, Program, Query, ReadResults, ResumedBy, ShapeClass,
+    StageKernel, StageKernels, StageLights, StageRequest, StageScene, StageSurface, StagedProgram,
+    SurfaceClass, SurfaceObject, TieredKernel,
 };
 use rtsl_scene::Scene;
 
@@ -543,7 +543,14 @@ impl KernelTable {
         };
         let made = match earlier.filter(serves) {
             Some(earlier) => earlier.kernels.made.clone(),
-            None => Arc::new(engine.stage_kernels(program, &requests, read)?),
+            None => {
+                let earlier = earlier.map(|earlier| EarlierKernels {
+                    program: &earlier.program,
+                    requests: &earlier.kernels.requests,
+                    kernels: &earlier.kernels.made,
+                });
+                Arc::new(engine.stage_kernels(program, &requests, read, earlier)?)
+            }
         };
         Ok(KernelTable { made, firsts, requests, outputs, first_hits })
     }
