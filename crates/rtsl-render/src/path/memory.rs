@@ -1,6 +1,6 @@
 //! The memory of one thread.
 
-use super::integrator::{IntegratorMemory, SpawnedPaths};
+use super::integrator::{IntegratorMemory, SpawnedPaths, Suspect};
 use super::lights::LightMemory;
 use super::samples::Samples;
 use super::scene::BatchScene;
@@ -25,6 +25,8 @@ pub struct BatchMemory {
     pub shadow_rays: ShadowRays,
     /// The indices of those that nothing blocks, once they are traced.
     pub reached: Vec<u32>,
+    /// Methods whose values were not finite, with the calls of methods that shade surfaces in which they were found.
+    pub suspects: Vec<(u32, Suspect)>,
     /// Paths that others have spawned, and that are not integrated yet.
     pub spawned: SpawnedPaths,
     /// The memory of searches.
@@ -59,6 +61,7 @@ impl BatchMemory {
             light: LightMemory::new(scratch, sampler),
             shadow_rays: ShadowRays::default(),
             reached: Vec::new(),
+            suspects: Vec::new(),
             spawned: SpawnedPaths::default(),
             searcher: Searcher::new(scene),
             camera: CameraMemory::default(),

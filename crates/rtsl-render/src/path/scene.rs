@@ -48,7 +48,7 @@ pub struct BatchScene {
     pub(super) placed_camera: Option<Camera>,
     /// The methods that shade surfaces and wait for light, if any is called.
     pub(super) shading_methods: ShadingMethods,
-    /// Those that defer light, as far as kernels of the integrator do not contain them.
+    /// Those that defer light. Stages of the integrator contain most of them.
     pub(super) own_shades: ShadingMethods,
     /// The AOVs to render.
     pub(super) aovs: AovPlan,

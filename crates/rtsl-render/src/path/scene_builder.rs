@@ -220,6 +220,7 @@ impl BatchScene {
             lights: &lights,
             values,
             defers: false,
+            runs_stages: &|_| true,
         };
         let is_shaded = |key: &GroupKey| {
             self.integrator.calls_shade
@@ -233,8 +234,9 @@ impl BatchScene {
             )
         });
         let staged = staged.map_err(Messages::one)?;
-        let of_own = ShadingParts { defers: true, ..of_methods };
-        let is_asked = |key: &GroupKey| self.asks_own_shade(staged.as_ref(), key);
+        let runs_stages = |key: &GroupKey| self.asks_own_shade(staged.as_ref(), key);
+        let of_own = ShadingParts { defers: true, runs_stages: &runs_stages, ..of_methods };
+        let is_asked = |_: &GroupKey| self.integrator.asks_own_shade;
         let own = earlier.map(|earlier| &earlier.own_shades);
         let own_shades = ShadingMethods::new(&of_own, is_asked, own).map_err(Messages::one)?;
         let kernel = match &staged {
@@ -259,7 +261,7 @@ impl BatchScene {
     fn asks_own_shade(&self, staged: Option<&StagedMethod>, key: &GroupKey) -> bool {
         let material = self.classes().material_of(key);
         match staged {
-            None => self.integrator.asks_own_shade,
+            None => false,
             Some(staged) => {
                 let is_own_material = key.material.0 == MaterialSource::Own;
                 staged.program.asks_own_shade_of(material, is_own_material)

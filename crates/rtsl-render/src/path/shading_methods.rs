@@ -34,7 +34,7 @@ pub struct ShadingMethod {
     /// [`Method::Shade`], or [`Method::Emission`] of materials that only emit.
     pub method: Method,
     /// True if it defers light.
-    defers: bool,
+    pub defers: bool,
     /// True if it adds the light of lights to the radiance of the path that asks for its colour, instead of the colour.
     pub adds_to_path: bool,
     /// The source of its instances.
@@ -58,6 +58,9 @@ pub struct ShadingParts<'a> {
     pub values: ParameterValues,
     /// True for methods that [defer](rtsl::Program::deferring_method) light.
     pub defers: bool,
+    /// True for groups whose methods run as stages, if there is packet code. The others are called by the interpreter
+    /// only, for samples that are evaluated again.
+    pub runs_stages: &'a (dyn Fn(&GroupKey) -> bool + Sync),
 }
 
 /// The source of a method's instances: shapes of a traversal class that are their own materials, or materials.
@@ -88,21 +91,21 @@ impl ShadingMethods {
         earlier: Option<&ShadingMethods>,
     ) -> Result<ShadingMethods, Diagnostic> {
         let scene = parts.scene;
-        let mut wanted: Vec<(Source, Method, &Arc<Program>)> = Vec::new();
+        let mut wanted: Vec<(Source, Method, &Arc<Program>, bool)> = Vec::new();
         let of_groups = scene.keys.iter().map(|key| {
             let source = Source::of(key);
             let program = scene.classes().material_of(key);
             let method = shading_method(program).filter(|_| is_shaded(key))?;
             let known = wanted.iter().position(|(other, ..)| *other == source);
             Some(known.unwrap_or_else(|| {
-                wanted.push((source, method, program));
+                wanted.push((source, method, program, (parts.runs_stages)(key)));
                 wanted.len() - 1
             }))
         });
         let of_groups = of_groups.collect();
-        let methods = wanted.par_iter().map(|(source, method, program)| {
+        let methods = wanted.par_iter().map(|(source, method, program, runs_stages)| {
             let earlier = earlier.and_then(|it| it.like(program, *method));
-            ShadingMethod::new(parts, program, (*source, *method), earlier)
+            ShadingMethod::new(parts, program, (*source, *method, *runs_stages), earlier)
         });
         let methods = on_all_processors(|| methods.collect::<Result<Vec<_>, _>>())?;
         let mut made = ShadingMethods { methods, of_groups, lights: None };
@@ -180,7 +183,7 @@ impl ShadingMethod {
     fn new(
         parts: &ShadingParts<'_>,
         program: &Arc<Program>,
-        (source, method): (Source, Method),
+        (source, method, runs_stages): (Source, Method, bool),
         earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
         let ShadingParts { scene, materials, values, defers, .. } = *parts;
@@ -210,6 +213,9 @@ impl ShadingMethod {
             let made = made(None);
             made.interpreted()?;
             return Ok(made);
+        }
+        if !runs_stages {
+            return Ok(made(None));
         }
         let sampler = scene.compiled.settings.sampler;
         let staged = StagedProgram::of_material(program, (method, defers), sampler, values)?;

@@ -6,10 +6,10 @@ use rtsl::{CallArguments, CallStatus, Engine, Instance, Instances, LaneBlock, Me
 use rtsl_math::sampling::hash;
 use rtsl_scene::Scene;
 
-use super::super::memory::BatchMemory;
 use super::super::path_tracer::PathTracer;
 use super::super::scene::BatchScene;
 use super::host::{RayOfCall, SceneHost};
+use super::tracing::IntegratorMemory;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
 
@@ -53,14 +53,14 @@ impl Evaluation {
         };
         let mut rays: Vec<RayOfCall> = (0..count).map(ray).collect();
         let errors = RuntimeErrors::default();
+        let groups = self.scene.full_groups();
+        let tracer = PathTracer { groups, ..PathTracer::new(&self.scene, &errors) };
+        let mut memory = IntegratorMemory::new(&self.scene);
         let mut host = SceneHost {
-            tracer: PathTracer {
-                groups: self.scene.full_groups(),
-                ..PathTracer::new(&self.scene, &errors)
-            },
+            tracer,
             rays: &mut rays,
             slots: None,
-            queries: &mut BatchMemory::for_queries(&self.scene),
+            queries: &mut memory.queries,
             free: &Default::default(),
             depth: 0,
             notes_suspects: false,
@@ -79,11 +79,16 @@ impl Evaluation {
             host,
         });
         host.add_contributions();
-        for (lane, ray) in rays.iter().enumerate() {
-            for (channel, lit) in ray.lit.iter().enumerate() {
-                state.floats_mut(v.sample_color + channel)[lane] += lit;
+        let mut add = |lane: usize, light: [f32; 3]| {
+            for (channel, light) in light.iter().enumerate() {
+                state.floats_mut(v.sample_color + channel)[lane] += light;
             }
+        };
+        for (lane, ray) in rays.iter().enumerate() {
+            add(lane, ray.lit);
         }
+        let spawned = std::mem::take(&mut memory.queries.spawned);
+        tracer.follow_in_order(&mut memory, spawned, count, &mut add);
         status
     }
 }

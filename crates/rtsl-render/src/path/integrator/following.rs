@@ -122,7 +122,8 @@ impl PathTracer<'_> {
                 indices.iter().map(|index| level.path(*index as usize, epsilon)).collect();
             let all: Vec<u32> = (0..paths.len() as u32).collect();
             let before = memory.queries.spawned.len();
-            self.call_integrator((&all, &paths), memory, depth);
+            let counts = self.call_integrator((&all, &paths), memory, depth);
+            memory.queries.rays += counts;
             let parents = &mut memory.queries.spawned.parents[before..];
             parents.iter_mut().for_each(|parent| *parent += start);
             for (lane, path) in paths.iter_mut().enumerate() {

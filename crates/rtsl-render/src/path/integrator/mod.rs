@@ -42,6 +42,7 @@ use output_columns::{OutputColumn, output_columns};
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
 pub use spawned_paths::SpawnedPaths;
+pub use suspect::Suspect;
 pub use staged::{BlockSizes, StageParts, StagedMethod, Surface, searched_objects, stage_lights};
 pub use tracing::IntegratorMemory;
 

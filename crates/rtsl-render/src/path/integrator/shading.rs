@@ -21,6 +21,7 @@ use super::host::{Further, RayOfCall, SceneHost, store, vector as operand_vector
 use super::numbers::{PathNumbers, Purpose};
 use super::shaded_surface::ShadedSurface;
 use super::spawned_paths::SpawnedPaths;
+use super::suspect::Suspect;
 use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths, Wave};
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
@@ -61,6 +62,8 @@ pub struct RayOfShading {
     pub throughput: [f32; 3],
     /// The factor of the light that the method defers.
     pub weight: [f32; 3],
+    /// True if methods whose values are not finite are noted.
+    pub notes_suspects: bool,
 }
 
 /// Light that methods which shade surfaces have deferred. The paths are the places of their surfaces.
@@ -70,6 +73,8 @@ pub struct DeferredLight {
     pub contributions: ShadowRays,
     /// The paths of rays.
     pub spawned: SpawnedPaths,
+    /// Methods whose values were not finite.
+    pub suspects: Vec<(u32, Suspect)>,
 }
 
 /// The columns with the operands of queries for the light of shaded surfaces.
@@ -122,11 +127,19 @@ impl SceneHost<'_> {
         let methods = &self.tracer.scene.own_shades;
         let weight = |lane| operand_vector(operands, SURFACE_SCALARS, lane);
         let mut light = self.shade_by(methods, lanes, (operands, &weight), results);
+        for (lane, suspect) in &light.suspects {
+            let ray = self.ray_of(lanes, *lane as usize);
+            self.rays[ray].suspect.get_or_insert(*suspect);
+        }
         for index in 0..light.contributions.len() {
             let lane = light.contributions.paths[index];
             let ray = self.ray_of(lanes, lane as usize);
             let PathNumbers { sample, .. } = self.rays[ray].numbers;
             let key = self.rays[ray].numbers.begin(Purpose::ShadowRay);
+            if !are_finite(&light.contributions.color(index)) {
+                let object = operands[0][lane as usize];
+                self.rays[ray].suspect.get_or_insert(self.shading_suspect(object));
+            }
             let path = lanes.base + lane;
             let contribution = light.contributions.ray(index);
             self.queries.shadow_rays.push(&ShadowRay { path, key, sample, ..contribution });
@@ -161,6 +174,7 @@ impl SceneHost<'_> {
                 importance: ray.importance,
                 throughput: ray.throughput,
                 weight: weight(lane),
+                notes_suspects: self.notes_suspects,
             };
             let scene = self.tracer.scene;
             requests.extend(ShadingRequest::new(scene, methods, (&operands, lane), ray));
@@ -310,8 +324,9 @@ impl ShadingCall<'_> {
 
     /// Takes the light that calls have deferred.
     fn take_deferred(&self, memory: &mut IntegratorMemory, to: &mut DeferredLight) {
-        let BatchMemory { spawned, shadow_rays, .. } = &mut *memory.queries;
+        let BatchMemory { spawned, shadow_rays, suspects, .. } = &mut *memory.queries;
         let place = |index: u32| self.requests[index as usize].place;
+        to.suspects.extend(suspects.drain(..).map(|(index, suspect)| (place(index), suspect)));
         to.spawned.append(spawned, place);
         for index in 0..shadow_rays.len() {
             let ray = shadow_rays.ray(index);
@@ -363,7 +378,7 @@ impl ShadingCall<'_> {
                 queries,
                 free,
                 depth: self.depth(),
-                notes_suspects: false,
+                notes_suspects: self.requests[0].ray.notes_suspects && self.method.defers,
                 is_of_stages: false,
             };
             let instances = Instances::Many(&self.method.objects, &objects);
@@ -378,6 +393,9 @@ impl ShadingCall<'_> {
             }
             let parents = &mut host.queries.spawned.parents[before.1..];
             parents.iter_mut().for_each(|parent| *parent += surfaces.start as u32);
+            for (index, ray) in (surfaces.start as u32..).zip(&rays) {
+                memory.queries.suspects.extend(ray.suspect.map(|suspect| (index, suspect)));
+            }
             for (lane, color) in colors[surfaces].iter_mut().enumerate() {
                 let own = vector(&state, self.method.color(), lane);
                 let lit = rays[lane].lit;
@@ -451,7 +469,9 @@ impl ShadingCall<'_> {
 
     /// Reports the method if its colour is not finite, though all light that it received is.
     fn report_lost(&self, is_spoilt: bool, color: [f32; 3]) {
-        if self.tracer.finds_causes && !is_spoilt && !are_finite(&color) {
+        // Who asks for what a method defers, finds out itself.
+        let reports = self.tracer.finds_causes && !self.method.defers;
+        if reports && !is_spoilt && !are_finite(&color) {
             self.callee().report_not_finite(1);
         }
     }

@@ -7,6 +7,7 @@
 use rtsl::host::{LaneSet, LaneWords};
 use rtsl::{Method, Query};
 
+use super::super::material::shading_method;
 use super::super::path_tracer::PathTracer;
 use super::super::wavefront::Path;
 use super::host::SceneHost;
@@ -105,6 +106,15 @@ impl SceneHost<'_> {
         }
     }
 
+    /// Returns the method that shades an object.
+    pub fn shading_suspect(&self, object: u32) -> Suspect {
+        let scene = self.tracer.scene;
+        let key = scene.objects.get(object as usize).map(|entry| &scene.keys[entry.group as usize]);
+        let program = key.map(|key| scene.classes().material_of(key));
+        let method = program.and_then(|program| shading_method(program));
+        Suspect::Material { object, method: method.unwrap_or(Method::Shade) }
+    }
+
     /// Returns who answered a query whose first operand is `first`, the `place`th of a call.
     fn suspect(&self, query: Query, first: u32, place: usize) -> Option<Suspect> {
         let material = |method: Method| Some(Suspect::Material { object: first, method });
@@ -115,7 +125,8 @@ impl SceneHost<'_> {
                 let is_shaded = scene.keys[entry.group as usize].is_shaded(&scene.classes());
                 if is_shaded { Some(Suspect::Shade) } else { material(Method::Emission) }
             }
-            Query::Shade | Query::OwnShade => Some(Suspect::Shade),
+            Query::Shade => Some(Suspect::Shade),
+            Query::OwnShade => Some(self.shading_suspect(first)),
             Query::LightEmission => Some(Suspect::AreaLight { object: first }),
             Query::Bsdf => material(Method::Bsdf),
             Query::BsdfPdf => material(Method::EvaluatePdf),

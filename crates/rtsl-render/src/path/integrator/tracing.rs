@@ -222,7 +222,7 @@ impl PathTracer<'_> {
     }
 
     /// Follows the paths that so many others have spawned.
-    fn follow_in_order(
+    pub(super) fn follow_in_order(
         &self,
         memory: &mut IntegratorMemory,
         mut spawned: SpawnedPaths,

@@ -249,6 +249,7 @@ impl StagedPaths<'_> {
                 before: searches[at].saturating_sub(1),
                 throughput: [1.0; 3],
                 weight: [1.0; 3],
+                notes_suspects: false,
             };
             let methods = &tracer.scene.shading_methods;
             requests.extend(ShadingRequest::new(tracer.scene, methods, (&operands, at), ray));

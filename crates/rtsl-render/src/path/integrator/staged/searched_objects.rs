@@ -107,7 +107,7 @@ mod tests {
     fn the_number_of_objects_and_the_integrator_decide_how_paths_search() {
         assert_eq!(way("Path", 3), Way::StageEnds);
         assert_eq!(way("AmbientOcclusion", 3), Way::StageEnds);
-        assert_eq!(way("Whitted", 3), Way::SearchKernels);
+        assert_eq!(way("Whitted", 3), Way::StageEnds);
         assert_eq!(way("Path", 30), Way::Hierarchy);
     }
 }
