@@ -229,7 +229,11 @@ impl<'f> Flow<'f> {
         let number = self.definitions[value]?.op.filter(|number| !self.moved.contains(number))?;
         let node = self.node(number);
         let inner = self.nodes[number as usize..].iter().take_while(|it| it.start <= node.end);
-        let is_free = |op: &Op| op.kind.effect(&self.function.variables) == Effect::None;
+        // Reports come earlier then: a traced method defers what the same method defers that is not traced.
+        let is_free = |op: &Op| {
+            let is_report = matches!(op.kind, OpKind::Report(..));
+            is_report || op.kind.effect(&self.function.variables) == Effect::None
+        };
         inner.map(|it| it.op).all(|op| is_free(op) || is_quiet_call(op)).then_some(number)
     }
 

@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use rtsl::{
-    CallMode, Diagnostic, Instance, Kernel, LinkedMethod, Method, Objects, ParameterValues, Program, Query,
-    StageLights, StagedProgram, Variant,
+    CallMode, Diagnostic, Instance, Kernel, LinkedMethod, Method, Objects, ParameterValues,
+    Program, Query, StageLights, StagedProgram, Variant,
 };
 use rtsl_memory::on_all_processors;
 
@@ -239,7 +239,9 @@ impl ShadingMethod {
         }
         let variant = Variant::new(CallMode::Stream).of_objects(self.objects.form().clone());
         let kernel = match (self.method, self.defers) {
-            (Method::Shade, true) => self.program.interpreted_deferring_kernel(self.method, variant)?,
+            (Method::Shade, true) => {
+                self.program.interpreted_deferring_kernel(self.method, variant)?
+            }
             _ => self.program.interpreted_kernel(self.method, variant)?,
         };
         Ok(self.interpreted.get_or_init(|| kernel))

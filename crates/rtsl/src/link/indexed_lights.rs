@@ -54,7 +54,8 @@ pub(crate) fn link_lights(
     let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
     let (surface, key) = (code.shaded_columns()?, code.begin_sequence(Purpose::LightSample)?);
     let of = (&surface, key);
-    let sample = linker.light_with_limit(&caller, (links, &sampler), of, &operands, &mut body.ops)?;
+    let sample =
+        linker.light_with_limit(&caller, (links, &sampler), of, &operands, &mut body.ops)?;
     let [light @ .., limit] = sample.as_slice() else { unreachable!("samples have limits") };
     let answers = (0..).map(Port::Answer).zip(ANSWERS).zip(light);
     let limit = ((SHADOW_LIMIT, &Scalar::F32), limit);

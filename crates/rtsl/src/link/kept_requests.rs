@@ -138,14 +138,14 @@ mod tests {
             }}",
             body.replace("SPAWN", spawn)
         );
-        let mut function: Function =
-            text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let mut function: Function = text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"));
         SAMPLES.keep(&mut function);
         verify(&function).unwrap_or_else(|error| panic!("{error}\n{function}"));
         let columns = ["kept.0.10", "kept.0.12", "kept.1.10"];
         let lines = function.to_string();
         let is_shown = |line: &&str| {
-            line.contains("query") || columns.iter().any(|it| line.contains(&format!("scratch {it}:")))
+            line.contains("query")
+                || columns.iter().any(|it| line.contains(&format!("scratch {it}:")))
         };
         lines.lines().filter(is_shown).map(|line| format!("{}\n", line.trim())).collect()
     }

@@ -5,8 +5,7 @@
 //! of an integrator's stage has them as values.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, UnaryOp, Value, Variable,
-    VariableId,
+    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, UnaryOp, Value, Variable, VariableId,
 };
 use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_RAND};
 
@@ -102,7 +101,8 @@ impl Linker {
         let lights = self.passed_value(Purpose::LightSample.column(), Scalar::U32);
         let children = self.passed_value(CHILDREN_COLUMN, Scalar::U32);
         let code = &mut Arithmetic { linker: self, to };
-        let weight = code.each(|it, channel| it.column(SHADE_WEIGHT_COLUMNS[channel], Scalar::F32))?;
+        let weight =
+            code.each(|it, channel| it.column(SHADE_WEIGHT_COLUMNS[channel], Scalar::F32))?;
         let (surface, key) = (code.shaded_columns()?, code.column(KEY_COLUMN, Scalar::U32)?);
         // The depth of the call counts these.
         let before = code.word(0)?;
@@ -133,7 +133,11 @@ impl ShadeCall {
 
 impl Arithmetic<'_> {
     /// Returns the surface of a query, on the side from which its ray came.
-    fn shaded_surface(&mut self, operands: &[Value], properties: &[Value]) -> Linking<ShadedSurface> {
+    fn shaded_surface(
+        &mut self,
+        operands: &[Value],
+        properties: &[Value],
+    ) -> Linking<ShadedSurface> {
         let operand = |name| {
             let first = first_of(Query::OwnShade.operands(), name);
             [0, 1, 2].map(|axis| operands[first + axis])

@@ -3,9 +3,7 @@
 //! A stage that spawns at a few places, none of them in a loop, [keeps](super::kept_requests) the new paths in arrays.
 //! Others make a request for each vector of lanes.
 
-use rtsl_ir::{
-    Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId,
-};
+use rtsl_ir::{Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId};
 
 use super::arithmetic::{Arithmetic, Vector};
 use super::camera::WEIGHT_COLUMNS;
@@ -72,7 +70,8 @@ impl Arithmetic<'_> {
 
     /// The greatest magnitude of a weight; a NaN counts for as much as the weights after it.
     fn greatest_weight(&mut self, weight: Vector) -> Linking<Value> {
-        let [red, green, blue] = self.each(|it, channel| it.unary(UnaryOp::Abs, weight[channel]))?;
+        let [red, green, blue] =
+            self.each(|it, channel| it.unary(UnaryOp::Abs, weight[channel]))?;
         let greatest = self.larger(red, green)?;
         self.larger(greatest, blue)
     }

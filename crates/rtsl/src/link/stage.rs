@@ -542,7 +542,11 @@ mod tests {
         for query in
             [Query::Emission, Query::LightEmission, Query::Bsdf, Query::BsdfPdf, Query::SampleBsdf]
         {
-            assert_eq!(outputs(results_of(query)).count(), query.result_scalars().count(), "{query:?}");
+            assert_eq!(
+                outputs(results_of(query)).count(),
+                query.result_scalars().count(),
+                "{query:?}"
+            );
         }
     }
 

@@ -81,9 +81,7 @@ fn forget_needless_outputs(
             Some(Port::Request(_)) => !ends && !is_answered,
             Some(Port::Surface(_)) => !ends,
             Some(_) => true,
-            None => {
-                variable.kind != VariableKind::Scratch || !unread.contains(&*variable.name)
-            }
+            None => variable.kind != VariableKind::Scratch || !unread.contains(&*variable.name),
         }
     };
     let read: Vec<bool> = outputs().map(|(output, _)| is_needed(output)).collect();

@@ -23,8 +23,8 @@ use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
 use crate::link::contribution::{
     CONTRIBUTION_SCALARS, Contributions, MAX_CONTRIBUTIONS, contribution_column,
 };
-use crate::link::kept_requests::KeptRequests;
 use crate::link::indexed_lights::{SHADOW_LIMIT, link_lights};
+use crate::link::kept_requests::KeptRequests;
 use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
@@ -208,8 +208,7 @@ impl StagedProgram {
         let stages =
             Stages { name: "illuminance".to_owned(), slots: Vec::new(), stages: vec![stage] };
         let lights = Some(lights);
-        let parts =
-            Parts { sampler, lights, searched: None, camera: None, material: None, values };
+        let parts = Parts { sampler, lights, searched: None, camera: None, material: None, values };
         Some(StagedProgram::with_stages(program, Method::Illumination, stages, parts))
     }
 
@@ -569,7 +568,8 @@ impl StagedProgram {
         let links = match surface {
             Some(class) => {
                 let asks = asks_own_shade.then_some(class);
-                let shade = asks.and_then(|it| self.inlined_shade(&it.material, it.is_own_material));
+                let shade =
+                    asks.and_then(|it| self.inlined_shade(&it.material, it.is_own_material));
                 class.links(found, may_draw, shade)
             }
             None if self.method == Method::Radiance => no_surface(found),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallMode, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
-    OptLevel, ParameterType, Role, Value, Variant, library,
+    Backend, CallMode, Class, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions,
+    Instance, Method, OptLevel, ParameterType, Role, Trace, TraceDetail, Value, Variant, library,
 };
 use rtsl_ir::{Function, OpKind, Query};
 use rtsl_opt::defer;
@@ -56,15 +56,26 @@ fn requests(function: &Function) -> [u32; 3] {
 
 #[test]
 fn all_rays_and_lights_of_the_library_are_deferred() {
+    check_library(&Compiler::default(), None);
+}
+
+/// Pictures and recordings of their pixels have the same bits.
+#[test]
+fn those_of_traced_methods_are_deferred_too() {
+    let compiler = Compiler::new(CompilerOptions { traced: true, ..CompilerOptions::default() });
+    check_library(&compiler, Some(Trace::new(TraceDetail::Steps)));
+}
+
+fn check_library(compiler: &Compiler, trace: Option<Trace>) {
     let options = EngineOptions {
         backend: Backend::Interpreter,
         optimization: OptLevel::O0,
+        trace,
         ..EngineOptions::default()
     };
     let (engine, _) = Engine::new(options).unwrap();
     let plain = Instance::new(&class("Checkerboard"), []).unwrap();
     let phong = Instance::new(&class("Phong"), []).unwrap();
-    let compiler = Compiler::default();
     let mut all = [0; 3];
     for file in library::files() {
         let unit = compiler.compile(file.path, file.text).unit.expect("it compiles");

@@ -92,20 +92,25 @@ impl PathTracer<'_> {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
             return self.report_exhausted(&paths, depth, memory);
         }
-        if !all_finite(radiance.as_flattened()) {
-            // Where the weight is not finite, the cause lies before.
-            let is_lost = |path: &u32| {
-                let weights = level.throughput.each_ref();
-                let weights = weights.map(|weights| weights[chunk[*path as usize] as usize]);
-                !are_finite(&radiance[*path as usize]) && are_finite(&weights)
-            };
-            let lost = all.paths().iter().copied().filter(is_lost);
-            let lost: Vec<Path> = run.paths(lost).collect();
-            // The second evaluation spawns paths, too.
-            let spawned = std::mem::take(&mut memory.queries.spawned);
-            lost.iter().for_each(|path| self.report_cause(path, depth, memory));
-            memory.queries.spawned = spawned;
-        }
+        // Where a weight is not finite, the cause lies before.
+        let is_lost = |path: &u32| {
+            let index = chunk[*path as usize] as usize;
+            let weights = level.throughput.each_ref().map(|weights| weights[index]);
+            !are_finite(&radiance[*path as usize]) && are_finite(&weights)
+        };
+        let lost: Vec<u32> = match all_finite(radiance.as_flattened()) {
+            true => Vec::new(),
+            false => all.paths().iter().copied().filter(is_lost).collect(),
+        };
+        let spawned = std::mem::take(&mut run.queries.spawned);
+        let weightless = spawned.lost_parents().into_iter().filter(|path| {
+            let index = chunk[*path as usize] as usize;
+            are_finite(&level.throughput.each_ref().map(|weights| weights[index]))
+        });
+        let lost: Vec<Path> = run.paths(lost.into_iter().chain(weightless)).collect();
+        // A second evaluation spawns paths, too.
+        lost.iter().for_each(|path| self.report_cause(path, depth, memory));
+        memory.queries.spawned = spawned;
     }
 
     /// Calls the whole method for some of the paths of one depth. What they spawn is left in the memory.
@@ -126,6 +131,10 @@ impl PathTracer<'_> {
             memory.queries.rays += counts;
             let parents = &mut memory.queries.spawned.parents[before..];
             parents.iter_mut().for_each(|parent| *parent += start);
+            let lost = memory.queries.spawned.lost_parents().into_iter();
+            for lane in lost.filter_map(|parent| parent.checked_sub(start)) {
+                self.report_suspect(memory.rays[lane as usize].suspect);
+            }
             for (lane, path) in paths.iter_mut().enumerate() {
                 let IntegratorMemory { state, rays, .. } = &*memory;
                 self.add_radiance(path, state, (&rays[lane], lane));

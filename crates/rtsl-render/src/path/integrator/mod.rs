@@ -42,8 +42,8 @@ use output_columns::{OutputColumn, output_columns};
 pub use evaluation::Evaluation;
 pub use shaded_surface::ShadedSurface;
 pub use spawned_paths::SpawnedPaths;
-pub use suspect::Suspect;
 pub use staged::{BlockSizes, StageParts, StagedMethod, Surface, searched_objects, stage_lights};
+pub use suspect::Suspect;
 pub use tracing::IntegratorMemory;
 
 /// An integrator, prepared for a scene.

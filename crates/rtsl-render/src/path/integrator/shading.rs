@@ -21,8 +21,8 @@ use super::host::{Further, RayOfCall, SceneHost, store, vector as operand_vector
 use super::numbers::{PathNumbers, Purpose};
 use super::shaded_surface::ShadedSurface;
 use super::spawned_paths::SpawnedPaths;
-use super::suspect::Suspect;
 use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths, Wave};
+use super::suspect::Suspect;
 use super::tracing::IntegratorMemory;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -143,6 +143,11 @@ impl SceneHost<'_> {
             let path = lanes.base + lane;
             let contribution = light.contributions.ray(index);
             self.queries.shadow_rays.push(&ShadowRay { path, key, sample, ..contribution });
+        }
+        for lane in light.spawned.lost_parents() {
+            let ray = self.ray_of(lanes, lane as usize);
+            let suspect = self.shading_suspect(operands[0][lane as usize]);
+            self.rays[ray].suspect.get_or_insert(suspect);
         }
         let slots = self.slots;
         let ray_of = |lane: u32| {

@@ -4,8 +4,10 @@
 //! path, at the next depth, with the product of the weights on the way to it. The light of a sample is the sum of the
 //! light of its paths, depth by depth, and within a depth in the order of their parents, then of the rays of a parent.
 
+use std::collections::BTreeSet;
 use std::mem;
 
+use super::super::rows::all_finite;
 use super::super::wavefront::Path;
 
 /// A path that another one, its parent, spawns.
@@ -173,6 +175,16 @@ impl SpawnedPaths {
             *place += 1;
         }
         order
+    }
+
+    /// Returns the parents of paths whose weights are not finite, each once.
+    pub fn lost_parents(&self) -> Vec<u32> {
+        if self.throughput.iter().all(|weights| all_finite(weights)) {
+            return Vec::new();
+        }
+        let is_lost = |index: &usize| self.throughput.iter().any(|it| !it[*index].is_finite());
+        let lost = (0..self.len()).filter(is_lost).map(|index| self.parents[index]);
+        lost.collect::<BTreeSet<u32>>().into_iter().collect()
     }
 
     /// Returns a path, for hits at this distance at least.

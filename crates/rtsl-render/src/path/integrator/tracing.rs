@@ -95,6 +95,9 @@ impl PathTracer<'_> {
                 self.add_radiance(path, state, (&rays[lane], lane));
             }
             self.keep_features(active, memory, features);
+            for lane in memory.queries.spawned.lost_parents() {
+                self.report_suspect(memory.rays[lane as usize].suspect);
+            }
             let spawned = std::mem::take(&mut memory.queries.spawned);
             self.follow_in_order(memory, spawned, active.len(), &mut |lane, radiance| {
                 add(&mut paths[active[lane] as usize].radiance, radiance);
@@ -209,12 +212,13 @@ impl PathTracer<'_> {
             self.report_exhausted(&paths, depth, memory);
             return memory.take_ray_counts();
         }
-        if !all_finite(radiance.as_flattened()) {
-            let is_lost = |path: &u32| !are_finite(&radiance[*path as usize]);
-            let lost = all.paths().iter().copied().filter(is_lost);
-            let lost: Vec<Path> = run.paths(lost).collect();
-            lost.iter().for_each(|path| self.report_cause(path, depth, memory));
-        }
+        let is_lost = |path: &u32| !are_finite(&radiance[*path as usize]);
+        let lost = all.paths().iter().copied().filter(is_lost);
+        let lost: Vec<Path> = match all_finite(radiance.as_flattened()) {
+            true => run.paths(spawned.lost_parents().into_iter()).collect(),
+            false => run.paths(lost.chain(spawned.lost_parents())).collect(),
+        };
+        lost.iter().for_each(|path| self.report_cause(path, depth, memory));
         self.follow_in_order(memory, spawned, radiance.len(), &mut |path, color| {
             add(&mut radiance[path], color);
         });
@@ -279,7 +283,7 @@ impl PathTracer<'_> {
         }
         let of = (&*run.frames, &staged.columns);
         let lost = Wave::lost(of, &active, &results.radiance);
-        let lost: Vec<Path> = run.paths(lost).collect();
+        let lost: Vec<Path> = run.paths(lost.chain(spawned.lost_parents())).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
         let channels = &mut results.radiance;
         self.follow_in_order(own, spawned, count, &mut |path, color| {
@@ -321,16 +325,8 @@ impl PathTracer<'_> {
         let slots = None;
         let (tracer, notes_suspects) = (*self, true);
         let is_of_stages = false;
-        let mut host = SceneHost {
-            tracer,
-            rays,
-            slots,
-            queries,
-            free,
-            depth,
-            notes_suspects,
-            is_of_stages,
-        };
+        let mut host =
+            SceneHost { tracer, rays, slots, queries, free, depth, notes_suspects, is_of_stages };
         callee.call(
             &integrator.kernel,
             CallArguments {
@@ -348,7 +344,12 @@ impl PathTracer<'_> {
     }
 
     /// Adds the radiance of a lane to its path.
-    pub(super) fn add_radiance(&self, path: &mut Path, state: &LaneBlock, (ray, lane): (&RayOfCall, usize)) {
+    pub(super) fn add_radiance(
+        &self,
+        path: &mut Path,
+        state: &LaneBlock,
+        (ray, lane): (&RayOfCall, usize),
+    ) {
         let color = vector(state, variables().sample_color, lane);
         let lit = ray.lit;
         for channel in 0..3 {

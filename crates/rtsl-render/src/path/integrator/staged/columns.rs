@@ -1,8 +1,8 @@
 //! The scratch arrays through which stages meet the runtime.
 
 use rtsl::{
-    MAX_ANSWERS, MAX_CONTRIBUTIONS, MAX_REQUEST, MAX_SPAWNS, Port, SHADOW_LIMIT, SPAWN_SCALARS, StageSurface,
-    StagedProgram,
+    MAX_ANSWERS, MAX_CONTRIBUTIONS, MAX_REQUEST, MAX_SPAWNS, Port, SHADOW_LIMIT, SPAWN_SCALARS,
+    StageSurface, StagedProgram,
 };
 
 /// The scratch arrays of the ports of stages, by index.

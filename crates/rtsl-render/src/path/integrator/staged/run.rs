@@ -269,9 +269,8 @@ impl StagedPaths<'_> {
         let bounds = scratch.floats(*bound);
         contributing.set_nonzero(paths, [bounds; 3]);
         let cutoff = tracer.scene.compiled.settings.cutoff;
-        let importance = |lane: u32| {
-            wave.spawning.importance_of(moved.path_in(lane)) * bounds[lane as usize]
-        };
+        let importance =
+            |lane: u32| wave.spawning.importance_of(moved.path_in(lane)) * bounds[lane as usize];
         contributing.retain(|lane| is_followed(importance(lane), cutoff));
         let spawned = &mut queries.spawned;
         let throughput = [red, green, blue].into_iter().zip(&mut spawned.throughput);

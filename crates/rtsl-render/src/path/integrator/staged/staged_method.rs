@@ -264,7 +264,8 @@ impl StagedMethod {
         let of_kernels = [Query::OwnShade, Query::SpawnPath];
         self.is_of_material()
             || stages.map(|stage| stage.resumed_by).any(spawns)
-            || kernels.any(|it| it.spawns > 0 || of_kernels.iter().any(|of| it.queries.contains(of)))
+            || kernels
+                .any(|it| it.spawns > 0 || of_kernels.iter().any(|of| it.queries.contains(of)))
     }
 
     /// True if paths wait for samples of lights.
