@@ -60,6 +60,8 @@ pub(super) struct Linker {
     /// The variables of `out`.
     variables: BTreeMap<(VariableKind, String), VariableId>,
     operations: usize,
+    /// The values that are constants, by the constants.
+    known: BTreeMap<Value, Constant>,
     depth: usize,
     locals: u32,
     /// Unset references, by class and path.
@@ -174,6 +176,7 @@ impl Linker {
             out,
             variables,
             operations: 0,
+            known: BTreeMap::new(),
             depth: 0,
             locals: 0,
             warnings,
@@ -377,7 +380,15 @@ impl Linker {
     }
 
     pub fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
-        Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
+        let kind = OpKind::Constant(constant);
+        let value = self.emit(to, kind, &[constant.scalar()], false)?.get(0);
+        self.known.insert(value, constant);
+        Ok(value)
+    }
+
+    /// Returns the constant that a value is known to be.
+    pub fn known(&self, value: Value) -> Option<Constant> {
+        self.known.get(&value).copied()
     }
 
     /// True if the loads of a variable of a method are not copied as they are.
