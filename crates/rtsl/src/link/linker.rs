@@ -466,11 +466,11 @@ impl Linker {
             let member = Variable { name: site.name_of(info), ..info.clone() };
             return self.load_of_element(self.element, member, index, to);
         }
-        let new = self.variable(site, variable);
-        let member = self.out.variable(new).clone();
+        let member = Variable { name: site.name_of(info), ..info.clone() };
         if let Some(chosen) = self.load_chosen(&member, index, to)? {
             return Ok(chosen);
         }
+        let new = self.variable(site, variable);
         Ok(self.emit(to, OpKind::Load(new, index), &[member.scalar], false)?.get(0))
     }
 
