@@ -25,6 +25,12 @@ impl ObjectForm {
         ObjectForm { words: words.into(), few_blocks: None }
     }
 
+    /// Returns the form in a layout in which all words follow `first` others.
+    #[must_use]
+    pub fn after(self, first: u32) -> ObjectForm {
+        ObjectForm { words: self.words.iter().map(|word| first + word).collect(), ..self }
+    }
+
     /// Returns the form for so many objects. If they are few, kernels keep the rows of all in registers, and serve no
     /// more objects than fit into as many blocks.
     #[must_use]

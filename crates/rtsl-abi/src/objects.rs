@@ -88,6 +88,17 @@ impl Objects {
         objects
     }
 
+    /// Returns the objects as the ends of longer instances: the words of their layout follow `first` others. `shared` is
+    /// the whole block of the first instance.
+    ///
+    /// # Panics
+    /// If it is too short.
+    #[must_use]
+    pub fn after(self, first: u32, shared: InstanceBlock) -> Objects {
+        assert_eq!(shared.words().len(), first as usize + self.shared.words().len());
+        Objects { form: self.form.after(first), shared: Arc::new(shared), ..self }
+    }
+
     /// Appends a zeroed object and returns its index.
     fn push(&mut self) -> usize {
         let number = self.count;

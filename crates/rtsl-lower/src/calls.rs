@@ -9,6 +9,7 @@ use rtsl_source::Span;
 use crate::Lowering;
 use crate::access::Access;
 use crate::cells::Cell;
+use crate::class::is_buffer;
 use crate::facts::Root;
 use crate::gradient::DERIVATIVES;
 use crate::limits::{self, Lowered};
@@ -104,9 +105,10 @@ impl<'m> Lowering<'m> {
                 bound.push(Some(Argument::Reference(self.lower_reference(argument)?)));
                 continue;
             }
-            let wanted = facts.indexed.contains(&Root::Local(local))
-                && !facts.written_locals.contains(&local)
-                && self.function(id).parameters[local.0 as usize] == Passing::In;
+            let wanted = is_buffer(&argument.ty)
+                || facts.indexed.contains(&Root::Local(local))
+                    && !facts.written_locals.contains(&local)
+                    && self.function(id).parameters[local.0 as usize] == Passing::In;
             let shared = if wanted { self.host_variable_of(argument)? } else { None };
             bound.push(shared.map(Argument::Shared));
         }
@@ -215,7 +217,8 @@ impl<'m> Lowering<'m> {
         Ok(returned)
     }
 
-    fn leave_frame(&mut self, function: &Function) -> Lowered<Returned> {
+    /// Returns what a call gives its caller.
+    pub fn leave_frame(&mut self, function: &Function) -> Lowered<Returned> {
         let result = match self.frame.result {
             Some(result) => self.get_variable(result)?,
             None => Vec::new(),

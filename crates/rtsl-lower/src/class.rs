@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use rtsl_ir::class::{self, Attribute, Reference, ReferenceCount};
 use rtsl_ir::{Builder, Constant, Function, OpKind, Variable, VariableKind};
 use rtsl_sema::hir::{
-    Class, ClassId, Expression, ExpressionKind, FunctionId, LocalId, Member, Module, Storage, Type,
+    Class, ClassId, Expression, ExpressionKind, FunctionId, LocalId, Member, Module, Passing,
+    Storage, Type,
 };
 use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::Method;
@@ -71,14 +72,14 @@ fn expressions_of(class: &Class) -> Vec<&Expression> {
 }
 
 /// The data shared by the lowering of all functions of a class.
-struct Maker<'m> {
-    module: &'m Module,
-    class: &'m Class,
-    layouts: &'m Layouts<'m>,
-    facts: &'m FactTable,
-    tables: &'m RefCell<ConstantTables>,
-    tested: &'m RefCell<BTreeSet<String>>,
-    tracing: Option<&'m Tracing>,
+pub(crate) struct Maker<'m> {
+    pub module: &'m Module,
+    pub class: &'m Class,
+    pub layouts: &'m Layouts<'m>,
+    pub facts: &'m FactTable,
+    pub tables: &'m RefCell<ConstantTables>,
+    pub tested: &'m RefCell<BTreeSet<String>>,
+    pub tracing: Option<&'m Tracing>,
 }
 
 impl<'m> Maker<'m> {
@@ -240,7 +241,7 @@ impl<'m> Maker<'m> {
         lowering.begin_members()?;
         lowering.begin_state(self.class.span)?;
         lowering.frame = lowering.new_frame(id, self.class.span)?;
-        lowering.begin_parameters(id)?;
+        lowering.begin_parameters(id, VariableKind::Parameter)?;
         lowering.lower_list(&lowering.function(id).body)?;
         lowering.output_members()?;
         Ok(lowering.builder.finish())
@@ -267,7 +268,13 @@ impl<'m> Maker<'m> {
         Ok(lowering.builder.finish())
     }
 
-    fn lowering(&self, purpose: Purpose, name: &str, function: Option<FunctionId>) -> Lowering<'m> {
+    /// Returns the state in which the lowering of a function begins.
+    pub fn lowering(
+        &self,
+        purpose: Purpose,
+        name: &str,
+        function: Option<FunctionId>,
+    ) -> Lowering<'m> {
         let mut builder = Builder::new(format!("{}.{name}", self.class.name));
         let mut cells = Cells::default();
         let mut flag = || {
@@ -352,12 +359,16 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Creates the variables of the constructor's parameters.
-    fn begin_parameters(&mut self, id: FunctionId) -> Lowered<()> {
+    /// Creates the variables of a function's parameters, which the host stores; those that are arrays without a size are
+    /// buffers.
+    pub fn begin_parameters(&mut self, id: FunctionId, kind: VariableKind) -> Lowered<()> {
         let function = self.function(id);
-        for index in 0..function.parameters.len() {
+        for (index, passing) in function.parameters.iter().enumerate() {
+            if *passing == Passing::Out {
+                continue;
+            }
             let local = &function.locals[index];
-            let kind = VariableKind::Parameter;
+            let kind = if is_buffer(&local.ty) { VariableKind::Buffer } else { kind };
             let host = self.new_host_variable(&local.name, &local.ty, kind, function.span)?;
             let local_id = LocalId(index as u32);
             if self.facts.of(id).written_locals.contains(&local_id) {
@@ -382,6 +393,11 @@ impl<'m> Lowering<'m> {
         let accepted = self.cells.get(self.accepted);
         self.builder.output(variable, 0, accepted);
     }
+}
+
+/// True for an array without a size.
+pub(crate) fn is_buffer(ty: &Type) -> bool {
+    matches!(ty, Type::Buffer(_))
 }
 
 /// True if a function states derivatives.

@@ -30,6 +30,7 @@ mod control;
 mod expressions;
 mod facts;
 mod filter;
+mod function;
 mod gradient;
 mod illuminance;
 mod layout;
@@ -64,6 +65,7 @@ use self::members::ConstantTables;
 use self::variables::{LocalPool, SourceVariable, SourceVariableId};
 
 pub use self::class::lower_class;
+pub use self::function::{LoweredFunction, lower_function};
 pub use self::reports::Tracing;
 
 /// The kind of IR function that is generated.
@@ -73,6 +75,8 @@ enum Purpose {
     Initializer,
     Constructor,
     Method(Method),
+    /// A function of no class, whose parameters and results are scratch.
+    Function,
 }
 
 /// The state of the lowering of one function.

@@ -259,6 +259,6 @@ fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Opt
 fn keeps_scratch(purpose: Purpose) -> bool {
     match purpose {
         Purpose::Method(method) => !matches!(method, Method::Intersect | Method::Radiance),
-        Purpose::Constructor | Purpose::Initializer => false,
+        Purpose::Constructor | Purpose::Initializer | Purpose::Function => false,
     }
 }

@@ -593,7 +593,7 @@ impl Checker<'_> {
                 Passing::In => {
                     self.note_access(&argument, Access::Read);
                     let argument = match ty {
-                        Type::Reference(_) => argument,
+                        Type::Reference(_) | Type::Buffer(_) => argument,
                         _ => self.require_value(argument),
                     };
                     failed |= argument.ty == Type::Error;

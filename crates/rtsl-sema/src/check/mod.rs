@@ -126,6 +126,25 @@ pub fn check_prelude(units: &[ast::TranslationUnit], diagnostics: &mut Diagnosti
     }
 }
 
+/// Checks texts on top of the prelude that may use what only the prelude may. Their functions may call each other in
+/// any order, and have parameters that are buffers.
+pub fn check_on_prelude(
+    units: &[ast::TranslationUnit],
+    prelude: &Prelude,
+    diagnostics: &mut Diagnostics,
+) -> hir::Module {
+    let mut checker = Checker {
+        in_prelude: true,
+        file: prelude.names.clone(),
+        ..Checker::new(Some(prelude), std::mem::take(diagnostics))
+    };
+    let items: Vec<&ast::Item> = units.iter().flat_map(|unit| &unit.items).collect();
+    checker.check_prelude_items(&items);
+    checker.check_call_graph();
+    *diagnostics = checker.diagnostics;
+    checker.module
+}
+
 /// Checks one translation unit on top of the prelude. If `diagnostics` has errors afterwards, the
 /// module serves only for completion in editors.
 pub fn check_unit(

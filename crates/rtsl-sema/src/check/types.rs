@@ -394,6 +394,7 @@ impl Checker<'_> {
         let allowed = match place {
             TypePlace::Member => !buffer_inside,
             TypePlace::Variable | TypePlace::Constructor => true,
+            TypePlace::Parameter if self.in_prelude => !buffer_inside,
             TypePlace::Parameter | TypePlace::Field | TypePlace::Result => {
                 !outermost && !buffer_inside
             }

@@ -14,3 +14,7 @@ pub(super) const SHADERS: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/s
 
 /// The prelude, sorted by name.
 pub(super) const PRELUDE: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/prelude_files.rs"));
+
+/// The renderer's texts, sorted by name.
+pub(super) const RENDERER: &[LibraryFile] =
+    include!(concat!(env!("OUT_DIR"), "/renderer_files.rs"));

@@ -10,4 +10,5 @@ pub(crate) mod loader;
 mod modules;
 pub(crate) mod outline;
 pub(crate) mod prelude;
+pub(crate) mod renderer_text;
 pub(crate) mod unit;

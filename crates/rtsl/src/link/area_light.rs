@@ -38,8 +38,6 @@ const OUTPUTS: [&str; 3] = ["rt_HitPoint", "rt_GeometricNormal", "rt_PDF"];
 /// A shape with an emitter.
 #[derive(Clone, Debug)]
 pub(crate) struct AreaLightLink {
-    /// The path to its members: `light.0.`.
-    pub prefix: String,
     /// The shape, with its path to members: `light.0.shape.`.
     pub shape: ShapeLinks,
     /// `generateSample`.

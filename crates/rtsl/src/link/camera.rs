@@ -7,7 +7,7 @@ use rtsl_ir::{
     BinaryOp, CompareOp, Function, Index, Op, OpKind, Output, Scalar, StateComponent, UnaryOp,
     Value, Variable, VariableKind,
 };
-use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler, SamplerKind, hash};
+use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler};
 use rtsl_spec::{Method, lookup_state};
 
 use super::arithmetic::{Arithmetic, Vector};
@@ -15,7 +15,7 @@ use super::class_tree::ClassTree;
 use super::lights::set;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linked, Linker, Linking, Site, find_override};
-use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use super::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use super::stage::{SurfaceLinks, TIME_COLUMN};
 
 /// The path to the members of the camera.
@@ -115,7 +115,9 @@ impl CameraCode<'_, '_> {
         let (column, row) = (column?, row?);
         let index = code.column(SAMPLE_COLUMN, Scalar::U32)?;
         let [width, height] = code.size()?;
-        let [position, lens, time, key] = code.pixel_keys(sampler, [column, row], width)?;
+        let before = code.multiply(row, width)?;
+        let pixel = code.add(before, column)?;
+        let [position, lens, time, key] = code.pixel_keys(sampler, pixel)?;
         let position = code.position(sampler, position, index)?;
         let ([x, y], weight) = code.filtered(filter, position)?;
         let one = code.float(1.0)?;
@@ -310,37 +312,6 @@ impl Arithmetic<'_> {
     fn float_of(&mut self, word: Value) -> Linking<Value> {
         let integer = self.bitcast(Scalar::I32, word)?;
         self.convert(Scalar::F32, integer)
-    }
-
-    /// The keys of a pixel's positions, lens positions, times and sequences, as [`Sampler::pixel_keys`].
-    fn pixel_keys(
-        &mut self,
-        sampler: &Sampler,
-        [column, row]: [Value; 2],
-        width: Value,
-    ) -> Linking<[Value; 4]> {
-        let before = self.multiply(row, width)?;
-        let pixel = self.add(before, column)?;
-        let seed = self.word(hash((sampler.seed >> 32) as u32, sampler.seed as u32))?;
-        let key = self.hash(seed, pixel)?;
-        let [position, lens, time, stream] = [1, 2, 4, 5].map(|it| self.hash_with(key, it));
-        Ok([position?, lens?, time?, stream?])
-    }
-
-    /// As [`Sampler::part_of_pixel`].
-    fn part_of_pixel(&mut self, sampler: &Sampler, sample: Value) -> Linking<Value> {
-        match sampler.kind {
-            SamplerKind::Stratified { .. } => self.float(sampler.part_of_pixel(0)),
-            SamplerKind::Independent | SamplerKind::Sobol => {
-                let (one, unit) = (self.word(1)?, self.float(1.0)?);
-                let among = self.add(sample, one)?;
-                let among = self.float_of(among)?;
-                let root = self.root(among)?;
-                let part = self.divide(unit, root)?;
-                let least = self.float(Sampler::LEAST_PART_OF_PIXEL)?;
-                self.larger(part, least)
-            }
-        }
     }
 
     /// The place of a sample relative to its pixel's corner, and its weight, as [`PixelFilter::sample`].

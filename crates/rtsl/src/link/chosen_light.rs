@@ -1,69 +1,126 @@
 //! The members of one of several lights of a class, of which each path has chosen its own: one body of the class's
-//! methods serves all.
+//! methods serves all, and loads what they differ in from arrays.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl_ir::{CompareOp, Index, Op, OpKind, Value, Variable};
+use rtsl_ir::{BinaryOp, Constant, Index, Op, OpKind, Scalar, Value, Variable};
 
+use super::area_light::AreaLightLink;
 use super::arithmetic::Arithmetic;
+use super::lights::LightLink;
 use super::linker::{Linker, Linking};
 
 /// Lights of one class, which share their methods.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct LightClassLink {
     /// The indices of the lights.
     pub lights: Vec<usize>,
-    /// The members in which they differ, by their names without the path to the light, and the scalars of these.
+    /// The path to their members.
+    pub prefix: String,
+    pub methods: LightMethods,
+    /// The members in which they differ, by their names without the path, and the scalars of these. Such a member is an
+    /// array: the first scalar of light after light, then the second.
     pub differing: Arc<BTreeSet<(String, u32)>>,
+}
+
+/// The methods of lights.
+#[derive(Clone, Debug)]
+pub(crate) enum LightMethods {
+    /// Of lights without a shape.
+    Shapeless(LightLink),
+    /// Of shapes with emitters.
+    Area(Box<AreaLightLink>),
+}
+
+impl LightClassLink {
+    /// True if classes of the same programs have the same code.
+    pub fn is_like(&self, other: &LightClassLink) -> bool {
+        let form = |class: &LightClassLink| match &class.methods {
+            LightMethods::Shapeless(light) => (false, light.is_placed, light.is_weighed),
+            LightMethods::Area(light) => (true, light.shape.is_placed, light.is_weighed),
+        };
+        form(self) == form(other)
+            && (&self.lights, &self.prefix, &self.differing)
+                == (&other.lights, &other.prefix, &other.differing)
+    }
 }
 
 /// The lights of which each path has chosen one.
 pub(super) struct ChosenLight {
-    /// The paths to the lights' members. Methods are copied for the first.
-    prefixes: Vec<String>,
-    /// For each light but the first, true for paths that have chosen it or a later one.
-    is_from: Vec<Value>,
+    prefix: String,
+    count: u32,
+    /// The index of the path's light.
+    element: Value,
     differing: Arc<BTreeSet<(String, u32)>>,
 }
 
-/// Returns the path to a light's members.
+/// Returns the path to the members of lights, of which this is the index of the first.
 pub(crate) fn light_prefix(index: usize) -> String {
     format!("light.{index}.")
 }
 
 impl ChosenLight {
-    /// Returns the choice of the lights of a class, whose numbers follow `first`.
+    /// Returns the choice of the light with a number, if those of the class follow `first`.
     pub fn new(
         code: &mut Arithmetic<'_>,
         class: &LightClassLink,
-        (chosen, first): (Value, u32),
+        number: Value,
+        first: u32,
     ) -> Linking<ChosenLight> {
-        let mut is_from = Vec::new();
-        for number in 1..class.lights.len() as u32 {
-            let number = code.word(first + number)?;
-            is_from.push(code.compare(CompareOp::GreaterEqual, chosen, number)?);
-        }
-        let prefixes = class.lights.iter().map(|light| light_prefix(*light)).collect();
-        Ok(ChosenLight { prefixes, is_from, differing: class.differing.clone() })
+        let (first, last) = (code.word(first)?, code.word(class.lights.len() as u32 - 1)?);
+        let element = code.binary(BinaryOp::Subtract, number, first)?;
+        let element = code.binary(BinaryOp::Min, element, last)?;
+        let element = code.bitcast(Scalar::I32, element)?;
+        Ok(ChosenLight::of(class, element))
     }
 
-    /// Returns the name of a member without the path to the light, if the lights differ in this scalar of it.
-    fn differing<'a>(&self, name: &'a str, index: Index) -> Option<&'a str> {
-        let rest = name.strip_prefix(&self.prefixes[0])?;
-        let scalars = match index {
-            Index::Constant(scalar) => scalar..=scalar,
-            Index::Dynamic(_) => 0..=u32::MAX,
+    /// Returns the choice of a light among those of its class.
+    pub fn of(class: &LightClassLink, element: Value) -> ChosenLight {
+        let LightClassLink { lights, prefix, differing, .. } = class;
+        let (prefix, count) = (prefix.clone(), lights.len() as u32);
+        ChosenLight { prefix, count, element, differing: differing.clone() }
+    }
+
+    /// Returns the index, in the array of a member, of the scalar that each path loads; `None` if the member is not an
+    /// array.
+    fn index_of(
+        &self,
+        code: &mut Arithmetic<'_>,
+        member: &Variable,
+        index: Index,
+    ) -> Linking<Option<Index>> {
+        let Some(name) = member.name.strip_prefix(&self.prefix) else { return Ok(None) };
+        let scalars = (name.to_owned(), 0)..=(name.to_owned(), u32::MAX);
+        if self.differing.range(scalars).next().is_none() {
+            return Ok(None);
+        }
+        let first = match index {
+            Index::Constant(scalar) => {
+                let first = scalar * self.count;
+                if !self.differing.contains(&(name.to_owned(), scalar)) {
+                    return Ok(Some(Index::Constant(first)));
+                }
+                if let Some(Constant::I32(element)) = code.linker.known(self.element) {
+                    return Ok(Some(Index::Constant(first + element as u32)));
+                }
+                code.integer(first as i32)?
+            }
+            Index::Dynamic(scalar) => {
+                let (zero, last) = (code.integer(0)?, code.integer(member.len as i32 - 1)?);
+                let scalar = code.binary(BinaryOp::Max, scalar, zero)?;
+                let scalar = code.binary(BinaryOp::Min, scalar, last)?;
+                let count = code.integer(self.count as i32)?;
+                code.multiply(scalar, count)?
+            }
         };
-        let (first, last) = (*scalars.start(), *scalars.end());
-        let range = (rest.to_owned(), first)..=(rest.to_owned(), last);
-        self.differing.range(range).next().map(|_| rest)
+        Ok(Some(Index::Dynamic(code.add(first, self.element)?)))
     }
 }
 
 impl Linker {
-    /// Loads a scalar of a member of the light that each path has chosen; `None` for other members, and those that
-    /// lights share.
+    /// Loads a scalar of a member of the light that each path has chosen; `None` for members that lights share, and
+    /// those of others.
     pub(super) fn load_chosen(
         &mut self,
         member: &Variable,
@@ -71,21 +128,10 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<Option<Value>> {
         let Some(choice) = self.chosen_light.clone() else { return Ok(None) };
-        let Some(rest) = choice.differing(&member.name, index) else { return Ok(None) };
-        let mut chosen = None;
-        for (light, prefix) in choice.prefixes.iter().enumerate() {
-            let member = Variable { name: format!("{prefix}{rest}"), ..member.clone() };
-            let scalar = member.scalar;
-            let variable = self.intern_variable(member);
-            let own = self.emit(to, OpKind::Load(variable, index), &[scalar], false)?.get(0);
-            chosen = Some(match chosen {
-                None => own,
-                Some(earlier) => {
-                    let kind = OpKind::Select(choice.is_from[light - 1], own, earlier);
-                    self.emit(to, kind, &[scalar], false)?.get(0)
-                }
-            });
-        }
-        Ok(chosen)
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let Some(index) = choice.index_of(code, member, index)? else { return Ok(None) };
+        let (scalar, len) = (member.scalar, member.len * choice.count);
+        let array = self.intern_variable(Variable { len, ..member.clone() });
+        Ok(Some(self.emit(to, OpKind::Load(array, index), &[scalar], false)?.get(0)))
     }
 }

@@ -7,17 +7,17 @@
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Op, Output, Region, Scalar, UnaryOp, Value, Variable,
-    VariableKind,
+    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Output, Region, Scalar, UnaryOp,
+    Value, Variable, VariableKind,
 };
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
 
 use super::arithmetic::{Arithmetic, Vector};
-use super::chosen_light::ChosenLight;
+use super::chosen_light::LightClassLink;
 use super::class_tree::ClassTree;
-use super::lights::{LightLinks, LitPoint, Weighed};
+use super::lights::{ENTRIES, LightLinks, LitPoint, Weighed};
 use super::linker::{Linked, Linker, Linking, Site};
 use super::sequences::Purpose;
 use super::shade_call::ShadedSurface;
@@ -90,7 +90,9 @@ impl Linker {
             return code.no_light();
         }
         let number = code.number_of_entry(links, index)?;
-        let sample = self.sample_by_class(caller, (links, sampler), (&lit, key, number), to)?;
+        let sample = self.sample_by_class(links, number, to, &mut |linker, class, to| {
+            linker.undivided_sample(caller, class, (&lit, key, sampler), to)
+        })?;
         let code = &mut Arithmetic { linker: self, to };
         let is_usable = code.is_usable_sample(&sample, cone, is_in_cone)?;
         let [x, y, z, distance, limit, red, green, blue, density] =
@@ -98,57 +100,16 @@ impl Linker {
         Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
     }
 
-    /// Returns direction, distance, length of the shadow ray, colour and density of a sample of the light with a number
-    /// among those of all classes.
-    fn sample_by_class(
-        &mut self,
-        caller: &Site<'_>,
-        (links, sampler): (&LightLinks, &Sampler),
-        (lit, key, number): (&LitPoint, Value, Value),
-        to: &mut Vec<Op>,
-    ) -> Linking<Vec<Value>> {
-        let mut end = links.entries.len() as u32;
-        let mut sample: Option<Vec<Value>> = None;
-        for class in links.entry_classes.iter().rev() {
-            let first = end - class.lights.len() as u32;
-            let mut then = Region::default();
-            then.yields = self.nested(|linker| {
-                let code = &mut Arithmetic { linker, to: &mut then.ops };
-                let chosen = ChosenLight::new(code, class, (number, first))?;
-                linker.chosen_light = Some(Arc::new(chosen));
-                let light = (links, class.lights[0]);
-                let sample =
-                    linker.undivided_sample(caller, light, (lit, key, sampler), &mut then.ops);
-                linker.chosen_light = None;
-                sample
-            })?;
-            sample = Some(match sample {
-                None => {
-                    to.append(&mut then.ops);
-                    then.yields
-                }
-                Some(later) => {
-                    let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-                    let end = code.word(end)?;
-                    let condition = code.less(number, end)?;
-                    self.branch(condition, then, later, to)?
-                }
-            });
-            end = first;
-        }
-        Ok(sample.expect("there are lights"))
-    }
-
-    /// Returns a sample whose colour is not divided by a density with which rays find the light too.
+    /// Returns direction, distance, length of the shadow ray, colour and density of a sample, whose colour is not divided
+    /// by a density with which rays find the light too.
     fn undivided_sample(
         &mut self,
         caller: &Site<'_>,
-        (links, light): (&LightLinks, usize),
-        (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        class: &LightClassLink,
+        of: (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let (sample, weighed) =
-            self.sampled_color(caller, (links, light), (lit, key, sampler), to)?;
+        let (sample, weighed) = self.sampled_color(caller, class, of, to)?;
         let code = &mut Arithmetic { linker: self, to };
         let (mut color, mut density) = (sample.color, sample.density);
         if !matches!(weighed, Weighed::All) {
@@ -196,22 +157,15 @@ impl Arithmetic<'_> {
 
     /// The number of the light with an index, among those of all classes.
     fn number_of_entry(&mut self, links: &LightLinks, index: Value) -> Linking<Value> {
-        let order: Vec<usize> =
-            links.entry_classes.iter().flat_map(|class| class.lights.iter().copied()).collect();
-        let number_of = |light: usize| {
-            order.iter().position(|other| *other == light).map_or(0, |number| number as u32)
-        };
-        let index = self.bitcast(Scalar::U32, index)?;
-        if links.entries.iter().map(|light| number_of(*light)).eq(0..links.entries.len() as u32) {
-            return Ok(index);
+        let number = self.bitcast(Scalar::U32, index)?;
+        if links.entries.iter().copied().eq(0..links.entries.len() as u32) {
+            return Ok(number);
         }
-        let mut number = self.word(number_of(links.entries[0]))?;
-        for (entry, light) in (0..).zip(&links.entries).skip(1) {
-            let (entry, own) = (self.word(entry)?, self.word(number_of(*light))?);
-            let is_it = self.compare(CompareOp::Equal, index, entry)?;
-            number = self.select(is_it, own, number)?;
-        }
-        Ok(number)
+        let (kind, len) = (VariableKind::Member, links.entries.len() as u32);
+        let table = Variable { kind, name: ENTRIES.to_owned(), scalar: Scalar::U32, len };
+        let table = self.linker.intern_variable(table);
+        let kind = OpKind::Load(table, Index::Dynamic(index));
+        Ok(self.linker.emit(self.to, kind, &[Scalar::U32], false)?.get(0))
     }
 
     /// True if a sample is not black, and comes from within the cone if there is one.

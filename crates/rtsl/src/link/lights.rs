@@ -2,6 +2,7 @@
 //!
 //! Renderers compute the same for lights that they do not link, with the same bits.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::{
@@ -11,9 +12,8 @@ use rtsl_math::sampling::Sampler;
 use rtsl_math::{LIGHT_MARGIN, STRETCH_ROUNDING};
 use rtsl_spec::{Role, lookup_state};
 
-use super::area_light::AreaLightLink;
 use super::arithmetic::{Arithmetic, Map, Vector};
-use super::chosen_light::{ChosenLight, LightClassLink};
+use super::chosen_light::{ChosenLight, LightClassLink, LightMethods};
 use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site, default_of, find_override};
@@ -21,57 +21,61 @@ use super::sequences::Purpose;
 use super::stage::{TIME_COLUMN, asks_host};
 use super::surface::needs_only;
 
-/// The greatest number of lights that are linked.
-pub const MAX_LIGHTS: usize = 16;
+/// The greatest number of lights that are linked, which bounds the data of stages.
+pub const MAX_LIGHTS: usize = 1 << 16;
+
+/// The greatest number of classes of lights that are linked: each has code of its own in every stage that samples.
+pub(crate) const MAX_LIGHT_CLASSES: usize = 16;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightLinks {
-    /// The lights without a shape.
-    pub lights: Vec<LightLink>,
-    /// The lights that are shapes, whose indices follow; `None` if hosts sample lights.
-    pub areas: Option<Vec<AreaLightLink>>,
-    /// The lights that rays find when they leave the scene, by their indices among `lights`.
+    /// The classes of lights, those that are sampled first.
+    pub classes: Vec<LightClassLink>,
+    /// The number of classes that are sampled.
+    pub sampled: usize,
+    /// True if samples of all lights are linked; else hosts sample lights.
+    pub is_complete: bool,
+    /// The lights that rays find when they leave the scene, by their indices.
     pub skies: Vec<usize>,
     /// The selection of lights for samples; `None` if hosts select them.
     pub selection: Option<LightSelection>,
-    /// The classes of the lights that are selected.
-    pub classes: Vec<LightClassLink>,
     /// True if operations sample the lights that materials name by their indices.
     pub has_entries: bool,
-    /// These lights, in this order.
-    pub entries: Vec<usize>,
-    /// Their classes.
-    pub entry_classes: Vec<LightClassLink>,
+    /// The numbers of these lights, in this order.
+    pub entries: Vec<u32>,
 }
+
+/// The member with the numbers of the lights that materials name by their indices.
+pub(crate) const ENTRIES: &str = "light.rt_Entries";
 
 impl LightLinks {
     /// True if lights of the same programs have the same code, whatever their data.
     pub fn is_like(&self, other: &LightLinks) -> bool {
-        let form = |links: &LightLinks| {
-            let lights = links.lights.iter().map(|light| (light.is_placed, light.is_weighed));
-            let areas = links.areas.as_ref().map(|areas| {
-                areas.iter().map(|area| (area.shape.is_placed, area.is_weighed)).collect()
-            });
-            (lights.collect(), areas)
-        };
-        let forms: [(Vec<_>, Option<Vec<_>>); 2] = [form(self), form(other)];
         let has_like_selection = match (&self.selection, &other.selection) {
             (Some(own), Some(others)) => own.is_like(others),
             (own, others) => own.is_none() && others.is_none(),
         };
-        forms[0] == forms[1]
-            && self.skies == other.skies
-            && self.classes == other.classes
-            && (self.has_entries, &self.entries) == (other.has_entries, &other.entries)
-            && self.entry_classes == other.entry_classes
+        let mut classes = self.classes.iter().zip(&other.classes);
+        self.classes.len() == other.classes.len()
+            && classes.all(|(own, others)| own.is_like(others))
+            && (self.sampled, self.is_complete) == (other.sampled, other.is_complete)
+            && (&self.skies, &self.entries) == (&other.skies, &other.entries)
+            && self.has_entries == other.has_entries
             && has_like_selection
     }
 
-    /// True if lights that are shapes may be at infinity.
-    pub fn has_infinite_shapes(&self) -> bool {
-        let mut infinite = self.selection.iter().flat_map(|selection| &selection.infinite);
-        infinite.any(|light| *light >= self.lights.len())
+    /// Returns the numbers of lights by their indices: lights are numbered class by class.
+    pub fn numbers(&self) -> BTreeMap<usize, u32> {
+        self.classes.iter().flat_map(|class| class.lights.iter().copied()).zip(0..).collect()
+    }
+
+    /// Returns the class of a light, and its index there.
+    fn place_of(&self, light: usize) -> Option<(&LightClassLink, usize)> {
+        self.classes.iter().find_map(|class| {
+            let place = class.lights.iter().position(|other| *other == light)?;
+            Some((class, place))
+        })
     }
 }
 
@@ -164,6 +168,10 @@ pub(super) enum Weighed {
 /// A sample of a light, as the results of its query, without the first.
 type Sample = Vec<Value>;
 
+/// Adds the operations for a sample of a light of a class, whose members are chosen.
+pub(super) type ClassSample<'a> =
+    dyn FnMut(&mut Linker, &LightClassLink, &mut Vec<Op>) -> Linking<Sample> + 'a;
+
 impl Linker {
     /// Computes a query about lights.
     pub(super) fn ask_lights(
@@ -180,7 +188,7 @@ impl Linker {
                 Ok(Some(vec![self.constant(to, count)?]))
             }
             Query::SampleLight => match &links.selection {
-                Some(selection) if links.areas.is_some() => {
+                Some(selection) if links.is_complete => {
                     let links = (links, selection);
                     Ok(Some(self.light_sample(caller, (links, sampler), operands, to)?))
                 }
@@ -229,7 +237,25 @@ impl Linker {
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let light = &links.lights[index];
+        let Some((class, place)) = links.place_of(index) else { return Ok(Vec::new()) };
+        let LightMethods::Shapeless(light) = &class.methods else { return Ok(Vec::new()) };
+        let place = self.constant(to, rtsl_ir::Constant::I32(place as i32))?;
+        self.chosen_light = Some(Arc::new(ChosenLight::of(class, place)));
+        let results = self.shapeless_sky(caller, links, (light, index), query, operands, to);
+        self.chosen_light = None;
+        results
+    }
+
+    /// As [`Linker::sky`], of a light whose members are chosen.
+    fn shapeless_sky(
+        &mut self,
+        caller: &Site<'_>,
+        links: &LightLinks,
+        (light, index): (&LightLink, usize),
+        query: Query,
+        operands: &[Value],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
         let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
         let is_density = query == Query::SkyPdf;
         let world_direction = if is_density { vector(9) } else { vector(3) };
@@ -290,31 +316,41 @@ impl Linker {
             return Ok([&[none][..], &[zero; 8]].concat());
         }
         let key = code.begin_sequence(Purpose::LightSample)?;
-        let numbers: Vec<usize> = links.classes.iter().flat_map(|it| it.lights.clone()).collect();
-        let number_of = |light: usize| {
-            let number = numbers.iter().position(|other| *other == light);
-            number.map_or(0, |number| number as u32)
-        };
-        let place = (lit.point, operands[10]);
-        let selected = self.choose_light(selection, place, &number_of, to)?;
-        let mut end = numbers.len() as u32;
-        let mut sample: Option<Sample> = None;
+        let selected = self.choose_light(selection, lit.point, operands[10], to)?;
+        let sample =
+            self.sample_by_class(links, selected.number, to, &mut |linker, class, to| {
+                let of = (&lit, key, sampler);
+                let (sample, weighed) = linker.sampled_color(caller, class, of, to)?;
+                Arithmetic { linker, to }.weighed(&sample, selected.probability, weighed)
+            })?;
+        let code = &mut Arithmetic { linker: self, to };
+        code.found_or_zeros(sample)
+    }
+
+    /// Returns what `sample` computes for the class of the light with a number, whose members are chosen.
+    pub(super) fn sample_by_class(
+        &mut self,
+        links: &LightLinks,
+        number: Value,
+        to: &mut Vec<Op>,
+        sample: &mut ClassSample<'_>,
+    ) -> Linking<Sample> {
+        let classes = &links.classes[..links.sampled];
+        let mut end = classes.iter().map(|class| class.lights.len() as u32).sum();
+        let mut sampled: Option<Sample> = None;
         // The last class is computed for all paths; short methods become selects anyway.
-        for class in links.classes.iter().rev() {
+        for class in classes.iter().rev() {
             let first = end - class.lights.len() as u32;
             let mut then = Region::default();
             then.yields = self.nested(|linker| {
                 let code = &mut Arithmetic { linker, to: &mut then.ops };
-                let chosen = ChosenLight::new(code, class, (selected.number, first))?;
+                let chosen = ChosenLight::new(code, class, number, first)?;
                 linker.chosen_light = Some(Arc::new(chosen));
-                let light = (links, class.lights[0]);
-                let of = (&lit, key, sampler);
-                let sample =
-                    linker.sample_of(caller, light, of, selected.probability, &mut then.ops);
+                let sampled = sample(linker, class, &mut then.ops);
                 linker.chosen_light = None;
-                sample
+                sampled
             })?;
-            sample = Some(match sample {
+            sampled = Some(match sampled {
                 None => {
                     to.append(&mut then.ops);
                     then.yields
@@ -322,42 +358,27 @@ impl Linker {
                 Some(later) => {
                     let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
                     let end = code.word(end)?;
-                    let condition = code.less(selected.number, end)?;
+                    let condition = code.less(number, end)?;
                     self.branch(condition, then, later, to)?
                 }
             });
             end = first;
         }
-        let code = &mut Arithmetic { linker: self, to };
-        code.found_or_zeros(sample.expect("there are lights"))
-    }
-
-    /// Returns direction, length of the shadow ray, colour and density of a sample of one light, which has been selected
-    /// with a probability.
-    fn sample_of(
-        &mut self,
-        caller: &Site<'_>,
-        light: (&LightLinks, usize),
-        of: (&LitPoint, Value, &Sampler),
-        probability: Value,
-        to: &mut Vec<Op>,
-    ) -> Linking<Sample> {
-        let (sample, weighed) = self.sampled_color(caller, light, of, to)?;
-        Arithmetic { linker: self, to }.weighed(&sample, probability, weighed)
+        Ok(sampled.expect("there are lights"))
     }
 
     /// Returns a sample of one light for a point, with numbers of the sequence with a key, and whether rays find it, too.
     pub(super) fn sampled_color(
         &mut self,
         caller: &Site<'_>,
-        (links, index): (&LightLinks, usize),
+        class: &LightClassLink,
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
     ) -> Linking<(SampledColor, Weighed)> {
         let outer = self.copied_numbers;
         self.begin_numbers(key, *sampler, to)?;
-        let sampled = match links.lights.get(index) {
-            Some(light) => {
+        let sampled = match &class.methods {
+            LightMethods::Shapeless(light) => {
                 let sample = self.shapeless_sample(caller, light, lit, to)?;
                 let code = &mut Arithmetic { linker: &mut *self, to };
                 let weighed = match light.is_weighed {
@@ -366,9 +387,7 @@ impl Linker {
                 };
                 (sample, weighed)
             }
-            None => {
-                let areas = links.areas.as_deref().expect("lights that are shapes are linked");
-                let light = &areas[index - links.lights.len()];
+            LightMethods::Area(light) => {
                 let sample = self.area_light_sample(caller, light, lit, to)?;
                 (sample, if light.is_weighed { Weighed::All } else { Weighed::None })
             }

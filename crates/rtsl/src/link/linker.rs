@@ -61,6 +61,8 @@ pub(super) struct Linker {
     /// The variables of `out`.
     variables: BTreeMap<(VariableKind, String), VariableId>,
     operations: usize,
+    /// The values that are constants, by the constants.
+    known: BTreeMap<Value, Constant>,
     depth: usize,
     locals: u32,
     /// Unset references, by class and path.
@@ -177,6 +179,7 @@ impl Linker {
             out,
             variables,
             operations: 0,
+            known: BTreeMap::new(),
             depth: 0,
             locals: 0,
             warnings,
@@ -381,7 +384,15 @@ impl Linker {
     }
 
     pub fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
-        Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
+        let kind = OpKind::Constant(constant);
+        let value = self.emit(to, kind, &[constant.scalar()], false)?.get(0);
+        self.known.insert(value, constant);
+        Ok(value)
+    }
+
+    /// Returns the constant that a value is known to be.
+    pub fn known(&self, value: Value) -> Option<Constant> {
+        self.known.get(&value).copied()
     }
 
     /// True if the loads of a variable of a method are not copied as they are.
@@ -459,11 +470,11 @@ impl Linker {
             let member = Variable { name: site.name_of(info), ..info.clone() };
             return self.load_of_element(self.element, member, index, to);
         }
-        let new = self.variable(site, variable);
-        let member = self.out.variable(new).clone();
+        let member = Variable { name: site.name_of(info), ..info.clone() };
         if let Some(chosen) = self.load_chosen(&member, index, to)? {
             return Ok(chosen);
         }
+        let new = self.variable(site, variable);
         Ok(self.emit(to, OpKind::Load(new, index), &[member.scalar], false)?.get(0))
     }
 

@@ -13,7 +13,7 @@ use rtsl_math::sampling::{
 
 use super::arithmetic::Arithmetic;
 use super::linker::{Linker, Linking};
-use super::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use super::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use super::search::SEARCHES_COLUMN;
 
 /// The number of sequences of a purpose among which those of a search count.
@@ -126,9 +126,8 @@ impl Arithmetic<'_> {
         self.store_local(counter, count)?;
         let [of_path, of_call] = purpose.selectors();
         let key = self.column(KEY_COLUMN, Scalar::U32)?;
-        let key = self.hash_with(key, of_path)?;
-        let key = self.hash(key, count)?;
-        self.hash_with(key, of_call)
+        let (of_path, of_call) = (self.word(of_path)?, self.word(of_call)?);
+        Ok(self.call("rt_streamKey", &[key, of_path, count, of_call])?[0])
     }
 
     /// Returns the next number of `rand()`.

@@ -11,7 +11,7 @@ use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_O
 
 use super::arithmetic::{Arithmetic, Vector};
 use super::linker::{Linker, Linking};
-use super::numbers::KEY_COLUMN;
+use super::sampler::KEY_COLUMN;
 use super::search::SEARCHES_COLUMN;
 use super::sequences::{NUMBERS_OF_SHADE, Purpose};
 use super::spawning::CHILDREN_COLUMN;

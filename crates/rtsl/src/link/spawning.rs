@@ -8,7 +8,7 @@ use rtsl_ir::{Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Varia
 use super::arithmetic::{Arithmetic, Vector};
 use super::camera::WEIGHT_COLUMNS;
 use super::linker::{Linker, Linking};
-use super::numbers::KEY_COLUMN;
+use super::sampler::KEY_COLUMN;
 
 /// The number of scalars of a spawned path, the operands of its query.
 pub const SPAWN_SCALARS: usize = 13;

@@ -270,15 +270,9 @@ impl Linker {
             }
             Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
             Query::LightPdf => {
-                let selection = links.lights.iter().find_map(|lights| {
-                    let selection = lights.selection.as_ref()?;
-                    Some((selection, lights.has_infinite_shapes()))
-                });
-                let Some((shape, selection)) = links.shape.as_ref().zip(selection) else {
-                    return Ok(None);
-                };
-                let (selection, has_infinite) = selection;
-                self.light_density(site, (shape, selection, has_infinite), operands, to)
+                let selection = links.lights.iter().find_map(|lights| lights.selection.as_ref());
+                let Some(links) = links.shape.as_ref().zip(selection) else { return Ok(None) };
+                self.light_density(site, links, operands, to)
             }
             _ => match (&links.lights, &links.sampler) {
                 (Some(lights), Some(sampler)) => {

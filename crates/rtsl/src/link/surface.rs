@@ -253,7 +253,7 @@ impl Linker {
     pub(super) fn light_density(
         &mut self,
         caller: &Site<'_>,
-        (shape, selection, has_infinite): (&ShapeLinks, &LightSelection, bool),
+        (shape, selection): (&ShapeLinks, &LightSelection),
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Option<Vec<Value>>> {
@@ -272,7 +272,7 @@ impl Linker {
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let density = surface.density(code, hit)?;
         let way = code.load_member(&shape.member(LIGHT), Scalar::U32)?;
-        let probability = self.probability_at(selection, (way, has_infinite), point, to)?;
+        let probability = self.probability_at(selection, way, point, to)?;
         let code = &mut Arithmetic { linker: self, to };
         Ok(Some(vec![code.multiply(density, probability)?]))
     }

@@ -17,7 +17,7 @@ use crate::codegen::variant::Variant;
 use crate::link::camera::{
     CAMERA, CameraLinks, EPSILON, FILTER, MAP, PIXEL_COLUMNS, SIZE, WEIGHT_COLUMNS, link_camera,
 };
-use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
+use crate::link::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 
 /// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the pixels
 /// and the indices of samples in [arrays](CameraArrays), and stores the rays in the world as state, and their times,

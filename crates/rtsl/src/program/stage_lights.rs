@@ -1,19 +1,21 @@
 //! The lights of a scene, for the stages of integrators.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_spec::Method;
 
-use super::light_part::{LightPart, have_same_programs, light_classes};
+use super::light_part::{ClassMembers, LightKey, have_same_programs};
+use super::members::Members;
 use super::program::Program;
 use super::staged_program::{ParameterValues, joined};
 use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
 use crate::link::area_light::{AreaLightLink, EPSILON};
-use crate::link::chosen_light::light_prefix;
-use crate::link::light_selection::{LightSelection, NODES};
-use crate::link::lights::{LightLink, LightLinks, MAX_LIGHTS};
+use crate::link::chosen_light::{LightClassLink, LightMethods, light_prefix};
+use crate::link::light_selection::LightSelection;
+use crate::link::lights::{ENTRIES, LightLink, LightLinks, MAX_LIGHT_CLASSES, MAX_LIGHTS};
 
 /// The lights of a scene.
 #[derive(Clone, Default)]
@@ -70,51 +72,66 @@ pub struct StageLight<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct LinkedLights {
     pub links: Arc<LightLinks>,
-    /// The programs of the lights' parts.
+    /// The programs of the lights' parts, class by class.
     programs: Vec<Arc<Program>>,
-    /// The members of the lights.
+    /// The members of the classes, then those that all lights share.
     layouts: Vec<Layout>,
-    /// The data of each light, then what all share.
+    /// Their data.
     pub blocks: Vec<InstanceBlock>,
+}
+
+/// A class of lights, linked and with its data.
+struct LinkedClass {
+    link: LightClassLink,
+    programs: Vec<Arc<Program>>,
+    layout: Layout,
+    block: InstanceBlock,
 }
 
 impl LinkedLights {
     /// Returns the lights if their methods need nothing of a host.
     pub fn new(lights: &StageLights<'_>, values: ParameterValues) -> Option<LinkedLights> {
-        if lights.lights.len() > MAX_LIGHTS {
+        let areas = lights.areas.as_ref().map_or(0, Vec::len);
+        if lights.lights.len() + areas > MAX_LIGHTS {
             return None;
         }
-        let links = lights.lights.iter().enumerate().map(|(index, it)| it.link(index));
-        let links: Vec<LightLink> = links.collect();
-        if !links.iter().all(|light| light.is_complete()) {
+        let classes = lights.classes();
+        if classes.len() > MAX_LIGHT_CLASSES {
             return None;
         }
-        let areas = lights.linked_areas();
-        let shapeless = lights.lights.iter().zip(&links).map(|(light, link)| light.part(link));
-        let of_areas = lights.areas.iter().flatten().zip(areas.iter().flatten());
-        let parts =
-            shapeless.chain(of_areas.map(|(light, (shapes, link))| light.part(shapes, link)));
-        let parts: Vec<LightPart> = parts.collect();
-        let is_sampled = areas.is_some();
-        let selected = lights.selection.as_ref().filter(|_| is_sampled);
-        let classes =
-            selected.map_or_else(Vec::new, |it| light_classes(&parts, &it.lights(), values));
-        let entries = lights.entries.clone().filter(|_| is_sampled).unwrap_or_default();
-        let entry_classes = light_classes(&parts, &entries, values);
-        let programs = parts.iter().flat_map(|part| part.programs.iter().cloned()).collect();
-        let (layouts, mut blocks): (Vec<_>, Vec<_>) =
-            parts.into_iter().map(|part| (part.layout, part.block)).unzip();
-        blocks.push(lights.shared_block());
-        let links = LightLinks {
-            lights: links,
-            areas: areas.map(|areas| areas.into_iter().map(|(_, link)| link).collect()),
+        let (mut linked, mut is_complete) = (Vec::new(), lights.areas.is_some());
+        for indices in classes {
+            let is_shapeless = indices[0] < lights.lights.len();
+            match lights.link_class(indices, values) {
+                Some(class) => linked.push(class),
+                None if is_shapeless => return None,
+                None => is_complete = false,
+            }
+        }
+        let sampled = lights.sampled();
+        let is_sampled = |class: &&LinkedClass| sampled.contains(&class.link.lights[0]);
+        let sampled = linked.iter().filter(is_sampled).count();
+        let mut links = LightLinks {
+            classes: linked.iter().map(|class| class.link.clone()).collect(),
+            sampled,
+            is_complete,
             skies: lights.skies.clone(),
             selection: lights.selection.clone(),
-            classes,
-            has_entries: lights.entries.is_some() && is_sampled,
-            entries,
-            entry_classes,
+            has_entries: lights.entries.is_some() && is_complete,
+            entries: Vec::new(),
         };
+        let numbers = links.numbers();
+        let number_of = |light: usize| numbers.get(&light).copied().unwrap_or(0);
+        if is_complete {
+            let entries = lights.entries.iter().flatten();
+            links.entries = entries.map(|light| number_of(*light)).collect();
+        }
+        let (layout, block) = lights.shared_members(&links.entries, number_of);
+        let programs = linked.iter().flat_map(|class| class.programs.iter().cloned()).collect();
+        let (mut layouts, mut blocks): (Vec<_>, Vec<_>) =
+            linked.into_iter().map(|class| (class.layout, class.block)).unzip();
+        layouts.push(layout);
+        blocks.push(block);
         Some(LinkedLights { links: Arc::new(links), programs, layouts, blocks })
     }
 
@@ -130,35 +147,106 @@ impl LinkedLights {
 
     /// Adds the members of the lights to the layout of an integrator.
     pub fn add_to(&self, layout: &mut Layout) {
-        self.layouts.iter().for_each(|of_light| add_part(layout, "", of_light));
-        let selection = self.links.selection.as_ref();
-        let nodes = selection.map_or(0, |selection| selection.scalars().len() as u32);
-        // No two members begin at the same word.
-        let shared = [(EPSILON, 1), (NODES, nodes)].into_iter().filter(|(_, scalars)| *scalars > 0);
-        add_members(layout, shared.map(|(name, scalars)| (name.to_owned(), scalars)));
+        self.layouts.iter().for_each(|part| add_part(layout, "", part));
     }
 }
 
 impl StageLights<'_> {
-    /// Returns the area lights if their methods need nothing of a host.
-    fn linked_areas(&self) -> Option<Vec<(ShapeClass, AreaLightLink)>> {
-        let areas = (self.lights.len()..).zip(self.areas.as_ref()?);
-        let linked = areas.map(|(index, light)| light.link(index));
-        linked.map(|linked| linked.filter(|(_, link)| link.is_complete())).collect()
+    /// The indices of the lights that are sampled.
+    fn sampled(&self) -> BTreeSet<usize> {
+        let selected = self.selection.iter().flat_map(LightSelection::lights);
+        selected.chain(self.entries.iter().flatten().copied()).collect()
     }
 
-    /// Returns the data that lights share, in the order of the layout.
-    fn shared_block(&self) -> InstanceBlock {
-        let nodes = self.selection.as_ref().map_or_else(Vec::new, LightSelection::scalars);
-        let words: Vec<u32> = [self.epsilon].into_iter().chain(nodes).map(f32::to_bits).collect();
-        InstanceBlock::new(&words, Vec::new())
+    /// Returns the indices of lights by class; the classes that are sampled come first.
+    fn classes(&self) -> Vec<Vec<usize>> {
+        let sampled = self.sampled();
+        let all = 0..self.lights.len() + self.areas.as_ref().map_or(0, Vec::len);
+        let (mut order, others): (Vec<usize>, Vec<usize>) =
+            all.partition(|light| sampled.contains(light));
+        order.extend(others);
+        let (mut by_key, mut classes): (BTreeMap<LightKey, usize>, Vec<Vec<usize>>) =
+            Default::default();
+        for light in order {
+            let class = *by_key.entry(self.key(light)).or_insert(classes.len());
+            if class == classes.len() {
+                classes.push(Vec::new());
+            }
+            classes[class].push(light);
+        }
+        classes
+    }
+
+    fn area(&self, light: usize) -> &StageAreaLight<'_> {
+        let areas = self.areas.as_ref().expect("lights that are shapes have indices");
+        &areas[light - self.lights.len()]
+    }
+
+    fn key(&self, light: usize) -> LightKey {
+        match self.lights.get(light) {
+            Some(light) => light.key(),
+            None => self.area(light).key(),
+        }
+    }
+
+    /// Links the lights with these indices, which are of one class; `None` if their methods need a host.
+    fn link_class(&self, lights: Vec<usize>, values: ParameterValues) -> Option<LinkedClass> {
+        let prefix = light_prefix(lights[0]);
+        let (methods, programs, layout, blocks) = match self.lights.get(lights[0]) {
+            Some(first) => {
+                let link = first.link(prefix.clone());
+                let blocks = lights.iter().map(|light| self.lights[*light].block());
+                let (layout, blocks) = (first.layout(&link), blocks.collect::<Vec<_>>());
+                let programs = vec![first.program.clone()];
+                let link = Some(link).filter(LightLink::is_complete)?;
+                (LightMethods::Shapeless(link), programs, layout, blocks)
+            }
+            None => {
+                let first = self.area(lights[0]);
+                let (shapes, link) = first.link(prefix.clone())?;
+                let blocks = lights.iter().map(|light| self.area(*light).block(&shapes));
+                let (layout, blocks) = (first.layout(&shapes, &link), blocks.collect::<Vec<_>>());
+                let programs = vec![first.program.clone(), first.emitter_program.clone()];
+                let link = Some(link).filter(AreaLightLink::is_complete)?;
+                (LightMethods::Area(Box::new(link)), programs, layout, blocks)
+            }
+        };
+        let ClassMembers { differing, layout, block } =
+            ClassMembers::new(&prefix, &layout, &blocks, values);
+        let link = LightClassLink { lights, prefix, methods, differing: Arc::new(differing) };
+        Some(LinkedClass { link, programs, layout, block })
+    }
+
+    /// Returns the members that lights share. `number_of` returns the numbers of lights with these indices.
+    fn shared_members(
+        &self,
+        entries: &[u32],
+        number_of: impl Fn(usize) -> u32,
+    ) -> (Layout, InstanceBlock) {
+        let mut members = Members::default();
+        members.add(EPSILON, [self.epsilon.to_bits()]);
+        let selection = self.selection.iter().flat_map(|it| it.members(&number_of));
+        selection.for_each(|(name, words)| members.add(name, words));
+        if !entries.is_empty() {
+            members.add(ENTRIES, entries.iter().copied());
+        }
+        members.finish()
     }
 }
 
 impl StageAreaLight<'_> {
-    /// Returns the shape's class, and the methods.
-    fn link(&self, index: usize) -> Option<(ShapeClass, AreaLightLink)> {
-        let prefix = light_prefix(index);
+    fn key(&self) -> LightKey {
+        let programs = [&self.program, &self.emitter_program];
+        let emitter = match self.emitter_program.layout().buffers.is_empty() {
+            true => None,
+            false => Some(self.emitter_program.block(self.emitter)),
+        };
+        let blocks = [&self.shape.shape].into_iter().chain(&emitter);
+        LightKey::new(&programs, self.is_placed, self.is_weighed, blocks)
+    }
+
+    /// Returns the shape's class, and the methods; the names of members begin with `prefix`.
+    fn link(&self, prefix: String) -> Option<(ShapeClass, AreaLightLink)> {
         let of_shape = format!("{prefix}shape.");
         let shapes = ShapeClass::with_prefix(&self.program, of_shape, (self.is_placed, true))?;
         let link = AreaLightLink {
@@ -167,37 +255,42 @@ impl StageAreaLight<'_> {
             emitter: format!("{prefix}emitter."),
             emission: self.emitter_program.method(Method::Emission).ok()?,
             is_weighed: self.is_weighed,
-            prefix,
         };
         Some((shapes, link))
     }
 
-    fn part(&self, shapes: &ShapeClass, link: &AreaLightLink) -> LightPart {
+    /// The layout of the members.
+    fn layout(&self, shapes: &ShapeClass, link: &AreaLightLink) -> Layout {
         let mut layout = Layout::default();
         shapes.add_to(&mut layout);
         add_part(&mut layout, &link.emitter, self.emitter_program.layout());
+        layout
+    }
+
+    /// The data, in the order of the layout.
+    fn block(&self, shapes: &ShapeClass) -> InstanceBlock {
         let [shape, place] = shapes.blocks(&self.shape);
-        let emitter = self.emitter_program.block(self.emitter);
-        LightPart {
-            prefix: link.prefix.clone(),
-            programs: vec![self.program.clone(), self.emitter_program.clone()],
-            is_placed: self.is_placed,
-            is_weighed: self.is_weighed,
-            layout,
-            block: joined(&[shape, place, emitter]),
-        }
+        joined(&[shape, place, self.emitter_program.block(self.emitter)])
     }
 }
 
 impl StageLight<'_> {
-    fn link(&self, index: usize) -> LightLink {
+    fn key(&self) -> LightKey {
+        let block = match self.program.layout().buffers.is_empty() {
+            true => None,
+            false => Some(self.program.block(self.light)),
+        };
+        LightKey::new(&[&self.program], self.is_placed, self.is_weighed, &block)
+    }
+
+    fn link(&self, prefix: String) -> LightLink {
         let method = |method: Method| self.program.method(method).ok();
         let illumination = method(Method::Illumination);
         let emission = method(Method::Emission);
         // The directions of rays that leave the scene are weighed against samples of the same light.
         let density = method(Method::EvaluatePdf).filter(|_| self.is_weighed);
         LightLink {
-            prefix: light_prefix(index),
+            prefix,
             illumination,
             emission,
             density,
@@ -206,21 +299,19 @@ impl StageLight<'_> {
         }
     }
 
-    fn part(&self, link: &LightLink) -> LightPart {
+    /// The layout of the members.
+    fn layout(&self, link: &LightLink) -> Layout {
         let mut layout = Layout::default();
         add_part(&mut layout, &link.prefix, self.program.layout());
         add_members(&mut layout, [link.inverse(), link.forward()].map(|name| (name, 12)));
+        layout
+    }
+
+    /// The data, in the order of the layout.
+    fn block(&self) -> InstanceBlock {
         let maps = [self.inverse, self.forward].concat();
         let words: Vec<u32> = maps.into_iter().map(f32::to_bits).collect();
-        let maps = InstanceBlock::new(&words, Vec::new());
-        LightPart {
-            prefix: link.prefix.clone(),
-            programs: vec![self.program.clone()],
-            is_placed: self.is_placed,
-            is_weighed: self.is_weighed,
-            layout,
-            block: joined(&[self.program.block(self.light), maps]),
-        }
+        joined(&[self.program.block(self.light), InstanceBlock::new(&words, Vec::new())])
     }
 }
 

@@ -25,8 +25,8 @@ use crate::link::contribution::{
 };
 use crate::link::indexed_lights::{SHADOW_LIMIT, link_lights};
 use crate::link::kept_requests::KeptRequests;
-use crate::link::numbers::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::prepared_surface::{property_column, property_count};
+use crate::link::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
 use crate::link::sequences::{DRAWN_COLUMN, Purpose};
 use crate::link::shade_call::{SHADE_WEIGHT_COLUMNS, SHADED_SCALARS, shaded_column};
@@ -483,12 +483,15 @@ impl StagedProgram {
         let Some(class) = class else {
             return Objects::of_instances(ObjectForm::new([]), [own]);
         };
-        let blocks = surfaces.into_iter().map(|surface| {
-            let mut parts = vec![own.clone()];
-            parts.extend(class.blocks(&surface));
-            joined(&parts)
-        });
-        self.objects_of(&self.layout_for(Some(class)), own.words().len(), blocks.collect())
+        let blocks = surfaces.into_iter().map(|surface| joined(&class.blocks(&surface)));
+        let mut layout = Layout::default();
+        class.add_to(&mut layout);
+        let objects = self.objects_of(&layout, blocks.collect());
+        if objects.is_empty() {
+            return objects;
+        }
+        let shared = joined(&[own.clone(), InstanceBlock::clone(objects.shared())]);
+        objects.after(own.words().len() as u32, shared)
     }
 
     /// Returns the objects for which kernels of a material's method are called.
@@ -497,32 +500,29 @@ impl StagedProgram {
     /// If an instance belongs to another program.
     pub fn materials<'a>(&self, materials: impl IntoIterator<Item = &'a Instance>) -> Objects {
         let blocks = materials.into_iter().map(|material| self.program.block(material));
-        self.objects_of(&self.layout, 0, blocks.collect())
+        self.objects_of(&self.layout, blocks.collect())
     }
 
-    /// Returns objects with these blocks, which share the first `shared` words.
-    fn objects_of(&self, layout: &Layout, shared: usize, blocks: Vec<InstanceBlock>) -> Objects {
+    /// Returns objects with these blocks.
+    fn objects_of(&self, layout: &Layout, blocks: Vec<InstanceBlock>) -> Objects {
         let differs = |word: u32| {
             let word = |block: &InstanceBlock| block.words()[word as usize];
             blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
         };
         let differing = layout
             .variables()
-            .filter(|place| self.may_differ(place, shared, &blocks) || place.clone().any(differs));
+            .filter(|place| self.may_differ(place, &blocks) || place.clone().any(differs));
         let form = ObjectForm::new(differing.flatten()).of_count(blocks.len());
         Objects::of_instances(form, blocks)
     }
 
-    /// True if objects may differ in a variable at this place later, although they have the same words now: after
-    /// `shared` words that all of them have, and without data that hosts bind.
-    fn may_differ(&self, place: &Range<u32>, shared: usize, objects: &[InstanceBlock]) -> bool {
+    /// True if objects may differ in a variable at this place later, although they have the same words now: in data that
+    /// hosts do not bind.
+    fn may_differ(&self, place: &Range<u32>, objects: &[InstanceBlock]) -> bool {
         let is_bound = |object: &InstanceBlock| {
             object.buffers().iter().any(|buffer| place.contains(&buffer.offset))
         };
-        self.values == ParameterValues::Changing
-            && objects.len() > 1
-            && place.start as usize >= shared
-            && !is_bound(&objects[0])
+        self.values == ParameterValues::Changing && objects.len() > 1 && !is_bound(&objects[0])
     }
 
     /// Returns the linked and optimised function of a request, with the layout of its kernel and its variant.

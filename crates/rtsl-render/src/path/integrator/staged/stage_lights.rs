@@ -23,18 +23,24 @@ pub fn stage_lights<'a>(
     let StageParts { classes, lights, .. } = parts;
     let compiled = classes.compiled;
     let shapeless = shapeless_lights(engine, scene, compiled);
+    // Indices of lights in the scene, then those of area lights in the order of their entries.
+    let (mut indices, mut areas) = (Vec::new(), Vec::new());
+    let is_of_object = |one: &LightEntry, other: &LightEntry| {
+        (one.hit().object, one.hit().instance) == (other.hit().object, other.hit().instance)
+            && lights.shapes_of(one).is_some() == lights.shapes_of(other).is_some()
+    };
     let is_few = lights.entries.len() <= MAX_STAGE_LIGHTS;
     let entries = if is_few { lights.entries.as_slice() } else { &[] };
-    // Indices of lights in the scene, then those of area lights in the order of their entries.
-    let mut areas = Vec::new();
-    let indices = entries.iter().map(|entry| match lights.shapes_of(entry) {
-        None => entry.hit().object as usize,
-        Some(_) => {
-            areas.push(area_light(engine, scene, parts, entry));
-            shapeless.len() + areas.len() - 1
+    for of_object in entries.chunk_by(is_of_object) {
+        let first = shapeless.len() + areas.len();
+        match lights.shapes_of(&of_object[0]) {
+            None => indices.extend(of_object.iter().map(|entry| entry.hit().object as usize)),
+            Some(_) => {
+                indices.extend(first..first + of_object.len());
+                areas.extend(area_lights(engine, scene, parts, of_object));
+            }
         }
-    });
-    let indices: Vec<usize> = indices.collect();
+    }
     let selection = is_few.then(|| lights.selection(&indices));
     let areas = areas.into_iter().collect::<Option<Vec<_>>>().filter(|_| is_few);
     StageLights {
@@ -73,28 +79,35 @@ fn shapeless_lights<'a>(
     all.collect()
 }
 
-/// Returns an area light; `None` if it is placed by an instance, or cut out by a texture.
-fn area_light<'a>(
+/// Returns the area lights of an object with these entries, its elements in order; `None` for each if they are placed by
+/// an instance, or cut out by a texture.
+fn area_lights<'a>(
     engine: &Engine,
     scene: &'a Scene,
     parts: &StageParts<'_>,
-    entry: &LightEntry,
-) -> Option<StageAreaLight<'a>> {
-    let shapes = parts.lights.shapes_of(entry)?;
-    let class = parts.classes.compiled.class(shapes.class());
-    let PathHit { object, element, instance, .. } = *entry.hit();
-    let is_simple = !shapes.has_alpha() && instance == NO_INSTANCE;
-    let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
-    let emitter = &scene.materials[emitter as usize];
-    let shape = shape_objects(scene, parts, object)?.nth(element as usize)?;
-    Some(StageAreaLight {
-        program: class.program().clone(),
-        shape,
-        is_placed: class.is_placed(),
-        emitter_program: engine.program(emitter),
-        emitter,
-        is_weighed: !shapes.is_invisible(),
-    })
+    entries: &[LightEntry],
+) -> Vec<Option<StageAreaLight<'a>>> {
+    let lights = || {
+        let shapes = parts.lights.shapes_of(&entries[0])?;
+        let class = parts.classes.compiled.class(shapes.class());
+        let PathHit { object, instance, .. } = *entries[0].hit();
+        let is_simple = !shapes.has_alpha() && instance == NO_INSTANCE;
+        let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
+        let emitter = &scene.materials[emitter as usize];
+        let emitter_program = engine.program(emitter);
+        let light = |shape| StageAreaLight {
+            program: class.program().clone(),
+            shape,
+            is_placed: class.is_placed(),
+            emitter_program: emitter_program.clone(),
+            emitter,
+            is_weighed: !shapes.is_invisible(),
+        };
+        Some(shape_objects(scene, parts, object)?.map(light).map(Some).collect::<Vec<_>>())
+    };
+    lights()
+        .filter(|lights| lights.len() == entries.len())
+        .unwrap_or_else(|| vec![None; entries.len()])
 }
 
 /// Returns the shape of an object in the world, or its elements in order; `None` if these have no data.

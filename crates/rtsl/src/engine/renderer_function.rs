@@ -1,0 +1,113 @@
+//! Functions of the renderer's texts, called by hosts.
+
+use rtsl_abi::{CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, LaneMask};
+use rtsl_ir::Constant;
+use rtsl_ir::host::NoHost;
+use rtsl_source::Diagnostic;
+
+use super::engine::Engine;
+use crate::codegen::kernel::Kernel;
+use crate::codegen::kernel_source::KernelSource;
+use crate::codegen::variant::Variant;
+use crate::link::text_call::link_alone;
+use crate::nesting;
+
+/// A function of the renderer's texts as a kernel for many rays: machine code, or the interpreter without a compiler. The
+/// same text is a part of stages, so that both give the same bits.
+///
+/// ```
+/// use rtsl::{Constant, Engine, EngineOptions, LaneBlock};
+///
+/// let (engine, _) = Engine::new(EngineOptions::default())?;
+/// let hash = engine.renderer_function("rt_hash", &[Constant::U32(7)])?;
+/// // The first parameter is known, the second is the first array, the result the next.
+/// let mut columns = LaneBlock::new(hash.arrays(), 100);
+/// columns.words_mut(0)[99] = 3;
+/// hash.call(&mut columns, 100, None);
+/// assert_ne!(columns.words(1)[99], columns.words(1)[98]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct RendererFunction {
+    kernel: Kernel,
+    arrays: usize,
+    /// No data.
+    block: InstanceBlock,
+}
+
+impl Engine {
+    /// Makes a kernel of a function of the renderer's texts, for known values of the first scalars of its parameters. Its
+    /// arrays are those of the other scalars of parameters, in order, then those of its results.
+    ///
+    /// # Errors
+    /// If linking passes a limit, or code generation fails.
+    ///
+    /// # Panics
+    /// If there is no function of this name, or its parameters begin otherwise.
+    pub fn renderer_function(
+        &self,
+        name: &str,
+        known: &[Constant],
+    ) -> Result<RendererFunction, Diagnostic> {
+        let (function, layout) = nesting::with_deep_stack(|| link_alone(name, known))?;
+        let variant = Variant::new(CallMode::Packet);
+        let function = self.compiler().optimise_stage(function, &variant, &layout);
+        let source = KernelSource::new(&function, &variant, &layout, self.width());
+        let kernel = self.compiler().kernels(&[source])?.pop().expect("each source has a kernel");
+        let (arrays, block) = (layout.scratch_arrays as usize, InstanceBlock::new(&[], Vec::new()));
+        Ok(RendererFunction { kernel, arrays, block })
+    }
+}
+
+impl RendererFunction {
+    /// The number of arrays that a call has.
+    pub fn arrays(&self) -> usize {
+        self.arrays
+    }
+
+    /// Calls the function for the first `count` lanes of the arrays, or those of a mask.
+    pub fn call(&self, arrays: &mut LaneBlock, count: usize, mask: Option<&LaneMask>) {
+        let _ = self.kernel.call(CallArguments {
+            state: &mut LaneBlock::new(0, count),
+            scratch: arrays,
+            count,
+            mask,
+            accepted: None,
+            instances: Instances::One(&self.block),
+            host: &mut NoHost,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_math::sampling::{Sampler, SamplerKind, hash};
+
+    use super::*;
+    use crate::codegen::options::{Backend, EngineOptions};
+
+    #[test]
+    fn backends_give_the_bits_of_the_host() {
+        let kind = SamplerKind::Stratified { jitter: true };
+        let sampler = Sampler { kind, columns: 5, rows: 3, seed: 0 };
+        for backend in [Backend::Auto, Backend::Interpreter] {
+            let options = EngineOptions { backend, ..EngineOptions::default() };
+            let engine = Engine::new(options).unwrap().0;
+            let strata = [1, 5, 3].map(Constant::U32);
+            let known = [&strata[..], &[Constant::Bool(true)]].concat();
+            let number = engine.renderer_function("rt_numberOfStream", &known).unwrap();
+            assert_eq!(number.arrays(), 4);
+            let mut arrays = LaneBlock::new(number.arrays(), 40);
+            for (lane, key) in arrays.words_mut(0).iter_mut().enumerate() {
+                *key = hash(3, lane as u32);
+            }
+            arrays.words_mut(1).fill(7);
+            (0..).zip(arrays.words_mut(2)).for_each(|(lane, sample)| *sample = lane % 15);
+            number.call(&mut arrays, 40, None);
+            for lane in 0..40 {
+                let expected = sampler.single_number(hash(3, lane), 7, lane % 15);
+                assert_eq!(arrays.floats(3)[lane as usize], expected, "{backend:?}, {lane}");
+            }
+        }
+    }
+}
