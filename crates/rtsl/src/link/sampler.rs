@@ -120,6 +120,10 @@ impl Arithmetic<'_> {
     /// Returns the hash of a word and a constant.
     pub fn hash_with(&mut self, a: Value, b: u32) -> Linking<Value> {
         let b = self.word(b)?;
+        self.hash(a, b)
+    }
+
+    pub fn hash(&mut self, a: Value, b: Value) -> Linking<Value> {
         Ok(self.call("rt_hash", &[a, b])?[0])
     }
 }

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallMode, Class, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions,
-    Instance, Method, OptLevel, ParameterType, Role, Trace, TraceDetail, Value, Variant, library,
+    Backend, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Method, OptLevel,
+    ParameterType, Role, Trace, TraceDetail, Value, defer, library,
 };
 use rtsl_ir::{Function, OpKind, Query};
-use rtsl_opt::defer;
 
 /// The class of the library with this name.
 fn class(name: &str) -> Arc<Class> {
@@ -32,14 +31,6 @@ fn instance(class: &Arc<Class>, [material, texture]: [&Arc<Instance>; 2]) -> Arc
     });
     Instance::new(class, arguments)
         .unwrap_or_else(|problems| panic!("{}: {problems:?}", class.name))
-}
-
-/// The linked method as the pass sees it.
-fn linked(engine: &Engine, instance: &Instance, method: Method) -> Function {
-    let variant = Variant::new(CallMode::Packet);
-    let request = EmitRequest { emit: Emit::Ir, method, variant, target: None };
-    let text = engine.program(instance).emit(&request).expect("it links");
-    String::from_utf8(text).unwrap().parse().unwrap()
 }
 
 /// The requests that the pass is about: rays, lights, calls of `shade`.
@@ -85,12 +76,12 @@ fn check_library(compiler: &Compiler, trace: Option<Trace>) {
                     continue;
                 }
                 let instance = instance(class, [&phong, &plain]);
-                let mut function = linked(&engine, &instance, method);
-                let counts = requests(&function);
-                let kept = defer::run(&mut function);
-                rtsl_ir::verify::verify(&function).unwrap();
-                assert!(kept.is_empty(), "{}: {kept:?}", function.name);
-                assert_eq!(requests(&function), [0; 3]);
+                let program = engine.program(&instance);
+                let counts = requests(&program.method(method).unwrap().function);
+                let deferring = program.deferring_method(method).unwrap();
+                rtsl_ir::verify::verify(&deferring.function).unwrap();
+                let kept = || defer::examine(&class.methods[&method]).kept;
+                assert_eq!(requests(&deferring.function), [0; 3], "{}: {:?}", class.name, kept());
                 all.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
             }
         }
