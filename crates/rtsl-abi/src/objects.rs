@@ -88,8 +88,8 @@ impl Objects {
         objects
     }
 
-    /// Returns the objects as the ends of longer instances: the words of their layout follow `first` others. `shared` is
-    /// the whole block of the first instance.
+    /// Returns the objects as the ends of longer instances: the words of their layout follow `first` others. `shared`
+    /// is the whole block of the first instance.
     ///
     /// # Panics
     /// If it is too short.

@@ -359,8 +359,8 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Creates the variables of a function's parameters, which the host stores; those that are arrays without a size are
-    /// buffers.
+    /// Creates the variables of a function's parameters, which the host stores; those that are arrays without a size
+    /// are buffers.
     pub fn begin_parameters(&mut self, id: FunctionId, kind: VariableKind) -> Lowered<()> {
         let function = self.function(id);
         for (index, passing) in function.parameters.iter().enumerate() {

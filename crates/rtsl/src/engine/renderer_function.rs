@@ -12,8 +12,8 @@ use crate::codegen::variant::Variant;
 use crate::link::text_call::link_alone;
 use crate::nesting;
 
-/// A function of the renderer's texts as a kernel for many rays: machine code, or the interpreter without a compiler. The
-/// same text is a part of stages, so that both give the same bits.
+/// A function of the renderer's texts as a kernel for many rays: machine code, or the interpreter without a compiler.
+/// The same text is a part of stages, so that both give the same bits.
 ///
 /// ```
 /// use rtsl::{Constant, Engine, EngineOptions, LaneBlock};
@@ -36,8 +36,8 @@ pub struct RendererFunction {
 }
 
 impl Engine {
-    /// Makes a kernel of a function of the renderer's texts, for known values of the first scalars of its parameters. Its
-    /// arrays are those of the other scalars of parameters, in order, then those of its results.
+    /// Makes a kernel of a function of the renderer's texts, for known values of the first scalars of its parameters.
+    /// Its arrays are those of the other scalars of parameters, in order, then those of its results.
     ///
     /// # Errors
     /// If linking passes a limit, or code generation fails.

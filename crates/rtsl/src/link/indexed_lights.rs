@@ -100,8 +100,8 @@ impl Linker {
         Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
     }
 
-    /// Returns direction, distance, length of the shadow ray, colour and density of a sample, whose colour is not divided
-    /// by a density with which rays find the light too.
+    /// Returns direction, distance, length of the shadow ray, colour and density of a sample, whose colour is not
+    /// divided by a density with which rays find the light too.
     fn undivided_sample(
         &mut self,
         caller: &Site<'_>,

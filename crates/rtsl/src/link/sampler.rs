@@ -154,9 +154,9 @@ mod tests {
         }
     }
 
-    /// Returns a function that stores the numbers of one dimension and of one pair to `result.0` to `result.2`, then the
-    /// positions in the pixel and on the lens, and the time. Its variables are, in order, the results, the dimension, key
-    /// and sample.
+    /// Returns a function that stores the numbers of one dimension and of one pair to `result.0` to `result.2`, then
+    /// the positions in the pixel and on the lens, and the time. Its variables are, in order, the results, the
+    /// dimension, key and sample.
     fn function(sampler: &Sampler) -> Function {
         let mut linker = Linker::new(Function::new("sampler".to_owned()));
         let variable = |name: &str, scalar: Scalar| Variable {

@@ -1,5 +1,5 @@
-//! Calls of functions of the [renderer's texts](crate::compile::renderer_text): a copy of the body takes the place of the
-//! call.
+//! Calls of functions of the [renderer's texts](crate::compile::renderer_text): a copy of the body takes the place of
+//! the call.
 
 use rtsl_abi::Layout;
 use rtsl_ir::{
@@ -24,9 +24,9 @@ struct TextCopy<'a> {
 }
 
 impl Linker {
-    /// Calls a function of the renderer's texts with these operands, one for each scalar of its parameters in order, and
-    /// returns the scalars of its result, then those of its `out` parameters. Operations on constants, and branches of
-    /// conditions that are constant, leave no trace.
+    /// Calls a function of the renderer's texts with these operands, one for each scalar of its parameters in order,
+    /// and returns the scalars of its result, then those of its `out` parameters. Operations on constants, and branches
+    /// of conditions that are constant, leave no trace.
     ///
     /// # Panics
     /// If there is no such function, or it has other parameters.

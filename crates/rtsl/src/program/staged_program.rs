@@ -516,8 +516,8 @@ impl StagedProgram {
         Objects::of_instances(form, blocks)
     }
 
-    /// True if objects may differ in a variable at this place later, although they have the same words now: in data that
-    /// hosts do not bind.
+    /// True if objects may differ in a variable at this place later, although they have the same words now: in data
+    /// that hosts do not bind.
     fn may_differ(&self, place: &Range<u32>, objects: &[InstanceBlock]) -> bool {
         let is_bound = |object: &InstanceBlock| {
             object.buffers().iter().any(|buffer| place.contains(&buffer.offset))

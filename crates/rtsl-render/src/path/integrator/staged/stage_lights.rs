@@ -79,8 +79,8 @@ fn shapeless_lights<'a>(
     all.collect()
 }
 
-/// Returns the area lights of an object with these entries, its elements in order; `None` for each if they are placed by
-/// an instance, or cut out by a texture.
+/// Returns the area lights of an object with these entries, its elements in order; `None` for each if they are placed
+/// by an instance, or cut out by a texture.
 fn area_lights<'a>(
     engine: &Engine,
     scene: &'a Scene,
