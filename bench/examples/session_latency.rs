@@ -18,7 +18,7 @@ use rtsl_math::Transform;
 use rtsl_render::LoadOptions;
 use rtsl_render::session::{Session, SessionOptions};
 
-/// How soon an interactive session shows a change.
+/// Measures the time until an interactive session shows a change.
 #[derive(Parser)]
 struct Arguments {
     scene: PathBuf,

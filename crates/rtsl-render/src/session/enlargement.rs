@@ -1,5 +1,5 @@
-//! The enlargement of a picture of fewer pixels: bilinear between pixels that show the same object, so that surfaces are
-//! smooth and their outlines sharp, without blocks.
+//! The enlargement of a picture of fewer pixels: bilinear between pixels that show the same object, so that surfaces
+//! are smooth and their outlines sharp, without blocks.
 
 /// A picture, row by row, with the object that each pixel shows.
 pub struct Preview {

@@ -22,7 +22,7 @@ struct NamedIntegrator {
     name: &'static str,
     /// The class of the library that makes the picture.
     class: &'static str,
-    /// What takes its place, if the picture may differ from pbrt's.
+    /// The rest of the warning, if the picture may differ from pbrt's.
     instead: Option<&'static str>,
 }
 

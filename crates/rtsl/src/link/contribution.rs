@@ -1,7 +1,7 @@
 //! The contribution of a stage: light that arrives if nothing blocks a ray.
 //!
-//! In scenes in which kernels search, a stage that has one at most searches at its end, and one that has several searches
-//! for what blocks each. In others, a stage [keeps](super::kept_requests) a few, or makes requests.
+//! In scenes in which kernels search, a stage that has one at most searches at its end, and one that has several
+//! searches for what blocks each. In others, a stage [keeps](super::kept_requests) a few, or makes requests.
 
 use rtsl_ir::{Index, Op, OpKind, Scalar, Value, Variable, VariableKind};
 

@@ -1,5 +1,6 @@
-//! Requests without answers that a stage keeps in arrays until it ends: the light that it contributes, and the paths that
-//! it spawns. Each place in the stage has arrays of its own, which costs less than asking a host for each vector of lanes.
+//! Requests without answers that a stage keeps in arrays until it ends: the light that it contributes, and the paths
+//! that it spawns. Each place in the stage has arrays of its own, which costs less than asking a host for each vector
+//! of lanes.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -23,7 +24,8 @@ pub(crate) struct KeptRequests {
 }
 
 impl KeptRequests {
-    /// Removes the requests of a stage that never have an effect, and replaces the others by outputs, unless there are too many, or any is in a loop.
+    /// Removes the requests of a stage that never have an effect, and replaces the others by outputs, unless there are
+    /// too many, or any is in a loop.
     pub fn keep(&self, function: &mut Function) {
         let mut body = std::mem::take(&mut function.body);
         let zeros = zeros(&body);

@@ -1,5 +1,5 @@
-//! Calls of methods that shade surfaces: the surface that their rays leave, the factor of the light that they defer, and
-//! their random sequences.
+//! Calls of methods that shade surfaces: the surface that their rays leave, the factor of the light that they defer,
+//! and their random sequences.
 //!
 //! A method of a material that is linked by itself finds these in the arrays that its caller has set. One that is part
 //! of an integrator's stage has them as values.

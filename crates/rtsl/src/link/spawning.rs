@@ -1,4 +1,5 @@
-//! Rays that a path spawns: each becomes a path of its own, at the next depth, whose light is added to that of the first.
+//! Rays that a path spawns: each becomes a path of its own, at the next depth, whose light is added to that of the
+//! first.
 //!
 //! A stage that spawns at a few places, none of them in a loop, [keeps](super::kept_requests) the new paths in arrays.
 //! Others make a request for each vector of lanes.

@@ -9,7 +9,7 @@ use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use super::program::Program;
 use super::staged_program::ParameterValues;
 
-/// What lights that share their code have in common: the addresses of the programs and data.
+/// The properties that lights which share their code have in common: the addresses of programs and data.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct LightKey {
     /// The programs of the light's parts.
