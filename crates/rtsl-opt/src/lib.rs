@@ -1,8 +1,8 @@
 //! Passes over the single-ray intermediate representation of RTSL, one per file.
 //!
 //! A pass takes a verified function and leaves a verified function. All passes except [`contract`], [`approximate`],
-//! [`mod@unit`], [`placed`] and [`defer`] preserve its results to the bit (except NaN payloads) and the number and order
-//! of its requests to the host; all except [`ray_weights`] also preserve the content of the requests.
+//! [`mod@unit`], [`placed`] and [`defer`] preserve its results to the bit (except NaN payloads) and the number and
+//! order of its requests to the host; all except [`ray_weights`] also preserve the content of the requests.
 //!
 //! This crate does not depend on the language, on call modes or on targets: optimisations that pay on every backend are
 //! done here, those that pay on one belong to that backend.
