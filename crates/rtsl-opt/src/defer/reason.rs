@@ -30,8 +30,6 @@ pub struct Kept {
 /// the sums of its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The method has no colour.
-    NoColor,
     /// It decides what the method does.
     Compared,
     /// It is multiplied by itself, or by what another request answers.
@@ -68,7 +66,6 @@ impl Reason {
     /// Returns the rest of a sentence that begins with what the request asks for.
     pub const fn text(self) -> &'static str {
         match self {
-            Reason::NoColor => "the method has no color",
             Reason::Compared => "its light decides what the method does",
             Reason::Multiplied => {
                 "its light is multiplied by itself or by light of another request"

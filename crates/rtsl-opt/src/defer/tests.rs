@@ -439,6 +439,8 @@ fn reasons_of_lights() {
     let read = "%i6: i32 = convert %d %v: f32 = load local:s@%i6 %x: f32 = add %r4, %v
         return state:rt_SampleColor@0 = %x";
     assert_eq!(reason(&stores, "%r1, %g1, %b1, %n0", read), expected(Reason::BodySets));
+    let used = "%l: f32 = select %found, %lr, %zero %r1: f32 = add %l, %r0";
+    assert_eq!(reason(used, "%r1, %g0, %b0, %n0", rest), expected(Reason::SampleUsed));
     let multiplied = "%x: f32 = multiply %r4, %r4 return state:rt_SampleColor@0 = %x";
     assert_eq!(reason(LIT, "%r1, %g1, %b1, %n0", multiplied), expected(Reason::Multiplied));
     let random = "%n: f32 = rand %x: f32 = multiply %r4, %n return state:rt_SampleColor@0 = %x";
@@ -487,6 +489,8 @@ fn reasons() {
         x("%k: bool = occluded %red, %a, %a, %a, %a, %a, %a %x: f32 = select %k, %a, %b"),
         expected(Reason::Asked)
     );
+    let stored = "%i: i32 = load scratch:i@0 store local:s@%i, %red %x: f32 = load local:s@%i";
+    assert_eq!(x(stored), expected(Reason::Stored));
     assert_eq!(reason("return state:rt_PDF@0 = %red"), expected(Reason::OtherOutput));
     assert_eq!(
         x(
