@@ -222,7 +222,7 @@ diagnostics! {
     E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
     E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";
-    E0643 MANY_PATHS "more rays of one sample than are followed";
+    E0643 MANY_PATHS "more rays than are followed";
     E0650 WRONG_PROJECT_FILE "a project file with a wrong setting";
     E0701 NO_LLVM "machine code is requested, but LLVM cannot be loaded";
     E0702 CODE_GENERATION "LLVM could not make machine code";

@@ -12,6 +12,8 @@ pub const NUMBERS_OF_SINGLES: u32 = 0x201;
 pub const NUMBERS_OF_PAIRS: u32 = 0x202;
 /// Selects that of the numbers that `rand()` draws.
 pub const NUMBERS_OF_RAND: u32 = 0x203;
+/// Selects the sequences of calls of `shade` among those of a path.
+pub const NUMBERS_OF_SHADE: u32 = 0x206;
 
 /// Selects the sequences of light samples of an integrator, one for each of them.
 pub const NUMBERS_OF_LIGHT_SAMPLES: u32 = 0x205;

@@ -16,7 +16,7 @@ pub struct RuntimeErrors {
     any: AtomicBool,
     /// The classes and methods that exceeded their budget.
     exhausted: Mutex<Vec<(String, Method)>>,
-    /// True if a sample had too many paths.
+    /// True if too many paths waited.
     many_paths: AtomicBool,
     /// The number of values of a class's method that were not finite.
     not_finite: Mutex<BTreeMap<(String, Method), u64>>,
@@ -34,7 +34,7 @@ impl RuntimeErrors {
         self.any.load(Ordering::Relaxed)
     }
 
-    /// Records that methods have spawned more paths of a sample than are followed.
+    /// Records that methods have spawned more paths than are followed.
     #[cold]
     pub fn report_many_paths(&self) {
         self.any.store(true, Ordering::Relaxed);
@@ -124,10 +124,10 @@ pub fn dropped_samples(count: u64, not_finite: &[NotFinite]) -> Option<Diagnosti
 pub fn exhausted_budgets(scene: &CompiledScene, errors: &RuntimeErrors) -> Messages {
     let mut messages = Messages::default();
     if errors.many_paths.load(Ordering::Relaxed) {
-        let message = "the rays that `trace` traces for one sample become too many";
+        let message = "the rays that `trace` traces become too many";
         let diagnostic = Diagnostic::new(codes::MANY_PATHS, message)
-            .help("trace fewer rays at each surface, or lower the integrator's `\"integer maxdepth\"`")
-            .help("the integrator's `\"float cutoff\"` leaves out rays of little weight");
+            .help("trace fewer rays at each surface")
+            .help("`interactive` has `\"integer maxdepth\"`, and `\"float cutoff\"` for rays of little weight");
         messages.push_one(diagnostic);
     }
     for (class, method) in errors.exhausted() {

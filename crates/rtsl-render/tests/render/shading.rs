@@ -33,6 +33,15 @@ const CLASSES: &str = "class Everything : rt_Material;
     class Endless : rt_Material;
     void shade() { for (;;) rt_SampleColor = color(rand()); }
 
+    class Burst : rt_Material;
+    void shade() {
+        color sum = color(0.0);
+        for (int ray = 0; ray < 4096; ++ray) {
+            sum += trace(rt_HitPoint, vec3(rand(), rand(), rand()) - 0.5);
+        }
+        rt_SampleColor = sum;
+    }
+
     class Rings : rt_Primitive, rt_Material;
     scratch float radius;
     void intersect() {
@@ -127,7 +136,6 @@ fn lights_that_shade_names_have_one_result() {
         AttributeBegin Scale 2 1 1 LightSource \"point\" \"rgb I\" [4 5 6] \"point3 from\" [1 3 0] AttributeEnd
         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [2 3 4] Translate 2 3 0
           Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n";
-    // Samplers whose numbers have no operations, and more than sixteen lights, are left to the host.
     for (sampler, lights) in [
         ("\"independent\"", format!("{}{several}{}", point(1), point(3))),
         ("\"stratified\" \"integer xsamples\" 4 \"integer ysamples\" 1", several.to_owned()),
@@ -156,4 +164,17 @@ fn endless_loops_are_told_by_the_class_of_the_material() {
         let said = said.map_or_else(String::new, |messages| messages.to_text(false));
         assert!(said.contains("`Endless`") && said.contains("shade"), "{said}");
     }
+}
+
+/// Rays from within a sphere whose points trace thousands of rays each.
+#[test]
+fn rays_that_become_too_many_end_the_render() {
+    let text = format!(
+        "{CAMERA}Integrator \"interactive\" \"integer maxdepth\" 8
+        WorldBegin Material \"Burst\" Shape \"Sphere\" \"float radius\" 50"
+    );
+    let request = RenderRequest { samples: Some(1), size: Some((4, 4)), ..Default::default() };
+    let said = render(&text, request).err();
+    let said = said.map_or_else(String::new, |messages| messages.to_text(false));
+    assert!(said.contains("error[E0643]: the rays that `trace` traces become too many"), "{said}");
 }

@@ -26,9 +26,6 @@ pub(crate) enum Purpose {
     MaterialCall,
 }
 
-/// Selects the sequences of calls of `shade` among those of a path.
-pub const NUMBERS_OF_SHADE: u32 = 0x206;
-
 /// The scratch array that counts the numbers of `rand()` in the method that was split.
 pub(crate) const DRAWN_COLUMN: &str = "path.drawn";
 
@@ -120,14 +117,29 @@ impl Arithmetic<'_> {
     /// Begins a path's sequence of numbers, and returns its key.
     pub fn begin_sequence(&mut self, purpose: Purpose) -> Linking<Value> {
         let counter = self.linker.passed_value(purpose.column(), Scalar::U32);
-        let count = self.load_local(counter)?;
-        let one = self.word(1)?;
-        let count = self.add(count, one)?;
-        self.store_local(counter, count)?;
-        let [of_path, of_call] = purpose.selectors();
         let key = self.column(KEY_COLUMN, Scalar::U32)?;
+        self.begin_counted_sequence(purpose, key, counter)
+    }
+
+    /// Begins a sequence of numbers among those with a key, which a local counts, and returns its key.
+    pub fn begin_counted_sequence(
+        &mut self,
+        purpose: Purpose,
+        key: Value,
+        counter: VariableId,
+    ) -> Linking<Value> {
+        let count = self.next_count(counter)?;
+        let [of_path, of_call] = purpose.selectors();
         let (of_path, of_call) = (self.word(of_path)?, self.word(of_call)?);
         Ok(self.call("rt_streamKey", &[key, of_path, count, of_call])?[0])
+    }
+
+    /// Adds 1 to a local that counts, and returns the sum.
+    pub fn next_count(&mut self, counter: VariableId) -> Linking<Value> {
+        let (count, one) = (self.load_local(counter)?, self.word(1)?);
+        let count = self.add(count, one)?;
+        self.store_local(counter, count)?;
+        Ok(count)
     }
 
     /// Returns the next number of `rand()`.

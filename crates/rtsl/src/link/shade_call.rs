@@ -5,15 +5,15 @@
 //! of an integrator's stage has them as values.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, UnaryOp, Value, Variable, VariableId,
+    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, Value, Variable, VariableId,
 };
-use rtsl_math::sampling::{NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_RAND};
+use rtsl_math::sampling::{NUMBERS_OF_RAND, NUMBERS_OF_SHADE};
 
 use super::arithmetic::{Arithmetic, Vector};
 use super::linker::{Linker, Linking};
 use super::sampler::KEY_COLUMN;
 use super::search::SEARCHES_COLUMN;
-use super::sequences::{NUMBERS_OF_SHADE, Purpose};
+use super::sequences::Purpose;
 use super::spawning::CHILDREN_COLUMN;
 use super::stage::first_of;
 
@@ -117,12 +117,7 @@ impl Linker {
 impl ShadeCall {
     /// Begins the random numbers of a sample of a light, and returns their key.
     pub fn begin_light_sample(&self, code: &mut Arithmetic<'_>) -> Linking<Value> {
-        let (count, one) = (code.load_local(self.lights)?, code.word(1)?);
-        let count = code.add(count, one)?;
-        code.store_local(self.lights, count)?;
-        let key = code.hash_with(self.key, NUMBERS_OF_LIGHT_SAMPLES)?;
-        let key = code.hash(key, count)?;
-        code.hash_with(key, NUMBERS_OF_LIGHTS)
+        code.begin_counted_sequence(Purpose::LightSample, self.key, self.lights)
     }
 
     /// Returns the key of the numbers that `rand()` draws.
@@ -184,30 +179,16 @@ impl Arithmetic<'_> {
         self.binary(BinaryOp::Subtract, searches, one)
     }
 
-    /// Returns the origin of a ray: if it begins on the surface, within rounding, off it on the side that the ray leads
-    /// to. Materials may have moved it along the surface. Other origins stay unchanged.
+    /// Returns the origin of a ray, off the surface if it begins there.
     pub(super) fn leave(
         &mut self,
         surface: &ShadedSurface,
         origin: Vector,
         direction: Vector,
     ) -> Linking<Vector> {
-        let normal = surface.normals[0];
-        let way = self.difference(origin, surface.point)?;
-        let height = self.products(way, normal)?;
-        let height = self.unary(UnaryOp::Abs, height)?;
-        // NaN is not on the surface.
-        let is_off = self.compare(CompareOp::Greater, height, surface.offset)?;
-        let is_nan = self.compare(CompareOp::NotEqual, height, height)?;
-        let is_off = self.binary(BinaryOp::Or, is_off, is_nan)?;
-        let cosine = self.products(direction, normal)?;
-        // By the sign bit: zeros have one, too.
-        let (bits, zero) = (self.bitcast(Scalar::I32, cosine)?, self.integer(0)?);
-        let is_behind = self.less(bits, zero)?;
-        let back = self.unary(UnaryOp::Negate, surface.offset)?;
-        let offset = self.select(is_behind, back, surface.offset)?;
-        let away = self.scaled(normal, offset)?;
-        let moved = self.sum(origin, away)?;
-        self.select_vector(is_off, origin, moved)
+        let ShadedSurface { point, offset, normals: [normal, _] } = *surface;
+        let operands = [&point[..], &normal, &[offset], &origin, &direction].concat();
+        let left = self.call("rt_leave", &operands)?;
+        Ok([left[0], left[1], left[2]])
     }
 }

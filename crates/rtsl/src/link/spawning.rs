@@ -79,9 +79,7 @@ impl Arithmetic<'_> {
 
     /// Counts a ray of the path with a key, and returns the key of the ray's own path.
     fn begin_child(&mut self, key: Value, children: VariableId) -> Linking<Value> {
-        let (count, one) = (self.load_local(children)?, self.word(1)?);
-        let count = self.add(count, one)?;
-        self.store_local(children, count)?;
+        let count = self.next_count(children)?;
         let key = self.hash_with(key, u32::MAX)?;
         self.hash(key, count)
     }

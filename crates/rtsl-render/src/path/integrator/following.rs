@@ -3,8 +3,7 @@
 use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::wavefront::Path;
-use super::host::Further;
-use super::spawned_paths::SpawnedPaths;
+use super::spawned_paths::{MAX_SPAWNED, SpawnedPaths};
 use super::staged::{PathSet, StagedMethod, Wave};
 use super::tracing::{IntegratorMemory, RAYS_OF_CALL};
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -15,9 +14,6 @@ const PATHS_OF_WAVE: usize = 1 << 10;
 
 /// The number of paths above which those of some samples wait until those of the others have ended.
 const MAX_WAITING: usize = 1 << 16;
-
-/// The greatest number of paths of one sample at one depth: more of them would take minutes, and all memory.
-const MAX_OF_SAMPLE: usize = 1 << 18;
 
 /// Receives the index of a sample and the radiance of one of its paths.
 pub type AddRadiance<'a> = dyn FnMut(usize, [f32; 3]) + 'a;
@@ -31,8 +27,7 @@ impl PathTracer<'_> {
         mut waiting: SpawnedPaths,
         add: &mut AddRadiance<'_>,
     ) {
-        let further = Further { tracer: self, free: &Default::default() };
-        while let Some(depth) = waiting.least_depth().filter(|depth| further.is_traced_at(*depth)) {
+        while let Some(depth) = waiting.least_depth().filter(|depth| self.is_traced_at(*depth)) {
             if self.errors.any() {
                 return;
             }
@@ -42,9 +37,6 @@ impl PathTracer<'_> {
                 self.follow(memory, waiting, add);
                 waiting = later;
                 continue;
-            }
-            if waiting.len() > MAX_OF_SAMPLE {
-                return self.errors.report_many_paths();
             }
             let level = waiting.take_depth(depth);
             let mut next = SpawnedPaths::default();
@@ -60,6 +52,9 @@ impl PathTracer<'_> {
                 let sample = |path: u32| level.parents[chunk[path as usize] as usize];
                 next.append_in_order(spawned, &order, sample);
                 spawned.clear();
+                if next.len() > MAX_SPAWNED {
+                    return self.errors.report_many_paths();
+                }
             }
             waiting.append(&mut next, |sample| sample);
         }

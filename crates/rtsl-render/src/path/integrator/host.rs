@@ -16,9 +16,9 @@ use super::super::shadow_rays::ShadowRay;
 use super::super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use super::numbers::{PathNumbers, Purpose, pairs, singles};
 use super::shaded_surface::ShadedSurface;
-use super::spawned_paths::{SpawnedPath, greatest_weight};
+use super::spawned_paths::{MAX_SPAWNED, SpawnedPath, greatest_weight};
 use super::suspect::Suspect;
-use super::tracing::{IntegratorMemory, MAX_DEPTH};
+use super::tracing::IntegratorMemory;
 use crate::statistics::RayCounts;
 
 /// The object of a surface that no ray found.
@@ -424,8 +424,12 @@ impl SceneHost<'_> {
     }
 
     fn follow(&mut self, path: &SpawnedPath) {
-        if is_followed(path.importance, self.tracer.scene.compiled.settings.cutoff) {
-            self.queries.spawned.push(path);
+        if !is_followed(path.importance, self.tracer.scene.compiled.settings.cutoff) {
+            return;
+        }
+        match self.queries.spawned.len() < MAX_SPAWNED {
+            true => self.queries.spawned.push(path),
+            false => self.tracer.errors.report_many_paths(),
         }
     }
 
@@ -499,7 +503,7 @@ impl Further<'_> {
     /// Computes the radiance along the rays of paths, whose depth is given, and returns the number of rays traced. Beyond
     /// the greatest depth `radiance` keeps its values.
     pub fn integrate(&self, paths: &[Path], depth: u32, radiance: &mut [[f32; 3]]) -> RayCounts {
-        if paths.is_empty() || !self.is_traced_at(depth) {
+        if paths.is_empty() || !self.tracer.is_traced_at(depth) {
             return RayCounts::default();
         }
         self.with_memory(|memory| {
@@ -516,11 +520,6 @@ impl Further<'_> {
         let counts = work(&mut memory);
         self.free.borrow_mut().push(memory);
         counts
-    }
-
-    /// True if rays of this depth are traced.
-    pub fn is_traced_at(&self, depth: u32) -> bool {
-        depth <= MAX_DEPTH.min(self.tracer.scene.compiled.settings.max_depth)
     }
 }
 

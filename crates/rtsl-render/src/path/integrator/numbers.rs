@@ -5,7 +5,8 @@ use rtsl::SEQUENCES_OF_SEARCH;
 use rtsl::host::{LaneWords, MAX_LANES};
 use rtsl_math::sampling::{
     ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS,
-    NUMBERS_OF_RAND, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key, hash,
+    NUMBERS_OF_RAND, NUMBERS_OF_SHADE, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key,
+    hash,
 };
 
 /// Selects the sequences of its searches.
@@ -32,7 +33,7 @@ impl Purpose {
         match self {
             Purpose::LightSample => NUMBERS_OF_LIGHT_SAMPLES,
             Purpose::MaterialCall => NUMBERS_OF_MATERIAL_CALLS,
-            Purpose::Shade => 0x206,
+            Purpose::Shade => NUMBERS_OF_SHADE,
             Purpose::Sky => 0x207,
             Purpose::ShadowRay => 0x208,
         }

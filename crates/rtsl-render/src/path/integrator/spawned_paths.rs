@@ -35,6 +35,9 @@ pub struct SpawnedPath {
     pub sample: u32,
 }
 
+/// The greatest number of paths of one depth that wait together: about 150 MB. A loop in a method may spawn any number.
+pub const MAX_SPAWNED: usize = 1 << 21;
+
 /// Spawned paths, component by component.
 #[derive(Debug, Default)]
 pub struct SpawnedPaths {

@@ -225,6 +225,11 @@ impl PathTracer<'_> {
         memory.take_ray_counts()
     }
 
+    /// True if rays of this depth are traced.
+    pub fn is_traced_at(&self, depth: u32) -> bool {
+        depth <= MAX_DEPTH.min(self.scene.compiled.settings.max_depth)
+    }
+
     /// Follows the paths that so many others have spawned.
     pub(super) fn follow_in_order(
         &self,

@@ -177,7 +177,7 @@ impl StagedPaths<'_> {
         let further = Further { tracer: &self.tracer, free: self.free };
         let mut colors = vec![[0.0; 3]; traced.len()];
         if let Some(staged) = &self.tracer.scene.integrator.staged
-            && further.is_traced_at(depth)
+            && self.tracer.is_traced_at(depth)
             && !traced.is_empty()
         {
             let requested = Requested::of(&self.frames.paths.scratch, self.staged);

@@ -73,6 +73,11 @@ fn channel_of<'a>(
     light_of(of, channel).zip(weights).map(|(light, weight)| 0.0 + weight * light)
 }
 
+/// Copies the items with these indices.
+fn gather<T: Copy>(from: &[T], indices: &[u32], to: &mut [T]) {
+    to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
+}
+
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays and no weights yet.
     pub fn begin(
@@ -172,12 +177,8 @@ impl Wave {
         let Blocks { state, scratch } = &mut frames.paths;
         let count = indices.len();
         let v = variables();
-        let floats = |from: &[f32], to: &mut [f32]| {
-            to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
-        };
-        let words = |from: &[u32], to: &mut [u32]| {
-            to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
-        };
+        let floats = |from: &[f32], to: &mut [f32]| gather(from, indices, to);
+        let words = |from: &[u32], to: &mut [u32]| gather(from, indices, to);
         let [origin @ .., limit] = &spawned.ends;
         for axis in 0..3 {
             floats(&origin[axis], state.floats_mut(v.ray_origin + axis));
