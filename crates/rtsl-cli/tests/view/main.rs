@@ -190,9 +190,12 @@ fn a_slider_of_the_picked_material_changes_the_next_frame() {
     let viewer = Viewer::open(&display, &folder);
     viewer.window.press_key('o');
     viewer.window.click(1, BALL);
+    let without_pane = viewer.settled();
     viewer.window.press_named(display::TAB);
     let ball = |viewer: &Viewer| viewer.pixels().at(BALL_BESIDE_PANE);
-    wait_for("pane", || (ball(&viewer) == BALL_COLOR).then_some(()));
+    // A drag before the slider stands there would move the camera.
+    wait_for("pane", || Some(viewer.settled()).filter(|now| *now != without_pane));
+    wait_for("ball beside the pane", || (ball(&viewer) == BALL_COLOR).then_some(()));
     let start = Instant::now();
     viewer.window.drag(1, (SLIDER.0 + 55, SLIDER_Y), (SLIDER.1, SLIDER_Y));
     wait_for("change beside the pane", || (ball(&viewer) != BALL_COLOR).then_some(()));

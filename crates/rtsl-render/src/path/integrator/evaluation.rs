@@ -88,7 +88,7 @@ impl Evaluation {
             add(lane, ray.lit);
         }
         let spawned = std::mem::take(&mut memory.queries.spawned);
-        tracer.follow_in_order(&mut memory, spawned, count, &mut add);
+        tracer.follow(&mut memory, spawned, count, &mut add);
         status
     }
 }

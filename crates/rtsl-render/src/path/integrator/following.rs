@@ -1,11 +1,14 @@
 //! Integration of spawned paths, and of those that they spawn, until none is left.
 
+use std::mem;
+
 use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::wavefront::Path;
 use super::spawned_paths::{MAX_SPAWNED, SpawnedPaths};
 use super::staged::{PathSet, StagedMethod, Wave};
 use super::tracing::{IntegratorMemory, RAYS_OF_CALL};
+use super::waiting_paths::WaitingPaths;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
 
@@ -19,44 +22,72 @@ const MAX_WAITING: usize = 1 << 16;
 pub type AddRadiance<'a> = dyn FnMut(usize, [f32; 3]) + 'a;
 
 impl PathTracer<'_> {
-    /// Follows spawned paths, whose parents are samples, in their order. `add` gets the radiance of each path, that of the
-    /// paths of one sample in the order in which the light of the sample is defined.
+    /// Follows the paths that so many samples have spawned. `add` gets the radiance of each path, that of the paths of one
+    /// sample in the order in which the light of the sample is defined. Their memory is used again.
     pub(super) fn follow(
         &self,
         memory: &mut IntegratorMemory,
-        mut waiting: SpawnedPaths,
+        mut spawned: SpawnedPaths,
+        samples: usize,
         add: &mut AddRadiance<'_>,
     ) {
+        if !spawned.is_empty() {
+            let mut waiting = memory.new_waiting();
+            waiting.add(&mut spawned, samples, |sample| sample);
+            self.follow_waiting(memory, waiting, add);
+            spawned.clear();
+        }
+        memory.queries.spawned = spawned;
+    }
+
+    fn follow_waiting(
+        &self,
+        memory: &mut IntegratorMemory,
+        mut waiting: WaitingPaths,
+        add: &mut AddRadiance<'_>,
+    ) {
+        let [mut level, mut next] = [memory.new_waiting(), memory.new_waiting()];
         while let Some(depth) = waiting.least_depth().filter(|depth| self.is_traced_at(*depth)) {
+            if self.errors.any() {
+                break;
+            }
+            if waiting.len() > MAX_WAITING
+                && let Some(later) = waiting.split_off_samples()
+            {
+                self.follow_waiting(memory, mem::replace(&mut waiting, later), add);
+                continue;
+            }
+            waiting.take_depth(depth, &mut level);
+            self.follow_level(memory, &level, &mut next, add);
+            waiting.append(&mut next);
+            level.clear();
+        }
+        memory.keep_waiting([waiting, level, next]);
+    }
+
+    /// Follows paths of one depth, and leaves what they spawn in `next`.
+    fn follow_level(
+        &self,
+        memory: &mut IntegratorMemory,
+        WaitingPaths { paths: level, order, .. }: &WaitingPaths,
+        next: &mut WaitingPaths,
+        add: &mut AddRadiance<'_>,
+    ) {
+        for chunk in order.chunks(PATHS_OF_WAVE) {
+            memory.queries.rays.traced += chunk.len() as u64;
+            match &self.scene.integrator.staged {
+                Some(staged) => self.follow_in_stages(staged, memory, (level, chunk), add),
+                None => self.follow_on_interpreter(memory, (level, chunk), add),
+            }
+            let sample = |path: u32| level.parents[chunk[path as usize] as usize];
+            next.add(&mut memory.queries.spawned, chunk.len(), sample);
+            memory.queries.spawned.clear();
+            if next.len() > MAX_SPAWNED {
+                self.errors.report_many_paths();
+            }
             if self.errors.any() {
                 return;
             }
-            if waiting.len() > MAX_WAITING
-                && let Some(later) = waiting.split_off_parents()
-            {
-                self.follow(memory, waiting, add);
-                waiting = later;
-                continue;
-            }
-            let level = waiting.take_depth(depth);
-            let mut next = SpawnedPaths::default();
-            let order: Vec<u32> = (0..level.len() as u32).collect();
-            for chunk in order.chunks(PATHS_OF_WAVE) {
-                memory.queries.rays.traced += chunk.len() as u64;
-                match &self.scene.integrator.staged {
-                    Some(staged) => self.follow_in_stages(staged, memory, (&level, chunk), add),
-                    None => self.follow_on_interpreter(memory, (&level, chunk), add),
-                }
-                let spawned = &mut memory.queries.spawned;
-                let order = spawned.in_order(chunk.len());
-                let sample = |path: u32| level.parents[chunk[path as usize] as usize];
-                next.append_in_order(spawned, &order, sample);
-                spawned.clear();
-                if next.len() > MAX_SPAWNED {
-                    return self.errors.report_many_paths();
-                }
-            }
-            waiting.append(&mut next, |sample| sample);
         }
     }
 
@@ -90,18 +121,16 @@ impl PathTracer<'_> {
         // Where a weight is not finite, the cause lies before.
         let is_lost = |path: &u32| {
             let index = chunk[*path as usize] as usize;
-            let weights = level.throughput.each_ref().map(|weights| weights[index]);
-            !are_finite(&radiance[*path as usize]) && are_finite(&weights)
+            !are_finite(&radiance[*path as usize]) && are_finite(&level.weights(index))
         };
         let lost: Vec<u32> = match all_finite(radiance.as_flattened()) {
             true => Vec::new(),
             false => all.paths().iter().copied().filter(is_lost).collect(),
         };
-        let spawned = std::mem::take(&mut run.queries.spawned);
-        let weightless = spawned.lost_parents().into_iter().filter(|path| {
-            let index = chunk[*path as usize] as usize;
-            are_finite(&level.throughput.each_ref().map(|weights| weights[index]))
-        });
+        let spawned = mem::take(&mut run.queries.spawned);
+        let weightless = spawned.lost_parents().into_iter();
+        let weightless =
+            weightless.filter(|path| are_finite(&level.weights(chunk[*path as usize] as usize)));
         let lost: Vec<Path> = run.paths(lost.into_iter().chain(weightless)).collect();
         // A second evaluation spawns paths, too.
         lost.iter().for_each(|path| self.report_cause(path, depth, memory));
@@ -118,8 +147,8 @@ impl PathTracer<'_> {
         let depth = level.depths[chunk[0] as usize];
         let epsilon = self.scene.compiled.epsilon;
         for (start, indices) in (0_u32..).step_by(RAYS_OF_CALL).zip(chunk.chunks(RAYS_OF_CALL)) {
-            let mut paths: Vec<Path> =
-                indices.iter().map(|index| level.path(*index as usize, epsilon)).collect();
+            let path = |index: &u32| level.get(*index as usize).path(epsilon);
+            let mut paths: Vec<Path> = indices.iter().map(path).collect();
             let all: Vec<u32> = (0..paths.len() as u32).collect();
             let before = memory.queries.spawned.len();
             let counts = self.call_integrator((&all, &paths), memory, depth);

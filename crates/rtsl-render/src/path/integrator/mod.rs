@@ -26,6 +26,7 @@ mod staged;
 mod surface;
 mod suspect;
 mod tracing;
+mod waiting_paths;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -5,7 +5,6 @@
 //! light of its paths, depth by depth, and within a depth in the order of their parents, then of the rays of a parent.
 
 use std::collections::BTreeSet;
-use std::mem;
 
 use super::super::rows::all_finite;
 use super::super::wavefront::Path;
@@ -33,6 +32,27 @@ pub struct SpawnedPath {
     pub time: f32,
     /// The index of the sample.
     pub sample: u32,
+}
+
+impl SpawnedPath {
+    /// Returns its state before it is traced, for hits at this distance at least.
+    pub fn path(&self, epsilon: f32) -> Path {
+        let SpawnedPath { origin, direction, limit, throughput, .. } = *self;
+        let SpawnedPath { importance, key, time, sample, .. } = *self;
+        Path {
+            origin,
+            direction,
+            epsilon,
+            distance: limit,
+            limit,
+            throughput,
+            importance,
+            key,
+            time,
+            sample,
+            ..Path::NOWHERE
+        }
+    }
 }
 
 /// The greatest number of paths of one depth that wait together: about 150 MB. A loop in a method may spawn any number.
@@ -106,80 +126,6 @@ impl SpawnedPaths {
         self.samples.append(&mut others.samples);
     }
 
-    /// Appends the paths of others in this order, with parents that `parent` maps theirs to.
-    pub fn append_in_order(
-        &mut self,
-        others: &SpawnedPaths,
-        order: &[u32],
-        parent: impl Fn(u32) -> u32,
-    ) {
-        let indices = || order.iter().map(|index| *index as usize);
-        self.parents.extend(indices().map(|index| parent(others.parents[index])));
-        let floats = self.ends.iter_mut().chain(&mut self.throughput);
-        let floats = floats.chain([&mut self.importance, &mut self.times]);
-        let of_others = others.ends.iter().chain(&others.throughput);
-        let of_others = of_others.chain([&others.importance, &others.times]);
-        for (to, from) in floats.zip(of_others) {
-            to.extend(indices().map(|index| from[index]));
-        }
-        let words = [&mut self.depths, &mut self.keys, &mut self.samples];
-        for (to, from) in words.into_iter().zip([&others.depths, &others.keys, &others.samples]) {
-            to.extend(indices().map(|index| from[index]));
-        }
-    }
-
-    /// Returns the least depth of a path.
-    pub fn least_depth(&self) -> Option<u32> {
-        self.depths.iter().copied().min()
-    }
-
-    /// Takes out the paths of one depth.
-    pub fn take_depth(&mut self, depth: u32) -> SpawnedPaths {
-        if self.depths.iter().all(|it| *it == depth) {
-            return mem::take(self);
-        }
-        self.split_off(|paths, index| paths.depths[index] == depth)
-    }
-
-    /// Splits off the paths of about half of the parents, the later ones; `None` if there is one parent.
-    pub fn split_off_parents(&mut self) -> Option<SpawnedPaths> {
-        let least = self.parents.iter().copied().min()?;
-        let greatest = self.parents.iter().copied().max()?;
-        let middle = least + (greatest - least).div_ceil(2);
-        (greatest > least).then(|| self.split_off(|paths, index| paths.parents[index] >= middle))
-    }
-
-    fn split_off(&mut self, is_taken: impl Fn(&SpawnedPaths, usize) -> bool) -> SpawnedPaths {
-        let all = mem::take(self);
-        let indices = 0..all.len() as u32;
-        let (taken, left): (Vec<u32>, Vec<u32>) =
-            indices.partition(|index| is_taken(&all, *index as usize));
-        self.append_in_order(&all, &left, |parent| parent);
-        let mut split = SpawnedPaths::default();
-        split.append_in_order(&all, &taken, |parent| parent);
-        split
-    }
-
-    /// Returns the paths in the order of their parents, of which there are so many; those of one parent stay in theirs.
-    pub fn in_order(&self, parents: usize) -> Vec<u32> {
-        let indices = 0..self.len() as u32;
-        if self.parents.is_sorted() {
-            return indices.collect();
-        }
-        // The places of the paths of each parent begin where those of the parents before end.
-        let mut places = vec![0_u32; parents];
-        self.parents.iter().for_each(|parent| places[*parent as usize] += 1);
-        let mut end = 0;
-        places.iter_mut().for_each(|place| end += mem::replace(place, end));
-        let mut order = vec![0; self.len()];
-        for (index, parent) in indices.zip(&self.parents) {
-            let place = &mut places[*parent as usize];
-            order[*place as usize] = index;
-            *place += 1;
-        }
-        order
-    }
-
     /// Returns the parents of paths whose weights are not finite, each once.
     pub fn lost_parents(&self) -> Vec<u32> {
         if self.throughput.iter().all(|weights| all_finite(weights)) {
@@ -190,23 +136,26 @@ impl SpawnedPaths {
         lost.collect::<BTreeSet<u32>>().into_iter().collect()
     }
 
-    /// Returns a path, for hits at this distance at least.
-    pub fn path(&self, index: usize, epsilon: f32) -> Path {
-        let ends = self.ends.each_ref().map(|column| column[index]);
-        let [ox, oy, oz, dx, dy, dz, limit] = ends;
-        Path {
+    /// Returns a path.
+    pub fn get(&self, index: usize) -> SpawnedPath {
+        let [ox, oy, oz, dx, dy, dz, limit] = self.ends.each_ref().map(|column| column[index]);
+        SpawnedPath {
+            parent: self.parents[index],
+            depth: self.depths[index],
             origin: [ox, oy, oz],
             direction: [dx, dy, dz],
-            epsilon,
-            distance: limit,
             limit,
-            throughput: self.throughput.each_ref().map(|column| column[index]),
+            throughput: self.weights(index),
             importance: self.importance[index],
             key: self.keys[index],
             time: self.times[index],
             sample: self.samples[index],
-            ..Path::NOWHERE
         }
+    }
+
+    /// Returns the weights of a path's radiance.
+    pub fn weights(&self, index: usize) -> [f32; 3] {
+        self.throughput.each_ref().map(|column| column[index])
     }
 }
 
@@ -222,31 +171,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_are_ordered_by_their_parents() {
-        let mut paths = SpawnedPaths::default();
-        let parents = [3, 1, 3, 0, 1, 3];
-        for (key, parent) in (0..).zip(parents) {
-            let limit = key as f32;
-            paths.push(&SpawnedPath {
-                parent,
-                depth: 1,
-                origin: [0.0; 3],
-                direction: [1.0; 3],
-                limit,
-                throughput: [1.0; 3],
-                importance: 1.0,
-                key,
-                time: 0.0,
-                sample: 0,
-            });
-        }
-        assert_eq!(paths.in_order(4), [3, 1, 4, 0, 2, 5]);
-        let mut all = SpawnedPaths::default();
+    fn paths_are_appended_with_other_parents() {
+        let path = |parent: u32| SpawnedPath {
+            parent,
+            depth: 1,
+            origin: [0.0; 3],
+            direction: [1.0; 3],
+            limit: parent as f32,
+            throughput: [1.0; 3],
+            importance: 1.0,
+            key: 0,
+            time: 0.0,
+            sample: 0,
+        };
+        let (mut paths, mut all) = (SpawnedPaths::default(), SpawnedPaths::default());
+        [3, 1, 3].into_iter().for_each(|parent| paths.push(&path(parent)));
+        all.push(&path(7));
         all.append(&mut paths, |parent| parent / 2);
-        assert!(paths.is_empty() && all.parents == [1, 0, 1, 0, 0, 1]);
-        assert_eq!(all.path(5, 0.5).limit, 5.0);
-        all.clear();
-        assert_eq!(all.in_order(0), [0; 0]);
+        assert!(paths.is_empty() && all.parents == [7, 1, 0, 1]);
+        assert_eq!(all.get(3).path(0.5).limit, 3.0);
     }
 
     #[test]

@@ -11,12 +11,11 @@ use super::super::path_tracer::PathTracer;
 use super::super::rows::{all_finite, are_finite};
 use super::super::scene::BatchScene;
 use super::super::wavefront::{Path, Wavefront};
-use super::following::AddRadiance;
 use super::host::{RayOfCall, SceneHost};
 use super::output_columns::copy_outputs;
-use super::spawned_paths::SpawnedPaths;
 use super::staged::{Frames, PathSet, StagedMethod, StagedPaths, Wave, ray_components};
 use super::suspect::Suspect;
+use super::waiting_paths::WaitingPaths;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::{variables, vector};
@@ -42,6 +41,8 @@ pub struct IntegratorMemory {
     pub(super) queries: Box<BatchMemory>,
     /// The memory of further levels, when they are not in use.
     pub(super) free: RefCell<Vec<IntegratorMemory>>,
+    /// Memory for paths that wait.
+    spare: Vec<WaitingPaths>,
 }
 
 /// The memory of stages.
@@ -70,6 +71,20 @@ impl IntegratorMemory {
             rays: Vec::new(),
             queries: Box::new(BatchMemory::for_queries(scene)),
             free: RefCell::default(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// Returns memory for paths that wait, without any.
+    pub(super) fn new_waiting(&mut self) -> WaitingPaths {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    /// Keeps memory for paths that wait.
+    pub(super) fn keep_waiting<const N: usize>(&mut self, used: [WaitingPaths; N]) {
+        for mut waiting in used {
+            waiting.clear();
+            self.spare.push(waiting);
         }
     }
 }
@@ -99,7 +114,7 @@ impl PathTracer<'_> {
                 self.report_suspect(memory.rays[lane as usize].suspect);
             }
             let spawned = std::mem::take(&mut memory.queries.spawned);
-            self.follow_in_order(memory, spawned, active.len(), &mut |lane, radiance| {
+            self.follow(memory, spawned, active.len(), &mut |lane, radiance| {
                 add(&mut paths[active[lane] as usize].radiance, radiance);
             });
             counts += memory.take_ray_counts();
@@ -219,7 +234,7 @@ impl PathTracer<'_> {
             false => run.paths(lost.chain(spawned.lost_parents())).collect(),
         };
         lost.iter().for_each(|path| self.report_cause(path, depth, memory));
-        self.follow_in_order(memory, spawned, radiance.len(), &mut |path, color| {
+        self.follow(memory, spawned, radiance.len(), &mut |path, color| {
             add(&mut radiance[path], color);
         });
         memory.take_ray_counts()
@@ -228,24 +243,6 @@ impl PathTracer<'_> {
     /// True if rays of this depth are traced.
     pub fn is_traced_at(&self, depth: u32) -> bool {
         depth <= MAX_DEPTH.min(self.scene.compiled.settings.max_depth)
-    }
-
-    /// Follows the paths that so many others have spawned.
-    pub(super) fn follow_in_order(
-        &self,
-        memory: &mut IntegratorMemory,
-        mut spawned: SpawnedPaths,
-        parents: usize,
-        add: &mut AddRadiance<'_>,
-    ) {
-        if spawned.is_empty() {
-            return;
-        }
-        let order = spawned.in_order(parents);
-        let mut waiting = SpawnedPaths::default();
-        waiting.append_in_order(&spawned, &order, |path| path);
-        spawned.clear();
-        self.follow(memory, waiting, add);
     }
 
     /// Runs the stages of the integrator for the camera rays of samples, and leaves the results in the memory.
@@ -291,7 +288,7 @@ impl PathTracer<'_> {
         let lost: Vec<Path> = run.paths(lost.chain(spawned.lost_parents())).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
         let channels = &mut results.radiance;
-        self.follow_in_order(own, spawned, count, &mut |path, color| {
+        self.follow(own, spawned, count, &mut |path, color| {
             channels.iter_mut().zip(color).for_each(|(channel, color)| channel[path] += color);
         });
         *counts += own.take_ray_counts();

@@ -156,6 +156,16 @@ impl PathSet {
         });
     }
 
+    /// Appends the words of the paths in columns.
+    pub fn append_words<'a>(
+        &self,
+        columns: impl IntoIterator<Item = (&'a [u32], &'a mut Vec<u32>)>,
+    ) {
+        dispatch!(Level::new(), simd => for (column, to) in columns {
+            self.append_column::<_, u32x16<_>>(simd, column, to);
+        });
+    }
+
     /// Returns the number of lanes of the vectors of so many paths that contain any of these: a power of two, up to 16.
     pub fn lanes_of_vectors(&self, width: usize) -> usize {
         let vector = u16::MAX >> (VECTOR_PATHS - width);
@@ -358,6 +368,9 @@ mod tests {
         let mut numbers = vec![];
         set.append([(&columns[2][..], &mut numbers)]);
         assert_eq!(numbers, [0.0, 0.0, -1.0]);
+        let (words, mut appended) = (Vec::from_iter(100..100 + COUNT as u32), vec![7]);
+        set.append_words([(&words[..], &mut appended)]);
+        assert_eq!(appended, [7, 103, 140, 174]);
     }
 
     #[test]

@@ -277,16 +277,16 @@ impl StagedPaths<'_> {
         let numbers = ends.iter().zip(&mut spawned.ends).chain(throughput);
         let numbers = numbers.chain([(&columns.time, &mut spawned.times)]);
         contributing.append(numbers.map(|(array, to)| (scratch.floats(*array), to)));
-        let (keys, samples) = (scratch.words(words[0]), scratch.words(columns.sample));
-        let befores = scratch.words(words[1]);
-        for lane in contributing.paths() {
-            let at = *lane as usize;
-            spawned.parents.push(moved.path_in(*lane) as u32);
-            spawned.depths.push(self.depth + 1 + befores[at]);
-            spawned.importance.push(importance(*lane));
-            spawned.keys.push(keys[at]);
-            spawned.samples.push(samples[at]);
-        }
+        let first = spawned.parents.len();
+        contributing.append_words([
+            (scratch.words(words[0]), &mut spawned.keys),
+            (scratch.words(columns.sample), &mut spawned.samples),
+            (scratch.words(words[1]), &mut spawned.depths),
+        ]);
+        spawned.depths[first..].iter_mut().for_each(|before| *before += self.depth + 1);
+        let lanes = contributing.paths().iter();
+        spawned.parents.extend(lanes.clone().map(|lane| moved.path_in(*lane) as u32));
+        spawned.importance.extend(lanes.map(|lane| importance(*lane)));
     }
 
     /// Sets the mask of a call for these paths, if it needs one, and counts its lanes.

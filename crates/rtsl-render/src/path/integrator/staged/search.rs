@@ -167,17 +167,12 @@ impl StagedPaths<'_> {
     /// Counts a search of each path, and tells the stages.
     fn count_searches(&mut self, slots: &[u32]) {
         let scratch = &mut self.frames.paths.scratch;
-        let searches = scratch.words_mut(self.staged.columns.searches);
-        let count = |slot: &u32| {
-            let searches = &mut searches[*slot as usize];
+        for slot in slots {
+            let searches = &mut scratch.words_mut(self.staged.columns.searches)[*slot as usize];
             *searches = searches.wrapping_add(1);
-            *searches
-        };
-        let counted: Vec<u32> = slots.iter().map(count).collect();
-        for array in self.staged.read_counts() {
-            let counts = scratch.words_mut(*array);
-            for (slot, searches) in slots.iter().zip(&counted) {
-                counts[*slot as usize] = count_after(*searches);
+            let counted = count_after(*searches);
+            for array in self.staged.read_counts() {
+                scratch.words_mut(*array)[*slot as usize] = counted;
             }
         }
         self.note_searches(slots);
@@ -200,31 +195,29 @@ impl StagedPaths<'_> {
     /// Tells hosts and stages of searches that are counted.
     pub fn tell_of_searches(&mut self, slots: &[u32]) {
         let Frames { paths: Blocks { scratch, .. }, moved, .. } = &mut *self.frames;
-        let searches: Vec<u32> = {
-            let searches = scratch.words(self.staged.columns.searches);
-            slots.iter().map(|slot| searches[*slot as usize]).collect()
-        };
+        let array = self.staged.columns.searches;
         let rays = &mut self.wave.rays;
         if self.staged.shades() {
-            for (slot, searches) in slots.iter().zip(&searches) {
-                self.wave.spawning.begin_search(moved.path_in(*slot), *searches);
+            let searches = scratch.words(array);
+            for slot in slots {
+                let path = moved.path_in(*slot);
+                self.wave.spawning.begin_search(path, searches[*slot as usize]);
             }
         }
         if !rays.is_empty() {
             slots.iter().for_each(|slot| rays[moved.path_in(*slot)].count_search());
         }
-        let before = || slots.iter().zip(searches.iter().map(|count| count.saturating_sub(1)));
-        if self.staged.reads_depths() {
-            let depths = scratch.floats_mut(self.staged.columns.depth);
-            for (slot, before) in before() {
-                depths[*slot as usize] = (self.depth + before) as f32;
+        let mut set = |column: usize, number: fn(u32, u32) -> f32| {
+            for slot in slots {
+                let before = scratch.words(array)[*slot as usize].saturating_sub(1);
+                scratch.floats_mut(column)[*slot as usize] = number(self.depth, before);
             }
+        };
+        if self.staged.reads_depths() {
+            set(self.staged.columns.depth, |depth, before| (depth + before) as f32);
         }
         if self.staged.reads_ray_types() {
-            let types = scratch.floats_mut(self.staged.columns.ray_type);
-            for (slot, before) in before() {
-                types[*slot as usize] = RayType::of(self.depth, before).value();
-            }
+            set(self.staged.columns.ray_type, |depth, before| RayType::of(depth, before).value());
         }
     }
 
