@@ -7,7 +7,7 @@ use rtsl::{Diagnostic, Engine, Instance, Messages, diagnostic_codes as codes};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
 use rtsl_render::PixelRequest;
-use rtsl_render::path::{BatchScene, BatchSceneBuilder, integrator_of};
+use rtsl_render::compiled::{RenderScene, RenderSceneBuilder, integrator_of};
 use rtsl_scene::{
     ComposedShape, Composer, Composition, PlacedLight, RENDERERS, Scene, Settings,
     class_of_renderer,
@@ -87,7 +87,7 @@ struct State {
 struct Last {
     engine: Py<PyEngine>,
     scene: Scene,
-    prepared: Arc<BatchScene>,
+    prepared: Arc<RenderScene>,
     aovs: Vec<Aov>,
 }
 
@@ -188,7 +188,7 @@ fn prepare(
     aovs: &[Aov],
     last: Option<&Last>,
     messages: &mut Messages,
-) -> Result<Arc<BatchScene>, Messages> {
+) -> Result<Arc<RenderScene>, Messages> {
     let is_same = |last: &&Last| {
         last.aovs == aovs
             && last.scene.settings == scene.settings
@@ -201,7 +201,7 @@ fn prepare(
         return Ok(last.prepared.clone());
     }
     let earlier = last.map(|last| (&*last.prepared, &last.scene));
-    let builder = BatchSceneBuilder::of_changing(engine, scene, earlier).aovs(aovs);
+    let builder = RenderSceneBuilder::of_changing(engine, scene, earlier).aovs(aovs);
     builder.build(scene, messages).map(Arc::new)
 }
 

@@ -32,7 +32,7 @@ mod unit;
 mod value;
 
 use pyo3::prelude::*;
-use rtsl_render::path::SAMPLES_IN_WAVEFRONT;
+use rtsl_render::integrate::SAMPLES_IN_WAVEFRONT;
 
 /// The extension module.
 #[pymodule]

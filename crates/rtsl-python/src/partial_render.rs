@@ -9,9 +9,8 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtsl::{Messages, Method};
-use rtsl_render::path::{
-    BatchOptions, BatchScene, Part, PartialRender, RenderIdentity, WorkCounts,
-};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{Part, PartialRender, RenderIdentity, RenderOptions, WorkCounts};
 use rtsl_render::statistics::{NotFinite, RayCounts};
 use rtsl_render::{Execution, TilesDone};
 
@@ -28,7 +27,7 @@ type Counts = ((u64, u64, u64), Vec<(String, String, u64)>, f64);
 /// A render in progress, with its scene.
 #[pyclass(name = "PartialRender", module = "rtsl._rtsl", frozen)]
 pub struct PyPartialRender {
-    scene: Arc<BatchScene>,
+    scene: Arc<RenderScene>,
     render: Mutex<PartialRender>,
     tiles: usize,
     samples: u32,
@@ -78,7 +77,7 @@ impl PyPartialRender {
         let execution =
             Execution { threads, cancel: Some(&cancel), time_limit, ..Execution::default() };
         let options =
-            BatchOptions { execution, progress: Some(&progress), ..BatchOptions::default() };
+            RenderOptions { execution, progress: Some(&progress), ..RenderOptions::default() };
         let listener = listener.map(Bound::unbind);
         let tell = || -> PyResult<()> {
             Python::attach(|py| {
@@ -216,7 +215,7 @@ impl PyPartialRender {
 impl PyPartialRender {
     /// Begins a render with the sample `first` of each pixel.
     pub fn new(
-        scene: Arc<BatchScene>,
+        scene: Arc<RenderScene>,
         first: u32,
         noise_target: Option<f32>,
         identity: Option<RenderIdentity>,

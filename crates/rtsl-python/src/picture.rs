@@ -12,7 +12,7 @@ use rtsl_image::{
     write_image_with,
 };
 use rtsl_render::Statistics;
-use rtsl_render::path::BatchRendered;
+use rtsl_render::schedule::RenderedImage;
 use rtsl_scene::Settings;
 
 use crate::detached::detached;
@@ -21,7 +21,7 @@ use crate::error::Exception;
 /// A rendered picture with its AOVs.
 #[pyclass(name = "Picture", module = "rtsl._rtsl", frozen)]
 pub struct PyPicture {
-    rendered: BatchRendered,
+    rendered: RenderedImage,
     settings: Settings,
 }
 
@@ -49,7 +49,7 @@ impl PyPicture {
 
     /// Figures of the render.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let BatchRendered { rendered, mean_samples, .. } = &self.rendered;
+        let RenderedImage { rendered, mean_samples, .. } = &self.rendered;
         let figures = PyDict::new(py);
         figures.set_item("seconds", rendered.time.as_secs_f64())?;
         figures.set_item("samples", mean_samples)?;
@@ -62,7 +62,7 @@ impl PyPicture {
 
     /// The statistics that the command writes, of a render that took so long on so many threads.
     fn statistics_json(&self, seconds: f64, threads: usize, cancelled: bool) -> String {
-        let BatchRendered { rendered, mean_samples, .. } = &self.rendered;
+        let RenderedImage { rendered, mean_samples, .. } = &self.rendered;
         let mut statistics = rendered.added_to(Statistics {
             size: [self.settings.width, self.settings.height],
             samples_per_pixel: self.settings.sampler.samples_per_pixel(),
@@ -136,7 +136,7 @@ impl PyPicture {
 
 impl PyPicture {
     /// A picture of a render with these settings.
-    pub fn new(rendered: BatchRendered, settings: Settings) -> PyPicture {
+    pub fn new(rendered: RenderedImage, settings: Settings) -> PyPicture {
         PyPicture { rendered, settings }
     }
 }

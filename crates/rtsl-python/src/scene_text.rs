@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
-use rtsl_render::path::{RenderIdentity, TILE};
+use rtsl_render::schedule::{RenderIdentity, TILE};
 use rtsl_render::session::{Control, ControlKind};
 use rtsl_scene::reader::{Digest, DiskFiles, FilesRef, MovedFiles, RecordedFiles};
 use rtsl_scene::{EntityId, LoadOptions, Loaded, Scene, SceneSource, Settings};

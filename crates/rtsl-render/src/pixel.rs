@@ -10,10 +10,14 @@ use rtsl_scene::reader::{DiskFiles, FileSource};
 use rtsl_scene::{Loaded, Scene, SceneSource};
 
 use crate::Messages;
+use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::path::{BatchFilm, BatchMemory, BatchScene, PathTracer, outputs_of};
+use crate::film::aov_plan::outputs_of;
+use crate::film::sample_film::SampleFilm;
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest, choose_pixel};
-use crate::tiles::TileSamples;
+use crate::schedule::tile_samples::TileSamples;
 
 /// The choice of a pixel and of its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +87,7 @@ pub fn render_pixel_from(
 
 /// Evaluates the chosen samples of the only pixel of a scene.
 fn traced_pixel(
-    scene: &BatchScene,
+    scene: &RenderScene,
     pixel: PixelRequest,
     trace: &Trace,
     warnings: Messages,
@@ -107,7 +111,7 @@ pub fn render_pixel_of(
     choose_pixel(&mut scene.settings, pixel.pixel)?;
     let mut warnings = Messages::default();
     let aovs = outputs_of(scene.integrator().class());
-    let scene = BatchScene::new(&scene, engine, &aovs, &mut warnings, &|_| {})?;
+    let scene = RenderScene::new(&scene, engine, &aovs, &mut warnings, &|_| {})?;
     traced_pixel(&scene, pixel, trace, warnings)
 }
 
@@ -115,7 +119,7 @@ pub fn render_pixel_of(
 ///
 /// # Errors
 /// If this sample is not among them.
-fn check_sample(scene: &BatchScene, sample: u32) -> Result<u32, Messages> {
+fn check_sample(scene: &RenderScene, sample: u32) -> Result<u32, Messages> {
     let all = scene.compiled.settings.sampler.samples_per_pixel();
     if sample < all {
         return Ok(all);
@@ -154,7 +158,7 @@ pub(crate) fn sample_of(
     let (engine, _) = Engine::new(options).map_err(Messages::one)?;
     let aovs = if request.outputs { outputs_of(scene.integrator().class()) } else { Vec::new() };
     let mut warnings = Messages::default();
-    let mut batch = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &|_| {})?;
+    let mut batch = RenderScene::new(&scene, &engine, &aovs, &mut warnings, &|_| {})?;
     batch.titles = origins.objects.iter().map(|object| source.title(*object)).collect();
     check_sample(&batch, request.sample)?;
     let samples = request.sample..request.sample + 1;
@@ -164,16 +168,16 @@ pub(crate) fn sample_of(
 
 /// Evaluates samples of the only pixel of a scene.
 fn trace_pixel(
-    scene: &BatchScene,
+    scene: &RenderScene,
     samples: std::ops::Range<u32>,
     trace: &Trace,
 ) -> Result<([f32; 3], Vec<TracedSample>), Messages> {
     let no_memory = |error: rtsl_memory::OutOfMemory| Messages::one(error.diagnostic());
-    let film = BatchFilm::new((1, 1), scene.features().clone(), None).map_err(no_memory)?;
+    let film = SampleFilm::new((1, 1), scene.features().clone(), None).map_err(no_memory)?;
     let film = film.with_imaging(scene.compiled.settings.imaging);
     let errors = RuntimeErrors::default();
     let tracer = PathTracer::new(scene, &errors).with_features();
-    let mut memory = BatchMemory::new(scene);
+    let mut memory = ThreadMemory::new(scene);
     let (tile, first) = (film.tiles()[0], samples.start);
     let mut traced = Vec::new();
     for index in samples {

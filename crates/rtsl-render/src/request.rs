@@ -13,16 +13,20 @@ use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
 use rtsl_scene::{LoadOptions, PATH_TRACER, Scene, SceneSource, Settings, WHITTED};
 
 use crate::checkpoint::{Checkpoint, Fingerprint};
-use crate::compiled::{BuildStep, CompiledScene};
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::{BuildStep, CompiledScene, integrator_of};
 use crate::darkness::Darkness;
 use crate::execution::{Execution, Optimise, Rendered};
-use crate::path::{
-    self, AovPlan, BatchFilm, BatchOptions, BatchRendered, BatchScene, Checkpoints, Features,
-    RenderIdentity,
-};
+use crate::film::aov_plan::AovPlan;
+use crate::film::features::Features;
+use crate::film::sample_film::SampleFilm;
 use crate::progress::Progress;
+use crate::schedule;
+use crate::schedule::checkpoints::Checkpoints;
+use crate::schedule::render::{RenderOptions, RenderedImage};
+use crate::schedule::render_identity::RenderIdentity;
+use crate::schedule::render_threads::RenderThreads;
 use crate::statistics::{Statistics, peak_memory_bytes};
-use crate::tiles::RenderThreads;
 
 /// The scene and the options of a render.
 #[derive(Clone, Default)]
@@ -184,7 +188,7 @@ fn need(request: &RenderRequest<'_>, size: (usize, usize), plan: &AovPlan) -> Ne
         true => Checkpoints::memory(size, &plan.features, plan.counts_work()),
         false => Amount::default(),
     };
-    let film = BatchFilm::memory(size, &plan.features) + checkpoint.max(images);
+    let film = SampleFilm::memory(size, &plan.features) + checkpoint.max(images);
     let helps = if request.for_denoiser { plan.denoiser_aovs() } else { 0 };
     let denoised = image.times(1 + helps);
     // An encoder reorders the numbers, for an EXR all of them.
@@ -223,7 +227,12 @@ fn fingerprint_of(
         options: request.load.clone(),
         ..RenderIdentity::new(files, request.engine.math, &loaded.engine)
     };
-    path::fingerprint(&loaded.scene.settings, Some(&identity), request.noise_target, features)
+    schedule::render_identity::fingerprint(
+        &loaded.scene.settings,
+        Some(&identity),
+        request.noise_target,
+        features,
+    )
 }
 
 fn render_loaded(
@@ -237,16 +246,16 @@ fn render_loaded(
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |tiles| request.tell(Progress::Rendering(tiles));
-    let rendered = path::render(
+    let rendered = schedule::render(
         &scene,
-        BatchOptions {
+        RenderOptions {
             execution: request.execution,
             progress: request.progress.is_some().then_some(&waves_done),
             noise_target: request.noise_target,
             checkpoints,
         },
     )?;
-    let BatchRendered { rendered, mean_samples, checkpoint_error } = rendered;
+    let RenderedImage { rendered, mean_samples, checkpoint_error } = rendered;
     if let Some(problem) = &checkpoint_error {
         warnings.push_one(problem.diagnostic());
     }
@@ -336,7 +345,7 @@ impl LoadedScene {
 
     /// Chooses the renderer, if neither the scene nor the request does: paths are traced if all surfaces support it.
     pub(crate) fn choose_renderer(&mut self) {
-        let integrator = path::integrator_of(&self.engine, &self.scene);
+        let integrator = integrator_of(&self.engine, &self.scene);
         self.scene.settings.integrator = Some(integrator);
     }
 }
@@ -358,7 +367,7 @@ pub(crate) fn choose_pixel(settings: &mut Settings, [x, y]: [usize; 2]) -> Resul
 
 /// A scene prepared for rendering.
 pub(crate) struct Prepared {
-    pub(crate) scene: BatchScene,
+    pub(crate) scene: RenderScene,
     /// Statistics of the preparation.
     pub(crate) statistics: Statistics,
     /// The number of primitives: shapes, and the elements of those that have any.
@@ -378,7 +387,7 @@ impl Prepared {
             BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
         };
         let aovs = request.aov_plan(&scene)?.names();
-        let mut scene = BatchScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
+        let mut scene = RenderScene::new(&scene, &engine, &aovs, &mut warnings, &told)?;
         scene.titles = titles;
         let optimise_time = optimise_first(&scene, request.execution.optimise);
         let statistics = Statistics {
@@ -398,7 +407,7 @@ impl Prepared {
 }
 
 /// Optimises the kernels before the render if the request says so. Returns the time that it took.
-fn optimise_first(scene: &BatchScene, optimise: Optimise) -> Duration {
+fn optimise_first(scene: &RenderScene, optimise: Optimise) -> Duration {
     let start = Instant::now();
     if optimise == Optimise::First {
         scene.wait_for_optimised();

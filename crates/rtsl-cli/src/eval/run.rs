@@ -10,7 +10,7 @@ use rtsl::{
     LoopOwners, Messages, Method, ParameterType, Program, Scalar, StateVariable, Unit, Value,
     derived_components, diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
-use rtsl_render::path::Evaluation as SceneEvaluation;
+use rtsl_render::integrate::Evaluation as SceneEvaluation;
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 use serde_json::Value as JsonValue;

@@ -9,9 +9,13 @@ use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::spread::Spread;
 use crate::compiled::tracer::Tracer;
-use crate::path::{BatchMemory, PathTracer, tiles_of_wavefront};
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
+use crate::integrate::wavefront::tiles_of_wavefront;
+use crate::schedule::render_threads::RenderThreads;
+use crate::schedule::tile::Tile;
+use crate::schedule::tile_samples::TileSamples;
 use crate::statistics::RayCounts;
-use crate::tiles::{RenderThreads, Tile, TileSamples};
 
 /// The number and the duration of repetitions.
 #[derive(Clone, Copy, Debug)]
@@ -96,7 +100,7 @@ impl Clock<'_> {
         &self,
         kind: &'static str,
         count: usize,
-        trace: impl Fn(&mut BatchMemory, usize) -> (LaneMask, LaneMask) + Sync,
+        trace: impl Fn(&mut ThreadMemory, usize) -> (LaneMask, LaneMask) + Sync,
     ) -> Option<RayMeasurement> {
         let (rays, hits) = (AtomicU64::new(0), AtomicU64::new(0));
         let times = self.repeat(|| {
@@ -122,9 +126,9 @@ impl Clock<'_> {
         })
     }
 
-    fn run(&self, count: usize, work: impl Fn(&mut BatchMemory, usize) + Sync) -> RayCounts {
+    fn run(&self, count: usize, work: impl Fn(&mut ThreadMemory, usize) + Sync) -> RayCounts {
         let proceed = || !self.tracer.errors.any();
-        let memory = || BatchMemory::new(self.tracer.scene);
+        let memory = || ThreadMemory::new(self.tracer.scene);
         let (_, memories) = self.threads.for_each_tile((0, count), memory, proceed, work);
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays);

@@ -9,8 +9,9 @@ use rtsl_scene::reader::DiskFiles;
 use serde::Serialize;
 
 use super::{Effort, Spread};
-use crate::path::{self, BatchOptions};
 use crate::request::{LoadedScene, Prepared, RenderRequest};
+use crate::schedule;
+use crate::schedule::render::RenderOptions;
 use crate::statistics::RayCounts;
 
 /// The number of samples per pixel unless a request has another: those of a wavefront.
@@ -66,12 +67,12 @@ pub fn measure_integrator(
     let request = RenderRequest { samples: request.samples.or(Some(SAMPLES)), ..request.clone() };
     let loaded = LoadedScene::new(&request, &DiskFiles)?.with_integrator(integrator);
     let Prepared { scene, statistics, warnings, .. } = Prepared::new(&request, loaded)?;
-    let options = BatchOptions { execution: request.execution, ..BatchOptions::default() };
+    let options = RenderOptions { execution: request.execution, ..RenderOptions::default() };
     let start = Instant::now();
     let (mut seconds, mut rays, mut threads) = (Vec::new(), RayCounts::default(), 0);
     while seconds.is_empty() || seconds.len() < effort.repetitions && start.elapsed() < effort.time
     {
-        let rendered = path::render(&scene, options)?.rendered;
+        let rendered = schedule::render(&scene, options)?.rendered;
         seconds.push(rendered.time.as_secs_f64());
         (rays, threads) = (rendered.rays, rendered.threads);
     }

@@ -7,10 +7,14 @@ use rtsl::{Engine, EngineOptions, LineCosts, Messages, TextCosts};
 use rtsl_scene::reader::DiskFiles;
 use rtsl_scene::{Scene, SceneSource};
 
+use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::path::{BatchMemory, BatchScene, PathTracer};
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
-use crate::tiles::{RenderThreads, Tile, TileSamples, tiles_of};
+use crate::schedule::render_threads::RenderThreads;
+use crate::schedule::tile::{Tile, tiles_of};
+use crate::schedule::tile_samples::TileSamples;
 
 /// The greatest number of tiles that are rendered.
 const TILES: usize = 48;
@@ -73,7 +77,7 @@ pub fn measure_lines_of(
     threads: Option<usize>,
 ) -> Result<SceneLines, Messages> {
     let mut warnings = Messages::default();
-    let scene = BatchScene::new(scene, engine, &[], &mut warnings, &|_| {})?;
+    let scene = RenderScene::new(scene, engine, &[], &mut warnings, &|_| {})?;
     Ok(SceneLines { warnings, ..lines_of_scene(&scene, costs, &RenderThreads::new(threads)?)? })
 }
 
@@ -100,7 +104,7 @@ fn engine_of(options: &EngineOptions, costs: &LineCosts) -> EngineOptions {
 
 /// Renders a sample of the pixels of some tiles.
 fn lines_of_scene(
-    scene: &BatchScene,
+    scene: &RenderScene,
     costs: &LineCosts,
     threads: &RenderThreads,
 ) -> Result<SceneLines, Messages> {
@@ -112,7 +116,7 @@ fn lines_of_scene(
     drop(costs.take());
     threads.for_each_tile(
         (0, groups.len()),
-        || BatchMemory::new(scene),
+        || ThreadMemory::new(scene),
         || !errors.any(),
         |memory, index| {
             let samples = |tile: &Tile| TileSamples { tile: *tile, first: 0, count: 1 };

@@ -21,19 +21,20 @@ use rtsl::{Engine, Messages};
 use rtsl_scene::Settings;
 use rtsl_scene::reader::DiskFiles;
 
-use self::clock::Clock;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::path::PathTracer;
+use crate::integrate::path_tracer::PathTracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
+use crate::schedule::render_threads::RenderThreads;
+use crate::schedule::tile::tiles_of;
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
-use crate::tiles::{RenderThreads, tiles_of};
+use clock::Clock;
 
-pub use self::clock::Effort;
-pub use self::integrator::{IntegratorMeasurement, measure_integrator};
-pub(crate) use self::lines::lines_of;
-pub use self::lines::{SceneLines, measure_lines, measure_lines_of};
-pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
-pub use self::spread::Spread;
+pub(crate) use crate::measure::lines::lines_of;
+pub use clock::Effort;
+pub use integrator::{IntegratorMeasurement, measure_integrator};
+pub use lines::{SceneLines, measure_lines, measure_lines_of};
+pub use report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
+pub use spread::Spread;
 
 /// Measures a scene on the disk. The request's samples, time limit and progress are ignored.
 ///

@@ -5,8 +5,12 @@ use rtsl_math::dot;
 use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
-use crate::path::{BatchMemory, HitSurfaces, PathTracer, ShadedSurface};
-use crate::tiles::{Tile, TileSamples};
+use crate::integrate::hit_surfaces::HitSurfaces;
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
+use crate::integrate::shaded_surface::ShadedSurface;
+use crate::schedule::tile::Tile;
+use crate::schedule::tile_samples::TileSamples;
 
 /// A packet with its active lanes.
 pub struct Packet {
@@ -29,7 +33,7 @@ impl RaySets {
     /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset. The tracer has kernels
     /// for all queries.
     pub fn new(tracer: &PathTracer<'_>, tiles: &[Tile]) -> Self {
-        let mut memory = BatchMemory::new(tracer.scene);
+        let mut memory = ThreadMemory::new(tracer.scene);
         let mut sets = RaySets::default();
         let count = tiles.len().min(MAX_PACKETS);
         for index in 0..count {
@@ -47,7 +51,7 @@ impl RaySets {
     fn add_tile(
         &mut self,
         tracer: &PathTracer<'_>,
-        memory: &mut BatchMemory,
+        memory: &mut ThreadMemory,
         tile: Tile,
         index: usize,
     ) {
@@ -87,7 +91,7 @@ impl Leaving<'_> {
     }
 
     /// Rays towards one of the lights, another for each packet, in the lanes for which the light is above the surface.
-    fn shadow(&self, memory: &mut BatchMemory, index: usize) -> Option<Packet> {
+    fn shadow(&self, memory: &mut ThreadMemory, index: usize) -> Option<Packet> {
         let light = (index as u32).checked_rem(self.tracer.light_count())?;
         let rays = self.tracer.light_rays(memory, light, (self.surfaces, self.time));
         let mut packet = self.no_rays();

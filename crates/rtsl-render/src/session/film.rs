@@ -12,8 +12,8 @@ use super::enlargement::{Enlargement, Preview, PreviewPixel};
 use super::scatter::Scatter;
 use super::tile_sample::{TileSample, TileSums, mean};
 use super::view_mode::{Display, PixelFacts};
+use crate::schedule::tile::{TILE, Tile, tiles_of};
 use crate::statistics::LaneUse;
-use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a separate lock, so that threads do not wait for one another.
 pub struct Film {

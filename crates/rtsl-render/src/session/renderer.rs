@@ -6,17 +6,20 @@ use rtsl_scene::{INTERACTIVE, Scene, WHITTED};
 
 use super::tile_sample::TileSample;
 use crate::compiled::CompiledScene;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::render_scene_builder::RenderSceneBuilder;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::path::{
-    BatchMemory, BatchScene, BatchSceneBuilder, PathTracer, SAMPLES_IN_WAVEFRONT,
-    tiles_of_wavefront,
-};
+use crate::integrate::camera_rays::CameraRays;
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
+use crate::integrate::wavefront::SAMPLES_IN_WAVEFRONT;
+use crate::integrate::wavefront::tiles_of_wavefront;
+use crate::schedule::tile_samples::TileSamples;
 use crate::statistics::LaneUse;
-use crate::tiles::{CameraRays, TileSamples};
 
 /// A renderer with its scene.
 pub struct SessionRenderer {
-    scene: Box<BatchScene>,
+    scene: Box<RenderScene>,
     /// True if the picture is that of the interactive renderer, which no class names.
     is_interactive: bool,
 }
@@ -33,7 +36,7 @@ impl SessionRenderer {
     /// Prepares a scene for its integrator. What did not change since an earlier state is used again.
     ///
     /// # Errors
-    /// As for [`BatchSceneBuilder::build`].
+    /// As for [`RenderSceneBuilder::build`].
     pub fn new(
         scene: &Scene,
         engine: &Engine,
@@ -41,7 +44,7 @@ impl SessionRenderer {
         messages: &mut Messages,
     ) -> Result<SessionRenderer, Messages> {
         let earlier = earlier.map(|(earlier, of)| (&*earlier.scene, of));
-        let builder = BatchSceneBuilder::of_changing(engine, scene, earlier);
+        let builder = RenderSceneBuilder::of_changing(engine, scene, earlier);
         let prepared = builder.keeping_first_hits().build(scene, messages)?;
         let is_interactive =
             scene.integrator.is_none() && scene.settings.integrator == Some(WHITTED);
@@ -49,7 +52,7 @@ impl SessionRenderer {
     }
 
     /// The scene.
-    pub fn scene(&self) -> &BatchScene {
+    pub fn scene(&self) -> &RenderScene {
         &self.scene
     }
 
@@ -68,7 +71,7 @@ impl SessionRenderer {
     pub fn camera_packet(
         &self,
         errors: &RuntimeErrors,
-        memory: &mut BatchMemory,
+        memory: &mut ThreadMemory,
         samples: &TileSamples,
     ) -> CameraRays {
         self.tracer(errors).camera_packet(&mut memory.camera, samples, 0)
@@ -98,7 +101,7 @@ impl SessionRenderer {
     pub fn take_samples(
         &self,
         errors: &RuntimeErrors,
-        memory: &mut BatchMemory,
+        memory: &mut ThreadMemory,
         samples: &[TileSamples],
         keeps_objects: bool,
     ) -> Vec<TakenSamples> {
@@ -124,7 +127,7 @@ impl SessionRenderer {
     pub fn visits(
         &self,
         errors: &RuntimeErrors,
-        memory: &mut BatchMemory,
+        memory: &mut ThreadMemory,
         samples: TileSamples,
     ) -> [u32; LANES] {
         self.tracer(errors).count_visits(memory, &samples)
@@ -137,7 +140,7 @@ impl SessionRenderer {
 }
 
 /// Returns the colours of a tile's samples, given their radiance, channel by channel.
-fn developed(scene: &BatchScene, samples: &TileSamples, radiance: [&[f32]; 3]) -> Vec<TileSample> {
+fn developed(scene: &RenderScene, samples: &TileSamples, radiance: [&[f32]; 3]) -> Vec<TileSample> {
     let settings = &scene.compiled.settings;
     let lanes = samples.tile.lanes(settings.width, settings.height);
     let count = samples.count as usize;

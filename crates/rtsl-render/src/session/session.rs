@@ -28,10 +28,12 @@ use crate::compiled::object::is_own_material;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
-use crate::path::BatchMemory;
+use crate::integrate::memory::ThreadMemory;
 use crate::pixel::SampleRequest;
+use crate::schedule::render_threads::RenderThreads;
+use crate::schedule::tile::{TILE, Tile};
+use crate::schedule::tile_samples::TileSamples;
 use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{RenderThreads, TILE, Tile, TileSamples};
 
 /// The time without changes after which the kernels are optimised in the background. Before, it would slow down the
 /// compilation of the next change.
@@ -371,7 +373,7 @@ impl Session {
         let errors = RuntimeErrors::default();
         let compiled = self.renderer.compiled();
         let tracer = Tracer { scene: compiled, errors: &errors };
-        let mut memory = BatchMemory::new(self.renderer.scene());
+        let mut memory = ThreadMemory::new(self.renderer.scene());
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
         // With one sample of each pixel, lanes of packets are those of tiles.
@@ -583,7 +585,7 @@ impl Session {
         let together = if takes_one { renderer.tiles_of_visit(count, threads) } else { 1 };
         let (next, memories) = self.threads.for_each_tile(
             (first.div_ceil(together), count.div_ceil(together)),
-            || BatchMemory::new(renderer.scene()),
+            || ThreadMemory::new(renderer.scene()),
             || !errors.any() && in_time(),
             |memory, place| {
                 let tiles = &tiles[place * together..count.min((place + 1) * together)];

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_image::Image;
-use rtsl_render::path::{BatchOptions, BatchRendered, BatchScene, render};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{RenderOptions, RenderedImage, render};
 use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
@@ -24,7 +25,7 @@ fn fail(messages: Messages) -> ! {
     panic!("{}", messages.to_text(false))
 }
 
-fn compiled(text: &str, how: How) -> BatchScene {
+fn compiled(text: &str, how: How) -> RenderScene {
     let files = [
         ("scene.pbrt", text),
         ("width.rtsl", WIDTH),
@@ -41,15 +42,15 @@ fn compiled(text: &str, how: How) -> BatchScene {
         EngineOptions { backend: how.backend, width: Some(how.width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the backend is there");
     let mut warnings = Messages::default();
-    let scene = BatchScene::new(&scene, &engine, &[], &mut warnings, &|_| {});
+    let scene = RenderScene::new(&scene, &engine, &[], &mut warnings, &|_| {});
     scene.unwrap_or_else(|messages| fail(messages))
 }
 
 fn rendered(text: &str, how: How) -> Rendered {
     let scene = compiled(text, how);
     let options =
-        BatchOptions { execution: Execution::on_threads(how.threads), ..BatchOptions::default() };
-    let BatchRendered { rendered, .. } =
+        RenderOptions { execution: Execution::on_threads(how.threads), ..RenderOptions::default() };
+    let RenderedImage { rendered, .. } =
         render(&scene, options).unwrap_or_else(|messages| fail(messages));
     assert_eq!((rendered.dropped_samples, &*rendered.not_finite), (0, [].as_slice()));
     rendered

@@ -7,7 +7,8 @@ use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Aov;
 use rtsl_render::Execution;
 use rtsl_render::checkpoint::{Checkpoint, Numbers, Section};
-use rtsl_render::path::{BatchOptions, BatchScene, Part, PartialRender};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{Part, PartialRender, RenderOptions};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
@@ -21,24 +22,24 @@ const SCENE: &str = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\n\
 
 const TILES: std::ops::Range<usize> = 0..2;
 
-fn scene(aovs: &[Aov]) -> BatchScene {
+fn scene(aovs: &[Aov]) -> RenderScene {
     let files = MemoryFiles([(PathBuf::from("scene.pbrt"), SCENE.to_owned())].into());
     let loaded = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
     let loaded = loaded.unwrap_or_else(|it| panic!("{}", it.to_text(false)));
     let engine = Engine::new(EngineOptions::default()).expect("the interpreter is always there").0;
-    BatchScene::new(&loaded.scene, &engine, aovs, &mut Messages::default(), &|_| {})
+    RenderScene::new(&loaded.scene, &engine, aovs, &mut Messages::default(), &|_| {})
         .unwrap_or_else(|it| panic!("{}", it.to_text(false)))
 }
 
 /// A kind of render: its scene, its first sample, and its noise.
-type Kind<'a> = (&'a BatchScene, u32, Option<f32>);
+type Kind<'a> = (&'a RenderScene, u32, Option<f32>);
 
 fn begun((scene, first, noise): Kind<'_>) -> PartialRender {
     PartialRender::new(scene, first, noise).expect("there is memory")
 }
 
-fn go_on(render: &mut PartialRender, scene: &BatchScene, samples: std::ops::Range<u32>) {
-    let options = BatchOptions { execution: Execution::on_threads(1), ..BatchOptions::default() };
+fn go_on(render: &mut PartialRender, scene: &RenderScene, samples: std::ops::Range<u32>) {
+    let options = RenderOptions { execution: Execution::on_threads(1), ..RenderOptions::default() };
     let part = Part { tiles: TILES, samples };
     render.render(scene, &part, options).expect("no loop is endless");
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{Backend, Engine, EngineOptions, Instance, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
-use rtsl_render::path::BatchScene;
+use rtsl_render::compiled::RenderScene;
 use rtsl_scene::reader::{DiskFiles, MemoryFiles};
 use rtsl_scene::{LoadOptions, Loaded, PlacedLight, load_scene};
 
@@ -34,7 +34,7 @@ fn a_texture_or_a_number_cuts_a_shape_out() {
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the interpreter is there");
     let mut warnings = Messages::default();
-    BatchScene::new(&loaded.scene, &engine, &[], &mut warnings, &|_| {}).expect("it compiles");
+    RenderScene::new(&loaded.scene, &engine, &[], &mut warnings, &|_| {}).expect("it compiles");
     assert_eq!(warnings.to_text(false), "");
 }
 

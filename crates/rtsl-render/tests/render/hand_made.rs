@@ -13,7 +13,8 @@ use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_render::Execution;
-use rtsl_render::path::{BatchOptions, BatchScene, render};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{RenderOptions, render};
 use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings, WHITTED};
 
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
@@ -327,10 +328,10 @@ fn image(scene: Scene, backend: Backend, width: u32, threads: usize) -> Image {
     let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the width is one of those there are");
     let mut messages = Messages::default();
-    let scene = BatchScene::new(&scene, &engine, &[], &mut messages, &|_| {})
+    let scene = RenderScene::new(&scene, &engine, &[], &mut messages, &|_| {})
         .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     let options =
-        BatchOptions { execution: Execution::on_threads(threads), ..BatchOptions::default() };
+        RenderOptions { execution: Execution::on_threads(threads), ..RenderOptions::default() };
     render(&scene, options).expect("no shader loops").rendered.image
 }
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
-use rtsl_render::path::{BatchOptions, BatchScene, render};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{RenderOptions, render};
 use rtsl_render::{Execution, Rendered};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
@@ -36,18 +37,18 @@ const LAMP: &str = "
     NamedMaterial \"glow\"
     Shape \"Sphere\" \"float radius\" 1 \"point3 center\" [0 1 -2]";
 
-fn compiled(cutoff: f32, world: &str, backend: Backend, width: u32) -> BatchScene {
+fn compiled(cutoff: f32, world: &str, backend: Backend, width: u32) -> RenderScene {
     let scene = load(&cutoff.to_string(), world);
     let scene = scene.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).expect("the backend is there");
-    BatchScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})
+    RenderScene::new(&scene, &engine, &[], &mut Messages::default(), &|_| {})
         .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 
-fn rendered(scene: &BatchScene, threads: usize) -> Rendered {
+fn rendered(scene: &RenderScene, threads: usize) -> Rendered {
     let execution = Execution::on_threads(threads);
-    let options = BatchOptions { execution, ..BatchOptions::default() };
+    let options = RenderOptions { execution, ..RenderOptions::default() };
     let rendered = render(scene, options);
     rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).rendered
 }

@@ -7,7 +7,8 @@ use rtsl::{Compiler, Engine, EngineOptions, Instance, Messages, Value, library};
 use rtsl_image::Aov;
 use rtsl_math::Transform;
 use rtsl_render::Execution;
-use rtsl_render::path::{BatchOptions, BatchScene, Part, PartialRender, render};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{Part, PartialRender, RenderOptions, render};
 use rtsl_scene::load_scene;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{ComposedShape, Composer, Composition, LoadOptions, PlacedLight, Scene, Settings};
@@ -21,9 +22,9 @@ fn engine() -> Engine {
     Engine::new(EngineOptions::default()).expect("without LLVM there is the interpreter").0
 }
 
-fn prepared(scene: &Scene) -> BatchScene {
+fn prepared(scene: &Scene) -> RenderScene {
     let aovs = [Aov::Distance, Aov::Object, Aov::Nodes];
-    BatchScene::new(scene, &engine(), &aovs, &mut Messages::default(), &|_| {})
+    RenderScene::new(scene, &engine(), &aovs, &mut Messages::default(), &|_| {})
         .unwrap_or_else(|it| panic!("{}", it.to_text(false)))
 }
 
@@ -33,11 +34,11 @@ fn loaded() -> Scene {
     loaded.unwrap_or_else(|it| panic!("{}", it.to_text(false))).scene
 }
 
-fn options() -> BatchOptions<'static> {
-    BatchOptions { execution: Execution::on_threads(2), ..BatchOptions::default() }
+fn options() -> RenderOptions<'static> {
+    RenderOptions { execution: Execution::on_threads(2), ..RenderOptions::default() }
 }
 
-fn begun(scene: &BatchScene, first: u32) -> PartialRender {
+fn begun(scene: &RenderScene, first: u32) -> PartialRender {
     PartialRender::new(scene, first, None).expect("there is memory")
 }
 
@@ -100,7 +101,7 @@ fn tasks_that_follow_each_other_give_the_bits_of_the_whole() {
     let scene = prepared(&loaded());
     let target = Some(0.05);
     let begin = || PartialRender::new(&scene, 0, target).expect("there is memory");
-    let noisy = BatchOptions { noise_target: target, ..options() };
+    let noisy = RenderOptions { noise_target: target, ..options() };
     let whole = render(&scene, noisy).expect("no loop is endless").rendered;
     let (mut head, mut workers) = (begin(), [begin(), begin()]);
     for (chain, tiles) in [0..4, 4..9].into_iter().enumerate() {

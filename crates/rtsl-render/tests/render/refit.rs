@@ -7,7 +7,8 @@ use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::Execution;
 use rtsl_render::compiled::SceneBuilder;
-use rtsl_render::path::{BatchOptions, BatchScene, BatchSceneBuilder, render};
+use rtsl_render::compiled::{RenderScene, RenderSceneBuilder};
+use rtsl_render::schedule::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 
@@ -40,23 +41,23 @@ fn scene(shift: impl Fn(u32) -> [f32; 3], radius: f32) -> Scene {
     loaded.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).scene
 }
 
-fn picture(scene: &BatchScene) -> Image {
-    let options = BatchOptions { execution: Execution::on_threads(2), ..BatchOptions::default() };
+fn picture(scene: &RenderScene) -> Image {
+    let options = RenderOptions { execution: Execution::on_threads(2), ..RenderOptions::default() };
     render(scene, options).unwrap_or_else(|it| panic!("{}", it.to_text(false))).rendered.image
 }
 
 /// The order of the items in the scene's tree.
-fn order(scene: &BatchScene) -> Vec<u32> {
+fn order(scene: &RenderScene) -> Vec<u32> {
     let tree = &scene.compiled.geometry.groups[0].tree;
     tree.leaves.iter().flat_map(|leaf| leaf.items()).copied().collect()
 }
 
 /// Compiles the second scene as a successor of the first: with refitted trees, and with rebuilt ones.
-fn follow(first: &Scene, second: &Scene) -> [BatchScene; 3] {
+fn follow(first: &Scene, second: &Scene) -> [RenderScene; 3] {
     let engine = Engine::new(EngineOptions::default()).unwrap().0;
     let mut messages = Messages::default();
     let mut build = |scene: &Scene, builder: SceneBuilder<'_>| {
-        BatchSceneBuilder::new(builder).build(scene, &mut messages).unwrap()
+        RenderSceneBuilder::new(builder).build(scene, &mut messages).unwrap()
     };
     let first = build(first, SceneBuilder::new(&engine));
     let moved = build(second, SceneBuilder::new(&engine).moved_shapes(&first.compiled));

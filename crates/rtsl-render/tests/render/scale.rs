@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_render::Execution;
-use rtsl_render::path::{BatchOptions, BatchScene, render};
+use rtsl_render::compiled::RenderScene;
+use rtsl_render::schedule::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 use rtsl_testing::turns::ways;
@@ -42,9 +43,9 @@ fn pixels(engine: &Engine, scene: &str) -> Vec<[f32; 3]> {
     let scene = load_scene(Path::new("scene.pbrt"), &files(scene), &LoadOptions::default());
     let scene = scene.unwrap_or_else(|messages| fail(messages)).scene;
     let mut warnings = Messages::default();
-    let scene = BatchScene::new(&scene, engine, &[], &mut warnings, &|_| {});
+    let scene = RenderScene::new(&scene, engine, &[], &mut warnings, &|_| {});
     let scene = scene.unwrap_or_else(|messages| fail(messages));
-    let options = BatchOptions { execution: Execution::on_threads(1), ..BatchOptions::default() };
+    let options = RenderOptions { execution: Execution::on_threads(1), ..RenderOptions::default() };
     let rendered = render(&scene, options).unwrap_or_else(|messages| fail(messages));
     rendered.rendered.image.pixels
 }

@@ -1,0 +1,79 @@
+//! Alpha textures: rays pass a surface with alpha 0, stop at one with alpha 1, and stop at random for values between
+//! them.
+
+use rtsl::Method;
+use rtsl_math::sampling::NUMBERS_OF_SHAPES;
+
+use super::path_tracer::PathTracer;
+use super::random_numbers::lone_random_number;
+use super::rows::BATCH_LANES;
+use super::shading_batch::ShadingBatch;
+use super::wavefront::{PathHit, Wavefront};
+use crate::compiled::calls::Callee;
+use crate::compiled::surface_group::SurfaceGroup;
+use crate::compiled::variables::variables;
+
+/// Selects the random numbers that decide if a ray passes. Each hit along a path has a different one.
+const NUMBERS_OF_ALPHA: u32 = 0x106;
+
+/// Selects the random numbers of alpha textures.
+const NUMBERS_OF_TEXTURES: u32 = 0x109;
+
+impl PathTracer<'_> {
+    /// Removes the wavefront's hits from `first` on that rays pass and continues these rays behind them.
+    pub fn pass_transparent_hits(
+        &self,
+        wavefront: &mut Wavefront,
+        first: usize,
+        batch: &mut ShadingBatch,
+    ) {
+        let mut candidates = wavefront.hits.split_off(first);
+        let group = |hit: &PathHit| self.scene.objects[hit.object as usize].group as usize;
+        let is_solid = |hit: &mut PathHit| self.groups[group(hit)].alpha.is_none();
+        wavefront.hits.extend(candidates.extract_if(.., is_solid));
+        candidates.sort_by_key(group);
+        for hits in candidates.chunk_by(|one, other| group(one) == group(other)) {
+            for hits in hits.chunks(BATCH_LANES) {
+                self.cut(&self.groups[group(&hits[0])], hits, wavefront, batch);
+            }
+        }
+    }
+
+    fn cut(
+        &self,
+        group: &SurfaceGroup,
+        hits: &[PathHit],
+        wavefront: &mut Wavefront,
+        batch: &mut ShadingBatch,
+    ) {
+        batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
+        self.prepare_surfaces(group, batch);
+        // Each hit along the path has a different sequence, as below.
+        for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
+            *key ^= distance.to_bits();
+        }
+        batch.start_random_numbers(NUMBERS_OF_TEXTURES);
+        let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
+            return;
+        };
+        let textures = &self.scene.alpha[class];
+        let name = &textures.program.class().name;
+        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;
+        let instances = of.instances(&textures.objects, alpha);
+        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
+        let values = batch.state.floats(variables().float_texture_value);
+        for (hit, value) in hits.iter().zip(values) {
+            let path = &mut wavefront.paths[hit.path as usize];
+            let key = path.key ^ path.distance.to_bits();
+            // NaN is opaque.
+            if *value <= lone_random_number(key, NUMBERS_OF_ALPHA, path.sample) {
+                path.epsilon = path.distance;
+                path.distance = path.limit;
+                wavefront.active.push(hit.path);
+            } else {
+                wavefront.hits.push(*hit);
+            }
+        }
+    }
+}

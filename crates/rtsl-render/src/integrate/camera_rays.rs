@@ -1,0 +1,55 @@
+//! Camera rays of a tile, packet by packet.
+
+use rtsl::{LaneBlock, new_state};
+use rtsl_bvh::{LANES, Lanes, RayPacket};
+
+use super::camera::{Camera, rays_of};
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::LaneVectors;
+use crate::schedule::tile_samples::TileSamples;
+
+/// Camera rays with their random numbers and weights.
+pub struct CameraRays {
+    /// The rays.
+    pub rays: RayPacket,
+    /// The keys of their random sequences.
+    pub keys: [u32; LANES],
+    /// The sample indices.
+    pub samples: [u32; LANES],
+    /// The weights of radiance.
+    pub weights: LaneVectors,
+    /// The widths of the rays at their origins, and the increase of width per unit of length; 0 if no stage reads them.
+    pub footprints: [Lanes; 2],
+}
+
+/// The memory of one thread for packets of camera rays.
+#[derive(Default)]
+pub struct CameraMemory {
+    /// The state and the scratch, once they are needed.
+    blocks: Option<(LaneBlock, LaneBlock)>,
+}
+
+/// Generates a packet of the rays of some samples of a tile.
+pub fn camera_packet(
+    camera: &Camera,
+    scene: (&CompiledScene, &RuntimeErrors),
+    memory: &mut CameraMemory,
+    (samples, packet): (&TileSamples, usize),
+) -> CameraRays {
+    let arrays = camera.program.scratch_arrays();
+    let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
+    let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
+    camera.generate(scene, std::iter::once((samples, packet)), (&mut *state, &mut *scratch));
+    let (v, at) = (variables(), camera.program.arrays());
+    let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
+    let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");
+    CameraRays {
+        rays: rays_of(state, 0),
+        keys: words(scratch.words(at.key)),
+        samples: words(scratch.words(at.sample)),
+        weights: at.weights.map(|array| floats(scratch.floats(array))),
+        footprints: [v.ray_width, v.ray_spread].map(|component| floats(state.floats(component))),
+    }
+}

@@ -1,0 +1,97 @@
+//! The surfaces of a packet's hits, for measurements of rays that leave them.
+
+use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_math::SIMD_LANES;
+use rtsl_math::sampling::NUMBERS_OF_SHAPES;
+
+use super::memory::ThreadMemory;
+use super::path_tracer::PathTracer;
+use super::rows::{get, set};
+use super::shaded_surface::ShadedSurface;
+use super::wavefront::{NO_INSTANCE, Path, PathHit};
+use crate::compiled::placed_objects::HitObject;
+
+/// The surfaces that the rays of a packet hit, by lanes.
+pub type HitSurfaces = [Option<ShadedSurface>; LANES];
+
+impl<'a> PathTracer<'a> {
+    /// Returns the same inputs with kernels for all queries about surfaces.
+    #[must_use]
+    pub fn asking_everything(self) -> PathTracer<'a> {
+        PathTracer { groups: self.scene.full_groups(), ..self }
+    }
+
+    /// Computes the surfaces of the hits of a packet.
+    pub fn surfaces_of_hits(
+        &self,
+        memory: &mut ThreadMemory,
+        (rays, lanes): (&RayPacket, LaneMask),
+        hits: &Hits,
+    ) -> HitSurfaces {
+        let scene = self.scene;
+        let path = |lane: usize| Path {
+            distance: hits.distance[lane],
+            ..Path::from_ray(rays, lane, 0, 0)
+        };
+        let paths: [Path; LANES] = std::array::from_fn(path);
+        let hit = |lane: usize| {
+            let compiled = &scene.compiled;
+            let hit = HitObject::of(&compiled.geometry, &compiled.items, hits.id[lane])?;
+            let instance = hit.instance.unwrap_or(NO_INSTANCE);
+            let HitObject { member, element, .. } = hit;
+            Some(PathHit { path: lane as u32, object: member.object, element, instance })
+        };
+        let mut found: Vec<PathHit> = lanes_of(hits.lanes(lanes)).filter_map(hit).collect();
+        let group = |hit: &PathHit| scene.objects[hit.object as usize].group;
+        found.sort_by_key(group);
+        let mut surfaces = [None; LANES];
+        let batch = &mut *memory.batch;
+        for hits in found.chunk_by(|one, other| group(one) == group(other)) {
+            batch.load(&paths, hits, NUMBERS_OF_SHAPES);
+            self.prepare_surfaces(&self.groups[group(&hits[0]) as usize], batch);
+            for (place, hit) in hits.iter().enumerate() {
+                surfaces[hit.path as usize] = Some(ShadedSurface::of_lane(batch, place));
+            }
+        }
+        surfaces
+    }
+
+    /// The number of lights that are sampled.
+    pub fn light_count(&self) -> u32 {
+        self.scene.lights.entries.len() as u32
+    }
+
+    /// Samples a light for the surfaces of lanes. Returns for each lane the direction, and the length of a ray that ends
+    /// before the light; `None` where the sample is black.
+    pub fn light_rays(
+        &self,
+        memory: &mut ThreadMemory,
+        light: u32,
+        (surfaces, time): (&HitSurfaces, &[f32; LANES]),
+    ) -> [Option<([f32; 3], f32)>; LANES] {
+        let lanes: Vec<usize> = (0..LANES).filter(|lane| surfaces[*lane].is_some()).collect();
+        let ThreadMemory { batch, light: of_lights, .. } = memory;
+        batch.count = lanes.len();
+        let mut found = [None; LANES];
+        let Some(last) = lanes.last() else { return found };
+        for place in 0..lanes.len().next_multiple_of(SIMD_LANES) {
+            let lane = *lanes.get(place).unwrap_or(last);
+            let Some(surface) = &surfaces[lane] else { continue };
+            let [geometric, shading] = surface.lit_normals(None);
+            set(&mut batch.point, place, surface.point());
+            set(&mut batch.geometric_normal, place, geometric);
+            set(&mut batch.shading_normal, place, shading);
+            batch.offset[place] = surface.offset;
+            batch.side[place] = 1.0;
+            batch.time[place] = time[lane];
+            (batch.keys[place], batch.samples[place]) = (lane as u32, 0);
+        }
+        self.sample_chosen(batch, of_lights, &vec![light; lanes.len()]);
+        for (place, lane) in lanes.iter().enumerate() {
+            let is_lit = get(&batch.light.color, place) != [0.0; 3];
+            let ray = (get(&batch.light.direction, place), batch.light.distance[place]);
+            found[*lane] = is_lit.then_some(ray);
+        }
+        found
+    }
+}

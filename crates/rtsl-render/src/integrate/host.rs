@@ -1,0 +1,566 @@
+//! The host of an integrator: it answers queries, for one ray or for several rays together.
+
+use std::cell::RefCell;
+
+use rtsl::Query;
+use rtsl::host::{
+    Host, LaneColors, LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes, MAX_LANES,
+    RayLanes,
+};
+use rtsl_math::dot;
+
+use super::memory::ThreadMemory;
+use super::numbers::{PathNumbers, Purpose, pairs, singles};
+use super::path_tracer::PathTracer;
+use super::rows::are_finite;
+use super::shaded_surface::ShadedSurface;
+use super::shadow_rays::ShadowRay;
+use super::spawned_paths::{MAX_SPAWNED, SpawnedPath, greatest_weight};
+use super::suspect::Suspect;
+use super::tracing::IntegratorMemory;
+use super::wavefront::{NO_INSTANCE, Path, Wavefront};
+use crate::statistics::RayCounts;
+
+/// The object of a surface that no ray found.
+pub const NO_OBJECT: u32 = u32::MAX;
+
+/// A ray of a call, with what the integrator has asked for it so far.
+#[derive(Clone, Debug)]
+pub struct RayOfCall {
+    pub numbers: PathNumbers,
+    /// The time within the shutter.
+    pub time: f32,
+    /// The sum of the contributions that nothing blocked.
+    pub lit: [f32; 3],
+    /// The distance and the object of the first surface that was found; `None` if there was no search yet, or no hit.
+    pub first_hit: Option<(f32, f32)>,
+    /// The number of searches.
+    pub searches: u32,
+    /// The first method whose values were not finite.
+    pub suspect: Option<Suspect>,
+    /// The surface that a material shades; its rays leave it.
+    pub surface: Option<ShadedSurface>,
+    /// The weight of its radiance.
+    pub throughput: [f32; 3],
+    /// The factor of the light that a method defers which shades a surface for the ray; else 1.
+    pub weight: [f32; 3],
+    /// True if light of lights is multiplied by this factor, too.
+    pub weighs_light: bool,
+    /// A bound of the weight of its radiance in the pixel.
+    pub importance: f32,
+    /// True if it received light that was not finite, whose cause was reported.
+    pub is_spoilt: bool,
+}
+
+impl RayOfCall {
+    /// Creates the state of the ray of a path with this key, sample and time.
+    pub fn new(key: u32, sample: u32, time: f32) -> RayOfCall {
+        RayOfCall {
+            numbers: PathNumbers::new(key, sample),
+            time,
+            lit: [0.0; 3],
+            first_hit: None,
+            searches: 0,
+            suspect: None,
+            surface: None,
+            throughput: [1.0; 3],
+            weight: [1.0; 3],
+            weighs_light: false,
+            importance: 1.0,
+            is_spoilt: false,
+        }
+    }
+
+    /// Creates the state of the ray of a path.
+    pub fn of_path(path: &Path) -> RayOfCall {
+        RayOfCall {
+            importance: path.importance,
+            throughput: path.throughput,
+            ..RayOfCall::new(path.key, path.sample, path.time)
+        }
+    }
+
+    /// Returns the number of surfaces that the path has met before the last one found.
+    pub fn surfaces_before(&self) -> u32 {
+        self.searches.saturating_sub(1)
+    }
+
+    /// Counts a search.
+    pub fn count_search(&mut self) {
+        self.numbers.begin_search();
+        self.searches = self.searches.saturating_add(1);
+    }
+
+    /// Adds a contribution that nothing blocks.
+    pub fn add_contribution(&mut self, color: [f32; 3]) {
+        (0..3).for_each(|channel| self.lit[channel] += color[channel]);
+    }
+
+    /// Notes light that a ray received.
+    pub fn note_light(&mut self, color: [f32; 3]) {
+        self.is_spoilt |= !are_finite(&color);
+    }
+
+    /// Returns the path of a ray that `trace` traces, given its limit and the weight of its radiance, and the least
+    /// distance of hits; `None` if the weight in the pixel is below the cutoff.
+    pub fn begin_trace(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        [limit, weight]: [f32; 2],
+        (epsilon, cutoff): (f32, f32),
+    ) -> Option<Path> {
+        let key = self.numbers.begin_child();
+        let importance = self.importance * weight;
+        is_traced(importance, cutoff).then_some(Path {
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            epsilon,
+            distance: limit,
+            limit,
+            time: self.time,
+            key,
+            sample: self.numbers.sample,
+            importance,
+            ..Path::NOWHERE
+        })
+    }
+
+    /// Returns the path of a ray that a method spawns with this weight, given the index and the depth of its parent.
+    pub fn spawn(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        (limit, weight): (f32, [f32; 3]),
+        (parent, depth): (u32, u32),
+    ) -> SpawnedPath {
+        let weight = [0, 1, 2].map(|channel: usize| self.weight[channel] * weight[channel]);
+        SpawnedPath {
+            parent,
+            depth: depth + 1,
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            limit,
+            throughput: [0, 1, 2].map(|channel| self.throughput[channel] * weight[channel]),
+            importance: self.importance * greatest_weight(weight),
+            key: self.numbers.begin_child(),
+            time: self.time,
+            sample: self.numbers.sample,
+        }
+    }
+
+    /// Returns a ray that asks whether anything is on it, with 0 as its path.
+    pub fn shadow_ray(
+        &mut self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        distance: f32,
+    ) -> ShadowRay {
+        ShadowRay {
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            distance,
+            time: self.time,
+            color: [1.0; 3],
+            path: 0,
+            key: self.numbers.begin(Purpose::ShadowRay),
+            sample: self.numbers.sample,
+        }
+    }
+
+    /// Returns the origin of a ray: if it begins on the surface that a material shades, off it.
+    pub fn origin_off_surface(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+        self.surface.map_or(origin, |surface| surface.leave(origin, direction))
+    }
+
+    /// Returns the path of a search with a ray of this origin, direction, least and greatest distance. A least distance
+    /// of 0 means that of the scene.
+    pub fn search_path(
+        &self,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        [epsilon, limit]: [f32; 2],
+        epsilon_of_scene: f32,
+    ) -> Path {
+        Path {
+            origin: self.origin_off_surface(origin, direction),
+            direction,
+            epsilon: if epsilon > 0.0 { epsilon } else { epsilon_of_scene },
+            distance: limit,
+            limit,
+            time: self.time,
+            key: self.numbers.key_of_search(),
+            sample: self.numbers.sample,
+            ..Path::NOWHERE
+        }
+    }
+
+    /// Notes what the first search has found: the distance and the object of a hit.
+    pub fn note_first_hit(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
+        self.first_hit = hit.map(|hit| first_hit(direction, hit));
+    }
+}
+
+/// True unless the weight of a ray's radiance in the pixel is below the cutoff. NaN is not.
+pub fn is_traced(importance: f32, cutoff: f32) -> bool {
+    let is_left_out = importance < cutoff;
+    !is_left_out
+}
+
+/// True if a spawned path is followed, which the cutoff and weights of 0 prevent.
+pub fn is_followed(importance: f32, cutoff: f32) -> bool {
+    is_traced(importance, cutoff) && importance != 0.0
+}
+
+/// Returns distance and object of a surface that a ray with this direction hits at a parameter.
+pub fn first_hit(direction: [f32; 3], (parameter, object): (f32, u32)) -> (f32, f32) {
+    (parameter * dot(direction, direction).sqrt(), object as f32)
+}
+
+/// The host of a call of an integrator.
+pub struct SceneHost<'a> {
+    pub tracer: PathTracer<'a>,
+    /// The rays.
+    pub rays: &'a mut [RayOfCall],
+    /// The index of the ray of each lane of the call; `None` if they are in order.
+    pub slots: Option<&'a [u32]>,
+    /// The memory of queries.
+    pub queries: &'a mut ThreadMemory,
+    /// Memory for the rays that `trace` traces.
+    pub free: &'a RefCell<Vec<IntegratorMemory>>,
+    /// The depth of the rays.
+    pub depth: u32,
+    /// True if methods whose values are not finite are noted: stages do not ask for all values.
+    pub notes_suspects: bool,
+    /// True if stages ask, whose contributions begin off surfaces already.
+    pub is_of_stages: bool,
+}
+
+impl Host for SceneHost<'_> {
+    fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
+        for lane in lanes.iter() {
+            let ray = self.ray_of(lanes, lane);
+            let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
+            let ends = (vector(&rays.origin), vector(&rays.direction));
+            let limits = [rays.limit[lane], rays.weight[lane]];
+            let path = self.rays[ray].begin_trace(ends, limits, self.tracer.scene.least_of_rays());
+            let color = path.map_or([0.0; 3], |path| self.integrate_further(path));
+            self.rays[ray].note_light(color);
+            (0..3).for_each(|channel| radiance[channel][lane] = color[channel]);
+        }
+    }
+
+    fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
+        let mut occluded = 0;
+        for lane in lanes.iter() {
+            let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
+            let (origin, direction) = (vector(&rays.origin), vector(&rays.direction));
+            let ray = self.ray_of(lanes, lane);
+            if !self.is_visible(ray, (origin, direction), rays.limit[lane]) {
+                occluded |= 1 << lane;
+            }
+        }
+        occluded
+    }
+
+    fn light_count(&mut self) -> u32 {
+        self.tracer.scene.lights.entries.len() as u32
+    }
+
+    fn light_sample(
+        &mut self,
+        lanes: LaneSet,
+        index: u32,
+        query: &LightQueryLanes,
+        light: &mut LightLanes,
+    ) -> u32 {
+        self.sample_light(lanes, index, query, light)
+    }
+
+    fn ambient(&mut self) -> [f32; 3] {
+        self.tracer.scene.compiled.ambient
+    }
+
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        let sampler = self.tracer.scene.compiled.settings.sampler;
+        for lane in lanes.iter() {
+            let ray = self.ray_of(lanes, lane);
+            values[lane] = self.rays[ray].numbers.draw(&sampler);
+        }
+    }
+
+    fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
+        let lanes = LaneSet { base: ray, active: 1 };
+        let operands: Vec<LaneWords> = operands.iter().map(|bits| [*bits; MAX_LANES]).collect();
+        let mut answers = vec![[0; MAX_LANES]; results.len()];
+        self.query_lanes(lanes, query, &operands, &mut answers);
+        results.iter_mut().zip(&answers).for_each(|(result, answer)| *result = answer[0]);
+    }
+
+    fn query_lanes(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        match query {
+            Query::NearestHit => self.nearest_hits(lanes, operands, results),
+            Query::SurfaceProperties
+            | Query::Emission
+            | Query::LightEmission
+            | Query::LightPdf
+            | Query::Bsdf
+            | Query::BsdfPdf
+            | Query::SampleBsdf
+            | Query::Shade
+            | Query::OwnShade => self.ask_surfaces(lanes, query, operands, results),
+            Query::SampleLight => self.sample_lights(lanes, operands, results),
+            Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
+            Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
+            Query::Contribute => self.contribute(lanes, operands),
+            Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
+            Query::Spawn => self.spawn(lanes, operands),
+            Query::SpawnPath => self.spawn_paths(lanes, operands),
+            Query::UnshadowedLight => self.sample_unshadowed(lanes, operands, results),
+        }
+        if self.notes_suspects {
+            self.note_suspects(lanes, (query, operands, results));
+        }
+    }
+}
+
+impl SceneHost<'_> {
+    /// Returns the index of a lane's ray.
+    pub fn ray_of(&self, lanes: LaneSet, lane: usize) -> usize {
+        let index = lanes.base as usize + lane;
+        self.slots.map_or(index, |slots| slots[index] as usize)
+    }
+
+    fn nearest_hits(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
+        for lane in lanes.iter() {
+            let index = self.ray_of(lanes, lane);
+            let state = &mut self.rays[index];
+            let ray = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let limits = [number(operands, 6, lane), number(operands, 7, lane)];
+            let path = state.search_path(ray, limits, self.tracer.scene.compiled.epsilon);
+            let ThreadMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
+            begin(wavefront, path);
+            searcher.are_together = false;
+            rays.traced += u64::from(state.searches > 0 || state.surface.is_some());
+            self.tracer.find_hits(wavefront, searcher, batch);
+            let distance = wavefront.paths[0].distance;
+            let hit = wavefront.hits.first();
+            self.tracer.scene.note_hit(hit.map(|hit| (hit.object, distance)));
+            if state.searches == 0 {
+                state.note_first_hit(path.direction, hit.map(|hit| (distance, hit.object)));
+            }
+            state.count_search();
+            let answer = match hit {
+                Some(hit) => [1, hit.object, hit.instance, hit.element, distance.to_bits()],
+                None => [0, NO_OBJECT, NO_INSTANCE, 0, 0],
+            };
+            results.iter_mut().zip(answer).for_each(|(result, bits)| result[lane] = bits);
+        }
+    }
+
+    /// Notes contributions, which are added if nothing blocks them once their rays are traced.
+    fn contribute(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let ray = self.ray_of(lanes, lane);
+            let ray = &mut self.rays[ray];
+            let (mut origin, direction) = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let mut color = vector(operands, 7, lane);
+            if !self.is_of_stages {
+                origin = ray.origin_off_surface(origin, direction);
+                if ray.weighs_light {
+                    (0..3).for_each(|channel| color[channel] *= ray.weight[channel]);
+                }
+            }
+            if color == [0.0; 3] {
+                continue;
+            }
+            let RayOfCall { numbers, time, .. } = ray;
+            self.queries.shadow_rays.push(&ShadowRay {
+                origin,
+                direction,
+                distance: number(operands, 6, lane),
+                time: *time,
+                color,
+                path: lanes.base + lane as u32,
+                key: numbers.begin(Purpose::ShadowRay),
+                sample: numbers.sample,
+            });
+        }
+    }
+
+    /// Notes the paths of rays that a method spawns.
+    fn spawn(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let index = self.ray_of(lanes, lane);
+            let ends = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let (limit, weight) = (number(operands, 6, lane), vector(operands, 7, lane));
+            let parent = (index as u32, self.depth);
+            let path = self.rays[index].spawn(ends, (limit, weight), parent);
+            self.follow(&path);
+        }
+    }
+
+    /// Notes paths that stages have made of rays.
+    fn spawn_paths(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
+        for lane in lanes.iter() {
+            let index = self.ray_of(lanes, lane);
+            let RayOfCall { importance, time, numbers, .. } = &self.rays[index];
+            let path = SpawnedPath {
+                parent: index as u32,
+                depth: self.depth + 1 + operands[12][lane],
+                origin: vector(operands, 0, lane),
+                direction: vector(operands, 3, lane),
+                limit: number(operands, 6, lane),
+                throughput: vector(operands, 7, lane),
+                importance: importance * number(operands, 10, lane),
+                key: operands[11][lane],
+                time: *time,
+                sample: numbers.sample,
+            };
+            self.follow(&path);
+        }
+    }
+
+    fn follow(&mut self, path: &SpawnedPath) {
+        if !is_followed(path.importance, self.tracer.scene.compiled.settings.cutoff) {
+            return;
+        }
+        match self.queries.spawned.len() < MAX_SPAWNED {
+            true => self.queries.spawned.push(path),
+            false => self.tracer.errors.report_many_paths(),
+        }
+    }
+
+    fn sample(
+        &mut self,
+        lanes: LaneSet,
+        query: Query,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        let (mut keys, mut samples) = ([0; MAX_LANES], [0; MAX_LANES]);
+        for lane in lanes.iter() {
+            let numbers = &self.rays[self.ray_of(lanes, lane)].numbers;
+            (keys[lane], samples[lane]) = (numbers.key(), numbers.sample);
+        }
+        let sampler = &self.tracer.scene.compiled.settings.sampler;
+        if query == Query::Sample {
+            results[0] = singles(sampler, &keys, &operands[0], &samples);
+        } else {
+            [results[0], results[1]] = pairs(sampler, &keys, &operands[0], &samples);
+        }
+    }
+
+    /// True if nothing is on a ray before the distance.
+    fn is_visible(
+        &mut self,
+        ray: usize,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        distance: f32,
+    ) -> bool {
+        let shadow_ray = self.rays[ray].shadow_ray((origin, direction), distance);
+        let memory = &mut *self.queries;
+        // Contributions wait for their turn.
+        let waiting = std::mem::take(&mut memory.shadow_rays);
+        memory.shadow_rays.push(&shadow_ray);
+        self.tracer.trace_shadow_rays(memory);
+        memory.shadow_rays = waiting;
+        !memory.reached.is_empty()
+    }
+
+    /// Adds the contributions that nothing blocks.
+    pub fn add_contributions(&mut self) {
+        self.tracer.trace_shadow_rays(self.queries);
+        let ThreadMemory { shadow_rays, reached, .. } = &mut *self.queries;
+        for index in reached {
+            let index = *index as usize;
+            let ray = &mut self.rays[shadow_rays.paths[index] as usize];
+            ray.add_contribution(shadow_rays.color(index));
+        }
+        shadow_rays.clear();
+    }
+
+    /// Returns the radiance along the ray of a path that a method has traced; black beyond the greatest depth.
+    fn integrate_further(&mut self, path: Path) -> [f32; 3] {
+        let SceneHost { tracer, free, depth, .. } = self;
+        let further = Further { tracer, free };
+        let mut radiance = [[0.0; 3]];
+        let counts = further.integrate(&[path], *depth + 1, &mut radiance);
+        self.queries.rays += counts;
+        radiance[0]
+    }
+}
+
+/// The integration of further rays, those that `trace` traces.
+pub struct Further<'a> {
+    pub tracer: &'a PathTracer<'a>,
+    pub free: &'a RefCell<Vec<IntegratorMemory>>,
+}
+
+impl Further<'_> {
+    /// Computes the radiance along the rays of paths, whose depth is given, and returns the number of rays traced. Beyond
+    /// the greatest depth `radiance` keeps its values.
+    pub fn integrate(&self, paths: &[Path], depth: u32, radiance: &mut [[f32; 3]]) -> RayCounts {
+        if paths.is_empty() || !self.tracer.is_traced_at(depth) {
+            return RayCounts::default();
+        }
+        self.with_memory(|memory| {
+            let mut counts = self.tracer.integrate_further(paths, (memory, depth), radiance);
+            counts.traced += paths.len() as u64;
+            counts
+        })
+    }
+
+    /// Calls `work` with memory for a further level.
+    pub fn with_memory(&self, work: impl FnOnce(&mut IntegratorMemory) -> RayCounts) -> RayCounts {
+        let taken = self.free.borrow_mut().pop();
+        let mut memory = taken.unwrap_or_else(|| IntegratorMemory::new(self.tracer.scene));
+        let counts = work(&mut memory);
+        self.free.borrow_mut().push(memory);
+        counts
+    }
+}
+
+/// Makes a wavefront of one path, whose ray is not traced yet.
+fn begin(wavefront: &mut Wavefront, path: Path) {
+    wavefront.paths.clear();
+    wavefront.paths.push(path);
+    wavefront.features.reset(0, None);
+    wavefront.active.clear();
+    wavefront.active.push(0);
+}
+
+/// Returns a lane of the operand at an index as a number.
+pub fn number(operands: &[LaneWords], index: usize, lane: usize) -> f32 {
+    f32::from_bits(operands[index][lane])
+}
+
+/// Returns a lane of the three operands from an index on as a vector.
+pub fn vector(operands: &[LaneWords], first: usize, lane: usize) -> [f32; 3] {
+    [0, 1, 2].map(|axis| number(operands, first + axis, lane))
+}
+
+/// Stores the first results of a lane.
+pub fn store(results: &mut [LaneWords], lane: usize, values: &[f32]) {
+    results.iter_mut().zip(values).for_each(|(result, value)| result[lane] = value.to_bits());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights of rays that follow each other are multiplied. One that is no number is not too little.
+    #[test]
+    fn rays_of_little_weight_are_left_out() {
+        let ends = ([0.0; 3], [0.0, 0.0, 1.0]);
+        let begin = |path: &Path, weight: f32| {
+            RayOfCall::of_path(path).begin_trace(ends, [f32::INFINITY, weight], (1e-4, 0.125))
+        };
+        let first = begin(&Path::NOWHERE, 0.25).unwrap();
+        assert_eq!(first.importance, 0.25);
+        assert!(begin(&first, 0.5).is_some() && begin(&first, 0.499).is_none());
+        assert!(begin(&first, f32::NAN).is_some());
+    }
+}

@@ -1,0 +1,265 @@
+//! Samples of a light that a material names by its index, each with a shadow ray.
+
+use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
+use rtsl::{MAX_ANSWERS, ResumedBy};
+use rtsl_math::{SIMD_LANES, dot};
+
+use super::host::{RayOfCall, SceneHost};
+use super::memory::ThreadMemory;
+use super::numbers::Purpose;
+use super::path_tracer::PathTracer;
+use super::rows::{BATCH_LANES, are_finite, get, set};
+use super::shading_batch::ShadingBatch;
+use super::shadow_rays::ShadowRay;
+use crate::compiled::render_scene::RenderScene;
+
+/// The number of operands of a request.
+pub const LIGHT_SCALARS: usize = ResumedBy::LightSample.request().len();
+
+/// A point for which light is requested.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPoint {
+    /// The index of the ray that found the point.
+    ray: u32,
+    /// The index of the light.
+    light: u32,
+    /// The point, in world space.
+    point: [f32; 3],
+    /// The axis of the cone from which light is taken, of any length.
+    axis: [f32; 3],
+    /// The least cosine between axis and light; -infinity for no cone.
+    cosine: f32,
+}
+
+/// Light that reaches a point.
+#[derive(Clone, Copy, Debug)]
+pub struct LightAtPoint {
+    /// The unit vector towards the light.
+    direction: [f32; 3],
+    distance: f32,
+    /// The radiance, or the whole contribution where the density is 0.
+    color: [f32; 3],
+    /// The density per solid angle; 0 for a delta light.
+    density: f32,
+}
+
+impl LightPoint {
+    /// Returns the point of a request with these operands: the light, point, axis and cosine.
+    pub fn new(ray: u32, operands: &[u32; LIGHT_SCALARS]) -> LightPoint {
+        let number = |index: usize| f32::from_bits(operands[index]);
+        LightPoint {
+            ray,
+            light: operands[0],
+            point: [1, 2, 3].map(number),
+            axis: [4, 5, 6].map(number),
+            cosine: number(7),
+        }
+    }
+
+    fn of_lane(ray: u32, light: u32, query: &LightQueryLanes, lane: usize) -> LightPoint {
+        let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis: usize| from[axis][lane]);
+        let (point, axis) = (vector(&query.point), vector(&query.normal));
+        LightPoint { ray, light, point, axis, cosine: query.cosine[lane] }
+    }
+
+    /// True if a sample of the point's light is not black, and comes from within the cone.
+    fn is_lit_by(&self, sample: &LightAtPoint, scene: &RenderScene) -> bool {
+        let is_light = (self.light as usize) < scene.lights.entries.len();
+        is_light && sample.color != [0.0; 3] && self.is_within(sample.direction)
+    }
+
+    fn has_cone(&self) -> bool {
+        self.cosine != f32::NEG_INFINITY
+    }
+
+    /// True if light from a direction comes from within the cone.
+    fn is_within(&self, direction: [f32; 3]) -> bool {
+        let length = dot(self.axis, self.axis).sqrt();
+        let axis = if length > 0.0 { self.axis.map(|it| it / length) } else { [0.0; 3] };
+        !self.has_cone() || dot(axis, direction) >= self.cosine
+    }
+}
+
+impl LightAtPoint {
+    /// Returns the sample of a lane of a batch.
+    fn of_batch(batch: &ShadingBatch, lane: usize) -> LightAtPoint {
+        LightAtPoint {
+            direction: get(&batch.light.direction, lane),
+            distance: batch.light.reach[lane],
+            color: get(&batch.light.color, lane),
+            density: batch.light.density[lane],
+        }
+    }
+
+    /// Returns the answer to a request: whether there is light, then the light.
+    pub fn answer(light: &Option<LightAtPoint>) -> [u32; MAX_ANSWERS] {
+        let Some(light) = light else { return [0; MAX_ANSWERS] };
+        let LightAtPoint { direction: [x, y, z], distance, color: [r, g, b], density } = *light;
+        let [x, y, z, distance, r, g, b, density] =
+            [x, y, z, distance, r, g, b, density].map(f32::to_bits);
+        [u32::MAX, x, y, z, distance, r, g, b, density]
+    }
+
+    fn store(&self, light: &mut LightLanes, lane: usize) {
+        for axis in 0..3 {
+            light.direction[axis][lane] = self.direction[axis];
+            light.color[axis][lane] = self.color[axis];
+        }
+        light.distance[lane] = self.distance;
+        light.pdf[lane] = self.density;
+    }
+}
+
+impl SceneHost<'_> {
+    /// Answers requests for a light. Returns the lanes that it reaches.
+    pub fn sample_light(
+        &mut self,
+        lanes: LaneSet,
+        index: u32,
+        query: &LightQueryLanes,
+        light: &mut LightLanes,
+    ) -> u32 {
+        let point = |lane: usize| {
+            let ray = self.ray_of(lanes, lane) as u32;
+            LightPoint::of_lane(ray, index, query, lane)
+        };
+        let points: Vec<LightPoint> = lanes.iter().map(point).collect();
+        let samples = self.tracer.sample_for_shade(&points, self.rays, self.queries);
+        let mut reached = 0;
+        for (lane, sample) in lanes.iter().zip(samples) {
+            let Some(sample) = sample else { continue };
+            sample.store(light, lane);
+            reached |= 1 << lane;
+        }
+        reached
+    }
+}
+
+impl SceneHost<'_> {
+    /// Samples lights by their indices, whether anything blocks them or not.
+    pub fn sample_unshadowed(
+        &mut self,
+        lanes: LaneSet,
+        operands: &[LaneWords],
+        results: &mut [LaneWords],
+    ) {
+        if self.tracer.scene.lights.is_empty() {
+            return;
+        }
+        let point = |lane: usize| {
+            let operands = std::array::from_fn(|index| operands[index][lane]);
+            LightPoint::new(self.ray_of(lanes, lane) as u32, &operands)
+        };
+        let points: Vec<LightPoint> = lanes.iter().map(point).collect();
+        self.tracer.load_samples(&points, (self.rays, self.queries));
+        let batch = &self.queries.batch;
+        for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, self.tracer.scene) {
+                let limit = batch.light.distance[place].to_bits();
+                let [_, light @ ..] = LightAtPoint::answer(&Some(sample));
+                let words = [1].into_iter().chain(light).chain([limit]);
+                results.iter_mut().zip(words).for_each(|(result, word)| result[lane] = word);
+            }
+        }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Samples lights for points; returns the light that reaches each of them.
+    pub fn sample_for_shade(
+        &self,
+        points: &[LightPoint],
+        rays: &mut [RayOfCall],
+        queries: &mut ThreadMemory,
+    ) -> Vec<Option<LightAtPoint>> {
+        let mut answers = vec![None; points.len()];
+        let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
+        for (points, answers) in batches {
+            self.sample_batch(points, answers, (rays, queries));
+        }
+        answers
+    }
+
+    /// Samples lights for points of one batch.
+    fn sample_batch(
+        &self,
+        points: &[LightPoint],
+        answers: &mut [Option<LightAtPoint>],
+        (rays, queries): (&mut [RayOfCall], &mut ThreadMemory),
+    ) {
+        if self.scene.lights.is_empty() || points.is_empty() {
+            return;
+        }
+        self.load_samples(points, (rays, queries));
+        let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
+        let mut samples = Vec::with_capacity(points.len());
+        for (place, point) in points.iter().enumerate() {
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, self.scene) {
+                let ray = &mut rays[point.ray as usize];
+                let ends = (point.point, sample.direction);
+                let shadow_ray = ray.shadow_ray(ends, batch.light.distance[place]);
+                shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
+            }
+            samples.push(sample);
+        }
+        self.trace_shadow_rays(queries);
+        let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
+        for index in reached {
+            let place = shadow_rays.paths[*index as usize] as usize;
+            answers[place] = Some(samples[place]);
+            let color = samples[place].color;
+            if !are_finite(&color) {
+                rays[points[place].ray as usize].note_light(color);
+                self.report_light(points[place].light);
+            }
+        }
+        shadow_rays.clear();
+    }
+
+    /// Samples the lights of points, which are not too many for a batch.
+    fn load_samples(
+        &self,
+        points: &[LightPoint],
+        (rays, queries): (&mut [RayOfCall], &mut ThreadMemory),
+    ) {
+        load_points(points, rays, queries);
+        let last = self.scene.lights.entries.len() as u32 - 1;
+        let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
+        let ThreadMemory { batch, light, .. } = &mut *queries;
+        self.sample_undivided(batch, light, &chosen);
+    }
+
+    /// Reports a light whose samples are not finite, if causes are reported.
+    pub fn report_light(&self, entry: u32) {
+        if self.finds_causes {
+            let scene = self.scene;
+            let (class, method) = scene.lights.sampled_method(entry, &scene.materials);
+            self.report_lost(class, method, 1);
+        }
+    }
+}
+
+/// Loads points as a batch, whose last vector is complete.
+fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut ThreadMemory) {
+    let batch = &mut *queries.batch;
+    batch.count = points.len();
+    for place in 0..points.len().next_multiple_of(SIMD_LANES) {
+        let point = &points[place.min(points.len() - 1)];
+        let ray = &mut rays[point.ray as usize];
+        let axis = point.has_cone().then_some(point.axis);
+        let up = [[0.0, 0.0, 1.0]; 2];
+        let normals = ray.surface.map_or(up, |surface| surface.lit_normals(axis));
+        set(&mut batch.point, place, point.point);
+        set(&mut batch.geometric_normal, place, normals[0]);
+        set(&mut batch.shading_normal, place, normals[1]);
+        batch.offset[place] = ray.surface.map_or(0.0, |surface| surface.offset);
+        batch.side[place] = 1.0;
+        batch.time[place] = ray.time;
+        batch.samples[place] = ray.numbers.sample;
+        if place < points.len() {
+            batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
+        }
+    }
+}

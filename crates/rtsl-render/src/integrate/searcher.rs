@@ -1,0 +1,124 @@
+//! Searches for the hits of a wavefront.
+
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
+
+use super::path_tracer::PathTracer;
+use super::shading_batch::ShadingBatch;
+use super::wavefront::{NO_INSTANCE, PathHit, Wavefront};
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::tracer::{SearchMemory, Tracer};
+
+/// The state of searches besides the rays.
+pub struct Searcher {
+    /// The memory of searches.
+    pub memory: SearchMemory,
+    /// A packet of rays.
+    pub packet: Box<RayPacket>,
+    /// A stream of incoherent rays.
+    pub stream: RayStream,
+    /// True if rays of adjacent lanes are coherent.
+    pub are_together: bool,
+}
+
+impl Searcher {
+    /// Creates the state for a scene.
+    pub fn new(scene: &RenderScene) -> Self {
+        Searcher {
+            memory: SearchMemory::new(&scene.compiled),
+            packet: Box::default(),
+            stream: RayStream::default(),
+            are_together: false,
+        }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Finds the hits of a wavefront's active rays. Each becomes a hit or leaves the scene; none is active afterwards.
+    pub fn find_hits(
+        &self,
+        wavefront: &mut Wavefront,
+        searcher: &mut Searcher,
+        batch: &mut ShadingBatch,
+    ) {
+        wavefront.hits.clear();
+        wavefront.left.clear();
+        loop {
+            let known = wavefront.hits.len();
+            let geometry = &self.scene.compiled.geometry;
+            if !searcher.are_together && geometry.suits_stream(wavefront.active.len()) {
+                self.search_with_streams(wavefront, searcher);
+            } else {
+                self.search_with_packets(wavefront, searcher);
+            }
+            wavefront.active.clear();
+            if !self.scene.has_alpha() {
+                return;
+            }
+            self.pass_transparent_hits(wavefront, known, batch);
+            if wavefront.active.is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// Finds the closest hits of the active rays in packets.
+    fn search_with_packets(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
+        let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
+        let Searcher { memory, packet, .. } = searcher;
+        for start in (0..wavefront.active.len()).step_by(LANES) {
+            let count = (wavefront.active.len() - start).min(LANES);
+            for lane in 0..count {
+                let path = &wavefront.paths[wavefront.active[start + lane] as usize];
+                packet.set(lane, path.origin, path.direction);
+                packet.epsilon[lane] = path.epsilon;
+                packet.limit[lane] = path.distance;
+                packet.time[lane] = path.time;
+            }
+            let lanes = LaneMask::MAX >> (LANES - count);
+            let found = tracer.nearest(memory, packet, lanes);
+            let hit = found.lanes(lanes);
+            wavefront
+                .left
+                .extend(lanes_of(lanes & !hit).map(|lane| wavefront.active[start + lane]));
+            for lane in lanes_of(hit) {
+                let path = wavefront.active[start + lane];
+                self.add_hit(wavefront, path, (found.distance[lane], found.id[lane]));
+            }
+        }
+    }
+
+    /// Finds them in streams.
+    fn search_with_streams(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
+        let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
+        let Searcher { memory, stream, .. } = searcher;
+        for start in (0..wavefront.active.len()).step_by(RAYS_OF_STREAM) {
+            let end = (start + RAYS_OF_STREAM).min(wavefront.active.len());
+            stream.clear();
+            for index in &wavefront.active[start..end] {
+                let path = &wavefront.paths[*index as usize];
+                let limits = (path.epsilon, path.distance);
+                stream.push(path.origin, path.direction, limits, path.time);
+            }
+            tracer.search_stream(memory, stream, Search::Closest);
+            for place in 0..end - start {
+                let path = wavefront.active[start + place];
+                match stream.hit(place) {
+                    Some(hit) => self.add_hit(wavefront, path, hit),
+                    None => wavefront.left.push(path),
+                }
+            }
+        }
+    }
+
+    /// Adds the hit of a path's ray.
+    #[inline(always)]
+    fn add_hit(&self, wavefront: &mut Wavefront, path: u32, (distance, id): (f32, HitId)) {
+        wavefront.paths[path as usize].distance = distance;
+        let scene = &self.scene.compiled;
+        let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return };
+        let object = hit.member.object;
+        let instance = hit.instance.unwrap_or(NO_INSTANCE);
+        wavefront.hits.push(PathHit { path, object, element: hit.element, instance });
+    }
+}

@@ -1,0 +1,241 @@
+//! Searches for the nearest hits of the rays that paths request.
+
+use rtsl::{RayType, ResumedBy};
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search};
+
+use super::answers::{AnsweredHit, WORDS};
+use super::columns::Columns;
+use super::frames::{Blocks, Frames};
+use super::path_set::PathSet;
+use super::requests::Requested;
+use super::run::StagedPaths;
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::tracer::Tracer;
+use crate::integrate::host::first_hit;
+use crate::integrate::memory::ThreadMemory;
+use crate::integrate::numbers::count_after;
+use crate::integrate::searcher::Searcher;
+use crate::integrate::wavefront::NO_INSTANCE;
+
+/// The number of operands of a search.
+const REQUEST: usize = ResumedBy::NearestHit.request().len();
+
+impl StagedPaths<'_> {
+    /// Finds the nearest hits of the requested rays.
+    pub fn search(&mut self, paths: &PathSet) {
+        let are_together = std::mem::take(&mut self.are_together);
+        let scene = self.tracer.scene;
+        let staged = self.staged;
+        if staged.program.searches_at_end() {
+            return self.note_stage_searches(paths);
+        }
+        if let Some((kernel, objects)) = staged.nearest_search().zip(staged.searched_objects()) {
+            return self.search_by_kernel(kernel, objects, paths);
+        }
+        let slots = paths.paths();
+        if scene.has_alpha() {
+            self.search_past_alpha(slots, are_together);
+            return self.count_searches(slots);
+        }
+        self.collect_requests(paths);
+        self.leave_surfaces(slots);
+        let starts = 0..slots.len();
+        if !are_together && scene.compiled.geometry.suits_stream(slots.len()) {
+            starts.step_by(RAYS_OF_STREAM).for_each(|start| self.search_stream(start, slots));
+        } else {
+            starts.step_by(LANES).for_each(|start| self.search_packet(start, slots));
+        }
+        self.count_searches(slots);
+    }
+
+    /// Copies the requested rays to adjacent lanes.
+    fn collect_requests(&mut self, paths: &PathSet) {
+        let Columns { requests, time, .. } = &self.staged.columns;
+        let Frames { paths: Blocks { scratch, .. }, requests: collected, .. } = &mut *self.frames;
+        collected.iter_mut().for_each(Vec::clear);
+        let columns = requests[..REQUEST].iter().chain([time]).map(|array| scratch.floats(*array));
+        paths.append(columns.zip(collected));
+    }
+
+    /// Moves the origins of collected rays off the surfaces that materials shade.
+    fn leave_surfaces(&mut self, slots: &[u32]) {
+        let Frames { paths: Blocks { scratch, .. }, requests, .. } = &mut *self.frames;
+        let requested = Requested::of(scratch, self.staged);
+        if let Some(ends) = requests.first_chunk_mut() {
+            requested.leave_surfaces(slots, ends);
+        }
+    }
+
+    /// Finds the hits of a packet of collected rays, whose first is `start`.
+    fn search_packet(&mut self, start: usize, slots: &[u32]) {
+        let slots = &slots[start..slots.len().min(start + LANES)];
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let Searcher { memory, packet, .. } = &mut self.queries.searcher;
+        let RayPacket { origin, direction, epsilon, limit, time } = &mut **packet;
+        let lanes = origin.iter_mut().chain(direction).chain([&mut *epsilon, limit, time]);
+        for (lanes, column) in lanes.zip(&self.frames.requests) {
+            lanes[..slots.len()].copy_from_slice(&column[start..start + slots.len()]);
+        }
+        for epsilon in epsilon {
+            *epsilon = if *epsilon > 0.0 { *epsilon } else { epsilon_of_scene };
+        }
+        let lanes = LaneMask::MAX >> (LANES - slots.len());
+        let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
+        let found = tracer.nearest(memory, packet, lanes);
+        let hits = found.lanes(lanes);
+        let hit = |lane: usize| {
+            let is_hit = hits >> lane & 1 != 0;
+            answered_hit(tracer.scene, is_hit.then(|| (found.distance[lane], found.id[lane]))?)
+        };
+        self.frames.answers.set(slots.len(), hit);
+        self.store_answers(slots);
+    }
+
+    /// Finds the hits of a stream of collected rays, whose first is `start`.
+    fn search_stream(&mut self, start: usize, slots: &[u32]) {
+        let end = slots.len().min(start + RAYS_OF_STREAM);
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let requests = self.frames.requests.each_ref().map(|column| &column[start..end]);
+        let Searcher { memory, stream, .. } = &mut self.queries.searcher;
+        stream.clear();
+        for ray in 0..end - start {
+            let [ox, oy, oz, dx, dy, dz, epsilon, limit, time] = requests.map(|column| column[ray]);
+            let epsilon = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
+            stream.push([ox, oy, oz], [dx, dy, dz], (epsilon, limit), time);
+        }
+        let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
+        tracer.search_stream(memory, stream, Search::Closest);
+        let hit = |place: usize| answered_hit(tracer.scene, stream.hit(place)?);
+        self.frames.answers.set(end - start, hit);
+        self.store_answers(&slots[start..end]);
+    }
+
+    /// Finds the hits behind surfaces that let rays pass.
+    fn search_past_alpha(&mut self, slots: &[u32], are_together: bool) {
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
+        paths.clear();
+        for slot in slots {
+            let (origin, direction, limits) = self.requested(*slot);
+            let ray = &self.wave.rays[self.frames.path_in(*slot)];
+            paths.push(ray.search_path((origin, direction), limits, epsilon_of_scene));
+        }
+        let ThreadMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
+        wavefront.paths = paths;
+        wavefront.features.reset(0, None);
+        wavefront.active.clear();
+        wavefront.active.extend(0..slots.len() as u32);
+        searcher.are_together = are_together;
+        self.tracer.find_hits(wavefront, searcher, batch);
+        let wavefront = &self.queries.wavefront;
+        let mut hits = vec![None; slots.len()];
+        for hit in &wavefront.hits {
+            let bits = wavefront.paths[hit.path as usize].distance.to_bits();
+            hits[hit.path as usize] = Some([hit.object, hit.instance, hit.element, bits]);
+        }
+        self.frames.answers.set(slots.len(), |ray| hits[ray]);
+        self.store_answers(slots);
+    }
+
+    /// Stores the answers to the searches of paths.
+    fn store_answers(&mut self, slots: &[u32]) {
+        let Frames { paths: Blocks { scratch, .. }, answers, .. } = &mut *self.frames;
+        // Samples of lights, for which stages may wait too, have more answers.
+        let read = self.staged.read_answers().iter().filter(|(word, _)| *word < WORDS);
+        for (word, array) in read {
+            answers.store(*word, slots, scratch.words_mut(*array));
+        }
+        if !self.tracer.keeps_first_hits() {
+            return;
+        }
+        for (ray, slot) in slots.iter().enumerate() {
+            let Some((object, distance)) = self.frames.answers.hit(ray) else { continue };
+            if self.searches_of(*slot) == 0 {
+                let (_, direction, _) = self.requested(*slot);
+                let hit = first_hit(direction, (distance, object));
+                self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
+            }
+        }
+    }
+
+    /// Returns the number of searches of a path.
+    pub fn searches_of(&self, slot: u32) -> u32 {
+        self.frames.paths.scratch.words(self.staged.columns.searches)[slot as usize]
+    }
+
+    /// Counts a search of each path, and tells the stages.
+    fn count_searches(&mut self, slots: &[u32]) {
+        let scratch = &mut self.frames.paths.scratch;
+        for slot in slots {
+            let searches = &mut scratch.words_mut(self.staged.columns.searches)[*slot as usize];
+            *searches = searches.wrapping_add(1);
+            let counted = count_after(*searches);
+            for array in self.staged.read_counts() {
+                scratch.words_mut(*array)[*slot as usize] = counted;
+            }
+        }
+        self.note_searches(slots);
+    }
+
+    /// Counts the searches of paths, and tells hosts and stages of them.
+    pub fn note_searches(&mut self, slots: &[u32]) {
+        self.queries.rays.traced += slots.len() as u64;
+        self.tell_of_searches(slots);
+    }
+
+    /// True if hosts or stages have to know of searches.
+    pub fn is_anyone_told_of_searches(&self) -> bool {
+        self.staged.shades()
+            || !self.wave.rays.is_empty()
+            || self.staged.reads_depths()
+            || self.staged.reads_ray_types()
+    }
+
+    /// Tells hosts and stages of searches that are counted.
+    pub fn tell_of_searches(&mut self, slots: &[u32]) {
+        let Frames { paths: Blocks { scratch, .. }, moved, .. } = &mut *self.frames;
+        let array = self.staged.columns.searches;
+        let rays = &mut self.wave.rays;
+        if self.staged.shades() {
+            let searches = scratch.words(array);
+            for slot in slots {
+                let path = moved.path_in(*slot);
+                self.wave.spawning.begin_search(path, searches[*slot as usize]);
+            }
+        }
+        if !rays.is_empty() {
+            slots.iter().for_each(|slot| rays[moved.path_in(*slot)].count_search());
+        }
+        let mut set = |column: usize, number: fn(u32, u32) -> f32| {
+            for slot in slots {
+                let before = scratch.words(array)[*slot as usize].saturating_sub(1);
+                scratch.floats_mut(column)[*slot as usize] = number(self.depth, before);
+            }
+        };
+        if self.staged.reads_depths() {
+            set(self.staged.columns.depth, |depth, before| (depth + before) as f32);
+        }
+        if self.staged.reads_ray_types() {
+            set(self.staged.columns.ray_type, |depth, before| RayType::of(depth, before).value());
+        }
+    }
+
+    /// Takes the first rays of paths out of the number of rays that were traced.
+    pub fn discount_first_searches(&mut self, active: &PathSet) {
+        if self.staged.is_of_material() {
+            return;
+        }
+        let searches = self.frames.paths.scratch.words(self.staged.columns.searches);
+        let first = active.sum(searches, |searches| u64::from(searches > 0));
+        self.queries.rays.traced -= first;
+    }
+}
+
+/// Returns the answer for a hit at a distance.
+#[inline(always)]
+fn answered_hit(scene: &CompiledScene, (distance, id): (f32, HitId)) -> Option<AnsweredHit> {
+    let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
+    let instance = hit.instance.unwrap_or(NO_INSTANCE);
+    Some([hit.member.object, instance, hit.element, distance.to_bits()])
+}

@@ -1,0 +1,145 @@
+//! The lights of a scene as stages take them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::{
+    Engine, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight, StageLights,
+};
+use rtsl_math::Affine;
+use rtsl_scene::{Scene, SceneObject};
+
+use super::staged_method::StageParts;
+use crate::compiled::CompiledScene;
+use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
+use crate::lights::LightEntry;
+
+/// Returns the lights of a scene.
+pub fn stage_lights<'a>(
+    engine: &Engine,
+    scene: &'a Scene,
+    parts: &StageParts<'_>,
+) -> StageLights<'a> {
+    let StageParts { classes, lights, .. } = parts;
+    let compiled = classes.compiled;
+    let shapeless = shapeless_lights(engine, scene, compiled);
+    // Indices of lights in the scene, then those of area lights in the order of their entries.
+    let (mut indices, mut areas) = (Vec::new(), Vec::new());
+    let is_of_object = |one: &LightEntry, other: &LightEntry| {
+        (one.hit().object, one.hit().instance) == (other.hit().object, other.hit().instance)
+            && lights.shapes_of(one).is_some() == lights.shapes_of(other).is_some()
+    };
+    let is_few = lights.entries.len() <= MAX_STAGE_LIGHTS;
+    let entries = if is_few { lights.entries.as_slice() } else { &[] };
+    for of_object in entries.chunk_by(is_of_object) {
+        let first = shapeless.len() + areas.len();
+        match lights.shapes_of(&of_object[0]) {
+            None => indices.extend(of_object.iter().map(|entry| entry.hit().object as usize)),
+            Some(_) => {
+                indices.extend(first..first + of_object.len());
+                areas.extend(area_lights(engine, scene, parts, of_object));
+            }
+        }
+    }
+    let selection = is_few.then(|| lights.selection(&indices));
+    let areas = areas.into_iter().collect::<Option<Vec<_>>>().filter(|_| is_few);
+    StageLights {
+        lights: shapeless,
+        areas,
+        skies: lights.skies.iter().map(|sky| sky.light as usize).collect(),
+        selection,
+        epsilon: compiled.epsilon,
+        entries: is_few.then_some(indices),
+    }
+}
+
+/// Returns the lights without a shape.
+fn shapeless_lights<'a>(
+    engine: &Engine,
+    scene: &'a Scene,
+    compiled: &CompiledScene,
+) -> Vec<StageLight<'a>> {
+    let programs: Vec<_> = scene.lights.iter().map(|light| engine.program(&light.light)).collect();
+    // Lights of one class are transformed together.
+    let mut placed: BTreeMap<usize, bool> = BTreeMap::new();
+    for (program, light) in programs.iter().zip(&compiled.lights) {
+        *placed.entry(Arc::as_ptr(program) as usize).or_default() |= !light.forward.is_identity();
+    }
+    let all = scene.lights.iter().zip(&programs).zip(&compiled.lights);
+    let all = all.map(|((light, program), place)| StageLight {
+        program: program.clone(),
+        light: &light.light,
+        inverse: columns(&place.inverse),
+        forward: columns(&place.forward),
+        is_placed: placed[&(Arc::as_ptr(program) as usize)],
+        is_weighed: [Method::Illumination, Method::Emission, Method::EvaluatePdf]
+            .into_iter()
+            .all(|method| program.has(method)),
+    });
+    all.collect()
+}
+
+/// Returns the area lights of an object with these entries, its elements in order; `None` for each if they are placed
+/// by an instance, or cut out by a texture.
+fn area_lights<'a>(
+    engine: &Engine,
+    scene: &'a Scene,
+    parts: &StageParts<'_>,
+    entries: &[LightEntry],
+) -> Vec<Option<StageAreaLight<'a>>> {
+    let lights = || {
+        let shapes = parts.lights.shapes_of(&entries[0])?;
+        let class = parts.classes.compiled.class(shapes.class());
+        let PathHit { object, instance, .. } = *entries[0].hit();
+        let is_simple = !shapes.has_alpha() && instance == NO_INSTANCE;
+        let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
+        let emitter = &scene.materials[emitter as usize];
+        let emitter_program = engine.program(emitter);
+        let light = |shape| StageAreaLight {
+            program: class.program().clone(),
+            shape,
+            is_placed: class.is_placed(),
+            emitter_program: emitter_program.clone(),
+            emitter,
+            is_weighed: !shapes.is_invisible(),
+        };
+        Some(shape_objects(scene, parts, object)?.map(light).map(Some).collect::<Vec<_>>())
+    };
+    lights()
+        .filter(|lights| lights.len() == entries.len())
+        .unwrap_or_else(|| vec![None; entries.len()])
+}
+
+/// Returns the shape of an object in the world, or its elements in order; `None` if these have no data.
+pub fn shape_objects<'a>(
+    scene: &'a Scene,
+    parts: &'a StageParts<'_>,
+    object: u32,
+) -> Option<impl Iterator<Item = ShapeObject> + 'a> {
+    let compiled = parts.classes.compiled;
+    let placed = &compiled.objects[object as usize];
+    let SceneObject { primitive, elements, .. } = &scene.objects[object as usize];
+    let program = compiled.class(parts.objects[object as usize].class).program();
+    let elements = elements.map(|_| program.elements(primitive)).transpose().ok()?;
+    let count = elements.as_ref().map_or(1, Objects::len);
+    let shape = move |element: u32| ShapeObject {
+        shape: match &elements {
+            Some(elements) => elements.instance(element as usize),
+            None => program.block(primitive),
+        },
+        inverse: columns(&placed.inverse),
+        forward: columns(&placed.forward),
+        sizes: columns(&placed.sizes),
+        extents: compiled.extents.lengths(object, element),
+        reverse_orientation: placed.reverse_orientation,
+        volume_scale: placed.volume_scale,
+        light: parts.lights.way_to(object, element).unwrap_or_default(),
+    };
+    Some((0..count as u32).map(shape))
+}
+
+/// Returns a map by its columns.
+fn columns(map: &Affine) -> [f32; 12] {
+    let columns = map.columns;
+    std::array::from_fn(|index| columns[index / 3][index % 3])
+}
