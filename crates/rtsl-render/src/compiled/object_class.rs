@@ -7,7 +7,7 @@ use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Placement, Program,
     Variant,
 };
-use rtsl_bvh::{Bvh8, Leaf};
+use rtsl_bvh::{Geometry, Leaf};
 use rtsl_math::{Affine, SIMD_LANES};
 use rtsl_scene::SceneObject;
 
@@ -36,13 +36,6 @@ enum ObjectNumbering {
     Separate(Vec<(u32, u32)>),
     /// The elements of one object: the index of each.
     Elements(Vec<u32>),
-}
-
-/// The items of a class in the order of its leaves; leaves that are not full contain repetitions.
-fn items_in_order(tree: &Bvh8, class: u32) -> Vec<u32> {
-    let mut leaves: Vec<&Leaf> = tree.leaves.iter().filter(|leaf| leaf.class == class).collect();
-    leaves.sort_unstable_by_key(|leaf| leaf.index_in_class);
-    leaves.into_iter().flat_map(|leaf| leaf.items).collect()
 }
 
 impl ObjectClass {
@@ -75,8 +68,7 @@ impl ObjectClass {
         ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(indices))
     }
 
-    /// Creates a class of the elements of one object, which are in the tree's leaves of this class. `first` is the item
-    /// of its first element.
+    /// Creates a class of the elements of one object; `order` is that of their numbers in leaves.
     ///
     /// # Errors
     /// If they cannot be created.
@@ -84,17 +76,14 @@ impl ObjectClass {
         shader: &Shader,
         object: &SceneObject,
         inverse: &Affine,
-        (tree, class): (&Bvh8, u32),
-        first: u32,
+        order: &[u32],
     ) -> Result<ObjectClass, Diagnostic> {
-        let order = items_in_order(tree, class).into_iter().map(|item| item - first);
-        let order: Vec<u32> = order.collect();
         let mut indices = vec![0; object.elements.unwrap_or(0) as usize];
         // Backwards, so that of repetitions the first counts.
         for (index, element) in order.iter().enumerate().rev() {
             indices[*element as usize] = index as u32;
         }
-        ObjectClass::of_ordered_elements(shader, object, inverse, &order, indices)
+        ObjectClass::of_ordered_elements(shader, object, inverse, order, indices)
     }
 
     /// Compiles the kernels of elements, so that they are ready when the elements are created.
@@ -228,9 +217,17 @@ impl ObjectClass {
     }
 }
 
-/// Returns the objects of a class in the order of its leaves.
-pub fn objects_in_order(tree: &Bvh8, class: u32, object: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
-    items_in_order(tree, class).into_iter().map(|item| object(item).unwrap_or_default()).collect()
+/// Returns the items of each of so many classes in the order of its leaves; leaves that are not full contain repetitions.
+pub fn items_in_order(geometry: &Geometry, classes: usize) -> Vec<Vec<u32>> {
+    let mut of_classes = vec![Vec::new(); classes];
+    for leaf in geometry.groups.iter().flat_map(|group| &group.tree.leaves) {
+        let Some(items) = of_classes.get_mut(leaf.class as usize) else { continue };
+        let first = ObjectClass::first_index(leaf.index_in_class) as usize;
+        let end = first + leaf.items.len();
+        items.resize(end.max(items.len()), 0);
+        items[first..end].copy_from_slice(&leaf.items);
+    }
+    of_classes
 }
 
 fn placement(map: &Affine) -> Placement {

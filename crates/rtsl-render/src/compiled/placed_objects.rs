@@ -9,7 +9,7 @@ use rtsl_math::{MovingTransform, Transform};
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};
 
 use super::object::Object;
-use super::object_class::{ObjectClass, objects_in_order};
+use super::object_class::{ObjectClass, items_in_order};
 use super::placement::inverse;
 use super::shaders::Shader;
 
@@ -219,9 +219,9 @@ impl PlacedObjects {
         objects: &[Object],
         shaders: &[Shader],
     ) -> Result<Vec<ObjectClass>, Diagnostic> {
-        let classes = self.keys.iter().enumerate().map(|(class, key)| {
-            let (shader, class) = (&shaders[key.shader], class as u32);
-            let tree = &geometry.groups[key.group].tree;
+        let items = items_in_order(geometry, self.keys.len());
+        let classes = self.keys.iter().zip(items).map(|(key, mut order)| {
+            let shader = &shaders[key.shader];
             let placed = |object: u32| {
                 let scene_object: &SceneObject = &scene.objects[object as usize];
                 (scene_object.primitive.clone(), objects[object as usize].inverse)
@@ -230,12 +230,13 @@ impl PlacedObjects {
                 Some((object, first)) => {
                     let (_, inverse) = placed(object);
                     let object = &scene.objects[object as usize];
-                    ObjectClass::of_elements(shader, object, &inverse, (tree, class), first)
+                    order.iter_mut().for_each(|item| *item -= first);
+                    ObjectClass::of_elements(shader, object, &inverse, &order)
                 }
                 None => {
                     let items = &self.groups[key.group];
-                    let object = |item| Some(items.member(item)?.object);
-                    let order = objects_in_order(tree, class, object);
+                    let object = |item: u32| items.member(item).map_or(0, |member| member.object);
+                    order.iter_mut().for_each(|item| *item = object(*item));
                     ObjectClass::of_objects(shader, key.is_placed, order, placed)
                 }
             }
