@@ -21,8 +21,5 @@ pub const LIGHT_MARGIN: f32 = 1e-4;
 /// The greatest part of the distance to a sample of a shape by which shadow rays are shorter: rounding at silhouettes.
 pub const MAX_SHAPE_MARGIN: f32 = 1e-3;
 
-/// The least probability of either of two nodes of a light hierarchy: 1 minus a rounded probability must not be 0.
-pub const MIN_NODE_PROBABILITY: f32 = 1e-6;
-
 /// The least change of squared lengths that is not rounding in a rotation.
 pub const STRETCH_ROUNDING: f32 = 1e-4;

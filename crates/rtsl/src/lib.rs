@@ -61,6 +61,7 @@ pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles, Unread};
 pub use compile::outline::{ClassOutline, FunctionOutline, Outline, ParameterOutline, Passing};
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
+pub use engine::light_selector::LightSelector;
 pub use engine::renderer_function::RendererFunction;
 pub use engine::specialised::SpecialisedKernel;
 pub use engine::stage_kernels::{

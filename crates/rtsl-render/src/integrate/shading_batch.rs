@@ -3,7 +3,10 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, RayType, SURFACE_SCALARS, new_state};
+use rtsl::{
+    LaneBlock, LaneIndices, LaneMask as MaskBlock, LightSelector, RayType, SURFACE_SCALARS,
+    new_state,
+};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::Sampler;
 
@@ -56,6 +59,8 @@ pub struct ShadingBatch {
     pub light: LightRows,
     /// Random numbers that select lights.
     pub light_seeds: Row,
+    /// The arrays of calls that select lights.
+    pub selection: LaneBlock,
     /// The state of all calls for the surfaces.
     pub state: LaneBlock,
     /// The scratch of the shapes' `intersect` for the hits.
@@ -133,6 +138,7 @@ impl ShadingBatch {
                 density: NONE,
             },
             light_seeds: NONE,
+            selection: LaneBlock::new(LightSelector::ARRAYS, BATCH_LANES),
             state: new_state(BATCH_LANES),
             kept_scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
@@ -245,6 +251,24 @@ impl ShadingBatch {
                 self.limit[start + lane] = paths[lane].limit;
             }
         }
+    }
+
+    /// Computes the probabilities with which lights are selected for points, one for each lane. `light` returns the
+    /// [way](rtsl::LightSelection::way) to a lane's light, and the point.
+    pub fn selection_probabilities(
+        &mut self,
+        selector: &LightSelector,
+        count: usize,
+        light: impl Fn(usize) -> (u32, [f32; 3]),
+    ) -> &[f32] {
+        let arrays = &mut self.selection;
+        for lane in 0..count {
+            let (way, point) = light(lane);
+            arrays.words_mut(0)[lane] = way;
+            (0..3).for_each(|axis| arrays.floats_mut(1 + axis)[lane] = point[axis]);
+        }
+        selector.probabilities(arrays, count);
+        &arrays.floats(4)[..count]
     }
 
     /// Returns the hits of the lanes in use.

@@ -54,10 +54,13 @@ impl PathTracer<'_> {
             self.set_sky_points(simd, sky, batch);
         });
         self.call_sky(sky, Method::EvaluatePdf, kernel, batch);
-        for lane in 0..batch.count {
-            let probability = self.scene.lights.probability(*entry, get(&batch.origin, lane));
-            batch.light_density[lane] = batch.state.floats(variables().pdf)[lane] * probability;
-        }
+        let (lights, count, origin) = (&self.scene.lights, batch.count, batch.origin);
+        let way = lights.way_to_entry(*entry);
+        let selector = lights.selector(&self.scene.engine);
+        batch.selection_probabilities(selector, count, |lane| (way, get(&origin, lane)));
+        let ShadingBatch { light_density, state, selection, .. } = batch;
+        let own = state.floats(variables().pdf).iter().zip(selection.floats(4));
+        light_density[..count].iter_mut().zip(own).for_each(|(to, (own, part))| *to = own * part);
         true
     }
 

@@ -1,7 +1,7 @@
 //! Queries about surfaces.
 
 use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
-use rtsl::{Kernel, MAX_ATTRIBUTE_SCALARS, Method, Query, SURFACE_SCALARS};
+use rtsl::{Kernel, LightSelection, MAX_ATTRIBUTE_SCALARS, Method, Query, SURFACE_SCALARS};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
@@ -10,6 +10,7 @@ use super::memory::ThreadMemory;
 use super::numbers::Purpose;
 use super::shading_batch::ShadingBatch;
 use super::wavefront::{Path, PathHit};
+use crate::compiled::RenderScene;
 use crate::compiled::calls::Callee;
 use crate::compiled::surface_group::SurfaceGroup;
 use crate::compiled::variables::{variables, vector as vector_of};
@@ -216,18 +217,30 @@ impl SceneHost<'_> {
 
     /// The densities with which the surfaces are chosen by light samples at points.
     fn light_densities(
-        &self,
+        &mut self,
         asking: &[Asking],
         group: &SurfaceGroup,
         operands: &[LaneWords],
         results: &mut [LaneWords],
     ) {
-        let lights = &self.tracer.scene.lights;
-        for (place, Asking { lane, hit, .. }) in asking.iter().enumerate() {
-            let entry = lights.entry_of(hit).filter(|_| group.key.is_sampled);
-            let Some(entry) = entry else { continue };
-            let probability = lights.probability(entry, vector(operands, SURFACE_SCALARS, *lane));
-            store(results, *lane, &[self.queries.batch.light_density[place] * probability]);
+        let RenderScene { lights, engine, .. } = self.tracer.scene;
+        let entry = |asking: &Asking| lights.entry_of(&asking.hit);
+        if !group.key.is_sampled || asking.iter().all(|it| entry(it).is_none()) {
+            return;
+        }
+        let batch = &mut *self.queries.batch;
+        let density = batch.light_density;
+        let light = |place: usize| {
+            let way = entry(&asking[place])
+                .map_or(LightSelection::INFINITE, |it| lights.way_to_entry(it));
+            (way, vector(operands, SURFACE_SCALARS, asking[place].lane))
+        };
+        let selector = lights.selector(engine);
+        let probabilities = batch.selection_probabilities(selector, asking.len(), light);
+        for (place, probability) in probabilities.iter().enumerate() {
+            if entry(&asking[place]).is_some() {
+                store(results, asking[place].lane, &[density[place] * probability]);
+            }
         }
     }
 

@@ -7,11 +7,11 @@ mod sampled_surface;
 mod selection;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    Kernel, LightSelection, LinkedMethod, Method, Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES,
-    Program, lookup_state,
+    Backend, Engine, EngineOptions, Kernel, LightSelection, LightSelector, LinkedMethod, Method,
+    Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES, Program, lookup_state,
 };
 use rtsl_scene::Scene;
 
@@ -39,6 +39,7 @@ pub struct Lights {
     /// By object and instance, the entry of its first element.
     first_of_object: BTreeMap<(u32, u32), u32>,
     selection: Selection,
+    selector: OnceLock<LightSelector>,
 }
 
 /// Lights without a shape, of one program.
@@ -125,6 +126,7 @@ impl Lights {
             skies: Vec::new(),
             first_of_object: BTreeMap::new(),
             selection: Selection::default(),
+            selector: OnceLock::new(),
         };
         lights.add_classes(maker, scene, classes.compiled);
         lights.add_shapes(maker, scene, classes, objects);
@@ -136,6 +138,7 @@ impl Lights {
     /// Sets the selection probabilities of lights from these probes.
     pub fn select_by(&mut self, probes: &[LightProbe]) {
         self.selection = Selection::new(probes);
+        self.selector = OnceLock::new();
     }
 
     /// Removes lights from those that rays hit which leave the scene if all samples of theirs, which they claim to be
@@ -153,20 +156,33 @@ impl Lights {
         self.entries.is_empty()
     }
 
-    /// Returns the probability with which a light is selected for a point.
-    pub fn probability(&self, entry: u32, point: [f32; 3]) -> f32 {
-        self.selection.probability(entry, point)
+    /// Returns the kernels that select lights, made at the first call: stages select the lights of most scenes.
+    pub fn selector(&self, engine: &Engine) -> &LightSelector {
+        self.selector.get_or_init(|| {
+            let lights = self.selection.lights();
+            engine.light_selector(lights).unwrap_or_else(|_| {
+                // The bits are the same.
+                let options = EngineOptions { backend: Backend::Interpreter, ..Default::default() };
+                let interpreted = Engine::new(options).and_then(|it| it.0.light_selector(lights));
+                interpreted.expect("the interpreter runs the texts of the library")
+            })
+        })
+    }
+
+    /// Returns the [way](LightSelection::way) to a light in the light hierarchy.
+    pub fn way_to_entry(&self, entry: u32) -> u32 {
+        self.selection.way_to(entry)
     }
 
     /// Returns the selection of lights for stages, which have these indices of the entries.
     pub fn selection(&self, indices: &[usize]) -> LightSelection {
-        self.selection.for_stages(|entry| indices[entry as usize])
+        self.selection.for_stages(|entry| indices[entry])
     }
 
     /// Returns the way to an element of an object of the world in the light hierarchy as stages take it, if the object
     /// is a light.
     pub fn way_to(&self, object: u32, element: u32) -> Option<u32> {
-        self.selection.way_to(self.first_of_object.get(&(object, NO_INSTANCE))? + element)
+        Some(self.selection.way_to(self.first_of_object.get(&(object, NO_INSTANCE))? + element))
     }
 
     /// Returns the area lights of an entry; `None` for lights without a shape.

@@ -214,10 +214,13 @@ impl PathTracer<'_> {
             chosen[..batch.count].fill(only);
             probability[..batch.count].fill(1.0);
         } else {
-            for (lane, seed) in batch.light_seeds.iter().enumerate().take(batch.count) {
-                (chosen[lane], probability[lane]) =
-                    selection.choose(get(&batch.point, lane), *seed);
+            let ShadingBatch { count, selection: arrays, point, light_seeds, .. } = batch;
+            for (array, row) in point.iter().chain([&*light_seeds]).enumerate() {
+                arrays.floats_mut(array)[..*count].copy_from_slice(&row[..*count]);
             }
+            self.scene.lights.selector(&self.scene.engine).select(arrays, *count);
+            chosen[..*count].copy_from_slice(&arrays.words(4)[..*count]);
+            probability[..*count].copy_from_slice(&arrays.floats(5)[..*count]);
         }
         self.sample_by_class(batch, memory, Weights::Divided);
     }

@@ -1,6 +1,5 @@
-//! Selection of a light for a point by a light hierarchy, whose cost grows slowly with the number of lights and which
-//! prefers near and strong lights (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
-//! Splitting", HPG 2018).
+//! The light hierarchy, which prefers near and strong lights (Conty Estevez and Kulla, "Importance Sampling of Many
+//! Lights with Adaptive Tree Splitting", HPG 2018). Lights are selected by it in `prelude/renderer/lights.rtsl`.
 //!
 //! The strength and position of lights are estimated from a few samples of each, independent of their classes. They
 //! only affect the selection probabilities: every light has a positive probability at every point, and each sample is
@@ -8,7 +7,6 @@
 
 use rtsl::{LightContent, LightNode, LightSelection};
 use rtsl_bvh::Bounds;
-use rtsl_math::MIN_NODE_PROBABILITY;
 
 /// The estimates from the samples of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,41 +19,12 @@ pub struct LightProbe {
     pub is_near: bool,
 }
 
-/// The light hierarchy.
+/// The light hierarchy with the ways to its lights.
 #[derive(Default)]
 pub struct Selection {
-    /// The lights at infinity.
-    infinite: Vec<u32>,
-    /// The hierarchy over the others: the root first, the two children of a node adjacent.
-    nodes: Vec<Node>,
-    /// For each light its position in the hierarchy.
-    places: Vec<Place>,
-    /// The probability of each light at infinity: all other lights together count as one of them.
-    infinite_probability: f32,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    center: [f32; 3],
-    /// Half the diagonal of its box, squared: a lower bound of squared distances.
-    radius2: f32,
-    strength: f32,
-    content: Content,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Content {
-    Light(u32),
-    /// The index of the first of two nodes.
-    Children(u32),
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Place {
-    Infinite,
-    /// The path from the root: a bit for each step, the first lowest, which is set if it leads to the second child, and
-    /// the number of steps.
-    Finite(u64, u32),
+    lights: LightSelection,
+    /// For each light the [way](LightSelection::way) to it.
+    ways: Vec<u32>,
 }
 
 /// The least strength of a light, as a fraction of the mean: samples may have missed all of its light.
@@ -64,24 +33,23 @@ const MIN_STRENGTH: f32 = 1e-3;
 impl Selection {
     /// Builds the hierarchy for the lights with these estimates.
     pub fn new(probes: &[LightProbe]) -> Self {
-        let (infinite, finite): (Vec<u32>, Vec<u32>) =
-            (0..probes.len() as u32).partition(|light| probes[*light as usize].bounds.is_none());
+        let (infinite, finite): (Vec<usize>, Vec<usize>) =
+            (0..probes.len()).partition(|light| probes[*light].bounds.is_none());
         let others = usize::from(!finite.is_empty());
-        let mut selection = Selection {
-            infinite_probability: 1.0 / (infinite.len() + others).max(1) as f32,
+        let lights = LightSelection {
+            probability: 1.0 / (infinite.len() + others).max(1) as f32,
             infinite,
             nodes: Vec::with_capacity(2 * finite.len()),
-            places: vec![Place::Infinite; probes.len()],
         };
-        let strengths = finite.iter().map(|light| probes[*light as usize].strength);
+        let mut selection =
+            Selection { lights, ways: vec![LightSelection::INFINITE; probes.len()] };
+        let strengths = finite.iter().map(|light| probes[*light].strength);
         let mean = strengths.sum::<f32>() / finite.len().max(1) as f32;
         let least = if mean > 0.0 && mean.is_finite() { mean * MIN_STRENGTH } else { 1.0 };
-        let mut leaves: Vec<Leaf> = finite
-            .into_iter()
-            .filter_map(|light| Leaf::new(light, &probes[light as usize], least))
-            .collect();
+        let leaf = |light: usize| Leaf::new(light, &probes[light], least);
+        let mut leaves: Vec<Leaf> = finite.into_iter().filter_map(leaf).collect();
         if !leaves.is_empty() {
-            selection.nodes.push(Node::over(&leaves));
+            selection.lights.nodes.push(node_over(&leaves));
             selection.split(0, &mut leaves, (0, 0));
         }
         selection
@@ -90,7 +58,8 @@ impl Selection {
     /// Builds the subtree below a node. Halves have equal size, so the depth is logarithmic.
     fn split(&mut self, node: usize, leaves: &mut [Leaf], (way, steps): (u64, u32)) {
         if let [only] = leaves {
-            self.places[only.light as usize] = Place::Finite(way, steps);
+            let way = LightSelection::way(way, steps);
+            self.ways[only.light] = way.expect("lights have numbers of 32 bits");
             return;
         }
         let axis = widest_axis(leaves);
@@ -100,144 +69,65 @@ impl Selection {
         };
         leaves.select_nth_unstable_by(middle, order);
         let (first, second) = leaves.split_at_mut(middle);
-        let children = self.nodes.len();
-        self.nodes.extend([Node::over(first), Node::over(second)]);
-        self.nodes[node].content = Content::Children(children as u32);
+        let nodes = &mut self.lights.nodes;
+        let children = nodes.len();
+        nodes.extend([node_over(first), node_over(second)]);
+        nodes[node].content = LightContent::Children(children);
         self.split(children, first, (way, steps + 1));
         self.split(children + 1, second, (way | 1 << steps, steps + 1));
     }
 
     /// Returns the light, if there is only one: it is always selected.
     pub fn only(&self) -> Option<u32> {
-        (self.places.len() == 1).then_some(0)
+        (self.ways.len() == 1).then_some(0)
+    }
+
+    /// The selection.
+    pub fn lights(&self) -> &LightSelection {
+        &self.lights
     }
 
     /// Returns the selection for stages, which have other indices of lights.
-    pub fn for_stages(&self, index_of: impl Fn(u32) -> usize) -> LightSelection {
-        let nodes = self.nodes.iter().map(|node| LightNode {
-            center: node.center,
-            radius2: node.radius2,
-            strength: node.strength,
-            content: match node.content {
-                Content::Light(light) => LightContent::Light(index_of(light)),
-                Content::Children(first) => LightContent::Children(first as usize),
-            },
-        });
-        LightSelection {
-            infinite: self.infinite.iter().map(|light| index_of(*light)).collect(),
-            nodes: nodes.collect(),
-            probability: self.infinite_probability,
-        }
-    }
-
-    /// Returns the way from the root of the hierarchy to a light as stages take it; `None` if the way is too long.
-    pub fn way_to(&self, light: u32) -> Option<u32> {
-        match self.places[light as usize] {
-            Place::Infinite => Some(LightSelection::INFINITE),
-            Place::Finite(way, steps) => LightSelection::way(way, steps),
-        }
-    }
-
-    /// Selects a light for a point by a random number in [0,1). Returns it with its probability, which is positive.
-    pub fn choose(&self, point: [f32; 3], random: f32) -> (u32, f32) {
-        let probability = self.infinite_probability;
-        let place = random / probability;
-        if let Some(light) = self.infinite.get(place as usize) {
-            return (*light, probability);
-        }
-        let Some(mut node) = self.nodes.first() else {
-            return (self.infinite.last().copied().unwrap_or(0), probability);
-        };
-        let infinite = probability * self.infinite.len() as f32;
-        let mut random = ((random - infinite) / (1.0 - infinite)).clamp(0.0, BELOW_ONE);
-        let mut chosen = 1.0 - infinite;
-        loop {
-            match node.content {
-                Content::Light(light) => return (light, chosen),
-                Content::Children(children) => {
-                    let [first, second] = self.children(children);
-                    let part = first.part(second, point);
-                    let is_second = random >= part;
-                    let (start, width) = if is_second { (part, 1.0 - part) } else { (0.0, part) };
-                    random = ((random - start) / width).clamp(0.0, BELOW_ONE);
-                    chosen *= width;
-                    node = if is_second { second } else { first };
-                }
+    pub fn for_stages(&self, index_of: impl Fn(usize) -> usize) -> LightSelection {
+        let mut selection = self.lights.clone();
+        selection.infinite.iter_mut().for_each(|light| *light = index_of(*light));
+        for node in &mut selection.nodes {
+            if let LightContent::Light(light) = &mut node.content {
+                *light = index_of(*light);
             }
         }
+        selection
     }
 
-    /// Returns the probability with which a light is selected for a point.
-    pub fn probability(&self, light: u32, point: [f32; 3]) -> f32 {
-        let infinite = self.infinite_probability;
-        let Place::Finite(way, steps) = self.places[light as usize] else { return infinite };
-        let mut probability = 1.0 - infinite * self.infinite.len() as f32;
-        let mut node = self.nodes[0];
-        for step in 0..steps {
-            let Content::Children(children) = node.content else { break };
-            let [first, second] = self.children(children);
-            let part = first.part(second, point);
-            let is_second = way >> step & 1 != 0;
-            probability *= if is_second { 1.0 - part } else { part };
-            node = if is_second { *second } else { *first };
-        }
-        probability
-    }
-
-    fn children(&self, first: u32) -> [&Node; 2] {
-        [&self.nodes[first as usize], &self.nodes[first as usize + 1]]
+    /// Returns the [way](LightSelection::way) to a light.
+    pub fn way_to(&self, light: u32) -> u32 {
+        self.ways[light as usize]
     }
 }
 
-/// The greatest number below 1.
-const BELOW_ONE: f32 = 1.0_f32.next_down();
-
-impl Node {
-    fn over(leaves: &[Leaf]) -> Self {
-        let bounds = leaves.iter().fold(Bounds::EMPTY, |all, leaf| all.union(&leaf.bounds));
-        let radius = 0.5 * bounds.diagonal();
-        Node {
-            center: bounds.center(),
-            radius2: (radius * radius) as f32,
-            strength: leaves.iter().map(|leaf| leaf.strength).sum(),
-            content: Content::Light(leaves[0].light),
-        }
-    }
-
-    /// An estimate of the light from the node at a point; positive.
-    fn importance(&self, point: [f32; 3]) -> f32 {
-        let square = |axis: usize| {
-            let difference = point[axis] - self.center[axis];
-            difference * difference
-        };
-        let distance2 = square(0) + square(1) + square(2);
-        self.strength / distance2.max(self.radius2).max(f32::MIN_POSITIVE)
-    }
-
-    /// The probability of selecting this node rather than another.
-    fn part(&self, other: &Node, point: [f32; 3]) -> f32 {
-        let (one, other) = (self.importance(point), other.importance(point));
-        let part = one / (one + other);
-        // Infinite importances do not determine a ratio.
-        if part.is_nan() {
-            0.5
-        } else {
-            part.clamp(MIN_NODE_PROBABILITY, 1.0 - MIN_NODE_PROBABILITY)
-        }
+/// Returns the node over leaves, as if it were the first of them.
+fn node_over(leaves: &[Leaf]) -> LightNode {
+    let bounds = leaves.iter().fold(Bounds::EMPTY, |all, leaf| all.union(&leaf.bounds));
+    let radius = 0.5 * bounds.diagonal();
+    LightNode {
+        center: bounds.center(),
+        radius2: (radius * radius) as f32,
+        strength: leaves.iter().map(|leaf| leaf.strength).sum(),
+        content: LightContent::Light(leaves[0].light),
     }
 }
 
 /// A light during the construction of the hierarchy.
 #[derive(Clone, Copy, Debug)]
 struct Leaf {
-    light: u32,
+    light: usize,
     bounds: Bounds,
     center: [f32; 3],
     strength: f32,
 }
 
 impl Leaf {
-    fn new(light: u32, probe: &LightProbe, least: f32) -> Option<Self> {
+    fn new(light: usize, probe: &LightProbe, least: f32) -> Option<Self> {
         let bounds = probe.bounds?;
         let strength = if probe.strength.is_finite() { probe.strength.max(least) } else { least };
         Some(Leaf { light, bounds, center: bounds.center(), strength })
@@ -261,6 +151,7 @@ fn widest_axis(leaves: &[Leaf]) -> usize {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use rtsl::{Engine, EngineOptions, LaneBlock, LightSelector};
 
     use super::*;
 
@@ -275,22 +166,48 @@ mod tests {
             .prop_map(|(bounds, strength)| LightProbe { bounds, strength, is_near: false })
     }
 
+    fn selector(selection: &Selection) -> LightSelector {
+        let engine = Engine::new(EngineOptions::default()).expect("an engine").0;
+        engine.light_selector(selection.lights()).expect("kernels")
+    }
+
+    /// Arrays for so many calls for one point.
+    fn arrays(point: [f32; 3], first: usize, count: usize) -> LaneBlock {
+        let mut arrays = LaneBlock::new(LightSelector::ARRAYS, count);
+        (0..3).for_each(|axis| arrays.floats_mut(first + axis)[..count].fill(point[axis]));
+        arrays
+    }
+
+    /// The probabilities of all lights at a point.
+    fn probabilities(selection: &Selection, point: [f32; 3]) -> Vec<f32> {
+        let count = selection.ways.len();
+        let mut arrays = arrays(point, 1, count);
+        arrays.words_mut(0)[..count].copy_from_slice(&selection.ways);
+        selector(selection).probabilities(&mut arrays, count);
+        arrays.floats(4)[..count].to_vec()
+    }
+
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
         #[test]
         fn lights_are_chosen_as_often_as_it_says(
             probes in prop::collection::vec(probe(), 1..12),
             point in prop::array::uniform3(-12.0_f32..12.0),
         ) {
-            const COUNT: u32 = 1 << 14;
+            const COUNT: usize = 1 << 14;
             let selection = Selection::new(&probes);
-            let all: Vec<f32> = (0..probes.len() as u32).map(|it| selection.probability(it, point)).collect();
+            let all = probabilities(&selection, point);
             prop_assert!((all.iter().sum::<f32>() - 1.0).abs() < 1e-4, "{all:?}");
             prop_assert!(all.iter().all(|it| *it > 0.0));
             let mut chosen = vec![0_u32; probes.len()];
-            for index in 0..COUNT {
-                let (light, probability) = selection.choose(point, (index as f32 + 0.5) / COUNT as f32);
-                prop_assert_eq!(probability.to_bits(), all[light as usize].to_bits());
-                chosen[light as usize] += 1;
+            let mut arrays = arrays(point, 0, COUNT);
+            for (index, random) in arrays.floats_mut(3)[..COUNT].iter_mut().enumerate() {
+                *random = (index as f32 + 0.5) / COUNT as f32;
+            }
+            selector(&selection).select(&mut arrays, COUNT);
+            for (light, probability) in arrays.words(4).iter().zip(arrays.words(5)).take(COUNT) {
+                prop_assert_eq!(*probability, all[*light as usize].to_bits());
+                chosen[*light as usize] += 1;
             }
             for (probability, count) in all.iter().zip(chosen) {
                 let expected = probability * COUNT as f32;
@@ -305,8 +222,8 @@ mod tests {
         let probes = [(1.0, 1.0), (10.0, 1.0), (10.5, 50.0), (100.0, 1.0)];
         let probes =
             probes.map(|(x, strength)| LightProbe { bounds: at(x), strength, is_near: true });
-        let selection = Selection::new(&probes);
-        let [near, weak, strong, far] = [0, 1, 2, 3].map(|it| selection.probability(it, [0.0; 3]));
+        let all = probabilities(&Selection::new(&probes), [0.0; 3]);
+        let [near, weak, strong, far] = all.try_into().expect("there are four");
         assert!(near > 0.5 && strong > weak && weak > far, "{near} {weak} {strong} {far}");
     }
 }

@@ -1,8 +1,8 @@
 //! Functions of the renderer's texts, called by hosts.
 
 use rtsl_abi::{CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, LaneMask};
-use rtsl_ir::Constant;
 use rtsl_ir::host::NoHost;
+use rtsl_ir::{Constant, Variable};
 use rtsl_source::Diagnostic;
 
 use super::engine::Engine;
@@ -31,7 +31,7 @@ use crate::nesting;
 pub struct RendererFunction {
     kernel: Kernel,
     arrays: usize,
-    /// No data.
+    /// The members that take the places of its buffers.
     block: InstanceBlock,
 }
 
@@ -49,13 +49,26 @@ impl Engine {
         name: &str,
         known: &[Constant],
     ) -> Result<RendererFunction, Diagnostic> {
-        let (function, layout) = nesting::with_deep_stack(|| link_alone(name, known))?;
+        self.renderer_function_with(name, known, &[])
+    }
+
+    /// As [`Engine::renderer_function`]; these members, with their words, take the places of its buffers.
+    pub(crate) fn renderer_function_with(
+        &self,
+        name: &str,
+        known: &[Constant],
+        members: &[(Variable, Vec<u32>)],
+    ) -> Result<RendererFunction, Diagnostic> {
+        let variables: Vec<Variable> = members.iter().map(|(member, _)| member.clone()).collect();
+        let words: Vec<u32> = members.iter().flat_map(|(_, words)| words.iter().copied()).collect();
+        let link = || link_alone(name, known, &variables);
+        let (function, layout) = nesting::with_deep_stack(link)?;
         let variant = Variant::new(CallMode::Packet);
         let function = self.compiler().optimise_stage(function, &variant, &layout);
         let source = KernelSource::new(&function, &variant, &layout, self.width());
         let kernel = self.compiler().kernels(&[source])?.pop().expect("each source has a kernel");
-        let (arrays, block) = (layout.scratch_arrays as usize, InstanceBlock::new(&[], Vec::new()));
-        Ok(RendererFunction { kernel, arrays, block })
+        let arrays = layout.scratch_arrays as usize;
+        Ok(RendererFunction { kernel, arrays, block: InstanceBlock::new(&words, Vec::new()) })
     }
 }
 

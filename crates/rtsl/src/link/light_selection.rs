@@ -1,5 +1,7 @@
 //! The selection of lights for samples: the data, and calls of its text, `prelude/renderer/lights.rtsl`.
 
+use std::collections::BTreeMap;
+
 use rtsl_ir::{Constant, Op, Scalar, Value, Variable, VariableKind};
 
 use super::arithmetic::{Arithmetic, Vector};
@@ -14,6 +16,10 @@ const NODE_FIELDS: [(&str, Scalar, u32); 4] = [
 ];
 /// The member with the numbers of lights at infinity.
 const INFINITE: &str = "light.rt_Infinite";
+
+/// The functions of the text.
+pub(crate) const SELECT: &str = "rt_selectLight";
+pub(crate) const PROBABILITY: &str = "rt_lightProbability";
 
 /// The selection of lights for samples.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,6 +106,24 @@ impl LightSelection {
         members.filter(|(_, words)| !words.is_empty()).collect()
     }
 
+    /// Returns the members that take the places of the buffers of the selection's text, each with its data. The numbers
+    /// of lights are their indices.
+    pub(crate) fn tables(&self) -> [(Variable, Vec<u32>); NODE_FIELDS.len() + 1] {
+        let mut data: BTreeMap<&str, Vec<u32>> =
+            self.members(|light| light as u32).into_iter().collect();
+        self.arrays().map(|array| {
+            let words = data.remove(&*array.name).unwrap_or_default();
+            (array, words)
+        })
+    }
+
+    /// The numbers by which the selection's text knows its form: that of lights at infinity, that of levels, and the
+    /// probability of each light at infinity.
+    pub(crate) fn form(&self) -> [Constant; 3] {
+        let count = Constant::I32(self.infinite.len() as i32);
+        [count, Constant::I32(self.levels()), Constant::F32(self.probability)]
+    }
+
     /// The number of levels of the hierarchy below the root; -1 without nodes.
     fn levels(&self) -> i32 {
         let mut depths = vec![0; self.nodes.len()];
@@ -135,9 +159,16 @@ impl LightSelection {
     }
 
     /// The variables of the nodes' fields.
-    fn node_fields(&self) -> [Variable; 4] {
+    fn node_fields(&self) -> [Variable; NODE_FIELDS.len()] {
         let count = self.nodes.len() as u32;
         NODE_FIELDS.map(|(name, scalar, len)| member(name, scalar, len * count))
+    }
+
+    /// The same, and that of the numbers of lights at infinity.
+    fn arrays(&self) -> [Variable; NODE_FIELDS.len() + 1] {
+        let [center, radius, strength, content] = self.node_fields();
+        let infinite = member(INFINITE, Scalar::U32, self.infinite.len() as u32);
+        [center, radius, strength, content, infinite]
     }
 }
 
@@ -163,12 +194,10 @@ impl Linker {
         random: Value,
         to: &mut Vec<Op>,
     ) -> Linking<Selected> {
-        let mut arrays = selection.node_fields().to_vec();
-        arrays.push(member(INFINITE, Scalar::U32, selection.infinite.len() as u32));
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let form = code.form_of(selection)?;
         let operands = [&form[..], &point, &[random]].concat();
-        let selected = self.call_text_with("rt_selectLight", &operands, &arrays, to)?;
+        let selected = self.call_text_with(SELECT, &operands, &selection.arrays(), to)?;
         Ok(Selected { number: selected[0], probability: selected[1] })
     }
 
@@ -197,15 +226,16 @@ impl Linker {
         let form = code.form_of(selection)?;
         let operands = [&form[..], &[way], &point].concat();
         let arrays = selection.node_fields();
-        Ok(self.call_text_with("rt_lightProbability", &operands, &arrays, to)?[0])
+        Ok(self.call_text_with(PROBABILITY, &operands, &arrays, to)?[0])
     }
 }
 
 impl Arithmetic<'_> {
-    /// The number of lights at infinity, that of levels, and the probability of each light at infinity.
+    /// Adds the constants of the selection's [form](LightSelection::form).
     fn form_of(&mut self, selection: &LightSelection) -> Linking<[Value; 3]> {
-        let count = self.integer(selection.infinite.len() as i32)?;
-        Ok([count, self.integer(selection.levels())?, self.float(selection.probability)?])
+        let [count, levels, probability] = selection.form();
+        let mut constant = |value| self.linker.constant(self.to, value);
+        Ok([constant(count)?, constant(levels)?, constant(probability)?])
     }
 }
 

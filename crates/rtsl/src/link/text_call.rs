@@ -74,7 +74,12 @@ impl Linker {
 }
 
 /// Links a function whose parameters, after those of known values, are scratch arrays, and whose results are the next.
-pub(crate) fn link_alone(name: &str, known: &[Constant]) -> Linking<(Function, Layout)> {
+/// These members take the places of its buffers.
+pub(crate) fn link_alone(
+    name: &str,
+    known: &[Constant],
+    members: &[Variable],
+) -> Linking<(Function, Layout)> {
     let mut linker = Linker::new(Function::new(name));
     let mut ops: Vec<Op> = Vec::new();
     let code = &mut Arithmetic { linker: &mut linker, to: &mut ops };
@@ -85,7 +90,8 @@ pub(crate) fn link_alone(name: &str, known: &[Constant]) -> Linking<(Function, L
         scratch.push(Variable { kind, name: name.clone(), scalar, len: 1 });
         name
     };
-    for parameter in &text_function(name).parameters {
+    let parameters = text_function(name).parameters.iter();
+    for parameter in parameters.filter(|it| it.kind != VariableKind::Buffer) {
         for _ in 0..parameter.len {
             operands.push(match known.get(operands.len()) {
                 Some(known) => code.linker.constant(code.to, *known)?,
@@ -93,12 +99,12 @@ pub(crate) fn link_alone(name: &str, known: &[Constant]) -> Linking<(Function, L
             });
         }
     }
-    for result in code.call(name, &operands)? {
+    for result in linker.call_text_with(name, &operands, members, &mut ops)? {
         let name = column(linker.out.scalar(result));
         linker.set_column(name, result);
     }
     linker.out.body.ops = ops;
-    let layout = Layout::new([], [], &scratch);
+    let layout = Layout::new(members, [], &scratch);
     Ok((linker.finish().function, layout))
 }
 
