@@ -217,7 +217,8 @@ impl ObjectClass {
     }
 }
 
-/// Returns the items of each of so many classes in the order of its leaves; leaves that are not full contain repetitions.
+/// Returns the items of each of so many classes in the order of its leaves, of which those that are not full contain
+/// repetitions.
 pub fn items_in_order(geometry: &Geometry, classes: usize) -> Vec<Vec<u32>> {
     let mut of_classes = vec![Vec::new(); classes];
     for leaf in geometry.groups.iter().flat_map(|group| &group.tree.leaves) {

@@ -1,8 +1,9 @@
 //! Integrators written in RTSL.
 //!
-//! An engine with machine code runs them as [stages](super::staged). Without, and where they are evaluated for given rays, the
-//! whole of `radiance` runs on the interpreter, ray by ray, and each query is answered at once: a search with one ray,
-//! a call of a material's method with one lane. This defines the meaning of integrators; stages have the same bits.
+//! An engine with machine code runs them as [stages](super::staged). Without, and where they are evaluated for given
+//! rays, the whole of `radiance` runs on the interpreter, ray by ray, and each query is answered at once: a search with
+//! one ray, a call of a material's method with one lane. This defines the meaning of integrators; stages have the same
+//! bits.
 //!
 //! # Random numbers
 //!

@@ -1,9 +1,9 @@
 //! Integration: the paths of samples, from their cameras to the light that they bring back.
 //!
-//! A thread takes a tile and a range of its samples: one *wavefront* of paths, which the stages of the integrator advance
-//! together (folder `staged`). What stages are not linked with is called by this folder for *shading batches*: surfaces
-//! of one *group*, shapes of one class with materials of one class. Searches take packets of 64 rays or streams of a
-//! thousand ([`rtsl_bvh`]).
+//! A thread takes a tile and a range of its samples: one *wavefront* of paths, which the stages of the integrator
+//! advance together (folder `staged`). What stages are not linked with is called by this folder for *shading batches*:
+//! surfaces of one *group*, shapes of one class with materials of one class. Searches take packets of 64 rays or
+//! streams of a thousand ([`rtsl_bvh`]).
 //!
 //! Random numbers depend on the pixel, the sample and the path alone, so the image does not depend on the wavefront,
 //! its size, or the thread.

@@ -1,6 +1,6 @@
 //! Spawned paths that wait until they are followed.
 //!
-//! The columns stay as kernels have appended them; only indices are sorted. Moving the columns, too, and allocating them
+//! The columns stay as kernels have appended them; only indices are sorted. Moving the columns and allocating them anew
 //! for each depth took a seventh of the time of three-spheres.
 
 use std::mem;

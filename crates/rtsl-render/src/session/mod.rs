@@ -5,7 +5,7 @@
 //! the next call renders a whole frame, at a lower resolution if a full frame would take too long, so that the image is
 //! always consistent; then samples are added, pass by pass, up to the scene's number.
 //!
-//! Samples are those of an offline render: after all passes the film has the bits of [`crate::schedule::render::render`].
+//! Samples are those of an offline render: after all passes the film has the bits of [`crate::schedule::render()`].
 
 mod control;
 mod enlargement;
