@@ -16,7 +16,7 @@ use crate::compiled::variables::variables;
 const PATHS_OF_WAVE: usize = 1 << 10;
 
 /// The number of paths above which those of some samples wait until those of the others have ended.
-const MAX_WAITING: usize = 1 << 16;
+pub const MAX_WAITING: usize = 1 << 16;
 
 /// Receives the index of a sample and the radiance of one of its paths.
 pub type AddRadiance<'a> = dyn FnMut(usize, [f32; 3]) + 'a;

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use rtsl::{CallArguments, Instances, LaneBlock, Method, RayType, new_state};
 use rtsl_bvh::LANES;
 
+use super::following::MAX_WAITING;
 use super::host::{RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
 use super::output_columns::copy_outputs;
@@ -80,9 +81,9 @@ impl IntegratorMemory {
         self.spare.pop().unwrap_or_default()
     }
 
-    /// Keeps memory for paths that wait.
+    /// Keeps memory for paths that wait, unless it is for far more than usual.
     pub(super) fn keep_waiting<const N: usize>(&mut self, used: [WaitingPaths; N]) {
-        for mut waiting in used {
+        for mut waiting in used.into_iter().filter(|it| it.capacity() <= MAX_WAITING) {
             waiting.clear();
             self.spare.push(waiting);
         }

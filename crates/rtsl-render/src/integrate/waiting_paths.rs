@@ -24,6 +24,11 @@ impl WaitingPaths {
         self.order.len()
     }
 
+    /// The number of paths for which it has memory.
+    pub fn capacity(&self) -> usize {
+        self.order.capacity()
+    }
+
     /// Removes all paths.
     pub fn clear(&mut self) {
         self.paths.clear();

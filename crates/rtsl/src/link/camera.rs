@@ -1,12 +1,9 @@
-//! Cameras as operations: the sampler's numbers for a pixel's sample, the pixel filter, `generateRay`, and the map to
-//! the world.
+//! Cameras: the sampler's numbers for a pixel's sample, its place on the screen, which `prelude/renderer/camera.rtsl`
+//! computes, `generateRay`, and the map to the world.
 
 use std::sync::Arc;
 
-use rtsl_ir::{
-    BinaryOp, CompareOp, Function, Index, Op, OpKind, Output, Scalar, StateComponent, UnaryOp,
-    Value, Variable, VariableKind,
-};
+use rtsl_ir::{Function, Op, Output, Scalar, StateComponent, Value, Variable, VariableKind};
 use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler};
 use rtsl_spec::{Method, lookup_state};
 
@@ -26,8 +23,10 @@ pub(crate) const SIZE: &str = "view.size";
 pub(crate) const MAP: &str = "view.map";
 /// The member with the least distance of hits, unless the camera sets another.
 pub(crate) const EPSILON: &str = "view.epsilon";
-/// The members with the tables of the pixel filter.
-pub(crate) const FILTER: [&str; 2] = ["filter.x", "filter.y"];
+/// The members with the tables of the pixel filter, by axes: the distances, and the places at which the sign of weights
+/// changes.
+pub(crate) const FILTER: [[&str; 2]; 2] =
+    [["filter.x", "filter.y"], ["filter.changes.x", "filter.changes.y"]];
 /// The scratch arrays with each sample's pixel, counted from the top left of the image.
 pub(crate) const PIXEL_COLUMNS: [&str; 2] = ["camera.column", "camera.row"];
 /// The scratch arrays with the weight of each path's radiance.
@@ -120,29 +119,14 @@ impl CameraCode<'_, '_> {
         let [position, lens, time, key] = code.pixel_keys(sampler, pixel)?;
         let position = code.position(sampler, position, index)?;
         let ([x, y], weight) = code.filtered(filter, position)?;
-        let one = code.float(1.0)?;
-        let mut pixel = [width, height];
-        for side in &mut pixel {
-            let count = code.float_of(*side)?;
-            *side = code.divide(one, count)?;
-        }
-        // Rows count from the top, screen coordinates from the bottom.
-        let last = code.word(1)?;
-        let last = code.binary(BinaryOp::Subtract, height, last)?;
-        let from_bottom = code.binary(BinaryOp::Subtract, last, row)?;
-        let y = code.binary(BinaryOp::Subtract, one, y)?;
-        let mut screen = [x, y];
-        for ((place, whole), side) in screen.iter_mut().zip([column, from_bottom]).zip(pixel) {
-            let whole = code.float_of(whole)?;
-            let sum = code.add(whole, *place)?;
-            *place = code.multiply(sum, side)?;
-        }
+        let pixel = code.call("rt_pixelSize", &[width, height])?;
+        let screen = code.call("rt_screenPlace", &[column, row, width, height, x, y])?;
         Ok(CameraSample {
             index,
-            screen,
+            screen: [screen[0], screen[1]],
             lens: code.lens_position(sampler, lens, index)?,
             time: code.number(sampler, time, index)?,
-            pixel,
+            pixel: [pixel[0], pixel[1]],
             weight,
             key,
         })
@@ -219,31 +203,22 @@ impl CameraCode<'_, '_> {
         to: &mut Vec<Op>,
     ) -> Linking<[Value; 2]> {
         let ends = self.ends(ray, to)?;
-        let mut areas: [Option<Value>; 2] = [None; 2];
+        let mut others = Vec::new();
         for axis in 0..2 {
             let mut screen = sample.screen;
             screen[axis] = self.code(to).add(screen[axis], sample.pixel[axis])?;
             let other = self.ray(sample, screen, to)?;
-            let others = self.ends(&other, to)?;
-            let code = &mut self.code(to);
-            for ((area, end), other) in areas.iter_mut().zip(ends).zip(others) {
-                let way = code.difference(end, other)?;
-                let square = code.products(way, way)?;
-                let distance = code.root(square)?;
-                *area = Some(match *area {
-                    Some(first) => code.multiply(first, distance)?,
-                    None => distance,
-                });
-            }
+            others.push(self.ends(&other, to)?);
         }
         let links = self.links;
         let code = &mut self.code(to);
         let part = code.part_of_pixel(&links.sampler, sample.index)?;
-        let mut side = |area: Option<Value>| {
-            let side = code.root(area.expect("both axes have a distance"))?;
-            code.multiply(side, part)
+        let mut side = |end: usize| {
+            let points = [ends[end], others[0][end], others[1][end]];
+            let operands = [points.as_flattened(), &[part]].concat();
+            Ok(code.call("rt_footprintSide", &operands)?[0])
         };
-        Ok([side(areas[0])?, side(areas[1])?])
+        Ok([side(0)?, side(1)?])
     }
 
     /// The origin of a ray, and its direction at unit length.
@@ -308,12 +283,6 @@ impl Arithmetic<'_> {
         Ok([self.load(size.clone(), 0)?, self.load(size, 1)?])
     }
 
-    /// An integer below 2^31 as a float.
-    fn float_of(&mut self, word: Value) -> Linking<Value> {
-        let integer = self.bitcast(Scalar::I32, word)?;
-        self.convert(Scalar::F32, integer)
-    }
-
     /// The place of a sample relative to its pixel's corner, and its weight, as [`PixelFilter::sample`].
     fn filtered(
         &mut self,
@@ -323,63 +292,35 @@ impl Arithmetic<'_> {
         let Some(tables) = filter.tables() else { return Ok((point, None)) };
         let mut places = point;
         let mut weight = None;
-        for ((place, table), name) in places.iter_mut().zip(tables).zip(FILTER) {
-            let (two, one) = (self.float(2.0)?, self.float(1.0)?);
-            let doubled = self.multiply(two, *place)?;
-            let side = self.binary(BinaryOp::Subtract, doubled, one)?;
-            let cells = table.distances().len() as u32 - 1;
-            let size = self.unary(UnaryOp::Abs, side)?;
-            let count = self.float(cells as f32)?;
-            let scaled = self.multiply(size, count)?;
-            let own = self.weight_of(table, scaled)?;
+        for (axis, table) in tables.iter().enumerate() {
+            let [distances, changes] = axis_tables(axis, table);
+            let own = match changes.len {
+                0 => self.float(table.magnitude())?,
+                _ => {
+                    let cells = self.integer(distances.len as i32 - 1)?;
+                    let operands = [cells, self.float(table.magnitude())?, point[axis]];
+                    let name = "rt_filterWeight";
+                    self.linker.call_text_with(name, &operands, &[changes], self.to)?[0]
+                }
+            };
             weight = Some(match weight {
                 Some(other) => self.multiply(other, own)?,
                 None => own,
             });
-            let distance = self.distance((name, cells), scaled)?;
-            let zero = self.float(0.0)?;
-            let is_before = self.less(side, zero)?;
-            let negated = self.unary(UnaryOp::Negate, distance)?;
-            let signed = self.select(is_before, negated, distance)?;
-            let middle = self.float(0.5)?;
-            *place = self.add(middle, signed)?;
+            let (name, arrays) = ("rt_filteredPlace", [distances]);
+            places[axis] = self.linker.call_text_with(name, &[point[axis]], &arrays, self.to)?[0];
         }
         Ok((places, weight))
     }
+}
 
-    /// The distance from the center in a table with so many cells.
-    fn distance(&mut self, (name, cells): (&str, u32), scaled: Value) -> Linking<Value> {
-        let cell = self.convert(Scalar::I32, scaled)?;
-        let (one, last) = (self.integer(1)?, self.integer(cells as i32 - 1)?);
-        let cell = self.binary(BinaryOp::Min, cell, last)?;
-        let next = self.add(cell, one)?;
-        let (kind, name) = (VariableKind::Member, name.to_owned());
-        let table = Variable { kind, name, scalar: Scalar::F32, len: cells + 1 };
-        let table = self.linker.intern_variable(table);
-        let mut load = |index: Value| {
-            let kind = OpKind::Load(table, Index::Dynamic(index));
-            Ok(self.linker.emit(self.to, kind, &[Scalar::F32], false)?.get(0))
-        };
-        let (near, far) = (load(cell)?, load(next)?);
-        let begin = self.convert(Scalar::F32, cell)?;
-        let part = self.binary(BinaryOp::Subtract, scaled, begin)?;
-        let way = self.binary(BinaryOp::Subtract, far, near)?;
-        let way = self.multiply(part, way)?;
-        self.add(near, way)
-    }
-
-    /// The weight of the samples of an axis, whose sign changes at some places of its table.
-    fn weight_of(&mut self, table: &AxisTable, scaled: Value) -> Linking<Value> {
-        let (positive, negative) =
-            (self.float(table.magnitude())?, self.float(-table.magnitude())?);
-        let mut weight = positive;
-        // The last change before the place tells the sign.
-        for (change, place) in table.sign_changes().iter().enumerate() {
-            let place = self.float(*place)?;
-            let is_beyond = self.compare(CompareOp::Greater, scaled, place)?;
-            let own = if change % 2 == 0 { negative } else { positive };
-            weight = self.select(is_beyond, own, weight)?;
-        }
-        Ok(weight)
-    }
+/// The members with the table of an axis: the distances, and the places at which the sign of weights changes.
+fn axis_tables(axis: usize, table: &AxisTable) -> [Variable; 2] {
+    let member = |(name, len): (&str, usize)| {
+        let (kind, scalar) = (VariableKind::Member, Scalar::F32);
+        Variable { kind, name: name.to_owned(), scalar, len: len as u32 }
+    };
+    let lens = [table.distances().len(), table.sign_changes().len()];
+    let [distances, changes] = [0, 1].map(|part: usize| (FILTER[part][axis], lens[part]));
+    [member(distances), member(changes)]
 }

@@ -141,8 +141,11 @@ impl CameraLinks {
         members.add(SIZE, *size);
         members.add(MAP, map.as_flattened().iter().map(|it| it.to_bits()));
         members.add(EPSILON, [epsilon.to_bits()]);
-        for (name, table) in FILTER.into_iter().zip(self.filter.tables().into_iter().flatten()) {
-            members.add(name, table.distances().iter().map(|it| it.to_bits()));
+        for (axis, table) in self.filter.tables().into_iter().flatten().enumerate() {
+            let parts = FILTER.iter().zip([table.distances(), table.sign_changes()]);
+            for (names, part) in parts.filter(|(_, part)| !part.is_empty()) {
+                members.add(names[axis], part.iter().map(|it| it.to_bits()));
+            }
         }
         members
     }
