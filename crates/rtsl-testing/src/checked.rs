@@ -18,8 +18,9 @@ pub static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
 /// Returns the project's prelude and its diagnostics.
 pub fn checked_prelude() -> (Prelude, String) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../prelude");
-    let mut paths: Vec<_> =
-        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    // The renderer's texts in its folder are no part of it.
+    let mut paths: Vec<_> = entries.filter(|path| path.is_file()).collect();
     paths.sort();
     let mut map = SourceMap::new();
     let mut diagnostics = Diagnostics::new();
