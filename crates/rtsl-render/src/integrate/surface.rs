@@ -224,21 +224,22 @@ impl SceneHost<'_> {
         results: &mut [LaneWords],
     ) {
         let RenderScene { lights, engine, .. } = self.tracer.scene;
-        let entry = |asking: &Asking| lights.entry_of(&asking.hit);
-        if !group.key.is_sampled || asking.iter().all(|it| entry(it).is_none()) {
+        let way = |asking: &Asking| Some(lights.way_to_entry(lights.entry_of(&asking.hit)?));
+        let ways: [Option<u32>; MAX_LANES] =
+            std::array::from_fn(|place| way(asking.get(place)?).filter(|_| group.key.is_sampled));
+        if ways.iter().all(Option::is_none) {
             return;
         }
         let batch = &mut *self.queries.batch;
         let density = batch.light_density;
         let light = |place: usize| {
-            let way = entry(&asking[place])
-                .map_or(LightSelection::INFINITE, |it| lights.way_to_entry(it));
+            let way = ways[place].unwrap_or(LightSelection::INFINITE);
             (way, vector(operands, SURFACE_SCALARS, asking[place].lane))
         };
         let selector = lights.selector(engine);
         let probabilities = batch.selection_probabilities(selector, asking.len(), light);
         for (place, probability) in probabilities.iter().enumerate() {
-            if entry(&asking[place]).is_some() {
+            if ways[place].is_some() {
                 store(results, asking[place].lane, &[density[place] * probability]);
             }
         }

@@ -26,7 +26,7 @@ impl WaitingPaths {
 
     /// The number of paths for which it has memory.
     pub fn capacity(&self) -> usize {
-        self.order.capacity()
+        self.order.capacity().max(self.paths.parents.capacity())
     }
 
     /// Removes all paths.

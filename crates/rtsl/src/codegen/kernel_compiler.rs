@@ -32,6 +32,7 @@ use super::kernel_source::KernelSource;
 use super::options::{Backend, EngineOptions, Math};
 use super::packet_kernel::PacketKernel;
 use super::touched::recorded_state_components;
+use super::trace::Trace;
 use super::variant::Variant;
 use crate::link::class_tree::ClassTree;
 use crate::link::hit::link_hit;
@@ -322,10 +323,28 @@ impl KernelCompiler {
     /// # Errors
     /// If there are no kernels of the width, or the interpreter can't run the function.
     pub fn interpreted(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
+        KernelCompiler::interpreted_for(source, self.options.trace.clone())
+    }
+
+    /// Makes a kernel that neither a trace nor the costs of lines know: one of the renderer's own texts.
+    ///
+    /// # Errors
+    /// As for [`kernels`](Self::kernels).
+    pub fn unrecorded(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
+        match self.llvm {
+            Some(_) => Ok(self.kernels(&[source])?.pop().expect("each source has a kernel")),
+            None => KernelCompiler::interpreted_for(source, None),
+        }
+    }
+
+    fn interpreted_for(
+        source: KernelSource<'_>,
+        trace: Option<Trace>,
+    ) -> Result<Kernel, Diagnostic> {
         source.check_width()?;
         let KernelSource { function, layout, .. } = source;
         let kernel = nesting::with_stack_for(function.nesting(), || {
-            let (mut signature, trace) = (source.signature(), self.options.trace.clone());
+            let mut signature = source.signature();
             if trace.is_some() {
                 signature.state = recorded_state_components(function);
             }

@@ -66,7 +66,7 @@ impl Engine {
         let variant = Variant::new(CallMode::Packet);
         let function = self.compiler().optimise_stage(function, &variant, &layout);
         let source = KernelSource::new(&function, &variant, &layout, self.width());
-        let kernel = self.compiler().kernels(&[source])?.pop().expect("each source has a kernel");
+        let kernel = self.compiler().unrecorded(source)?;
         let arrays = layout.scratch_arrays as usize;
         Ok(RendererFunction { kernel, arrays, block: InstanceBlock::new(&words, Vec::new()) })
     }
@@ -98,6 +98,20 @@ mod tests {
 
     use super::*;
     use crate::codegen::options::{Backend, EngineOptions};
+    use crate::codegen::trace::{Trace, TraceDetail};
+
+    #[test]
+    fn traces_do_not_record_the_texts() {
+        let trace = Trace::new(TraceDetail::Steps);
+        let options = EngineOptions { trace: Some(trace.clone()), ..EngineOptions::default() };
+        let engine = Engine::new(options).unwrap().0;
+        let hash = engine.renderer_function("rt_hash", &[Constant::U32(7)]).unwrap();
+        let mut arrays = LaneBlock::new(hash.arrays(), 4);
+        trace.start();
+        hash.call(&mut arrays, 4, None);
+        assert_ne!(arrays.words(1)[0], 0);
+        assert!(trace.take().entries.is_empty());
+    }
 
     #[test]
     fn backends_give_the_bits_of_the_host() {
