@@ -1,19 +1,17 @@
-//! Samples of lights that are shapes as operations.
-//!
-//! Renderers compute the same for lights that they do not link, with the same bits.
+//! Samples of lights that are shapes: their `generateSample` and `emission`, between the functions of
+//! `prelude/renderer/lights.rtsl`.
 
 use std::sync::Arc;
 
-use rtsl_ir::{CompareOp, Constant, Op, Query, Scalar, StateComponent, Value};
-use rtsl_math::MAX_SHAPE_MARGIN;
+use rtsl_ir::{Constant, Op, Query, Scalar, StateComponent, Value};
 use rtsl_spec::{Role, StateVariable};
 
-use super::arithmetic::{Arithmetic, Vector};
+use super::arithmetic::{Arithmetic, Vector, vector_at};
 use super::lights::{LitPoint, SampledColor, may_draw_only, set};
 use super::linked_method::LinkedMethod;
 use super::linker::{Linker, Linking, Site};
 use super::stage::{Input, TIME_COLUMN, input};
-use super::surface::{Maps, ShapeLinks};
+use super::surface::ShapeLinks;
 
 /// The member with the least distance of hits.
 pub(crate) const EPSILON: &str = "light.rt_Epsilon";
@@ -75,12 +73,8 @@ impl AreaLightLink {
 struct SampledPoint {
     point: Vector,
     normal: Vector,
-    /// From the lit point.
-    direction: Vector,
-    distance: Value,
-    /// The length of the shadow ray.
-    reach: Value,
-    density: Value,
+    /// Without colour.
+    sample: SampledColor,
 }
 
 impl Linker {
@@ -93,13 +87,11 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<SampledColor> {
         let sampled = self.sampled_point(caller, light, lit, to)?;
-        let color = self.sampled_emission(caller, light, (lit, &sampled), to)?;
+        let emission = self.sampled_emission(caller, light, (lit, &sampled), to)?;
         let code = &mut Arithmetic { linker: self, to };
-        let zero = code.float(0.0)?;
-        let is_usable = code.compare(CompareOp::Greater, sampled.density, zero)?;
-        let color = code.each(|it, channel| it.select(is_usable, color[channel], zero))?;
-        let SampledPoint { direction, distance, reach, density, .. } = sampled;
-        Ok(SampledColor { direction, distance, end: reach, color, density })
+        let operands = [&emission[..], &[sampled.sample.density]].concat();
+        let color = vector_at(&code.call("rt_usableEmission", &operands)?, 0);
+        Ok(SampledColor { color, ..sampled.sample })
     }
 
     /// Samples a point of the shape.
@@ -112,21 +104,18 @@ impl Linker {
     ) -> Linking<SampledPoint> {
         let shape = &light.shape;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let maps = shape.maps(code)?;
-        let origin = match &maps {
-            Some(maps) => code.transformed_point(&maps.inverse, lit.point)?,
-            None => lit.point,
-        };
+        let place = shape.place(code)?;
+        let origin = code.call("rt_pointInShape", &[&place[..], &lit.point].concat())?;
         let mut state = code.moment()?;
         set(&mut state, "rt_RayOrigin", &origin);
         let set = self.light_method(caller, &shape.prefix, &light.generate, state, to)?;
-        let mut result = |name: &str| self.results((&set, Role::Primitive), name, to);
-        let (local, normal) = (result("rt_HitPoint")?, result("rt_GeometricNormal")?);
-        let density = result("rt_PDF")?[0];
-        let vector = |values: &[Value]| [values[0], values[1], values[2]];
-        let local = (vector(&local), vector(&normal), density);
-        let code = &mut Arithmetic { linker: self, to };
-        code.seen_point((shape, maps.as_ref()), (lit, origin), local)
+        let mut operands = [&place[..], &lit.point, &[lit.offset]].concat();
+        for name in OUTPUTS {
+            operands.extend(self.results((&set, Role::Primitive), name, to)?);
+        }
+        let seen = Arithmetic { linker: self, to }.call("rt_seenFrom", &operands)?;
+        let (point, normal) = (vector_at(&seen, 0), vector_at(&seen, 3));
+        Ok(SampledPoint { point, normal, sample: SampledColor::of_scalars(&seen[6..]) })
     }
 
     /// Returns the emission of a sampled point towards the lit point.
@@ -137,7 +126,8 @@ impl Linker {
         (lit, sampled): (&LitPoint, &SampledPoint),
         to: &mut Vec<Op>,
     ) -> Linking<Vector> {
-        let SampledPoint { point, normal, direction, distance, .. } = sampled;
+        let SampledPoint { point, normal, sample } = sampled;
+        let SampledColor { direction, distance, .. } = sample;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let mut state = code.moment()?;
         if light.needs_surface() {
@@ -159,8 +149,7 @@ impl Linker {
             }
         }
         let set = self.light_method(caller, &light.emitter, &light.emission, state, to)?;
-        let color = self.results((&set, Role::Material), "rt_EmissionColor", to)?;
-        Ok([color[0], color[1], color[2]])
+        Ok(vector_at(&self.results((&set, Role::Material), "rt_EmissionColor", to)?, 0))
     }
 }
 
@@ -173,65 +162,6 @@ impl Arithmetic<'_> {
         set(&mut state, "rt_Epsilon", &[epsilon]);
         set(&mut state, "rt_TimeSeed", &[time]);
         Ok(state)
-    }
-
-    /// Transforms a point with its normal and density to the world, as seen from a lit point that is given in the
-    /// shape's space, too.
-    fn seen_point(
-        &mut self,
-        (shape, maps): (&ShapeLinks, Option<&Maps>),
-        (lit, local_origin): (&LitPoint, Vector),
-        (local, normal, own): (Vector, Vector, Value),
-    ) -> Linking<SampledPoint> {
-        let point = match maps {
-            Some(maps) => self.transformed_point(&maps.forward, local)?,
-            None => local,
-        };
-        let normal = shape.normal(self, maps, normal)?;
-        let up = self.vector([0.0, 0.0, 1.0])?;
-        let normal = self.normalized_or(normal, up)?;
-        let way = self.difference(point, lit.point)?;
-        let square = self.products(way, way)?;
-        let distance = self.root(square)?;
-        let nowhere = self.vector([0.0; 3])?;
-        let direction = self.normalized_or(way, nowhere)?;
-        let density = match maps {
-            Some(_) => {
-                let local_way = self.difference(local, local_origin)?;
-                let local_square = self.products(local_way, local_way)?;
-                let scale = shape.direction_scale(self, square, local_square)?;
-                self.multiply(own, scale)?
-            }
-            // Directions are not scaled, where the distance is usable.
-            None => own,
-        };
-        let (has_density, has_distance) = (self.is_usable(density)?, self.is_usable(distance)?);
-        let (is_usable, zero) = (self.and(has_density, has_distance)?, self.float(0.0)?);
-        let density = self.select(is_usable, density, zero)?;
-        let (start, sizes) = (self.sizes(lit.point)?, self.sizes(way)?);
-        let sizes = self.sum(start, sizes)?;
-        let error = shape.rounding_error(self, maps, (normal, sizes))?;
-        let height = self.add(error, lit.offset)?;
-        let reach = self.before_surface((normal, height), direction, distance)?;
-        Ok(SampledPoint { point, normal, direction, distance, reach, density })
-    }
-
-    /// The length of a ray that ends before a surface by the error bound of both ends, measured along the normal; at
-    /// grazing angles this is a longer distance along the ray.
-    fn before_surface(
-        &mut self,
-        (normal, height): (Vector, Value),
-        direction: Vector,
-        distance: Value,
-    ) -> Linking<Value> {
-        let cosine = self.products(normal, direction)?;
-        let cosine = self.unary(rtsl_ir::UnaryOp::Abs, cosine)?;
-        let margin = self.divide(height, cosine)?;
-        let most = self.float(MAX_SHAPE_MARGIN)?;
-        let most = self.multiply(distance, most)?;
-        let is_less = self.less(margin, most)?;
-        let margin = self.select(is_less, margin, most)?;
-        self.binary(rtsl_ir::BinaryOp::Subtract, distance, margin)
     }
 
     /// The operands of queries about the surface that a ray without a footprint hits.

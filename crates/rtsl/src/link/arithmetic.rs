@@ -3,10 +3,9 @@
 //! None is contracted, so that a host that computes the same gets the same bits.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, Variable,
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Scalar, UnaryOp, Value, Variable,
     VariableKind,
 };
-use rtsl_math::USUAL_SQUARES;
 
 use super::linker::{Linker, Linking};
 
@@ -22,7 +21,16 @@ pub(super) struct Arithmetic<'l> {
     pub to: &'l mut Vec<Op>,
 }
 
+/// Returns three of several values, from `first` on.
+pub(super) fn vector_at(values: &[Value], first: usize) -> Vector {
+    [values[first], values[first + 1], values[first + 2]]
+}
+
 impl Arithmetic<'_> {
+    pub fn boolean(&mut self, value: bool) -> Linking<Value> {
+        self.linker.constant(self.to, Constant::Bool(value))
+    }
+
     pub fn float(&mut self, value: f32) -> Linking<Value> {
         self.linker.constant(self.to, Constant::F32(value))
     }
@@ -51,10 +59,6 @@ impl Arithmetic<'_> {
     pub fn unary(&mut self, op: UnaryOp, a: Value) -> Linking<Value> {
         let scalar = self.linker.out.scalar(a);
         Ok(self.linker.emit(self.to, OpKind::Unary(op, a), &[scalar], true)?.get(0))
-    }
-
-    pub fn root(&mut self, a: Value) -> Linking<Value> {
-        self.unary(UnaryOp::Sqrt, a)
     }
 
     pub fn compare(&mut self, op: CompareOp, a: Value, b: Value) -> Linking<Value> {
@@ -113,17 +117,6 @@ impl Arithmetic<'_> {
         self.load(Variable { kind, name: name.to_owned(), scalar, len: 1 }, 0)
     }
 
-    /// Returns the map that leaves points where they are.
-    pub fn identity(&mut self) -> Linking<Map> {
-        let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
-        let axis = |axis: usize| {
-            let mut unit = [zero; 3];
-            unit[axis] = one;
-            unit
-        };
-        Ok([axis(0), axis(1), axis(2), [zero; 3]])
-    }
-
     /// Loads a map that is a member.
     pub fn map(&mut self, name: &str) -> Linking<Map> {
         let mut column = |index: u32| self.member(name, 12, 3 * index);
@@ -141,25 +134,8 @@ impl Arithmetic<'_> {
         self.each(|it, axis| it.float(value[axis]))
     }
 
-    pub fn sum(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
-        self.each(|it, axis| it.add(a[axis], b[axis]))
-    }
-
-    pub fn difference(&mut self, a: Vector, b: Vector) -> Linking<Vector> {
-        self.each(|it, axis| it.binary(BinaryOp::Subtract, a[axis], b[axis]))
-    }
-
     pub fn scaled(&mut self, v: Vector, factor: Value) -> Linking<Vector> {
         self.each(|it, axis| it.multiply(v[axis], factor))
-    }
-
-    /// The magnitudes of the components.
-    pub fn sizes(&mut self, v: Vector) -> Linking<Vector> {
-        self.each(|it, axis| it.unary(UnaryOp::Abs, v[axis]))
-    }
-
-    pub fn select_vector(&mut self, condition: Value, a: Vector, b: Vector) -> Linking<Vector> {
-        self.each(|it, axis| it.select(condition, a[axis], b[axis]))
     }
 
     /// The sum of three products, in order.
@@ -169,105 +145,32 @@ impl Arithmetic<'_> {
         self.add(sum, z)
     }
 
+    /// A vector at unit length, or another one.
+    pub fn normalized_or(&mut self, v: Vector, otherwise: Vector) -> Linking<Vector> {
+        Ok(vector_at(&self.call("rt_normalizedOr", [v, otherwise].as_flattened())?, 0))
+    }
+
     /// Transforms a vector.
     pub fn transformed_vector(&mut self, map: &Map, v: Vector) -> Linking<Vector> {
-        let [x, y, z, _] = map;
-        self.each(|it, axis| it.products(v, [x[axis], y[axis], z[axis]]))
+        let operands = [map.as_flattened(), &v].concat();
+        Ok(vector_at(&self.call("rt_mapVector", &operands)?, 0))
     }
 
     /// Transforms a point.
     pub fn transformed_point(&mut self, map: &Map, p: Vector) -> Linking<Vector> {
-        let v = self.transformed_vector(map, p)?;
-        self.sum(v, map[3])
+        let operands = [map.as_flattened(), &p].concat();
+        Ok(vector_at(&self.call("rt_mapPoint", &operands)?, 0))
     }
 
     /// Applies the transposed linear part of a map to a vector.
     pub fn transposed_vector(&mut self, map: &Map, v: Vector) -> Linking<Vector> {
-        self.each(|it, axis| it.products(v, map[axis]))
-    }
-
-    /// The point at a parameter of a ray.
-    pub fn point_on_ray(
-        &mut self,
-        origin: Vector,
-        direction: Vector,
-        parameter: Value,
-    ) -> Linking<Vector> {
-        self.each(|it, axis| {
-            let way = it.multiply(parameter, direction[axis])?;
-            it.add(origin[axis], way)
-        })
-    }
-
-    /// As [`rtsl_math::normalize_or`].
-    pub fn normalized_or(&mut self, v: Vector, otherwise: Vector) -> Linking<Vector> {
-        let square = self.products(v, v)?;
-        let (least, greatest) =
-            (self.float(*USUAL_SQUARES.start())?, self.float(*USUAL_SQUARES.end())?);
-        let is_long = self.compare(CompareOp::GreaterEqual, square, least)?;
-        let is_short = self.compare(CompareOp::LessEqual, square, greatest)?;
-        let is_usual = self.and(is_long, is_short)?;
-        let (one, length) = (self.float(1.0)?, self.root(square)?);
-        let factor = self.divide(one, length)?;
-        let normalized = self.scaled(v, factor)?;
-        let is_unusual = self.unary(UnaryOp::Not, is_usual)?;
-        let is_unusual = self.unary(UnaryOp::Seldom, is_unusual)?;
-        self.rarely(is_unusual, normalized, |it| it.normalized_by_parts(v, otherwise))
-    }
-
-    /// Computes a vector where a condition holds that seldom does.
-    fn rarely(
-        &mut self,
-        condition: Value,
-        usual: Vector,
-        unusual: impl FnOnce(&mut Arithmetic<'_>) -> Linking<Vector>,
-    ) -> Linking<Vector> {
-        let mut then = Region::default();
-        then.yields = self
-            .linker
-            .nested(|linker| unusual(&mut Arithmetic { linker, to: &mut then.ops }))?
-            .to_vec();
-        let otherwise = Region { yields: usual.to_vec(), ..Region::default() };
-        let kind = OpKind::If { condition, then, otherwise };
-        let results = self.linker.emit(self.to, kind, &[Scalar::F32; 3], false)?;
-        Ok([0, 1, 2].map(|axis| results.get(axis)))
-    }
-
-    /// Normalises a vector whose squared length would overflow or underflow.
-    fn normalized_by_parts(&mut self, v: Vector, otherwise: Vector) -> Linking<Vector> {
-        let [x, y, z] = self.sizes(v)?;
-        let largest = self.larger(x, y)?;
-        let largest = self.larger(largest, z)?;
-        let scaled = self.each(|it, axis| it.divide(v[axis], largest))?;
-        let square = self.products(scaled, scaled)?;
-        let length = self.root(square)?;
-        // A vector has no direction if a component is NaN or infinite, or all are 0: NaN fails the comparison.
-        let (one, infinity) = (self.float(1.0)?, self.float(f32::INFINITY)?);
-        let is_long = self.compare(CompareOp::GreaterEqual, length, one)?;
-        let is_finite = self.less(largest, infinity)?;
-        let has_length = self.and(is_long, is_finite)?;
-        let normalized = self.each(|it, axis| it.divide(scaled[axis], length))?;
-        self.select_vector(has_length, normalized, otherwise)
+        let operands = [map.as_flattened(), &v].concat();
+        Ok(vector_at(&self.call("rt_mapNormal", &operands)?, 0))
     }
 
     /// The first number if it is greater, else the second.
     pub fn larger(&mut self, a: Value, b: Value) -> Linking<Value> {
         let is_larger = self.compare(CompareOp::Greater, a, b)?;
         self.select(is_larger, a, b)
-    }
-
-    /// True for positive numbers less than infinity.
-    pub fn is_usable(&mut self, a: Value) -> Linking<Value> {
-        let (zero, infinity) = (self.float(0.0)?, self.float(f32::INFINITY)?);
-        let is_positive = self.compare(CompareOp::Greater, a, zero)?;
-        let is_finite = self.less(a, infinity)?;
-        self.and(is_positive, is_finite)
-    }
-
-    /// A number if it is less than infinity, else 0.
-    pub fn finite_or_zero(&mut self, a: Value) -> Linking<Value> {
-        let (infinity, zero) = (self.float(f32::INFINITY)?, self.float(0.0)?);
-        let is_finite = self.less(a, infinity)?;
-        self.select(is_finite, a, zero)
     }
 }

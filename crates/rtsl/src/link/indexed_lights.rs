@@ -1,14 +1,12 @@
 //! Samples of the lights that `illuminance` of a material names by their indices.
 //!
 //! Paths wait for such a sample ([`ResumedBy::LightSample`]). One function, which is linked once for a scene, computes
-//! those of all paths that wait, whatever their materials; renderers trace the shadow rays then. Renderers compute the
-//! same for lights that are not linked, with the same bits.
+//! those of all paths that wait, whatever their materials; renderers trace the shadow rays then.
 
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Output, Region, Scalar, UnaryOp,
-    Value, Variable, VariableKind,
+    Constant, Function, Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableKind,
 };
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
@@ -84,8 +82,7 @@ impl Linker {
         let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
         let (index, point, cone) = (operands[0], vector(1), (vector(4), operands[7]));
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let is_in_cone = code.has_cone(cone.1)?;
-        let lit = code.lit_point(surface, point, (cone.0, is_in_cone))?;
+        let lit = code.lit_point(surface, point, cone)?;
         if links.entries.is_empty() {
             return code.no_light();
         }
@@ -94,9 +91,10 @@ impl Linker {
             linker.undivided_sample(caller, class, (&lit, key, sampler), to)
         })?;
         let code = &mut Arithmetic { linker: self, to };
-        let is_usable = code.is_usable_sample(&sample, cone, is_in_cone)?;
         let [x, y, z, distance, limit, red, green, blue, density] =
             sample.try_into().expect("a sample has nine scalars");
+        let operands = [&[x, y, z, red, green, blue][..], &cone.0, &[cone.1]].concat();
+        let is_usable = code.call("rt_isSampleInCone", &operands)?[0];
         Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
     }
 
@@ -129,30 +127,19 @@ impl Linker {
 }
 
 impl Arithmetic<'_> {
-    /// True if light is taken from within a cone.
-    fn has_cone(&mut self, cosine: Value) -> Linking<Value> {
-        let none = self.float(f32::NEG_INFINITY)?;
-        self.compare(CompareOp::NotEqual, cosine, none)
-    }
-
     /// The point that is lit, with the normals on the side for which light is requested: that from which the ray came,
     /// or the other if there is a cone around an axis that points there.
     fn lit_point(
         &mut self,
         surface: &ShadedSurface,
         point: Vector,
-        (axis, has_cone): (Vector, Value),
+        (axis, cosine): (Vector, Value),
     ) -> Linking<LitPoint> {
         let ShadedSurface { normals, offset, .. } = *surface;
-        let cosine = self.products(normals[0], axis)?;
-        let zero = self.float(0.0)?;
-        let is_behind = self.less(cosine, zero)?;
-        let is_turned = self.and(is_behind, has_cone)?;
-        let (back, front) = (self.float(-1.0)?, self.float(1.0)?);
-        let side = self.select(is_turned, back, front)?;
-        let geometric = self.scaled(normals[0], side)?;
-        let shading = self.scaled(normals[1], side)?;
-        Ok(LitPoint { point, normals: [geometric, shading], offset })
+        let operands = [&normals[0][..], &axis, &[cosine]].concat();
+        let side = self.call("rt_litSide", &operands)?[0];
+        let normals = [self.scaled(normals[0], side)?, self.scaled(normals[1], side)?];
+        Ok(LitPoint { point, normals, offset })
     }
 
     /// The number of the light with an index, among those of all classes.
@@ -166,32 +153,6 @@ impl Arithmetic<'_> {
         let table = self.linker.intern_variable(table);
         let kind = OpKind::Load(table, Index::Dynamic(index));
         Ok(self.linker.emit(self.to, kind, &[Scalar::U32], false)?.get(0))
-    }
-
-    /// True if a sample is not black, and comes from within the cone if there is one.
-    fn is_usable_sample(
-        &mut self,
-        sample: &[Value],
-        (axis, cosine): (Vector, Value),
-        has_cone: Value,
-    ) -> Linking<Value> {
-        let zero = self.float(0.0)?;
-        let mut is_lit = self.compare(CompareOp::NotEqual, sample[5], zero)?;
-        for channel in &sample[6..8] {
-            let other = self.compare(CompareOp::NotEqual, *channel, zero)?;
-            is_lit = self.binary(BinaryOp::Or, is_lit, other)?;
-        }
-        let square = self.products(axis, axis)?;
-        let length = self.root(square)?;
-        let has_length = self.compare(CompareOp::Greater, length, zero)?;
-        let unit = self.each(|it, component| it.divide(axis[component], length))?;
-        let nowhere = self.vector([0.0; 3])?;
-        let axis = self.select_vector(has_length, unit, nowhere)?;
-        let of_sample = self.products(axis, [sample[0], sample[1], sample[2]])?;
-        let is_within = self.compare(CompareOp::GreaterEqual, of_sample, cosine)?;
-        let has_no_cone = self.unary(UnaryOp::Not, has_cone)?;
-        let is_within = self.binary(BinaryOp::Or, has_no_cone, is_within)?;
-        self.and(is_lit, is_within)
     }
 
     /// The answers to a request in a scene without lights, and a limit.

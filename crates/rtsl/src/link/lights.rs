@@ -1,18 +1,14 @@
-//! Lights as operations: samples of them, and the radiance of those without a shape for rays that leave the scene.
-//!
-//! Renderers compute the same for lights that they do not link, with the same bits.
+//! Lights in stages: samples of them, and the radiance of those without a shape for rays that leave the scene. Their
+//! methods are called between the functions of `prelude/renderer/lights.rtsl`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::{
-    BinaryOp, CompareOp, Op, OpKind, Query, Region, Scalar, StateComponent, UnaryOp, Value,
-};
+use rtsl_ir::{BinaryOp, CompareOp, Op, OpKind, Query, Region, Scalar, StateComponent, Value};
 use rtsl_math::sampling::Sampler;
-use rtsl_math::{LIGHT_MARGIN, STRETCH_ROUNDING};
 use rtsl_spec::{Role, lookup_state};
 
-use super::arithmetic::{Arithmetic, Map, Vector};
+use super::arithmetic::{Arithmetic, Vector, vector_at};
 use super::chosen_light::{ChosenLight, LightClassLink, LightMethods};
 use super::light_selection::LightSelection;
 use super::linked_method::LinkedMethod;
@@ -144,7 +140,7 @@ pub(super) struct LitPoint {
     pub offset: Value,
 }
 
-/// A sample of a light in the world, which is not weighed.
+/// A sample of a light in the world, which is not weighed: an `rt_SampleOfLight`.
 pub(super) struct SampledColor {
     pub direction: Vector,
     /// The distance of the sampled point.
@@ -154,6 +150,18 @@ pub(super) struct SampledColor {
     pub color: Vector,
     /// The density, without the probability of the light; 0 or less for deltas.
     pub density: Value,
+}
+
+impl SampledColor {
+    pub fn of_scalars(scalars: &[Value]) -> SampledColor {
+        SampledColor {
+            direction: vector_at(scalars, 0),
+            distance: scalars[3],
+            end: scalars[4],
+            color: vector_at(scalars, 5),
+            density: scalars[8],
+        }
+    }
 }
 
 /// The samples of a light that rays find as well, so that the two are weighted against each other.
@@ -444,10 +452,11 @@ impl Linker {
         let (direction, color) = (result("rt_LightDirection")?, result("rt_LightColor")?);
         let (distance, density) = (result("rt_LightDistance")?[0], result("rt_PDF")?[0]);
         let code = &mut Arithmetic { linker: self, to };
-        let vector = |values: &[Value]| [values[0], values[1], values[2]];
-        let sample =
-            LocalSample { direction: vector(&direction), distance, color: vector(&color), density };
-        code.in_world(sample, forward.as_ref(), lit.offset)
+        let mut operands = vec![code.boolean(forward.is_some())?];
+        let map = forward.unwrap_or([[code.float(0.0)?; 3]; 4]);
+        operands.extend(map.as_flattened().iter().chain(&direction).copied());
+        operands.extend([&[distance], &color[..], &[density, lit.offset]].concat());
+        Ok(SampledColor::of_scalars(&code.call("rt_lightInWorld", &operands)?))
     }
 
     /// Copies a method of a light's part with this path to members, and returns the state that it sets.
@@ -486,38 +495,7 @@ impl Linker {
     }
 }
 
-/// A sample in the space of its light.
-struct LocalSample {
-    direction: Vector,
-    distance: Value,
-    color: Vector,
-    density: Value,
-}
-
 impl Arithmetic<'_> {
-    /// Transforms a sample to the world.
-    fn in_world(
-        &mut self,
-        sample: LocalSample,
-        forward: Option<&Map>,
-        offset: Value,
-    ) -> Linking<SampledColor> {
-        let LocalSample { mut direction, mut distance, mut color, density } = sample;
-        if let Some(forward) = forward {
-            let world = self.transformed_vector(forward, direction)?;
-            let stretch = self.products(world, world)?;
-            let scale = self.delta_scale(stretch, distance, density)?;
-            color = self.scaled(color, scale)?;
-            let length = self.root(stretch)?;
-            distance = self.multiply(distance, length)?;
-            direction = self.normalized_or(world, direction)?;
-        }
-        let reach = self.float(1.0 - LIGHT_MARGIN)?;
-        let end = self.multiply(distance, reach)?;
-        let end = self.binary(BinaryOp::Subtract, end, offset)?;
-        Ok(SampledColor { direction, distance, end, color, density })
-    }
-
     /// Divides the colour of a sample by its density, the probability of the light included. Returns direction, length
     /// of the shadow ray, colour and density.
     pub fn weighed(
@@ -526,41 +504,21 @@ impl Arithmetic<'_> {
         part: Value,
         weighed: Weighed,
     ) -> Linking<Sample> {
-        let SampledColor { direction, end, color, density: own, .. } = sample;
-        let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
-        let density = self.multiply(*own, part)?;
-        // With a NaN density the sample is NaN, not a delta.
-        let is_delta = self.compare(CompareOp::LessEqual, *own, zero)?;
-        let divisor = self.select(is_delta, part, density)?;
-        let scale = self.divide(one, divisor)?;
-        let color = self.scaled(*color, scale)?;
-        let density = match weighed {
-            Weighed::None => zero,
-            Weighed::All => density,
-            Weighed::Where(is_found) => self.select(is_found, density, zero)?,
+        let SampledColor { direction, end, color, density, .. } = sample;
+        let is_found = match weighed {
+            Weighed::None => self.boolean(false)?,
+            Weighed::All => self.boolean(true)?,
+            Weighed::Where(is_found) => is_found,
         };
-        Ok([&direction[..], &[*end], &color, &[density]].concat())
+        let operands = [&color[..], &[*density, part, is_found]].concat();
+        let weighed = self.call("rt_weighSample", &operands)?;
+        Ok([&direction[..], &[*end], &weighed].concat())
     }
 
     /// True if rays that leave the scene find a sample at this distance.
     fn is_infinite(&mut self, distance: Value) -> Linking<Value> {
         let infinity = self.float(f32::INFINITY)?;
         self.compare(CompareOp::Equal, distance, infinity)
-    }
-
-    /// The factor that converts the colour of a delta light's sample to the world.
-    fn delta_scale(&mut self, stretch: Value, distance: Value, density: Value) -> Linking<Value> {
-        let (zero, one) = (self.float(0.0)?, self.float(1.0)?);
-        let (rounding, infinity) = (self.float(STRETCH_ROUNDING)?, self.float(f32::INFINITY)?);
-        let difference = self.binary(BinaryOp::Subtract, stretch, one)?;
-        let difference = self.unary(UnaryOp::Abs, difference)?;
-        let is_scaled = self.compare(CompareOp::Greater, difference, rounding)?;
-        let has_no_density = self.compare(CompareOp::LessEqual, density, zero)?;
-        let is_near = self.less(distance, infinity)?;
-        let is_delta = self.and(has_no_density, is_near)?;
-        let is_changed = self.and(is_scaled, is_delta)?;
-        let scale = self.divide(one, stretch)?;
-        self.select(is_changed, scale, one)
     }
 
     /// Returns the results of the query: zeros for black samples.

@@ -1,19 +1,14 @@
-//! The properties of a surface as operations: the methods of its shape, and the maps between the shape's space and the
-//! world; and the density with which light samples find it.
-//!
-//! Renderers compute the same for surfaces whose classes they do not link, with the same bits.
+//! The properties of a surface, and the density with which light samples find it: the methods of its shape, between the
+//! functions of `prelude/renderer/surface.rtsl`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::{
-    BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, StateComponent, UnaryOp, Value,
-};
-use rtsl_math::{MIN_FOOTPRINT_COSINE, SURFACE_ERROR, TRANSFORM_ERROR};
+use rtsl_ir::{Op, Query, SURFACE_SCALARS, Scalar, StateComponent, UnaryOp, Value};
 use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{ATTRIBUTES, MAX_ATTRIBUTE_SCALARS, Method, Role, lookup_state};
 
-use super::arithmetic::{Arithmetic, Map, Vector};
+use super::arithmetic::{Arithmetic, Vector, vector_at};
 use super::light_selection::LightSelection;
 use super::linked_method::{HitPlacement, LinkedMethod};
 use super::linker::{Linker, Linking, Site, default_of, find_override};
@@ -93,59 +88,26 @@ impl ShapeLinks {
         format!("{}{name}", self.prefix)
     }
 
-    /// Loads the maps between the shape's space and the world, if they differ.
-    pub(super) fn maps(&self, code: &mut Arithmetic<'_>) -> Linking<Option<Maps>> {
-        if !self.is_placed {
-            return Ok(None);
+    /// Loads the place of a shape: an `rt_Place`.
+    pub(super) fn place(&self, code: &mut Arithmetic<'_>) -> Linking<Vec<Value>> {
+        let mut place = vec![code.boolean(self.is_placed)?];
+        for name in [PLACEMENT, FORWARD, SIZES] {
+            match self.is_placed {
+                true => place.extend(code.map(&self.member(name))?.as_flattened()),
+                false => place.extend([code.float(0.0)?; 12]),
+            }
         }
-        let mut map = |name: &str| code.map(&self.member(name));
-        Ok(Some(Maps { inverse: map(PLACEMENT)?, forward: map(FORWARD)?, sizes: map(SIZES)? }))
-    }
-
-    /// The Jacobian of directions under the map to the world, given the squared lengths of a vector in the world and in
-    /// the shape's space: the stretch along them, cubed, over the map's determinant.
-    pub(super) fn direction_scale(
-        &self,
-        code: &mut Arithmetic<'_>,
-        square: Value,
-        local_square: Value,
-    ) -> Linking<Value> {
-        let stretch = code.divide(square, local_square)?;
-        let root = code.root(stretch)?;
-        let scale = code.multiply(stretch, root)?;
-        if !self.is_placed {
-            return Ok(scale);
-        }
-        let volume = code.load_member(&self.member(VOLUME), Scalar::F32)?;
-        code.divide(scale, volume)
-    }
-
-    /// Transforms a normal of the shape's space to the world's, with the orientation of the object. Its length is any.
-    pub(super) fn normal(
-        &self,
-        code: &mut Arithmetic<'_>,
-        maps: Option<&Maps>,
-        normal: Vector,
-    ) -> Linking<Vector> {
-        let side = code.member(&self.member(EXTENTS), 4, 1)?[2];
-        let normal = match maps {
-            Some(maps) => code.transposed_vector(&maps.inverse, normal)?,
-            None => normal,
-        };
-        code.scaled(normal, side)
-    }
-
-    /// The bound of the rounding error of a point of the shape along a unit normal, given the magnitudes of the terms
-    /// from which the point is computed; 0 if they overflow.
-    pub(super) fn rounding_error(
-        &self,
-        code: &mut Arithmetic<'_>,
-        maps: Option<&Maps>,
-        (normal, sizes): (Vector, Vector),
-    ) -> Linking<Value> {
-        let extents = code.member(&self.member(EXTENTS), 4, 0)?;
-        let sizes = code.sum(sizes, extents)?;
-        code.error_of_sizes(maps, (normal, sizes), SURFACE_ERROR)
+        let extents = self.member(EXTENTS);
+        place.extend(code.member(&extents, 4, 0)?);
+        place.push(code.member(&extents, 4, 1)?[2]);
+        place.push(match self.is_sampled {
+            true => code.load_member(&self.member(VOLUME), Scalar::F32)?,
+            false => code.float(1.0)?,
+        });
+        // No instance places it.
+        place.push(code.boolean(false)?);
+        place.extend([code.float(0.0)?; 24]);
+        Ok(place)
     }
 
     /// The parts of hits that `computeNormal` sets.
@@ -159,68 +121,18 @@ impl ShapeLinks {
     }
 }
 
-impl Arithmetic<'_> {
-    /// The magnitudes of the terms from which a point on a ray is computed.
-    fn sizes_on_ray(
-        &mut self,
-        origin: Vector,
-        direction: Vector,
-        distance: Value,
-    ) -> Linking<Vector> {
-        let (start, way) = (self.sizes(origin)?, self.scaled(direction, distance)?);
-        let way = self.sizes(way)?;
-        self.sum(start, way)
-    }
-
-    /// The sum of the components.
-    fn total(&mut self, [x, y, z]: Vector) -> Linking<Value> {
-        let sum = self.add(x, y)?;
-        self.add(sum, z)
-    }
-
-    /// The bound of an error along a unit normal: a part of the magnitudes of the terms from which a point is computed,
-    /// in the world and through the space of its shape; 0 if they overflow.
-    fn error_of_sizes(
-        &mut self,
-        maps: Option<&Maps>,
-        (normal, mut sizes): (Vector, Vector),
-        error: f32,
-    ) -> Linking<Value> {
-        let code = self;
-        if let Some(maps) = maps {
-            let through = code.transformed_point(&maps.sizes, sizes)?;
-            sizes = code.sum(sizes, through)?;
-        }
-        let normal = code.sizes(normal)?;
-        let size = code.products(normal, sizes)?;
-        let error = code.float(error)?;
-        let error = code.multiply(size, error)?;
-        code.finite_or_zero(error)
-    }
-}
-
 /// The computation of a surface's properties.
 struct SurfaceCode<'a> {
     shape: &'a ShapeLinks,
-    /// The world's maps to and from the space of the shape, if it has one.
-    maps: Option<Maps>,
+    /// The place of the shape: an `rt_Place`.
+    place: Vec<Value>,
+    /// The hit in the space of the shape.
+    local: Hit,
     /// The state in the space of the shape; of several values of a component the last counts.
     state: Vec<(StateComponent, Value)>,
-    /// The point on the ray, in the space of the shape.
-    hit_point: Vector,
 }
 
-/// Maps of a placed shape.
-pub(super) struct Maps {
-    /// From the world to its space.
-    pub inverse: Map,
-    /// From its space to the world.
-    pub forward: Map,
-    /// Of magnitudes, from the world to its space and back.
-    pub sizes: Map,
-}
-
-/// A ray with its hit.
+/// A ray with its hit: an `rt_Hit`.
 #[derive(Clone, Copy)]
 struct Hit {
     origin: Vector,
@@ -292,24 +204,17 @@ impl Hit {
 
     /// Returns the hit of the ray from a point that ends at the same place: the same, if its ray begins there.
     fn seen_from(self, code: &mut Arithmetic<'_>, point: Vector) -> Linking<Hit> {
-        let mut is_same = None;
-        for (one, other) in point.into_iter().zip(self.origin) {
-            let [one, other] = [code.bitcast(Scalar::U32, one)?, code.bitcast(Scalar::U32, other)?];
-            let is_equal = code.compare(CompareOp::Equal, one, other)?;
-            is_same = Some(match is_same {
-                Some(is_same) => code.and(is_same, is_equal)?,
-                None => is_equal,
-            });
-        }
-        let is_same = is_same.expect("vectors have components");
-        let end = code.point_on_ray(self.origin, self.direction, self.distance)?;
-        let way = code.difference(end, point)?;
-        let one = code.float(1.0)?;
-        Ok(Hit {
-            origin: code.select_vector(is_same, self.origin, point)?,
-            direction: code.select_vector(is_same, self.direction, way)?,
-            distance: code.select(is_same, self.distance, one)?,
-        })
+        let hit = code.call("rt_hitSeenFrom", &[&self.scalars()[..], &point].concat())?;
+        Ok(Hit::of_scalars(&hit))
+    }
+
+    fn of_scalars(scalars: &[Value]) -> Hit {
+        let (origin, direction) = (vector_at(scalars, 0), vector_at(scalars, 3));
+        Hit { origin, direction, distance: scalars[6] }
+    }
+
+    fn scalars(&self) -> Vec<Value> {
+        [&self.origin[..], &self.direction, &[self.distance]].concat()
     }
 }
 
@@ -321,19 +226,16 @@ impl<'a> SurfaceCode<'a> {
         hit: Hit,
         epsilon: Value,
     ) -> Linking<SurfaceCode<'a>> {
-        let mut local = hit;
-        let maps = shape.maps(code)?;
-        if let Some(Maps { inverse, .. }) = &maps {
-            local.origin = code.transformed_point(inverse, hit.origin)?;
-            local.direction = code.transformed_vector(inverse, hit.direction)?;
-        }
-        let point = code.point_on_ray(local.origin, local.direction, local.distance)?;
+        let place = shape.place(code)?;
+        let local = code.call("rt_hitInShape", &[&place[..], &hit.scalars()].concat())?;
+        let local = Hit::of_scalars(&local);
+        let point = vector_at(&code.call("rt_pointOnRay", &local.scalars())?, 0);
         let facing = code.each(|it, axis| it.unary(UnaryOp::Negate, local.direction[axis]))?;
         let one = code.float(1.0)?;
         let inverse = code.each(|it, axis| it.divide(one, local.direction[axis]))?;
         let zero = code.float(0.0)?;
         let time = code.column(TIME_COLUMN, Scalar::F32)?;
-        let mut surface = SurfaceCode { shape, maps, state: Vec::new(), hit_point: point };
+        let mut surface = SurfaceCode { shape, place, local, state: Vec::new() };
         for (name, values) in [
             ("rt_RayOrigin", &local.origin[..]),
             ("rt_RayDirection", &local.direction),
@@ -417,11 +319,10 @@ impl<'a> SurfaceCode<'a> {
             || shape.has(Method::ComputeDerivatives);
         if reads_normals {
             let code = &mut Arithmetic { linker: &mut *linker, to: &mut *to };
-            let up = code.vector([0.0, 0.0, 1.0])?;
-            let geometric = code.normalized_or(self.vector("rt_GeometricNormal"), up)?;
-            let shading = code.normalized_or(self.vector("rt_ShadingNormal"), geometric)?;
-            self.set("rt_GeometricNormal", &geometric);
-            self.set("rt_ShadingNormal", &shading);
+            let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(|it| self.vector(it));
+            let normals = code.call("rt_unitNormals", normals.as_flattened())?;
+            self.set("rt_GeometricNormal", &normals[..3]);
+            self.set("rt_ShadingNormal", &normals[3..]);
         }
         Ok(())
     }
@@ -460,209 +361,63 @@ impl<'a> SurfaceCode<'a> {
         hit: Hit,
         (width, spread): (Value, Value),
     ) -> Linking<Vec<Value>> {
-        let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(|name| self.vector(name));
-        let [geometric, shading] = self.normals(code, normals)?;
-        let (point, sizes) = self.point(code, hit)?;
-        let offset = self.offset(code, sizes, geometric, normals[0])?;
-        let [dpdu, dpdv] = self.tangents(code, geometric)?;
-        let widths = footprints(code, hit, geometric, [dpdu, dpdv], (width, spread))?;
-        let scalar = |name: &str, component: u32| self.get(name, component);
-        let mut properties: Vec<Value> = [point, geometric, shading].concat();
-        properties.extend((0..2).filter_map(|it| scalar("rt_TextureUV", it)));
-        properties.extend((0..3).filter_map(|it| scalar("rt_TextureUVW", it)));
-        properties.extend(dpdu.into_iter().chain(dpdv).chain(widths).chain([offset]));
+        let place = &self.place;
+        let mut operands = place.clone();
+        for is_so in self.kind() {
+            operands.push(code.boolean(is_so)?);
+        }
+        operands.extend(hit.scalars().into_iter().chain(self.local.scalars()));
+        for (name, components) in [
+            ("rt_HitPoint", 3),
+            ("rt_GeometricNormal", 3),
+            ("rt_ShadingNormal", 3),
+            ("rt_SurfaceOffset", 1),
+            ("rt_dPdu", 3),
+            ("rt_dPdv", 3),
+        ] {
+            for component in 0..components {
+                operands.push(self.result(code, name, component)?);
+            }
+        }
+        let surface =
+            code.call("rt_surfaceInWorld", &[&operands[..], &[width, spread]].concat())?;
+        let [normals, offset, tangents] = [0..9, 9..10, 10..18].map(|part| &surface[part]);
+        let mut properties = normals.to_vec();
+        properties.extend((0..2).filter_map(|it| self.get("rt_TextureUV", it)));
+        properties.extend((0..3).filter_map(|it| self.get("rt_TextureUVW", it)));
+        properties.extend([tangents, offset].concat());
         let of_textures = ["rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
-        properties.extend(of_textures.iter().filter_map(|name| scalar(name, 0)));
+        properties.extend(of_textures.iter().filter_map(|name| self.get(name, 0)));
         let zero = code.float(0.0)?;
         properties
-            .extend((0..MAX_ATTRIBUTE_SCALARS).map(|it| scalar(ATTRIBUTES, it).unwrap_or(zero)));
-        for map in self.to_object_and_world(code)? {
-            properties.extend(map.into_iter().flatten());
-        }
+            .extend((0..MAX_ATTRIBUTE_SCALARS).map(|it| self.get(ATTRIBUTES, it).unwrap_or(zero)));
+        properties.extend(code.call("rt_mapsOfPlace", place)?);
         Ok(properties)
     }
 
-    /// The maps of points from the world to the object's space, and back.
-    fn to_object_and_world(&self, code: &mut Arithmetic<'_>) -> Linking<[Map; 2]> {
-        match &self.maps {
-            Some(Maps { inverse, forward, .. }) => Ok([*inverse, *forward]),
-            None => {
-                let identity = code.identity()?;
-                Ok([identity; 2])
-            }
-        }
-    }
-
-    /// Transforms normals of the shape's space to the world's, with the orientation of the object.
-    fn normals(&self, code: &mut Arithmetic<'_>, normals: [Vector; 2]) -> Linking<[Vector; 2]> {
-        let mut in_world = [normals[0]; 2];
-        for (to, normal) in in_world.iter_mut().zip(normals) {
-            *to = self.shape.normal(code, self.maps.as_ref(), normal)?;
-        }
-        let up = code.vector([0.0, 0.0, 1.0])?;
-        let geometric = code.normalized_or(in_world[0], up)?;
-        let shading = code.normalized_or(in_world[1], geometric)?;
-        Ok([geometric, shading])
-    }
-
-    /// The point, and the sizes of the terms that it is computed from. The hit of a shape that puts hits back is where
-    /// the shape says, but on the ray if that is as precise in the shape's space and the shape has left it there.
-    fn point(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<(Vector, Vector)> {
-        let on_ray = code.point_on_ray(hit.origin, hit.direction, hit.distance)?;
-        let of_ray = code.sizes_on_ray(hit.origin, hit.direction, hit.distance)?;
-        if !self.shape.placement().moves {
-            return Ok((on_ray, of_ray));
-        }
-        let found = self.vector("rt_HitPoint");
-        let [x, y, z] =
-            code.each(|it, axis| it.compare(CompareOp::Equal, self.hit_point[axis], found[axis]))?;
-        let stays = code.and(x, y)?;
-        let stays = code.and(stays, z)?;
-        let [origin, direction] = ["rt_RayOrigin", "rt_RayDirection"].map(|it| self.vector(it));
-        let of_local_ray = code.sizes_on_ray(origin, direction, hit.distance)?;
-        let of_local_ray = code.total(of_local_ray)?;
-        let size = code.sizes(found)?;
-        let size = code.total(size)?;
-        let twice = code.add(size, size)?;
-        let is_near = code.compare(CompareOp::LessEqual, of_local_ray, twice)?;
-        let stays = code.and(stays, is_near)?;
-        let moved = match &self.maps {
-            Some(maps) => code.transformed_point(&maps.forward, found)?,
-            None => found,
-        };
-        let of_moved = code.sizes(moved)?;
-        let point = code.select_vector(stays, on_ray, moved)?;
-        Ok((point, code.select_vector(stays, of_ray, of_moved)?))
-    }
-
-    /// The offset at which rays that leave the surface begin, which bounds the error of the point.
-    fn offset(
-        &self,
-        code: &mut Arithmetic<'_>,
-        sizes: Vector,
-        normal: Vector,
-        local_normal: Vector,
-    ) -> Linking<Value> {
-        let HitPlacement { is_bounded, .. } = self.shape.placement();
-        let error = match is_bounded {
-            true => code.error_of_sizes(self.maps.as_ref(), (normal, sizes), TRANSFORM_ERROR)?,
-            false => self.shape.rounding_error(code, self.maps.as_ref(), (normal, sizes))?,
-        };
+    /// The parts of hits that the shape's methods set: an `rt_ShapeKind`.
+    fn kind(&self) -> [bool; 4] {
+        let HitPlacement { moves, is_bounded } = self.shape.placement();
         let sets = self.shape.methods.get(&Method::ComputeNormal);
         let sets = sets.is_some_and(|it| it.writes.iter().any(|it| it.name == "rt_SurfaceOffset"));
-        let Some(own) = self.get("rt_SurfaceOffset", 0).filter(|_| sets) else { return Ok(error) };
-        let own = self.offset_of_shape(code, own, local_normal)?;
-        if is_bounded { code.add(own, error) } else { code.larger(own, error) }
+        [moves, is_bounded, sets, self.shape.has(Method::ComputeDerivatives)]
+    }
+
+    /// Returns a component that a method has set, or the default of primitives.
+    fn result(&self, code: &mut Arithmetic<'_>, name: &str, component: u32) -> Linking<Value> {
+        let variable = lookup_state(name).map_or(0, |variable| variable.index);
+        let wanted = StateComponent { variable, component };
+        match self.get(name, component) {
+            Some(value) => Ok(value),
+            None => code.linker.constant(code.to, default_of(Role::Primitive, wanted)),
+        }
     }
 
     /// The density per solid angle of the world that the shape has set; 0 if it is none.
     fn density(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<Value> {
         let own = self.get("rt_PDF", 0).map_or_else(|| code.float(0.0), Ok)?;
-        let square = code.products(hit.direction, hit.direction)?;
-        let local = self.vector("rt_RayDirection");
-        let local_square = code.products(local, local)?;
-        let scale = self.shape.direction_scale(code, square, local_square)?;
-        let density = code.multiply(own, scale)?;
-        let (is_usable, zero) = (code.is_usable(density)?, code.float(0.0)?);
-        code.select(is_usable, density, zero)
+        let directions = [hit.direction, self.local.direction];
+        let operands = [&self.place[..], &[own], directions.as_flattened()].concat();
+        Ok(code.call("rt_densityInWorld", &operands)?[0])
     }
-
-    /// The offset that the shape has set, in the world.
-    fn offset_of_shape(
-        &self,
-        code: &mut Arithmetic<'_>,
-        local: Value,
-        normal: Vector,
-    ) -> Linking<Value> {
-        let (zero, infinity) = (code.float(0.0)?, code.float(f32::INFINITY)?);
-        let is_positive = code.compare(CompareOp::Greater, local, zero)?;
-        let is_finite = code.less(local, infinity)?;
-        let is_usable = code.and(is_positive, is_finite)?;
-        let local = code.select(is_usable, local, zero)?;
-        let none = [zero; 3];
-        let normal = code.normalized_or(normal, none)?;
-        let mut step = code.scaled(normal, local)?;
-        if let Some(maps) = &self.maps {
-            step = code.transformed_vector(&maps.forward, step)?;
-        }
-        let square = code.products(step, step)?;
-        let length = code.root(square)?;
-        code.finite_or_zero(length)
-    }
-
-    /// The derivatives of the point: those of the shape, or an arbitrary frame of the normal.
-    fn tangents(&self, code: &mut Arithmetic<'_>, normal: Vector) -> Linking<[Vector; 2]> {
-        if !self.shape.has(Method::ComputeDerivatives) {
-            return frame(code, normal);
-        }
-        let mut tangents = [normal; 2];
-        for (tangent, name) in tangents.iter_mut().zip(["rt_dPdu", "rt_dPdv"]) {
-            let local = code.each(|it, axis| {
-                let variable = lookup_state(name).map_or(0, |variable| variable.index);
-                let wanted = StateComponent { variable, component: axis as u32 };
-                match self.get(name, axis as u32) {
-                    Some(value) => Ok(value),
-                    None => it.linker.constant(it.to, default_of(Role::Primitive, wanted)),
-                }
-            })?;
-            *tangent = match &self.maps {
-                Some(maps) => code.transformed_vector(&maps.forward, local)?,
-                None => local,
-            };
-        }
-        Ok(tangents)
-    }
-}
-
-/// An arbitrary frame of a normal.
-fn frame(code: &mut Arithmetic<'_>, normal: Vector) -> Linking<[Vector; 2]> {
-    let [x, y, z] = code.sizes(normal)?;
-    let x_to_y = code.compare(CompareOp::LessEqual, x, y)?;
-    let x_to_z = code.compare(CompareOp::LessEqual, x, z)?;
-    let is_x = code.and(x_to_y, x_to_z)?;
-    let is_y = code.compare(CompareOp::LessEqual, y, z)?;
-    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let [first, second, third] =
-        [code.vector(axes[0])?, code.vector(axes[1])?, code.vector(axes[2])?];
-    let least = code.select_vector(is_y, second, third)?;
-    let least = code.select_vector(is_x, first, least)?;
-    let cosine = code.products(normal, least)?;
-    let along = code.scaled(normal, cosine)?;
-    let across = code.each(|it, axis| it.binary(BinaryOp::Subtract, least[axis], along[axis]))?;
-    let first = code.normalized_or(across, first)?;
-    let second = code.each(|it, axis| {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let one = it.multiply(normal[next], first[last])?;
-        let other = it.multiply(normal[last], first[next])?;
-        it.binary(BinaryOp::Subtract, one, other)
-    })?;
-    Ok([first, second])
-}
-
-/// The widths of the ray's footprint in surface parameters.
-fn footprints(
-    code: &mut Arithmetic<'_>,
-    hit: Hit,
-    normal: Vector,
-    tangents: [Vector; 2],
-    (width, spread): (Value, Value),
-) -> Linking<[Value; 2]> {
-    let growth = code.multiply(spread, hit.distance)?;
-    let width = code.add(width, growth)?;
-    let cosine = code.products(hit.direction, normal)?;
-    let cosine = code.unary(UnaryOp::Abs, cosine)?;
-    let square = code.products(hit.direction, hit.direction)?;
-    let length = code.root(square)?;
-    let (slant, least) = (code.divide(cosine, length)?, code.float(MIN_FOOTPRINT_COSINE)?);
-    let slant = code.larger(slant, least)?;
-    let slant = code.root(slant)?;
-    let width = code.divide(width, slant)?;
-    let mut widths = [width; 2];
-    for (to, tangent) in widths.iter_mut().zip(tangents) {
-        let square = code.products(tangent, tangent)?;
-        let length = code.root(square)?;
-        let parameter = code.divide(width, length)?;
-        *to = code.finite_or_zero(parameter)?;
-    }
-    Ok(widths)
 }
