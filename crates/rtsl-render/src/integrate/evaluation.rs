@@ -79,16 +79,18 @@ impl Evaluation {
             host,
         });
         host.add_contributions();
-        let mut add = |lane: usize, light: [f32; 3]| {
-            for (channel, light) in light.iter().enumerate() {
+        for (lane, ray) in rays.iter().enumerate() {
+            for (channel, light) in ray.lit.iter().enumerate() {
                 state.floats_mut(v.sample_color + channel)[lane] += light;
             }
-        };
-        for (lane, ray) in rays.iter().enumerate() {
-            add(lane, ray.lit);
         }
-        let spawned = std::mem::take(&mut memory.queries.spawned);
-        tracer.follow(&mut memory, spawned, count, &mut add);
+        tracer.follow(&mut memory, count, &mut |lanes, radiance| {
+            for (channel, column) in radiance.iter().enumerate() {
+                let colors = state.floats_mut(v.sample_color + channel);
+                let all = lanes.iter().zip(column);
+                all.for_each(|(lane, light)| colors[*lane as usize] += light);
+            }
+        });
         status
     }
 }

@@ -18,26 +18,35 @@ const PATHS_OF_WAVE: usize = 1 << 10;
 /// The number of paths above which those of some samples wait until those of the others have ended.
 pub const MAX_WAITING: usize = 1 << 16;
 
-/// Receives the index of a sample and the radiance of one of its paths.
-pub type AddRadiance<'a> = dyn FnMut(usize, [f32; 3]) + 'a;
+/// Receives the samples of paths, and the radiance of the paths, channel by channel.
+pub type AddRadiance<'a> = dyn FnMut(&[u32], &[Vec<f32>; 3]) + 'a;
+
+/// The memory of paths that run together.
+#[derive(Default)]
+pub struct FollowedPaths {
+    all: PathSet,
+    /// The sample of each path.
+    samples: Vec<u32>,
+    /// The radiance of the paths.
+    radiance: [Vec<f32>; 3],
+}
 
 impl PathTracer<'_> {
-    /// Follows the paths that so many samples have spawned. `add` gets the radiance of each path, that of the paths of one
-    /// sample in the order in which the light of the sample is defined. Their memory is used again.
+    /// Follows the paths in the memory that so many samples have spawned. `add` gets the radiance of each path, that of the
+    /// paths of one sample in the order in which the light of the sample is defined.
     pub(super) fn follow(
         &self,
         memory: &mut IntegratorMemory,
-        mut spawned: SpawnedPaths,
         samples: usize,
         add: &mut AddRadiance<'_>,
     ) {
-        if !spawned.is_empty() {
-            let mut waiting = memory.new_waiting();
-            waiting.add(&mut spawned, samples, |sample| sample);
-            self.follow_waiting(memory, waiting, add);
-            spawned.clear();
+        if memory.queries.spawned.is_empty() {
+            return;
         }
-        memory.queries.spawned = spawned;
+        let mut waiting = memory.new_waiting();
+        mem::swap(&mut memory.queries.spawned, &mut waiting.paths);
+        waiting.order_last(samples, |sample| sample);
+        self.follow_waiting(memory, waiting, add);
     }
 
     fn follow_waiting(
@@ -75,13 +84,21 @@ impl PathTracer<'_> {
     ) {
         for chunk in order.chunks(PATHS_OF_WAVE) {
             memory.queries.rays.traced += chunk.len() as u64;
+            let mut followed = mem::take(&mut memory.followed);
+            followed.samples.clear();
+            followed.samples.extend(chunk.iter().map(|index| level.parents[*index as usize]));
+            // What these paths spawn is appended to what those before them have.
+            mem::swap(&mut memory.queries.spawned, &mut next.paths);
             match &self.scene.integrator.staged {
-                Some(staged) => self.follow_in_stages(staged, memory, (level, chunk), add),
-                None => self.follow_on_interpreter(memory, (level, chunk), add),
+                Some(staged) => {
+                    self.follow_in_stages(staged, memory, (level, chunk), &mut followed);
+                }
+                None => self.follow_on_interpreter(memory, (level, chunk), &mut followed),
             }
-            let sample = |path: u32| level.parents[chunk[path as usize] as usize];
-            next.add(&mut memory.queries.spawned, chunk.len(), sample);
-            memory.queries.spawned.clear();
+            mem::swap(&mut memory.queries.spawned, &mut next.paths);
+            next.order_last(chunk.len(), |path| followed.samples[path as usize]);
+            add(&followed.samples, &followed.radiance);
+            memory.followed = followed;
             if next.len() > MAX_SPAWNED {
                 self.errors.report_many_paths();
             }
@@ -91,60 +108,62 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Runs some of the paths of one depth on the stages. What they spawn is left in the memory.
+    /// Runs some of the paths of one depth on the stages. What they spawn is appended in the memory.
     fn follow_in_stages(
         &self,
         staged: &StagedMethod,
         memory: &mut IntegratorMemory,
         (level, chunk): (&SpawnedPaths, &[u32]),
-        add: &mut AddRadiance<'_>,
+        FollowedPaths { all, radiance, .. }: &mut FollowedPaths,
     ) {
         let depth = level.depths[chunk[0] as usize];
+        let before = memory.queries.spawned.len();
         let exhausted = RuntimeErrors::default();
         let begun = self.begin_stages((staged, &exhausted), memory, (chunk.len(), depth));
         let Some(mut run) = begun else { return };
         let epsilon = self.scene.compiled.epsilon;
         run.wave.load_spawned(run.frames, &staged.columns, (level, chunk), epsilon);
         run.begin_rays();
-        let all = PathSet::all(chunk.len());
-        run.run(&all);
-        let mut radiance = vec![[0.0; 3]; chunk.len()];
+        all.set_all(chunk.len());
+        run.run(all);
         let colors = (&*run.frames, &staged.columns, variables().sample_color);
-        Wave::radiance(colors, &mut radiance);
-        for (index, color) in chunk.iter().zip(&radiance) {
-            add(level.parents[*index as usize] as usize, *color);
-        }
+        radiance.iter_mut().for_each(|channel| channel.resize(chunk.len(), 0.0));
+        Wave::radiance_of(colors, all, radiance);
+        // A second evaluation spawns paths, too.
+        let spawned = mem::take(&mut run.queries.spawned);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
-            return self.report_exhausted(&paths, depth, memory);
+            self.report_exhausted(&paths, depth, memory);
+            memory.queries.spawned = spawned;
+            return;
         }
         // Where a weight is not finite, the cause lies before.
         let is_lost = |path: &u32| {
             let index = chunk[*path as usize] as usize;
-            !are_finite(&radiance[*path as usize]) && are_finite(&level.weights(index))
+            let radiance = radiance.each_ref().map(|channel| channel[*path as usize]);
+            !are_finite(&radiance) && are_finite(&level.weights(index))
         };
-        let lost: Vec<u32> = match all_finite(radiance.as_flattened()) {
+        let lost: Vec<u32> = match radiance.iter().all(|channel| all_finite(channel)) {
             true => Vec::new(),
             false => all.paths().iter().copied().filter(is_lost).collect(),
         };
-        let spawned = mem::take(&mut run.queries.spawned);
-        let weightless = spawned.lost_parents().into_iter();
+        let weightless = spawned.lost_parents(before).into_iter();
         let weightless =
             weightless.filter(|path| are_finite(&level.weights(chunk[*path as usize] as usize)));
         let lost: Vec<Path> = run.paths(lost.into_iter().chain(weightless)).collect();
-        // A second evaluation spawns paths, too.
         lost.iter().for_each(|path| self.report_cause(path, depth, memory));
         memory.queries.spawned = spawned;
     }
 
-    /// Calls the whole method for some of the paths of one depth. What they spawn is left in the memory.
+    /// Calls the whole method for some of the paths of one depth. What they spawn is appended in the memory.
     fn follow_on_interpreter(
         &self,
         memory: &mut IntegratorMemory,
         (level, chunk): (&SpawnedPaths, &[u32]),
-        add: &mut AddRadiance<'_>,
+        FollowedPaths { radiance, .. }: &mut FollowedPaths,
     ) {
         let depth = level.depths[chunk[0] as usize];
+        radiance.iter_mut().for_each(Vec::clear);
         let epsilon = self.scene.compiled.epsilon;
         for (start, indices) in (0_u32..).step_by(RAYS_OF_CALL).zip(chunk.chunks(RAYS_OF_CALL)) {
             let path = |index: &u32| level.get(*index as usize).path(epsilon);
@@ -155,14 +174,15 @@ impl PathTracer<'_> {
             memory.queries.rays += counts;
             let parents = &mut memory.queries.spawned.parents[before..];
             parents.iter_mut().for_each(|parent| *parent += start);
-            let lost = memory.queries.spawned.lost_parents().into_iter();
+            let lost = memory.queries.spawned.lost_parents(before).into_iter();
             for lane in lost.filter_map(|parent| parent.checked_sub(start)) {
                 self.report_suspect(memory.rays[lane as usize].suspect);
             }
             for (lane, path) in paths.iter_mut().enumerate() {
                 let IntegratorMemory { state, rays, .. } = &*memory;
                 self.add_radiance(path, state, (&rays[lane], lane));
-                add(level.parents[indices[lane] as usize] as usize, path.radiance);
+                let channels = radiance.iter_mut().zip(path.radiance);
+                channels.for_each(|(channel, light)| channel.push(light));
             }
         }
     }

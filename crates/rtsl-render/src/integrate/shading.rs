@@ -145,7 +145,7 @@ impl SceneHost<'_> {
             let contribution = light.contributions.ray(index);
             self.queries.shadow_rays.push(&ShadowRay { path, key, sample, ..contribution });
         }
-        for lane in light.spawned.lost_parents() {
+        for lane in light.spawned.lost_parents(0) {
             let ray = self.ray_of(lanes, lane as usize);
             let suspect = self.shading_suspect(operands[0][lane as usize]);
             self.rays[ray].suspect.get_or_insert(suspect);

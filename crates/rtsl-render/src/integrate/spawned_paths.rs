@@ -126,13 +126,13 @@ impl SpawnedPaths {
         self.samples.append(&mut others.samples);
     }
 
-    /// Returns the parents of paths whose weights are not finite, each once.
-    pub fn lost_parents(&self) -> Vec<u32> {
-        if self.throughput.iter().all(|weights| all_finite(weights)) {
+    /// Returns the parents of paths, from `first` on, whose weights are not finite, each once.
+    pub fn lost_parents(&self, first: usize) -> Vec<u32> {
+        if self.throughput.iter().all(|weights| all_finite(&weights[first..])) {
             return Vec::new();
         }
         let is_lost = |index: &usize| self.throughput.iter().any(|it| !it[*index].is_finite());
-        let lost = (0..self.len()).filter(is_lost).map(|index| self.parents[index]);
+        let lost = (first..self.len()).filter(is_lost).map(|index| self.parents[index]);
         lost.collect::<BTreeSet<u32>>().into_iter().collect()
     }
 

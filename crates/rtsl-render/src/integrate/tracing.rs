@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use rtsl::{CallArguments, Instances, LaneBlock, Method, RayType, new_state};
 use rtsl_bvh::LANES;
 
-use super::following::MAX_WAITING;
+use super::following::{FollowedPaths, MAX_WAITING};
 use super::host::{RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
 use super::output_columns::copy_outputs;
@@ -44,6 +44,8 @@ pub struct IntegratorMemory {
     pub(super) free: RefCell<Vec<IntegratorMemory>>,
     /// Memory for paths that wait.
     spare: Vec<WaitingPaths>,
+    /// Memory for those that run.
+    pub(super) followed: FollowedPaths,
 }
 
 /// The memory of stages.
@@ -73,6 +75,7 @@ impl IntegratorMemory {
             queries: Box::new(ThreadMemory::for_queries(scene)),
             free: RefCell::default(),
             spare: Vec::new(),
+            followed: FollowedPaths::default(),
         }
     }
 
@@ -111,12 +114,15 @@ impl PathTracer<'_> {
                 self.add_radiance(path, state, (&rays[lane], lane));
             }
             self.keep_features(active, memory, features);
-            for lane in memory.queries.spawned.lost_parents() {
+            for lane in memory.queries.spawned.lost_parents(0) {
                 self.report_suspect(memory.rays[lane as usize].suspect);
             }
-            let spawned = std::mem::take(&mut memory.queries.spawned);
-            self.follow(memory, spawned, active.len(), &mut |lane, radiance| {
-                add(&mut paths[active[lane] as usize].radiance, radiance);
+            self.follow(memory, active.len(), &mut |lanes, radiance| {
+                for (channel, column) in radiance.iter().enumerate() {
+                    for (lane, light) in lanes.iter().zip(column) {
+                        paths[active[*lane as usize] as usize].radiance[channel] += light;
+                    }
+                }
             });
             counts += memory.take_ray_counts();
         }
@@ -231,12 +237,17 @@ impl PathTracer<'_> {
         let is_lost = |path: &u32| !are_finite(&radiance[*path as usize]);
         let lost = all.paths().iter().copied().filter(is_lost);
         let lost: Vec<Path> = match all_finite(radiance.as_flattened()) {
-            true => run.paths(spawned.lost_parents().into_iter()).collect(),
-            false => run.paths(lost.chain(spawned.lost_parents())).collect(),
+            true => run.paths(spawned.lost_parents(0).into_iter()).collect(),
+            false => run.paths(lost.chain(spawned.lost_parents(0))).collect(),
         };
         lost.iter().for_each(|path| self.report_cause(path, depth, memory));
-        self.follow(memory, spawned, radiance.len(), &mut |path, color| {
-            add(&mut radiance[path], color);
+        memory.queries.spawned = spawned;
+        self.follow(memory, radiance.len(), &mut |paths, light| {
+            for (channel, column) in light.iter().enumerate() {
+                for (path, light) in paths.iter().zip(column) {
+                    radiance[*path as usize][channel] += light;
+                }
+            }
         });
         memory.take_ray_counts()
     }
@@ -286,11 +297,16 @@ impl PathTracer<'_> {
         }
         let of = (&*run.frames, &staged.columns);
         let lost = Wave::lost(of, &active, &results.radiance);
-        let lost: Vec<Path> = run.paths(lost.chain(spawned.lost_parents())).collect();
+        let lost: Vec<Path> = run.paths(lost.chain(spawned.lost_parents(0))).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
+        own.queries.spawned = spawned;
         let channels = &mut results.radiance;
-        self.follow(own, spawned, count, &mut |path, color| {
-            channels.iter_mut().zip(color).for_each(|(channel, color)| channel[path] += color);
+        self.follow(own, count, &mut |paths, light| {
+            for (channel, column) in channels.iter_mut().zip(light) {
+                for (path, light) in paths.iter().zip(column) {
+                    channel[*path as usize] += light;
+                }
+            }
         });
         *counts += own.take_ray_counts();
         *lane_use += std::mem::take(&mut own.queries.lane_use);
@@ -363,11 +379,6 @@ impl PathTracer<'_> {
             self.report_suspect(ray.suspect);
         }
     }
-}
-
-/// Adds light to a sum.
-fn add(sum: &mut [f32; 3], light: [f32; 3]) {
-    sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
 }
 
 /// Sets the inputs of `radiance` for a lane.

@@ -24,6 +24,8 @@ pub struct Frames {
     pub mask: LaneMask,
     /// The lanes with a contribution.
     pub contributing: PathSet,
+    /// The weights in the pixel of what lanes spawn.
+    pub importance: Vec<f32>,
     /// The lanes of paths that had not ended when they were sorted last.
     pub running: PathSet,
     /// The lanes by their next stages.
@@ -85,6 +87,7 @@ impl Frames {
             surfaces: LaneIndices::new(0),
             mask: LaneMask::new(0),
             contributing: PathSet::default(),
+            importance: Vec::new(),
             running: PathSet::default(),
             by_stage: PathSets::default(),
             groups: Vec::new(),

@@ -134,18 +134,13 @@ impl PathSet {
         self.masks_are_set();
     }
 
-    /// Removes the paths for which `keeps` does not hold.
-    pub fn retain(&mut self, keeps: impl Fn(u32) -> bool) {
-        for (vector, mask) in (0..).zip(&mut self.masks) {
-            let mut left = *mask;
-            while left != 0 {
-                let lane = left.trailing_zeros();
-                left &= left - 1;
-                if !keeps(vector * VECTOR_PATHS as u32 + lane) {
-                    *mask &= !(1 << lane);
-                }
-            }
-        }
+    /// Makes it the set of those of other paths whose number in a column is neither 0 nor less than a cutoff, as NaN is.
+    pub fn set_followed(&mut self, others: &PathSet, column: &[f32], cutoff: f32) {
+        dispatch!(Level::new(), simd => self.select(simd, others, |start| {
+            let numbers: f32x16<_> = vector(simd, column, start);
+            let is_left_out = numbers.simd_lt(cutoff) | numbers.simd_eq(0.0);
+            !is_left_out.to_bitmask() as u16
+        }));
         self.masks_are_set();
     }
 

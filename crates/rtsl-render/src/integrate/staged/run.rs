@@ -12,7 +12,7 @@ use super::staged_method::StagedMethod;
 use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::integrate::host::{NO_OBJECT, SceneHost, is_followed};
+use crate::integrate::host::{NO_OBJECT, SceneHost};
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::Purpose;
 use crate::integrate::path_tracer::PathTracer;
@@ -261,22 +261,22 @@ impl StagedPaths<'_> {
     /// Notes the paths that a call for these paths has spawned at a place.
     fn take_spawned(&mut self, place: usize, paths: &PathSet) {
         let StagedPaths { frames, wave, queries, staged, tracer, .. } = self;
-        let Frames { paths: Blocks { scratch, .. }, contributing, moved, .. } = &mut **frames;
+        let Frames { paths: Blocks { scratch, .. }, contributing, importance, moved, .. } =
+            &mut **frames;
         let columns = &staged.columns;
         let arrays = columns.spawns[place];
         let (floats, words) = arrays.split_at(SPAWN_FLOATS);
         let [ends @ .., red, green, blue, bound] = floats else { unreachable!("they are more") };
-        let bounds = scratch.floats(*bound);
-        contributing.set_nonzero(paths, [bounds; 3]);
+        let bounds = &scratch.floats(*bound)[..wave.lanes];
+        wave.spawning.weigh(bounds, moved.paths(), importance);
         let cutoff = tracer.scene.compiled.settings.cutoff;
-        let importance =
-            |lane: u32| wave.spawning.importance_of(moved.path_in(lane)) * bounds[lane as usize];
-        contributing.retain(|lane| is_followed(importance(lane), cutoff));
+        contributing.set_followed(paths, importance, cutoff);
         let spawned = &mut queries.spawned;
         let throughput = [red, green, blue].into_iter().zip(&mut spawned.throughput);
         let numbers = ends.iter().zip(&mut spawned.ends).chain(throughput);
         let numbers = numbers.chain([(&columns.time, &mut spawned.times)]);
-        contributing.append(numbers.map(|(array, to)| (scratch.floats(*array), to)));
+        let numbers = numbers.map(|(array, to)| (scratch.floats(*array), to));
+        contributing.append(numbers.chain([(&importance[..], &mut spawned.importance)]));
         let first = spawned.parents.len();
         contributing.append_words([
             (scratch.words(words[0]), &mut spawned.keys),
@@ -284,9 +284,10 @@ impl StagedPaths<'_> {
             (scratch.words(words[1]), &mut spawned.depths),
         ]);
         spawned.depths[first..].iter_mut().for_each(|before| *before += self.depth + 1);
-        let lanes = contributing.paths().iter();
-        spawned.parents.extend(lanes.clone().map(|lane| moved.path_in(*lane) as u32));
-        spawned.importance.extend(lanes.map(|lane| importance(*lane)));
+        match moved.paths() {
+            Some(paths) => contributing.append_words([(paths, &mut spawned.parents)]),
+            None => spawned.parents.extend_from_slice(contributing.paths()),
+        }
     }
 
     /// Sets the mask of a call for these paths, if it needs one, and counts its lanes.

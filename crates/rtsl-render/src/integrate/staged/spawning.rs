@@ -23,6 +23,23 @@ impl Spawning {
         self.importance.get(path).copied().unwrap_or(1.0)
     }
 
+    /// Returns in `weights` the weights in the pixel of what lanes spawn with these weights. `paths` has the index of the
+    /// path in each lane, unless it is that of the lane.
+    pub fn weigh(&self, bounds: &[f32], paths: Option<&[u32]>, weights: &mut Vec<f32>) {
+        weights.clear();
+        match paths {
+            None if self.importance.len() >= bounds.len() => {
+                weights.extend(bounds.iter().zip(&self.importance).map(|(bound, own)| own * bound));
+            }
+            None => weights.extend_from_slice(bounds),
+            Some(paths) => {
+                let importance = |path: &u32| self.importance_of(*path as usize);
+                let all = bounds.iter().zip(paths);
+                weights.extend(all.map(|(bound, path)| importance(path) * bound));
+            }
+        }
+    }
+
     /// Begins a number of paths.
     pub fn begin(&mut self, count: usize) {
         let Spawning { importance, is_spoilt, children, shades } = self;
