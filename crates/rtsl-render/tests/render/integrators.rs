@@ -279,7 +279,7 @@ fn regularization_has_one_result() {
 }
 
 /// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round or textured, beside others.
-const LIGHTS: [(&str, &str); 6] = [
+const LIGHTS: [(&str, &str); 7] = [
     (
         "one quad",
         "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
@@ -330,6 +330,18 @@ const LIGHTS: [(&str, &str); 6] = [
            Shape \"bilinearmesh\" \"integer indices\" [0 1 2 3  2 3 4 5]
              \"point3 P\" [-1 0 -1  1 0 -1  -1 0 0  1 0 0  -1 0.5 1  1 0 1] AttributeEnd",
     ),
+    (
+        "meshes of one class, whose arrays differ, and emitters whose arrays do",
+        "AttributeBegin AreaLightSource \"Palette\" \"float shades\" [1 2 3]
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 2 1 3]
+             \"point3 P\" [-1 3 -1  0.5 3 -1  -1 3 0.5  0.5 2.5 0.5] \"point2 uv\" [0 0  1 0  0 1  1 1] AttributeEnd
+         AttributeBegin AreaLightSource \"Palette\" \"float shades\" [0.5]
+           Shape \"trianglemesh\" \"point3 P\" [2 3 -1  2 2 -1  2 3 0.5]
+             \"normal N\" [-1 0 0  -1 0.2 0  -1 0 0.2] AttributeEnd
+         AttributeBegin AreaLightSource \"Palette\" \"float shades\" [4 3 2 1 0]
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2  2 1 0  1 2 3]
+             \"point3 P\" [-2 1 -2  -2 2 -2  -1 1 -3  -1 2 -3] AttributeEnd",
+    ),
 ];
 
 /// An emitter whose radiance varies over the shape, and draws a number.
@@ -338,6 +350,15 @@ const GLOW: &str = "class Glow : rt_Material;
         float stripe = fract(4.0 * rt_TextureUV.x + 3.0 * rt_TextureUV.y);
         rt_EmissionColor = color(4.0 * stripe, 3.0, rand())
             * (0.5 + 0.5 * abs(normalize(rt_dPdu).x) + rt_du + 0.1 * abs(rt_ShadingNormal.y));
+    }";
+
+/// An emitter with an array, of which it reads elements that are not there.
+const PALETTE: &str = "class Palette : rt_Material;
+    public float shades[];
+    void emission() {
+        int shade = int(6.0 * rt_TextureUV.x) - 1;
+        rt_EmissionColor = color(shades[shade], 1.0 + float(shades.length()), 1.0 + shades[0])
+            + color(0.1 * abs(rt_ShadingNormal));
     }";
 
 /// The surfaces beside lights: a floor, a ball in a space of its own, a mesh and glass.
@@ -373,7 +394,7 @@ fn stages_sample_lights_as_hosts_do() {
             let sampler = samplers.next().unwrap_or_default();
             let head = format!("Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
             let text = format!("{CAMERA}{head}\nWorldBegin\n{lights}\n{LIT}");
-            let classes = format!("{GLOW}\n{DENSITIES}");
+            let classes = format!("{GLOW}\n{PALETTE}\n{DENSITIES}");
             let make = |backend: Backend, width: u32| {
                 let width = Some(width);
                 let engine = EngineOptions { backend, width, ..EngineOptions::default() };

@@ -1,10 +1,12 @@
 //! The members of one of several lights of a class, of which each path has chosen its own: one body of the class's
 //! methods serves all, and loads what they differ in from arrays.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use rtsl_ir::{BinaryOp, Constant, Index, Op, OpKind, Scalar, Value, Variable};
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Scalar, Value, Variable, VariableKind,
+};
 
 use super::area_light::AreaLightLink;
 use super::arithmetic::Arithmetic;
@@ -19,10 +21,24 @@ pub(crate) struct LightClassLink {
     /// The path to their members.
     pub prefix: String,
     pub methods: LightMethods,
-    /// The members in which they differ, by their names without the path, and the scalars of these. Such a member is an
-    /// array: the first scalar of light after light, then the second.
-    pub differing: Arc<BTreeSet<(String, u32)>>,
+    /// What they differ in.
+    pub differing: Arc<DifferingMembers>,
 }
+
+/// The members in which lights of a class differ, by their names without the path.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct DifferingMembers {
+    /// Members, and scalars of these. Such a member is an array: the first scalar of light after light, then the second.
+    pub scalars: BTreeSet<(String, u32)>,
+    /// Buffers, with the elements of all lights, and whether some light has none. Arrays have the first word and the
+    /// number of elements of each light.
+    pub buffers: BTreeMap<String, bool>,
+}
+
+/// Ends the name of the array with the first words of lights in a buffer.
+pub(crate) const FIRST_WORD: &str = ".rt_First";
+/// Ends the name of that with their numbers of elements.
+pub(crate) const ELEMENTS: &str = ".rt_Elements";
 
 /// The methods of lights.
 #[derive(Clone, Debug)]
@@ -52,7 +68,7 @@ pub(super) struct ChosenLight {
     count: u32,
     /// The index of the path's light.
     element: Value,
-    differing: Arc<BTreeSet<(String, u32)>>,
+    differing: Arc<DifferingMembers>,
 }
 
 /// Returns the path to the members of lights, of which this is the index of the first.
@@ -92,13 +108,13 @@ impl ChosenLight {
     ) -> Linking<Option<Index>> {
         let Some(name) = member.name.strip_prefix(&self.prefix) else { return Ok(None) };
         let scalars = (name.to_owned(), 0)..=(name.to_owned(), u32::MAX);
-        if self.differing.range(scalars).next().is_none() {
+        if self.differing.scalars.range(scalars).next().is_none() {
             return Ok(None);
         }
         let first = match index {
             Index::Constant(scalar) => {
                 let first = scalar * self.count;
-                if !self.differing.contains(&(name.to_owned(), scalar)) {
+                if !self.differing.scalars.contains(&(name.to_owned(), scalar)) {
                     return Ok(Some(Index::Constant(first)));
                 }
                 if let Some(Constant::I32(element)) = code.linker.known(self.element) {
@@ -118,9 +134,83 @@ impl ChosenLight {
     }
 }
 
+impl ChosenLight {
+    /// Returns whether lights may lack elements of a buffer in which they differ; `None` for others.
+    fn copied(&self, buffer: &Variable) -> Option<bool> {
+        let name = buffer.name.strip_prefix(&self.prefix)?;
+        self.differing.buffers.get(name).copied()
+    }
+
+    /// Loads what an array has for the path's light and a buffer.
+    fn of_buffer(
+        &self,
+        code: &mut Arithmetic<'_>,
+        buffer: &Variable,
+        array: &str,
+    ) -> Linking<Value> {
+        let (kind, name) = (VariableKind::Member, format!("{}{array}", buffer.name));
+        let array = Variable { kind, name, scalar: Scalar::I32, len: self.count };
+        let array = code.linker.intern_variable(array);
+        let index = match code.linker.known(self.element) {
+            Some(Constant::I32(element)) => Index::Constant(element as u32),
+            _ => Index::Dynamic(self.element),
+        };
+        let kind = OpKind::Load(array, index);
+        Ok(code.linker.emit(code.to, kind, &[Scalar::I32], false)?.get(0))
+    }
+
+    /// Loads a scalar of a buffer, whose index is clamped to the elements of the path's light; 0 if it has none.
+    fn load_element(
+        &self,
+        code: &mut Arithmetic<'_>,
+        buffer: &Variable,
+        index: Index,
+    ) -> Linking<Option<Value>> {
+        let Some(may_be_empty) = self.copied(buffer) else { return Ok(None) };
+        let first = self.of_buffer(code, buffer, FIRST_WORD)?;
+        let elements = self.of_buffer(code, buffer, ELEMENTS)?;
+        let zero = code.integer(0)?;
+        let within = match index {
+            Index::Constant(scalar) => code.integer(scalar as i32)?,
+            Index::Dynamic(index) => {
+                let words = code.integer(buffer.len as i32)?;
+                let (words, one) = (code.multiply(elements, words)?, code.integer(1)?);
+                let last = code.binary(BinaryOp::Subtract, words, one)?;
+                let index = code.binary(BinaryOp::Min, index, last)?;
+                code.binary(BinaryOp::Max, index, zero)?
+            }
+        };
+        let index = Index::Dynamic(code.add(first, within)?);
+        let words = code.linker.intern_variable(buffer.clone());
+        let kind = OpKind::Load(words, index);
+        let loaded = code.linker.emit(code.to, kind, &[buffer.scalar], false)?.get(0);
+        if !may_be_empty {
+            return Ok(Some(loaded));
+        }
+        let has_any = code.compare(CompareOp::Greater, elements, zero)?;
+        let nothing = code.linker.constant(code.to, Constant::zero(buffer.scalar))?;
+        Ok(Some(code.select(has_any, loaded, nothing)?))
+    }
+}
+
 impl Linker {
-    /// Loads a scalar of a member of the light that each path has chosen; `None` for members that lights share, and
-    /// those of others.
+    /// Returns the number of elements in a buffer of the light that each path has chosen; `None` for buffers that lights
+    /// share, and those of others.
+    pub(super) fn length_of_chosen(
+        &mut self,
+        buffer: &Variable,
+        to: &mut Vec<Op>,
+    ) -> Linking<Option<Value>> {
+        let Some(choice) = self.chosen_light.clone() else { return Ok(None) };
+        let code = &mut Arithmetic { linker: self, to };
+        match choice.copied(buffer) {
+            Some(_) => Ok(Some(choice.of_buffer(code, buffer, ELEMENTS)?)),
+            None => Ok(None),
+        }
+    }
+
+    /// Loads a scalar of a member or a buffer of the light that each path has chosen; `None` for what lights share, and
+    /// that of others.
     pub(super) fn load_chosen(
         &mut self,
         member: &Variable,
@@ -128,6 +218,9 @@ impl Linker {
         to: &mut Vec<Op>,
     ) -> Linking<Option<Value>> {
         let Some(choice) = self.chosen_light.clone() else { return Ok(None) };
+        if member.kind == VariableKind::Buffer {
+            return choice.load_element(&mut Arithmetic { linker: self, to }, member, index);
+        }
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let Some(index) = choice.index_of(code, member, index)? else { return Ok(None) };
         let (scalar, len) = (member.scalar, member.len * choice.count);

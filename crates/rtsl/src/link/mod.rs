@@ -16,6 +16,7 @@ pub(crate) mod light_selection;
 pub(crate) mod lights;
 pub(crate) mod linked_method;
 pub(crate) mod linker;
+mod loads;
 pub(crate) mod next_stages;
 pub(crate) mod outputs;
 mod passed_values;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_spec::Method;
 
-use super::light_part::{ClassMembers, LightKey, have_same_programs};
+use super::light_part::{ClassMembers, LightKey, are_copied, bound_buffers, have_same_programs};
 use super::members::Members;
 use super::program::Program;
 use super::staged_program::{ParameterValues, joined};
@@ -151,6 +151,20 @@ impl LinkedLights {
     }
 }
 
+/// Groups lights by keys, in the order of the first of each.
+fn grouped(lights: Vec<usize>, key: impl Fn(usize) -> LightKey) -> Vec<Vec<usize>> {
+    let mut by_key: BTreeMap<LightKey, usize> = BTreeMap::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for light in lights {
+        let group = *by_key.entry(key(light)).or_insert(groups.len());
+        if group == groups.len() {
+            groups.push(Vec::new());
+        }
+        groups[group].push(light);
+    }
+    groups
+}
+
 impl StageLights<'_> {
     /// The indices of the lights that are sampled.
     fn sampled(&self) -> BTreeSet<usize> {
@@ -165,16 +179,19 @@ impl StageLights<'_> {
         let (mut order, others): (Vec<usize>, Vec<usize>) =
             all.partition(|light| sampled.contains(light));
         order.extend(others);
-        let (mut by_key, mut classes): (BTreeMap<LightKey, usize>, Vec<Vec<usize>>) =
-            Default::default();
-        for light in order {
-            let class = *by_key.entry(self.key(light)).or_insert(classes.len());
-            if class == classes.len() {
-                classes.push(Vec::new());
-            }
-            classes[class].push(light);
+        let alike = grouped(order, |light| self.key(light));
+        alike.into_iter().flat_map(|lights| self.with_few_buffers(lights)).collect()
+    }
+
+    /// Divides lights with the same code by their buffers, unless these are copied.
+    fn with_few_buffers(&self, lights: Vec<usize>) -> Vec<Vec<usize>> {
+        let buffers: BTreeMap<usize, Vec<_>> =
+            lights.iter().map(|light| (*light, self.buffers(*light))).collect();
+        if are_copied(buffers.values().map(Vec::as_slice)) {
+            return vec![lights];
         }
-        classes
+        let key = |light: usize| LightKey { bound: buffers[&light].clone(), ..self.key(light) };
+        grouped(lights, key)
     }
 
     fn area(&self, light: usize) -> &StageAreaLight<'_> {
@@ -184,8 +201,31 @@ impl StageLights<'_> {
 
     fn key(&self, light: usize) -> LightKey {
         match self.lights.get(light) {
-            Some(light) => light.key(),
-            None => self.area(light).key(),
+            Some(StageLight { program, is_placed, is_weighed, .. }) => {
+                LightKey::new(&[program], *is_placed, *is_weighed)
+            }
+            None => {
+                let StageAreaLight { program, emitter_program, is_placed, is_weighed, .. } =
+                    self.area(light);
+                LightKey::new(&[program, emitter_program], *is_placed, *is_weighed)
+            }
+        }
+    }
+
+    /// The addresses and the lengths of a light's buffers.
+    fn buffers(&self, light: usize) -> Vec<(usize, usize)> {
+        let of = |program: &Program, instance: &Instance| match program.layout().buffers.is_empty()
+        {
+            true => Vec::new(),
+            false => bound_buffers(&program.block(instance)),
+        };
+        match self.lights.get(light) {
+            Some(light) => of(&light.program, light.light),
+            None => {
+                let area = self.area(light);
+                let of_emitter = of(&area.emitter_program, area.emitter);
+                [bound_buffers(&area.shape.shape), of_emitter].concat()
+            }
         }
     }
 
@@ -235,16 +275,6 @@ impl StageLights<'_> {
 }
 
 impl StageAreaLight<'_> {
-    fn key(&self) -> LightKey {
-        let programs = [&self.program, &self.emitter_program];
-        let emitter = match self.emitter_program.layout().buffers.is_empty() {
-            true => None,
-            false => Some(self.emitter_program.block(self.emitter)),
-        };
-        let blocks = [&self.shape.shape].into_iter().chain(&emitter);
-        LightKey::new(&programs, self.is_placed, self.is_weighed, blocks)
-    }
-
     /// Returns the shape's class, and the methods; the names of members begin with `prefix`.
     fn link(&self, prefix: String) -> Option<(ShapeClass, AreaLightLink)> {
         let of_shape = format!("{prefix}shape.");
@@ -275,14 +305,6 @@ impl StageAreaLight<'_> {
 }
 
 impl StageLight<'_> {
-    fn key(&self) -> LightKey {
-        let block = match self.program.layout().buffers.is_empty() {
-            true => None,
-            false => Some(self.program.block(self.light)),
-        };
-        LightKey::new(&[&self.program], self.is_placed, self.is_weighed, &block)
-    }
-
     fn link(&self, prefix: String) -> LightLink {
         let method = |method: Method| self.program.method(method).ok();
         let illumination = method(Method::Illumination);
