@@ -1,20 +1,14 @@
-//! Properties of samplers: uniform numbers, independent pairs, fast convergence, and the same bits in scalar and vector
-//! code.
+//! Properties of samplers: uniform numbers, independent pairs and fast convergence.
 
-use fearless_simd::{Level, Simd, dispatch};
 use proptest::prelude::*;
-use rtsl_math::sampling::{INDEPENDENT, SOBOL, Sampler, SamplerKind};
+use rtsl_math::sampling::{Sampler, SamplerKind};
 
 const INDEPENDENT_SAMPLER: Sampler =
     Sampler { kind: SamplerKind::Independent, columns: 16, rows: 16, seed: 1 };
 const SOBOL_SAMPLER: Sampler = Sampler { kind: SamplerKind::Sobol, ..INDEPENDENT_SAMPLER };
 
 fn sobol(pixel: u32, dimension: u32, sample: u32) -> f32 {
-    SOBOL_SAMPLER.number_of_stream::<SOBOL>(
-        SOBOL_SAMPLER.pixel_keys(pixel).stream,
-        dimension,
-        sample,
-    )
+    SOBOL_SAMPLER.number(SOBOL_SAMPLER.pixel_keys(pixel).stream, dimension, sample)
 }
 
 /// Pearson's statistic minus its mean, in standard deviations of its distribution.
@@ -63,7 +57,7 @@ fn dimensions_of_pairs_have_nothing_to_do_with_each_other() {
 }
 
 /// The root of the mean square error of `integrand`'s mean over `samples`, over many pixels.
-fn error<const SPREAD: u8, const DIMENSIONS: usize>(
+fn error<const DIMENSIONS: usize>(
     sampler: &Sampler,
     samples: u32,
     integrand: impl Fn([f64; DIMENSIONS]) -> f64,
@@ -74,7 +68,7 @@ fn error<const SPREAD: u8, const DIMENSIONS: usize>(
         let key = sampler.pixel_keys(pixel).stream;
         let value = |sample: u32| {
             integrand(std::array::from_fn(|dimension| {
-                f64::from(sampler.number_of_stream::<SPREAD>(key, dimension as u32, sample))
+                f64::from(sampler.number(key, dimension as u32, sample))
             }))
         };
         squared((0..samples).map(value).sum::<f64>() / f64::from(samples) - truth)
@@ -87,8 +81,8 @@ fn a_smooth_integrand_converges_faster_than_by_independent_numbers() {
     let smooth = |[x, y]: [f64; 2]| x * x * (1.0 + y) * y;
     let truth = 1.0 / 3.0 * (1.0 / 2.0 + 1.0 / 3.0);
     let ratio = |samples| {
-        error::<INDEPENDENT, 2>(&INDEPENDENT_SAMPLER, samples, smooth, truth)
-            / error::<SOBOL, 2>(&SOBOL_SAMPLER, samples, smooth, truth)
+        error::<2>(&INDEPENDENT_SAMPLER, samples, smooth, truth)
+            / error::<2>(&SOBOL_SAMPLER, samples, smooth, truth)
     };
     // The error of a scrambled net falls as n^-1.5, of independent numbers as n^-0.5.
     let ratios = [16, 64, 256, 1024].map(ratio);
@@ -102,8 +96,8 @@ fn any_number_of_samples_is_better_than_independent_ones() {
     let smooth = |[x, y]: [f64; 2]| (x - 0.3) * (x - 0.3) + x * y;
     let truth = 1.0 / 3.0 - 0.3 + 0.09 + 0.25;
     for samples in [3, 7, 33, 100, 1000] {
-        let independent = error::<INDEPENDENT, 2>(&INDEPENDENT_SAMPLER, samples, smooth, truth);
-        let sobol = error::<SOBOL, 2>(&SOBOL_SAMPLER, samples, smooth, truth);
+        let independent = error::<2>(&INDEPENDENT_SAMPLER, samples, smooth, truth);
+        let sobol = error::<2>(&SOBOL_SAMPLER, samples, smooth, truth);
         assert!(sobol < 0.8 * independent, "{samples}: {sobol} against {independent}");
     }
 }
@@ -111,42 +105,21 @@ fn any_number_of_samples_is_better_than_independent_ones() {
 #[test]
 fn pairs_that_are_padded_together_converge_too() {
     let smooth = |p: [f64; 6]| p.iter().map(|x| 0.5 + x).product::<f64>();
-    let independent = error::<INDEPENDENT, 6>(&INDEPENDENT_SAMPLER, 256, smooth, 1.0);
-    let sobol = error::<SOBOL, 6>(&SOBOL_SAMPLER, 256, smooth, 1.0);
+    let independent = error::<6>(&INDEPENDENT_SAMPLER, 256, smooth, 1.0);
+    let sobol = error::<6>(&SOBOL_SAMPLER, 256, smooth, 1.0);
     assert!(sobol < 0.6 * independent, "{sobol} against {independent}");
-}
-
-const LANES: usize = 64;
-
-fn in_vectors(sampler: &Sampler, keys: &[u32; LANES], dimension: u32, sample: u32) -> [f32; LANES] {
-    dispatch!(Level::new(), simd => lanes(simd, sampler, keys, dimension, sample))
-}
-
-#[inline(always)]
-fn lanes<S: Simd>(
-    _: S,
-    sampler: &Sampler,
-    keys: &[u32; LANES],
-    dimension: u32,
-    sample: u32,
-) -> [f32; LANES] {
-    keys.map(|key| sampler.number_of_stream::<SOBOL>(key, dimension, sample))
 }
 
 proptest! {
     #[test]
-    fn lanes_have_the_bits_of_single_numbers(
-        keys in any::<[u32; LANES]>(),
+    fn pairs_have_the_bits_of_single_numbers(
+        key in any::<u32>(),
         dimension in any::<u32>(),
         sample in any::<u32>(),
     ) {
-        let together = in_vectors(&SOBOL_SAMPLER, &keys, dimension, sample);
-        for (key, number) in keys.into_iter().zip(together) {
-            let alone = SOBOL_SAMPLER.number_of_stream::<SOBOL>(key, dimension, sample);
-            prop_assert_eq!(alone.to_bits(), number.to_bits());
-            let pair = SOBOL_SAMPLER.pair_of_stream::<SOBOL>(key, dimension >> 1, sample);
-            prop_assert_eq!(pair[(dimension & 1) as usize].to_bits(), number.to_bits());
-            prop_assert!((0.0..1.0).contains(&number));
-        }
+        let number = SOBOL_SAMPLER.number(key, dimension, sample);
+        let pair = SOBOL_SAMPLER.pair(key, dimension >> 1, sample);
+        prop_assert_eq!(pair[(dimension & 1) as usize].to_bits(), number.to_bits());
+        prop_assert!((0.0..1.0).contains(&number));
     }
 }

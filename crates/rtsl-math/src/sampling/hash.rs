@@ -28,6 +28,9 @@ pub fn permute(index: u32, length: u32, key: u32) -> u32 {
     if length <= 1 {
         return 0;
     }
+    if length.is_power_of_two() {
+        return permute_power_of_two(index, length, key);
+    }
     let mut value = index.min(length - 1);
     loop {
         value = permute_power_of_two(value, length.next_power_of_two(), key);
@@ -38,8 +41,7 @@ pub fn permute(index: u32, length: u32, key: u32) -> u32 {
 }
 
 /// The same for a length that is a power of two: a bijective hash.
-#[inline(always)]
-pub fn permute_power_of_two(index: u32, length: u32, key: u32) -> u32 {
+fn permute_power_of_two(index: u32, length: u32, key: u32) -> u32 {
     let mask = length.wrapping_sub(1);
     let shift = (mask.count_ones() / 2).max(1);
     let mut value = index & mask;

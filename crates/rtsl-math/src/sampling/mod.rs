@@ -26,6 +26,4 @@ pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 
 pub use filter::{AxisTable, FilterShape, PixelFilter};
 pub use hash::{hash, permute, unit_float};
-pub use sampler::{
-    ANY_COUNT, INDEPENDENT, POWER_OF_TWO, PixelKeys, SOBOL, Sampler, SamplerKind, child_key,
-};
+pub use sampler::{PixelKeys, Sampler, SamplerKind, child_key};

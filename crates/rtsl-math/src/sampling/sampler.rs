@@ -1,6 +1,6 @@
 //! Samplers: the distribution of a pixel's sample points.
 
-use super::hash::{hash, permute, permute_power_of_two, unit_float};
+use super::hash::{hash, permute, unit_float};
 use super::sobol::{sobol_bits, sobol_pair_bits};
 
 /// The kinds of sampler.
@@ -74,7 +74,7 @@ impl Sampler {
     /// Returns the position of a sample in its pixel, in [0,1)^2, from dimensions reserved for it; `key` is
     /// [`PixelKeys::position`].
     pub fn pixel_position(&self, key: u32, sample: u32) -> [f32; 2] {
-        self.pair(key, sample)
+        self.position(key, sample)
     }
 
     /// Returns the position of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel; `key` is
@@ -87,68 +87,34 @@ impl Sampler {
                 permute(sample, self.samples_per_pixel(), hash(key, 3))
             }
         };
-        self.pair(key, sample)
+        self.position(key, sample)
     }
 
     /// Returns the time of a sample within the shutter interval, in [0,1); `key` is [`PixelKeys::time`].
     pub fn time(&self, key: u32, sample: u32) -> f32 {
-        match self.spread() {
-            INDEPENDENT => self.number::<INDEPENDENT>(key, sample),
-            SOBOL => self.number::<SOBOL>(key, sample),
-            _ => self.number::<ANY_COUNT>(key, sample),
+        match self.kind {
+            SamplerKind::Sobol => unit_float(sobol_bits(key, 0, sample)),
+            _ => self.number_of_key(key, sample),
         }
     }
 
     /// Returns a number of a ray's sequence.
-    #[inline(always)]
-    pub fn number_of_stream<const SPREAD: u8>(&self, key: u32, dimension: u32, sample: u32) -> f32 {
-        if SPREAD == SOBOL {
-            return unit_float(sobol_bits(hash(key, dimension >> 1), dimension & 1, sample));
+    pub fn number(&self, key: u32, dimension: u32, sample: u32) -> f32 {
+        match self.kind {
+            SamplerKind::Sobol => {
+                unit_float(sobol_bits(hash(key, dimension >> 1), dimension & 1, sample))
+            }
+            _ => self.number_of_key(hash(key, dimension), sample),
         }
-        self.number::<SPREAD>(hash(key, dimension), sample)
     }
 
     /// Returns the numbers 2 `pair` and 2 `pair` + 1 of a ray's sequence, faster than one by one.
-    #[inline(always)]
-    pub fn pair_of_stream<const SPREAD: u8>(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
-        if SPREAD == SOBOL {
+    pub fn pair(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
+        if self.kind == SamplerKind::Sobol {
             return sobol_pair_bits(hash(key, pair), sample).map(unit_float);
         }
         let first = pair.wrapping_mul(2);
-        let one = self.number_of_stream::<SPREAD>(key, first, sample);
-        [one, self.number_of_stream::<SPREAD>(key, first.wrapping_add(1), sample)]
-    }
-
-    /// Returns one number of a sequence: as [`Self::number_of_stream`], which is for many of them.
-    pub fn single_number(&self, key: u32, dimension: u32, sample: u32) -> f32 {
-        match self.spread() {
-            INDEPENDENT => self.number_of_stream::<INDEPENDENT>(key, dimension, sample),
-            POWER_OF_TWO => self.number_of_stream::<POWER_OF_TWO>(key, dimension, sample),
-            SOBOL => self.number_of_stream::<SOBOL>(key, dimension, sample),
-            _ => self.number_of_stream::<ANY_COUNT>(key, dimension, sample),
-        }
-    }
-
-    /// Returns one pair of a sequence: as [`Self::pair_of_stream`], which is for many of them.
-    pub fn single_pair(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
-        match self.spread() {
-            INDEPENDENT => self.pair_of_stream::<INDEPENDENT>(key, pair, sample),
-            POWER_OF_TWO => self.pair_of_stream::<POWER_OF_TWO>(key, pair, sample),
-            SOBOL => self.pair_of_stream::<SOBOL>(key, pair, sample),
-            _ => self.pair_of_stream::<ANY_COUNT>(key, pair, sample),
-        }
-    }
-
-    /// Returns the method of distributing numbers, which is selected once for many of them.
-    pub fn spread(&self) -> u8 {
-        match self.kind {
-            SamplerKind::Independent => INDEPENDENT,
-            SamplerKind::Stratified { .. } if self.samples_per_pixel().is_power_of_two() => {
-                POWER_OF_TWO
-            }
-            SamplerKind::Stratified { .. } => ANY_COUNT,
-            SamplerKind::Sobol => SOBOL,
-        }
+        [first, first.wrapping_add(1)].map(|dimension| self.number(key, dimension, sample))
     }
 
     #[inline(always)]
@@ -162,14 +128,6 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
-        match SPREAD {
-            POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
-            _ => permute(sample, self.samples_per_pixel(), key),
-        }
-    }
-
-    #[inline(always)]
     fn is_jittered(&self) -> bool {
         match self.kind {
             SamplerKind::Independent | SamplerKind::Sobol => true,
@@ -177,21 +135,18 @@ impl Sampler {
         }
     }
 
-    #[inline(always)]
-    fn number<const SPREAD: u8>(&self, key: u32, sample: u32) -> f32 {
-        if SPREAD == SOBOL {
-            return unit_float(sobol_bits(key, 0, sample));
-        }
+    /// The number of a sample by the key of a dimension, unless the sampler is Sobol's.
+    fn number_of_key(&self, key: u32, sample: u32) -> f32 {
         let random = unit_float(hash(key, sample));
-        if SPREAD == INDEPENDENT {
+        if self.kind == SamplerKind::Independent {
             return random;
         }
-        let stratum = self.permuted::<SPREAD>(sample, hash(key, u32::MAX));
+        let stratum = permute(sample, self.samples_per_pixel(), hash(key, u32::MAX));
         let within = if self.is_jittered() { random } else { 0.5 };
         below_one((stratum as i32 as f32 + within) / self.samples_per_pixel() as f32)
     }
 
-    fn pair(&self, key: u32, sample: u32) -> [f32; 2] {
+    fn position(&self, key: u32, sample: u32) -> [f32; 2] {
         if self.kind == SamplerKind::Sobol {
             return sobol_pair_bits(key, sample).map(unit_float);
         }
@@ -208,15 +163,6 @@ impl Sampler {
         ]
     }
 }
-
-/// A method of distributing numbers, as a parameter of code that generates many: [`SamplerKind::Independent`].
-pub const INDEPENDENT: u8 = 0;
-/// Strata whose number is a power of two: code without loops, which vectorises.
-pub const POWER_OF_TWO: u8 = 1;
-/// Any number of strata.
-pub const ANY_COUNT: u8 = 2;
-/// [`SamplerKind::Sobol`].
-pub const SOBOL: u8 = 3;
 
 /// Rounding may give 1, which is outside the range.
 #[inline(always)]
@@ -243,8 +189,7 @@ mod tests {
             let mut strata: Vec<usize> = (0..16)
                 .map(|sample| {
                     let key = STRATIFIED.pixel_keys(11).stream;
-                    let number =
-                        STRATIFIED.number_of_stream::<POWER_OF_TWO>(key, dimension, sample);
+                    let number = STRATIFIED.number(key, dimension, sample);
                     (number * 16.0) as usize
                 })
                 .collect();

@@ -315,7 +315,7 @@ impl Host for SceneHost<'_> {
             Query::SkyCount => results[0].fill(self.tracer.scene.lights.skies.len() as u32),
             Query::SkyEmission | Query::SkyPdf => self.ask_skies(lanes, query, operands, results),
             Query::Contribute => self.contribute(lanes, operands),
-            Query::Sample | Query::SamplePair => self.sample(lanes, query, operands, results),
+            Query::Sample | Query::SamplePair => self.sample(lanes, operands, results),
             Query::Spawn => self.spawn(lanes, operands),
             Query::SpawnPath => self.spawn_paths(lanes, operands),
             Query::UnshadowedLight => self.sample_unshadowed(lanes, operands, results),
@@ -433,23 +433,19 @@ impl SceneHost<'_> {
         }
     }
 
-    fn sample(
-        &mut self,
-        lanes: LaneSet,
-        query: Query,
-        operands: &[LaneWords],
-        results: &mut [LaneWords],
-    ) {
+    /// Answers queries about one number of the paths, or about two.
+    fn sample(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
         let (mut keys, mut samples) = ([0; MAX_LANES], [0; MAX_LANES]);
         for lane in lanes.iter() {
             let numbers = &self.rays[self.ray_of(lanes, lane)].numbers;
             (keys[lane], samples[lane]) = (numbers.key(), numbers.sample);
         }
         let sampler = &self.tracer.scene.compiled.settings.sampler;
-        if query == Query::Sample {
-            results[0] = singles(sampler, &keys, &operands[0], &samples);
-        } else {
-            [results[0], results[1]] = pairs(sampler, &keys, &operands[0], &samples);
+        let of_lanes = [&keys, &operands[0], &samples];
+        match results {
+            [number] => singles(sampler, lanes, of_lanes, number),
+            [first, second] => pairs(sampler, lanes, of_lanes, [first, second]),
+            _ => {}
         }
     }
 

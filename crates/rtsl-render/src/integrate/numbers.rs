@@ -1,12 +1,10 @@
 //! The random numbers of a path.
 
-use fearless_simd::{Level, Simd, dispatch};
 use rtsl::SEQUENCES_OF_SEARCH;
-use rtsl::host::{LaneWords, MAX_LANES};
+use rtsl::host::{LaneSet, LaneWords};
 use rtsl_math::sampling::{
-    ANY_COUNT, INDEPENDENT, NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS,
-    NUMBERS_OF_RAND, NUMBERS_OF_SHADE, NUMBERS_OF_SINGLES, POWER_OF_TWO, SOBOL, Sampler, child_key,
-    hash,
+    NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS, NUMBERS_OF_RAND,
+    NUMBERS_OF_SHADE, NUMBERS_OF_SINGLES, Sampler, child_key, hash,
 };
 
 /// Selects the sequences of its searches.
@@ -81,7 +79,7 @@ impl PathNumbers {
     pub fn draw(&mut self, sampler: &Sampler) -> f32 {
         let dimension = self.drawn;
         self.drawn = dimension.wrapping_add(1);
-        sampler.single_number(hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
+        sampler.number(hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
     }
 
     /// Begins the sequences of the queries that follow a search.
@@ -109,64 +107,29 @@ impl PathNumbers {
     }
 }
 
-/// Returns one dimension of each path, as bits. The keys are those of the paths.
+/// Returns one dimension of each of some lanes' paths, as bits. The keys are those of the paths.
 pub fn singles(
     sampler: &Sampler,
-    keys: &LaneWords,
-    dimensions: &LaneWords,
-    samples: &LaneWords,
-) -> LaneWords {
-    let mut numbers = [0; MAX_LANES];
-    dispatch!(Level::new(), simd => match sampler.spread() {
-        INDEPENDENT => singles_in_vectors::<_, INDEPENDENT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        POWER_OF_TWO => singles_in_vectors::<_, POWER_OF_TWO>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        SOBOL => singles_in_vectors::<_, SOBOL>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        _ => singles_in_vectors::<_, ANY_COUNT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-    });
-    numbers
-}
-
-#[inline(always)]
-fn singles_in_vectors<S: Simd, const SPREAD: u8>(
-    _: S,
-    sampler: &Sampler,
+    lanes: LaneSet,
     [keys, dimensions, samples]: [&LaneWords; 3],
-    numbers: &mut LaneWords,
+    to: &mut LaneWords,
 ) {
-    for lane in 0..MAX_LANES {
+    for lane in lanes.iter() {
         let key = hash(keys[lane], NUMBERS_OF_SINGLES);
-        let number = sampler.number_of_stream::<SPREAD>(key, dimensions[lane], samples[lane]);
-        numbers[lane] = number.to_bits();
+        to[lane] = sampler.number(key, dimensions[lane], samples[lane]).to_bits();
     }
 }
 
-/// Returns two dimensions of each path that are stratified together, as bits.
+/// Returns two dimensions of each of some lanes' paths that are stratified together, as bits.
 pub fn pairs(
     sampler: &Sampler,
-    keys: &LaneWords,
-    dimensions: &LaneWords,
-    samples: &LaneWords,
-) -> [LaneWords; 2] {
-    let mut numbers = [[0; MAX_LANES]; 2];
-    dispatch!(Level::new(), simd => match sampler.spread() {
-        INDEPENDENT => pairs_in_vectors::<_, INDEPENDENT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        POWER_OF_TWO => pairs_in_vectors::<_, POWER_OF_TWO>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        SOBOL => pairs_in_vectors::<_, SOBOL>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-        _ => pairs_in_vectors::<_, ANY_COUNT>(simd, sampler, [keys, dimensions, samples], &mut numbers),
-    });
-    numbers
-}
-
-#[inline(always)]
-fn pairs_in_vectors<S: Simd, const SPREAD: u8>(
-    _: S,
-    sampler: &Sampler,
+    lanes: LaneSet,
     [keys, dimensions, samples]: [&LaneWords; 3],
-    [first, second]: &mut [LaneWords; 2],
+    [first, second]: [&mut LaneWords; 2],
 ) {
-    for lane in 0..MAX_LANES {
+    for lane in lanes.iter() {
         let key = hash(keys[lane], NUMBERS_OF_PAIRS);
-        let pair = sampler.pair_of_stream::<SPREAD>(key, dimensions[lane], samples[lane]);
-        (first[lane], second[lane]) = (pair[0].to_bits(), pair[1].to_bits());
+        let pair = sampler.pair(key, dimensions[lane], samples[lane]).map(f32::to_bits);
+        [first[lane], second[lane]] = pair;
     }
 }

@@ -1,29 +1,27 @@
 //! Random numbers of the paths of a batch.
 
-use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{Sampler, hash, unit_float};
 
 use super::rows::BATCH_LANES;
-use crate::lanes::sequences::{Sequences, end_of};
 
 /// Sequences of random numbers, one for each lane of a batch. It is the host of methods that call no host function but
 /// `rand()`.
 pub struct RandomNumbers {
     sampler: Sampler,
-    sequences: Sequences<BATCH_LANES>,
+    keys: [u32; BATCH_LANES],
+    /// The counts of numbers drawn.
+    dimensions: [u32; BATCH_LANES],
     /// The sample indices of the lanes.
     samples: [u32; BATCH_LANES],
-    /// The number of lanes that have sequences.
-    count: usize,
 }
 
 impl RandomNumbers {
     /// Creates the host without sequences.
     pub fn new(sampler: Sampler) -> Self {
-        let (sequences, samples) = (Sequences::new([0; BATCH_LANES]), [0; BATCH_LANES]);
-        RandomNumbers { sampler, sequences, samples, count: 0 }
+        const NONE: [u32; BATCH_LANES] = [0; BATCH_LANES];
+        RandomNumbers { sampler, keys: NONE, dimensions: NONE, samples: NONE }
     }
 
     /// Starts sequences of the first `count` lanes, which `purpose` selects among those of `keys`. `samples` are the
@@ -35,22 +33,10 @@ impl RandomNumbers {
         count: usize,
     ) {
         let padded = count.next_multiple_of(SIMD_LANES);
-        self.sequences.restart(padded, |to| derive_keys(keys, purpose, count, to));
+        let all = self.keys[..padded].iter_mut().zip(keys);
+        all.for_each(|(to, key)| *to = hash(*key, purpose));
+        self.dimensions[..padded].fill(0);
         self.samples[..padded].copy_from_slice(&samples[..padded]);
-        self.count = count;
-    }
-}
-
-/// Derives the keys of the sequences that `purpose` selects among those of `keys`.
-fn derive_keys(keys: &[u32; BATCH_LANES], purpose: u32, count: usize, to: &mut [u32]) {
-    let count = count.next_multiple_of(SIMD_LANES);
-    dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
-}
-
-#[inline(always)]
-fn derive_in_vectors<S: Simd>(_: S, keys: &[u32], purpose: u32, to: &mut [u32]) {
-    for (to, key) in to.iter_mut().zip(keys) {
-        *to = hash(*key, purpose);
     }
 }
 
@@ -63,7 +49,40 @@ pub fn lone_random_number(key: u32, purpose: u32, sample: u32) -> f32 {
 
 impl Host for RandomNumbers {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        debug_assert!(end_of(lanes) <= self.count, "{lanes:?} of {} lanes", self.count);
-        self.sequences.next(&self.sampler, &self.samples, lanes, values);
+        for lane in lanes.iter() {
+            let at = lanes.base as usize + lane;
+            let dimension = &mut self.dimensions[at];
+            values[lane] = self.sampler.number(self.keys[at], *dimension, self.samples[at]);
+            *dimension = dimension.wrapping_add(1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl::host::MAX_LANES;
+    use rtsl_math::sampling::SamplerKind;
+
+    use super::*;
+
+    /// Each lane has the numbers of its own sequence, whoever asks along.
+    #[test]
+    fn lanes_draw_their_own_numbers() {
+        let sampler = Sampler { kind: SamplerKind::Sobol, columns: 4, rows: 4, seed: 1 };
+        let (keys, samples) = (std::array::from_fn(|lane| lane as u32 / 2), [7; BATCH_LANES]);
+        let mut numbers = RandomNumbers::new(sampler);
+        numbers.start((&keys, &samples), 5, 43);
+        let mut draw = |active: u32| {
+            let mut values = [0.0; MAX_LANES];
+            numbers.rand(LaneSet { base: 16, active }, &mut values);
+            values
+        };
+        let expected = |lane: usize, count: u32| sampler.number(hash(keys[lane], 5), count, 7);
+        let (first, second) = (draw(0b11), draw(0b10));
+        assert_eq!(
+            [first[0], first[1], second[0], second[1]],
+            [expected(16, 0), expected(17, 0), 0.0, expected(17, 1)]
+        );
+        assert_eq!(draw(0b1)[0], expected(16, 1));
     }
 }

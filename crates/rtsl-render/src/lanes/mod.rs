@@ -5,6 +5,4 @@ pub mod eight;
 pub mod fours;
 pub mod lane_maps;
 pub mod mask_bits;
-pub mod request_lanes;
-pub mod sequences;
 pub mod surface_offset;

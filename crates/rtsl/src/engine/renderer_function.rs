@@ -132,7 +132,7 @@ mod tests {
             (0..).zip(arrays.words_mut(2)).for_each(|(lane, sample)| *sample = lane % 15);
             number.call(&mut arrays, 40, None);
             for lane in 0..40 {
-                let expected = sampler.single_number(hash(3, lane), 7, lane % 15);
+                let expected = sampler.number(hash(3, lane), 7, lane % 15);
                 assert_eq!(arrays.floats(3)[lane as usize], expected, "{backend:?}, {lane}");
             }
         }

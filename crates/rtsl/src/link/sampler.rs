@@ -207,9 +207,8 @@ mod tests {
                 let mut words = Words(vec![0; 8]);
                 words.0.extend([dimension, key, sample]);
                 let _ = interpreter.run(0, &mut words, &mut NoHost);
-                let single =
-                    sampler.single_number(hash(key, NUMBERS_OF_SINGLES), dimension, sample);
-                let pair = sampler.single_pair(hash(key, NUMBERS_OF_PAIRS), dimension, sample);
+                let single = sampler.number(hash(key, NUMBERS_OF_SINGLES), dimension, sample);
+                let pair = sampler.pair(hash(key, NUMBERS_OF_PAIRS), dimension, sample);
                 let position = sampler.pixel_position(key, sample);
                 let lens = sampler.lens_position(key, sample);
                 let time = sampler.time(key, sample);

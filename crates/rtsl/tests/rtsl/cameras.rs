@@ -116,7 +116,7 @@ fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
             let time = sampler.time(keys.time, sample);
             let ([x, y], weight) = filter.sample(sampler.pixel_position(keys.position, sample));
             let key = keys.stream;
-            let drawn = sampler.single_number(key, 0, sample);
+            let drawn = sampler.number(key, 0, sample);
             let x = (column as f32 + x) * du;
             let y = ((SIZE[1] - 1 - row) as f32 + (1.0 - y)) * dv;
             let floats = [x, y, time, lens[0], lens[1], drawn];
