@@ -1,5 +1,5 @@
-//! Tolerances of surfaces and lights. Renderers and the code that is compiled for their integrators use the same, so
-//! that both compute the same bits.
+//! Tolerances of surfaces and lights, for what renderers compute in Rust. The texts in `prelude/renderer` have the
+//! same, so that both compute the same bits.
 
 /// The error of a point on a surface, relative to the sizes of its coordinates: 16 roundings, the sum for a ray's
 /// transformation and the test of a triangle, or of a carefully written sphere, for the ray that found the point and

@@ -1,19 +1,5 @@
-//! Offsets of the origins of rays that leave surfaces.
-//!
-//! Because of rounding, a hit point lies off its surface, and a ray from it may hit the surface again, even from
-//! behind. The distance of that hit along the ray grows without bound at grazing angles, so no least distance of hits
-//! is right for all directions. The origin of a ray is therefore moved off the surface, along the geometric normal, on
-//! the side that it leads to, by more than rounding can have moved the point and will move the next hit (Pharr, Jakob
-//! and Humphreys, "Physically Based Rendering", 4th edition, section 6.8).
-//!
-//! Renderers do not know how a shape computes its hits; they know only the ray, the parameter, the normal and the box.
-//! A result computed from coordinates of some magnitude (*size*) has an error of a few roundings of that size, so the
-//! bound follows from sizes, axis by axis: those of the ray's origin and of its segment up to the hit, of the shape's
-//! box, and of their images under the transforms between spaces. Along an axis where all of them are small, as is the
-//! height over a level floor, the bound is small however far the other axes reach.
-//!
-//! Shapes that put their hits back on the surface know the error of that. Renderers then add only their own: that of
-//! the point and its transforms, without the shape's box, and without the ray where the point has been moved.
+//! Offsets of the origins of rays that leave surfaces, eight lanes at a time: with the bits of
+//! `prelude/renderer/surface.rtsl`, which tells why they are as they are.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};

@@ -21,7 +21,7 @@ pub(crate) struct LightClassLink {
     /// The path to their members.
     pub prefix: String,
     pub methods: LightMethods,
-    /// What they differ in.
+    /// The members in which they differ.
     pub differing: Arc<DifferingMembers>,
 }
 

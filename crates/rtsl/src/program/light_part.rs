@@ -49,7 +49,7 @@ pub(crate) fn are_copied<'a>(buffers: impl Iterator<Item = &'a [(usize, usize)]>
 
 /// The members of a class of lights.
 pub(crate) struct ClassMembers {
-    /// What the lights differ in, or may when values change.
+    /// The members in which the lights differ, or may when values change.
     pub differing: DifferingMembers,
     /// The members with the path to them. Those that differ are arrays: scalar by scalar, light after light.
     pub layout: Layout,
