@@ -43,23 +43,40 @@ impl PathTracer<'_> {
     ) {
         wavefront.hits.clear();
         wavefront.left.clear();
+        self.search_active(wavefront, searcher);
+        if self.scene.has_alpha() {
+            self.pass_transparent(wavefront, searcher, batch);
+        }
+    }
+
+    /// Continues the rays of a wavefront's hits behind surfaces that they pass, until all have hit one that they do not
+    /// pass, or have left the scene.
+    pub fn pass_transparent(
+        &self,
+        wavefront: &mut Wavefront,
+        searcher: &mut Searcher,
+        batch: &mut ShadingBatch,
+    ) {
+        let mut known = 0;
         loop {
-            let known = wavefront.hits.len();
-            let geometry = &self.scene.compiled.geometry;
-            if !searcher.are_together && geometry.suits_stream(wavefront.active.len()) {
-                self.search_with_streams(wavefront, searcher);
-            } else {
-                self.search_with_packets(wavefront, searcher);
-            }
-            wavefront.active.clear();
-            if !self.scene.has_alpha() {
-                return;
-            }
             self.pass_transparent_hits(wavefront, known, batch);
             if wavefront.active.is_empty() {
                 return;
             }
+            known = wavefront.hits.len();
+            self.search_active(wavefront, searcher);
         }
+    }
+
+    /// Finds the closest hits of the active rays, of which none is active then.
+    fn search_active(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
+        let geometry = &self.scene.compiled.geometry;
+        if !searcher.are_together && geometry.suits_stream(wavefront.active.len()) {
+            self.search_with_streams(wavefront, searcher);
+        } else {
+            self.search_with_packets(wavefront, searcher);
+        }
+        wavefront.active.clear();
     }
 
     /// Finds the closest hits of the active rays in packets.

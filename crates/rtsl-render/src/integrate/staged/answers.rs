@@ -52,10 +52,10 @@ impl Answers {
         }
     }
 
-    /// Returns the object and the distance of a ray's hit.
-    pub fn hit(&self, ray: usize) -> Option<(u32, f32)> {
-        let [found, object, _, _, distance] = self.words.each_ref().map(|word| word[ray]);
-        (found != 0).then(|| (object, f32::from_bits(distance)))
+    /// Returns a ray's hit.
+    pub fn hit(&self, ray: usize) -> Option<AnsweredHit> {
+        let [found, hit @ ..] = self.words.each_ref().map(|word| word[ray]);
+        (found != 0).then_some(hit)
     }
 }
 
@@ -68,7 +68,7 @@ mod tests {
         let hits = [Some([7, NO_INSTANCE, 3, 2.5_f32.to_bits()]), None, Some([1, 2, 0, 0])];
         let mut answers = Answers::default();
         answers.set(3, |ray| hits[ray]);
-        assert_eq!((answers.hit(0), answers.hit(1)), (Some((7, 2.5)), None));
+        assert_eq!((answers.hit(0), answers.hit(1)), (hits[0], None));
         for lanes in [[2, 3, 4], [0, 3, 5]] {
             for word in 0..WORDS {
                 let mut column = [9; 6];

@@ -2,7 +2,7 @@
 
 use rtsl::{LaneBlock, LaneIndices, LaneMask};
 
-use super::answers::Answers;
+use super::answers::{AnsweredHit, Answers};
 use super::moved_paths::MovedPaths;
 use super::path_set::{PathSet, VECTOR_PATHS};
 use super::path_sets::PathSets;
@@ -40,6 +40,8 @@ pub struct Frames {
     pub requests: [Vec<f32>; 9],
     /// The answers to them, if they are searches.
     pub answers: Answers,
+    /// The lanes whose hits are of objects with alpha textures, with these hits.
+    pub cut: Vec<(u32, AnsweredHit)>,
     lanes: usize,
     sizes: BlockSizes,
 }
@@ -95,6 +97,7 @@ impl Frames {
             lit: Vec::new(),
             requests: Default::default(),
             answers: Answers::default(),
+            cut: Vec::new(),
             lanes: 0,
             sizes,
         }

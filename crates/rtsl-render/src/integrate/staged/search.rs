@@ -15,8 +15,9 @@ use crate::compiled::tracer::Tracer;
 use crate::integrate::host::first_hit;
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::count_after;
+use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::searcher::Searcher;
-use crate::integrate::wavefront::NO_INSTANCE;
+use crate::integrate::wavefront::{NO_INSTANCE, Path, PathHit};
 
 /// The number of operands of a search.
 const REQUEST: usize = ResumedBy::NearestHit.request().len();
@@ -34,10 +35,6 @@ impl StagedPaths<'_> {
             return self.search_by_kernel(kernel, objects, paths);
         }
         let slots = paths.paths();
-        if scene.has_alpha() {
-            self.search_past_alpha(slots, are_together);
-            return self.count_searches(slots);
-        }
         self.collect_requests(paths);
         self.leave_surfaces(slots);
         let starts = 0..slots.len();
@@ -45,6 +42,9 @@ impl StagedPaths<'_> {
             starts.step_by(RAYS_OF_STREAM).for_each(|start| self.search_stream(start, slots));
         } else {
             starts.step_by(LANES).for_each(|start| self.search_packet(start, slots));
+        }
+        if !self.frames.cut.is_empty() {
+            self.search_past_alpha();
         }
         self.count_searches(slots);
     }
@@ -89,6 +89,7 @@ impl StagedPaths<'_> {
             answered_hit(tracer.scene, is_hit.then(|| (found.distance[lane], found.id[lane]))?)
         };
         self.frames.answers.set(slots.len(), hit);
+        self.note_cut_hits(slots);
         self.store_answers(slots);
     }
 
@@ -108,34 +109,62 @@ impl StagedPaths<'_> {
         tracer.search_stream(memory, stream, Search::Closest);
         let hit = |place: usize| answered_hit(tracer.scene, stream.hit(place)?);
         self.frames.answers.set(end - start, hit);
+        self.note_cut_hits(&slots[start..end]);
         self.store_answers(&slots[start..end]);
     }
 
-    /// Finds the hits behind surfaces that let rays pass.
-    fn search_past_alpha(&mut self, slots: &[u32], are_together: bool) {
+    /// Notes the answered hits of objects with alpha textures.
+    fn note_cut_hits(&mut self, slots: &[u32]) {
+        let PathTracer { scene, groups, .. } = self.tracer;
+        if !scene.has_alpha() {
+            return;
+        }
+        let Frames { answers, cut, .. } = &mut *self.frames;
+        let is_cut = |[object, ..]: &AnsweredHit| {
+            groups[scene.objects[*object as usize].group as usize].alpha.is_some()
+        };
+        let hits = slots.iter().enumerate().filter_map(|(ray, slot)| {
+            let hit = answers.hit(ray).filter(is_cut)?;
+            Some((*slot, hit))
+        });
+        cut.extend(hits);
+    }
+
+    /// Finds the hits behind those noted surfaces that let rays pass.
+    fn search_past_alpha(&mut self) {
         let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        let cut = std::mem::take(&mut self.frames.cut);
         let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
         paths.clear();
-        for slot in slots {
+        for (slot, [.., distance]) in &cut {
             let (origin, direction, limits) = self.requested(*slot);
             let ray = &self.wave.rays[self.frames.path_in(*slot)];
-            paths.push(ray.search_path((origin, direction), limits, epsilon_of_scene));
+            let path = ray.search_path((origin, direction), limits, epsilon_of_scene);
+            paths.push(Path { distance: f32::from_bits(*distance), ..path });
         }
         let ThreadMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
         wavefront.paths = paths;
         wavefront.features.reset(0, None);
         wavefront.active.clear();
-        wavefront.active.extend(0..slots.len() as u32);
-        searcher.are_together = are_together;
-        self.tracer.find_hits(wavefront, searcher, batch);
-        let wavefront = &self.queries.wavefront;
-        let mut hits = vec![None; slots.len()];
+        wavefront.left.clear();
+        wavefront.hits.clear();
+        let first =
+            cut.iter().map(|(_, [object, instance, element, _])| (object, instance, element));
+        wavefront.hits.extend((0..).zip(first).map(|(path, (object, instance, element))| {
+            PathHit { path, object: *object, element: *element, instance: *instance }
+        }));
+        searcher.are_together = false;
+        self.tracer.pass_transparent(wavefront, searcher, batch);
+        let mut hits = vec![None; cut.len()];
         for hit in &wavefront.hits {
             let bits = wavefront.paths[hit.path as usize].distance.to_bits();
             hits[hit.path as usize] = Some([hit.object, hit.instance, hit.element, bits]);
         }
-        self.frames.answers.set(slots.len(), |ray| hits[ray]);
-        self.store_answers(slots);
+        self.frames.answers.set(cut.len(), |ray| hits[ray]);
+        let slots: Vec<u32> = cut.iter().map(|(slot, _)| *slot).collect();
+        self.store_answers(&slots);
+        self.frames.cut = cut;
+        self.frames.cut.clear();
     }
 
     /// Stores the answers to the searches of paths.
@@ -150,11 +179,12 @@ impl StagedPaths<'_> {
             return;
         }
         for (ray, slot) in slots.iter().enumerate() {
-            let Some((object, distance)) = self.frames.answers.hit(ray) else { continue };
             if self.searches_of(*slot) == 0 {
                 let (_, direction, _) = self.requested(*slot);
-                let hit = first_hit(direction, (distance, object));
-                self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
+                let hit = self.frames.answers.hit(ray).map(|[object, .., distance]| {
+                    first_hit(direction, (f32::from_bits(distance), object))
+                });
+                self.wave.first_hits[self.frames.path_in(*slot)] = hit;
             }
         }
     }
