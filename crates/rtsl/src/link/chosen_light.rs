@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Scalar, Value, Variable, VariableKind,
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Scalar, Value, Variable, VariableId,
+    VariableKind,
 };
 
 use super::area_light::AreaLightLink;
 use super::arithmetic::Arithmetic;
 use super::lights::LightLink;
-use super::linker::{Linker, Linking};
+use super::linker::{Linker, Linking, Site};
 
 /// Lights of one class, which share their methods.
 #[derive(Clone, Debug)]
@@ -132,9 +133,7 @@ impl ChosenLight {
         };
         Ok(Some(Index::Dynamic(code.add(first, self.element)?)))
     }
-}
 
-impl ChosenLight {
     /// Returns whether lights may lack elements of a buffer in which they differ; `None` for others.
     fn copied(&self, buffer: &Variable) -> Option<bool> {
         let name = buffer.name.strip_prefix(&self.prefix)?;
@@ -198,15 +197,16 @@ impl Linker {
     /// share, and those of others.
     pub(super) fn length_of_chosen(
         &mut self,
-        buffer: &Variable,
+        site: &Site<'_>,
+        buffer: VariableId,
         to: &mut Vec<Op>,
     ) -> Linking<Option<Value>> {
         let Some(choice) = self.chosen_light.clone() else { return Ok(None) };
+        let info = site.function.variable(buffer);
+        let buffer = Variable { name: site.name_of(info), ..info.clone() };
+        let is_copied = choice.copied(&buffer).is_some();
         let code = &mut Arithmetic { linker: self, to };
-        match choice.copied(buffer) {
-            Some(_) => Ok(Some(choice.of_buffer(code, buffer, ELEMENTS)?)),
-            None => Ok(None),
-        }
+        is_copied.then(|| choice.of_buffer(code, &buffer, ELEMENTS)).transpose()
     }
 
     /// Loads a scalar of a member or a buffer of the light that each path has chosen; `None` for what lights share, and

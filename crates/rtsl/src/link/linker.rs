@@ -267,6 +267,12 @@ impl Linker {
             }
             return Ok(());
         }
+        if let OpKind::Length(buffer) = &op.kind
+            && let Some(length) = self.length_of_chosen(site, *buffer, to)?
+        {
+            site.define(op.results.get(0), length);
+            return Ok(());
+        }
         let kind = match &op.kind {
             OpKind::ReferenceCall(call) => {
                 let results = self.reference_call(site, call, to)?;
@@ -290,19 +296,6 @@ impl Linker {
             OpKind::Load(variable, index) if self.replaces_loads(site, *variable) => {
                 let result = self.replaced_load(site, *variable, *index, to)?;
                 site.define(op.results.get(0), result);
-                return Ok(());
-            }
-            OpKind::Length(buffer) if self.chosen_light.is_some() => {
-                let info = site.function.variable(*buffer);
-                let named = Variable { name: site.name_of(info), ..info.clone() };
-                let length = match self.length_of_chosen(&named, to)? {
-                    Some(length) => length,
-                    None => {
-                        let kind = OpKind::Length(self.variable(site, *buffer));
-                        self.emit(to, kind, &[Scalar::I32], false)?.get(0)
-                    }
-                };
-                site.define(op.results.get(0), length);
                 return Ok(());
             }
             OpKind::If { condition, then, otherwise } => OpKind::If {

@@ -38,7 +38,9 @@ impl Linker {
         match site.function.variable(variable).kind {
             VariableKind::State => self.load_state(site, variable, index, to),
             VariableKind::Scratch => self.load_scratch(site, variable, index, to),
-            VariableKind::Buffer => self.load_buffer(site, variable, index, to),
+            VariableKind::Buffer => {
+                self.load_of_light(site, variable, index_of_site(site, index), to)
+            }
             _ => self.load_member(site, variable, index, to),
         }
     }
@@ -87,30 +89,24 @@ impl Linker {
             let member = Variable { name: site.name_of(info), ..info.clone() };
             return self.load_of_element(self.element, member, index, to);
         }
-        let member = Variable { name: site.name_of(info), ..info.clone() };
-        if let Some(chosen) = self.load_chosen(&member, index, to)? {
-            return Ok(chosen);
-        }
-        let new = self.variable(site, variable);
-        Ok(self.emit(to, OpKind::Load(new, index), &[member.scalar], false)?.get(0))
+        self.load_of_light(site, variable, index, to)
     }
 
-    /// Loads a scalar of a buffer, that of the chosen light.
-    fn load_buffer(
+    /// Loads a scalar of a member or of a buffer, that of the chosen light.
+    fn load_of_light(
         &mut self,
         site: &mut Site<'_>,
         variable: VariableId,
         index: Index,
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
-        let index = index_of_site(site, index);
         let info = site.function.variable(variable);
-        let buffer = Variable { name: site.name_of(info), ..info.clone() };
-        if let Some(chosen) = self.load_chosen(&buffer, index, to)? {
+        let named = Variable { name: site.name_of(info), ..info.clone() };
+        if let Some(chosen) = self.load_chosen(&named, index, to)? {
             return Ok(chosen);
         }
         let new = self.variable(site, variable);
-        Ok(self.emit(to, OpKind::Load(new, index), &[buffer.scalar], false)?.get(0))
+        Ok(self.emit(to, OpKind::Load(new, index), &[named.scalar], false)?.get(0))
     }
 
     /// Returns a scalar of scratch that is not in memory.

@@ -104,9 +104,6 @@ impl ShapeLinks {
             true => code.load_member(&self.member(VOLUME), Scalar::F32)?,
             false => code.float(1.0)?,
         });
-        // No instance places it.
-        place.push(code.boolean(false)?);
-        place.extend([code.float(0.0)?; 24]);
         Ok(place)
     }
 

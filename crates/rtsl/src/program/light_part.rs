@@ -11,7 +11,7 @@ use super::staged_program::ParameterValues;
 use crate::link::chosen_light::{DifferingMembers, ELEMENTS, FIRST_WORD};
 
 /// The greatest number of words of buffers in which lights of a class differ that are copied, each to one for all of
-/// them: 64 MB. Lights with more are apart, as an image of the sky and one of a wall.
+/// them: 64 MB. Lights with more, such as large images, are apart.
 const MAX_COPIED_WORDS: usize = 1 << 24;
 
 /// The properties that lights which share their code have in common: the addresses of programs and of large data.
@@ -124,20 +124,17 @@ struct CommonBuffer {
 impl CommonBuffer {
     /// Returns the buffer with this entry in the blocks of lights, or one with the elements of all of them.
     fn new(offset: u32, blocks: &[InstanceBlock]) -> CommonBuffer {
-        let own = |block: &InstanceBlock| {
-            block.buffers().iter().find(|buffer| buffer.offset == offset).cloned()
-        };
-        let address =
-            |buffer: &Option<BoundBuffer>| buffer.as_ref().map(|it| it.words.as_ptr().addr());
-        let buffer = own(&blocks[0]);
-        if blocks.iter().all(|block| address(&own(block)) == address(&buffer)) {
-            return CommonBuffer { buffer, parts: None };
+        let own = |block| buffer_at(block, offset);
+        let address = |buffer: Option<&BoundBuffer>| buffer.map(|it| it.words.as_ptr().addr());
+        let first = own(&blocks[0]);
+        if blocks.iter().all(|block| address(own(block)) == address(first)) {
+            return CommonBuffer { buffer: first.cloned(), parts: None };
         }
         let (mut words, mut element_words) = (Vec::new(), 1);
         let mut known: BTreeMap<Option<usize>, (u32, u32)> = BTreeMap::new();
-        let mut part = |block: &InstanceBlock| {
+        let part = |block| {
             let buffer = own(block);
-            *known.entry(address(&buffer)).or_insert_with(|| {
+            *known.entry(address(buffer)).or_insert_with(|| {
                 let Some(buffer) = buffer else { return (0, 0) };
                 let (first, elements) = (words.len() as u32, buffer.elements());
                 element_words = buffer.element_words;
@@ -145,10 +142,15 @@ impl CommonBuffer {
                 (first, elements)
             })
         };
-        let parts = blocks.iter().map(&mut part).collect();
+        let parts = blocks.iter().map(part).collect();
         let buffer = BoundBuffer { offset, words: words.into(), element_words };
         CommonBuffer { buffer: Some(buffer), parts: Some(parts) }
     }
+}
+
+/// Returns the buffer with this entry in a block.
+fn buffer_at(block: &InstanceBlock, offset: u32) -> Option<&BoundBuffer> {
+    block.buffers().iter().find(|buffer| buffer.offset == offset)
 }
 
 /// True if these are the same programs, in the same order.

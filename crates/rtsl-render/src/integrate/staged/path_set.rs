@@ -336,6 +336,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrate::host::is_followed;
 
     /// A count that leaves a vector incomplete.
     const COUNT: usize = 75;
@@ -366,6 +367,18 @@ mod tests {
         let (words, mut appended) = (Vec::from_iter(100..100 + COUNT as u32), vec![7]);
         set.append_words([(&words[..], &mut appended)]);
         assert_eq!(appended, [7, 103, 140, 174]);
+    }
+
+    #[test]
+    fn vectors_are_followed_as_single_paths_are() {
+        let numbers = [0.5, 0.25, 0.249, 0.0, -0.0, -1.0, f32::NAN, f32::INFINITY, 1e-30];
+        for cutoff in [0.0, 0.25] {
+            let mut set = PathSet::default();
+            set.set_followed(&PathSet::all(numbers.len()), &numbers, cutoff);
+            let all = (0..).zip(numbers);
+            let expected = all.filter(|(_, number)| is_followed(*number, cutoff)).map(|it| it.0);
+            assert_eq!(set.paths(), expected.collect::<Vec<u32>>(), "{cutoff}");
+        }
     }
 
     #[test]

@@ -148,11 +148,10 @@ impl StagedPaths<'_> {
         wavefront.active.clear();
         wavefront.left.clear();
         wavefront.hits.clear();
-        let first =
-            cut.iter().map(|(_, [object, instance, element, _])| (object, instance, element));
-        wavefront.hits.extend((0..).zip(first).map(|(path, (object, instance, element))| {
-            PathHit { path, object: *object, element: *element, instance: *instance }
-        }));
+        for (path, (_, [object, instance, element, _])) in (0..).zip(&cut) {
+            let (object, instance, element) = (*object, *instance, *element);
+            wavefront.hits.push(PathHit { path, object, element, instance });
+        }
         searcher.are_together = false;
         self.tracer.pass_transparent(wavefront, searcher, batch);
         let mut hits = vec![None; cut.len()];
