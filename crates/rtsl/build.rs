@@ -1,5 +1,4 @@
-//! Lists the files of the standard library, of the prelude and of the renderer's texts, so that they are built into the
-//! program.
+//! Lists the files of the standard library, so that they are built into the program.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -9,25 +8,17 @@ fn main() {
     let package = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
     let package = Path::new(&package);
     let out = std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
-    for (name, folder) in [("shaders", "shaders"), ("prelude", "prelude"), ("renderer", RENDERER)] {
-        let list = Path::new(&out).join(format!("{name}_files.rs"));
-        std::fs::write(list, list_files(package, folder)).expect("OUT_DIR is writable");
-    }
+    let list = Path::new(&out).join("shaders_files.rs");
+    std::fs::write(list, list_files(package, "shaders")).expect("OUT_DIR is writable");
 }
-
-/// The folder with the renderer's texts, which are no part of the prelude.
-const RENDERER: &str = "prelude/renderer";
 
 /// An array expression of all RTSL files in a folder, sorted by name.
 fn list_files(package: &Path, folder: &str) -> String {
-    // The repository has the folders at its root, with links to them here, so that packages hold them. A checkout of
+    // The repository has the folder at its root, with a link to it here, so that packages hold it. A checkout of
     // Git on Windows makes no links, but text files.
     let root = if package.join(folder).is_dir() { package } else { &package.join("../..") };
     let mut files = Vec::new();
     collect(&root.join(folder), &mut files);
-    if folder != RENDERER {
-        files.retain(|file| !file.starts_with(root.join(RENDERER)));
-    }
     assert!(
         !files.is_empty(),
         "the package or the repository has a folder `{folder}` with RTSL files"

@@ -10,7 +10,7 @@ const IN_ALL: [&str; 4] = ["Cargo.toml", "README.md", "LICENSE-APACHE", "LICENSE
 /// Files that one package has from folders outside it, for each folder one.
 const IN_ONE: [(&str, &str); 3] = [
     ("rtsl", "shaders/primitives/sphere.rtsl"),
-    ("rtsl", "prelude/common.rtsl"),
+    ("rtsl-sema", "prelude/common.rtsl"),
     ("rtsl-cli", "docs/src/explanation/architecture.md"),
 ];
 

@@ -469,7 +469,7 @@ pub unsafe extern "C" fn rtsl_instances_share_attributes(
         };
         let (reading, giving) = (committed(&readers)?, committed(&shapes)?);
         let (reading, giving) = (reading.iter().map(|it| &**it), giving.iter().map(|it| &**it));
-        let attributes = AttributeTable::new(reading, giving)?;
+        let attributes = Instance::attributes(reading, giving)?;
         readers.iter().chain(&shapes).try_for_each(|entry| entry.attach(&attributes))
     })
 }

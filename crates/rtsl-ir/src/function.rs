@@ -56,7 +56,7 @@ pub struct Output {
 }
 
 /// A method, for one ray and one object.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Function {
     /// `Class.method`.
     pub name: String,

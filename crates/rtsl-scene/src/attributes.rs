@@ -10,8 +10,8 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use rtsl::{
-    AttributeTable, Class, Diagnostic, Instance, Method, Numbers, ParameterType, Role, Scalar,
-    Value, diagnostic_codes as codes,
+    Class, Diagnostic, Instance, Method, Numbers, ParameterType, Role, Scalar, Value,
+    diagnostic_codes as codes,
 };
 
 use crate::reader::{Parameter, Values};
@@ -40,7 +40,7 @@ pub fn share_attributes(scene: &mut Scene) -> Result<(), Diagnostic> {
     let alpha = scene.objects.iter().filter_map(|object| object.alpha.as_ref());
     let shapes = || scene.objects.iter().map(|object| &*object.primitive);
     let readers = scene.materials.iter().chain(alpha).map(|it| &**it).chain(shapes());
-    let table = AttributeTable::new(readers, shapes())?;
+    let table = Instance::attributes(readers, shapes())?;
     if table.is_empty() {
         return Ok(());
     }

@@ -10,5 +10,6 @@
 pub mod check;
 pub mod hir;
 pub mod index;
+pub mod prelude;
 pub mod print;
 pub mod walk;

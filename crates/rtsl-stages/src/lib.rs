@@ -114,3 +114,12 @@ pub use stages::{
     Surface,
 };
 pub use text::ParseError;
+
+use rtsl_ir::Function;
+
+/// True if a function waits for the light of a ray, a light or a surface, or for a search.
+pub fn waits(function: &Function) -> bool {
+    let mut waits = false;
+    function.body.for_each_op(&mut |op| waits |= ResumedBy::of(&op.kind).is_some());
+    waits
+}

@@ -1,39 +1,12 @@
 //! Shader sources, parsed and checked against the project's prelude.
 
 use std::path::Path;
-use std::sync::LazyLock;
 
-use rtsl_sema::check::{Prelude, check_prelude, check_unit};
+use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::Module;
+use rtsl_sema::prelude::prelude;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, render};
 use rtsl_syntax::{MemoryLoader, NoIncludes, ast, parse};
-
-/// The project's prelude, checked once.
-pub static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
-    let (prelude, text) = checked_prelude();
-    assert_eq!(text, "", "the prelude is in error");
-    prelude
-});
-
-/// Returns the project's prelude and its diagnostics.
-pub fn checked_prelude() -> (Prelude, String) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../prelude");
-    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    // The renderer's texts in its folder are no part of it.
-    let mut paths: Vec<_> = entries.filter(|path| path.is_file()).collect();
-    paths.sort();
-    let mut map = SourceMap::new();
-    let mut diagnostics = Diagnostics::new();
-    let mut units = Vec::new();
-    for path in paths {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let file = map.add(name, std::fs::read_to_string(&path).unwrap());
-        units.push(parse(&mut map, file, &mut NoIncludes, &mut diagnostics));
-    }
-    let prelude = check_prelude(&units, &mut diagnostics);
-    let text = render::all_to_text(&map, diagnostics.iter(), false);
-    (prelude, text)
-}
 
 /// Returns the tree of a source, with its source map.
 pub fn parse_text(text: &str, diagnostics: &mut Diagnostics) -> (SourceMap, ast::TranslationUnit) {
@@ -47,7 +20,7 @@ pub fn parse_text(text: &str, diagnostics: &mut Diagnostics) -> (SourceMap, ast:
 pub fn check(text: &str) -> (Module, SourceMap, Vec<Diagnostic>) {
     let mut diagnostics = Diagnostics::new();
     let (map, unit) = parse_text(text, &mut diagnostics);
-    let module = check_unit(&unit, Some(&PRELUDE), &mut diagnostics);
+    let module = check_unit(&unit, Some(&prelude().checked), &mut diagnostics);
     (module, map, diagnostics.into_vec())
 }
 
@@ -79,7 +52,7 @@ pub fn library_diagnostics(path: &Path) -> String {
     let (mut map, mut diagnostics) = (SourceMap::new(), Diagnostics::new());
     let file = map.add(name, text);
     let unit = parse(&mut map, file, &mut loader, &mut diagnostics);
-    check_unit(&unit, Some(&PRELUDE), &mut diagnostics);
+    check_unit(&unit, Some(&prelude().checked), &mut diagnostics);
     render::all_to_text(&map, diagnostics.iter(), false)
 }
 

@@ -2,9 +2,10 @@
 
 use rtsl_ir::class::{Class, Parameter};
 use rtsl_jit::{JitError, LlvmError, MAX_FRAME_BYTES};
+use rtsl_link::errors::unset_reference_of;
 use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar, with_article};
-use rtsl_spec::{COLOR_COMPONENTS, MAX_ATTRIBUTE_SCALARS, Method};
+use rtsl_spec::Method;
 
 use crate::instance::wording::Wording;
 use crate::type_name::type_name;
@@ -123,14 +124,6 @@ pub(crate) fn no_machine_code(class: &Class) -> Diagnostic {
     Diagnostic::new(codes::NO_LLVM, problem).help("make an engine with the backend `jit`")
 }
 
-/// A state variable that no method sets at hits.
-pub(crate) fn unset_at_hits(class: &Class, variable: &str) -> Diagnostic {
-    Diagnostic::new(
-        codes::NO_SUCH_METHOD,
-        format!("`{}` has no method that sets `{variable}` where a ray has hit", class.name),
-    )
-}
-
 /// A method without code, for a reason that its author can't mend.
 pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Diagnostic {
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
@@ -217,43 +210,11 @@ pub(crate) fn endless_constructor(name: &str) -> Diagnostic {
     )
 }
 
-/// A reference that a method calls through and that no instance is set for.
-pub(crate) fn unset_reference(class: &str, path: &str) -> Diagnostic {
-    let help = format!("set `{path}`, or test it with `isSet({path})`");
-    unset_reference_of(&format!("`{class}`"), path).help(help)
-}
-
-/// The same in the words of a file format, whose users have no text of the class in which a test could be.
+/// A reference that no instance is set for, in the words of a file format, whose users have no text of the class in
+/// which a test could be.
 pub(crate) fn unset_reference_of_format(wording: &Wording, path: &str) -> Diagnostic {
     let path = wording.parameter(path);
     unset_reference_of(&wording.subject, path).help(format!("set `{path}`"))
-}
-
-fn unset_reference_of(subject: &str, path: &str) -> Diagnostic {
-    Diagnostic::new(
-        codes::UNSET_REFERENCE,
-        format!("the reference `{path}` of {subject} is used but not set"),
-    )
-    .note("a call through it gives the defaults of its role: black, zero")
-}
-
-/// A function that passes a limit of linking.
-pub(crate) fn link_limit(name: &str, problem: &str) -> Diagnostic {
-    Diagnostic::new(
-        codes::LINK_LIMIT,
-        format!("`{name}`, linked with the methods it calls, {problem}"),
-    )
-    .help("shorten the method, or refer to fewer or simpler instances")
-}
-
-/// A scene whose objects have attributes of so many scalars.
-pub(crate) fn too_many_attributes(scalars: u32) -> Diagnostic {
-    let problem = format!("the attributes of the scene's objects have {scalars} numbers in all");
-    Diagnostic::new(codes::TOO_MANY_ATTRIBUTES, problem)
-        .note(format!(
-            "the limit is {MAX_ATTRIBUTE_SCALARS}; a colour counts as {COLOR_COMPONENTS}"
-        ))
-        .help("give attributes of the same meaning the same name and default value in all shaders")
 }
 
 pub(crate) fn no_llvm(error: &LlvmError) -> Diagnostic {

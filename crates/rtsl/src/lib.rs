@@ -16,10 +16,11 @@
 //!
 //! # Source
 //!
-//! The folders are the stages of the compiler; each uses those before it:
+//! The folders are the stages of the compiler; each uses those before it. Between `compile` and the others,
+//! `rtsl-link` makes one function of a method and those that it calls, and `rtsl-integrate` links the stages of
+//! integrators.
 //!
 //! - `compile`: text to classes. `compile/compiler.rs` runs the steps in their order.
-//! - `link`: a method and the methods that it calls through references become one function.
 //! - `instance`: classes with values for their parameters.
 //! - `codegen`: linked methods to kernels. `codegen/kernel_compiler.rs` runs the steps in their order, from linking to
 //!   machine code.
@@ -27,8 +28,8 @@
 //! - `aot`: libraries of classes for hosts without a compiler.
 //! - `engine`: the programs of a host; compilation on several threads and in the background.
 //!
-//! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of the project: what they
-//! use of those below is exported here.
+//! This crate reads no scene, and has no acceleration structure and no image; renderers tell it what stages need of a
+//! scene ([`StageScene`]). Hosts need no other crate of the project: what they use of those below is exported here.
 
 pub mod aot;
 mod at_work;
@@ -37,7 +38,6 @@ mod compile;
 mod engine;
 mod errors;
 mod instance;
-mod link;
 mod nesting;
 mod program;
 mod state;
@@ -74,16 +74,6 @@ pub use instance::instance::{Instance, OutsideRange};
 pub use instance::parameters::place_words;
 pub use instance::value::{Numbers, Value};
 pub use instance::wording::Wording;
-pub use link::area_light::PROVIDED_BY_LIGHT_SAMPLES;
-pub use link::attributes::AttributeTable;
-pub use link::contribution::MAX_CONTRIBUTIONS;
-pub use link::indexed_lights::SHADOW_LIMIT;
-pub use link::light_selection::{LightContent, LightNode, LightSelection};
-pub use link::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
-pub use link::linked_method::{HitPlacement, LinkedMethod};
-pub use link::outputs::Outputs;
-pub use link::sequences::SEQUENCES_OF_SEARCH;
-pub use link::spawning::{MAX_SPAWNS, SPAWN_FLOATS, SPAWN_SCALARS};
 pub use program::camera_program::{CameraArrays, CameraProgram, CameraView};
 pub use program::kernel_request::KernelRequest;
 pub use program::loop_owners::LoopOwners;
@@ -92,6 +82,16 @@ pub use program::searched_scene::{SearchedClass, SearchedItem, SearchedObject, S
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
 pub use program::staged_program::{ParameterValues, StageRequest, StageScene, StagedProgram};
 pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};
+pub use rtsl_integrate::area_light::PROVIDED_BY_LIGHT_SAMPLES;
+pub use rtsl_integrate::contribution::MAX_CONTRIBUTIONS;
+pub use rtsl_integrate::indexed_lights::SHADOW_LIMIT;
+pub use rtsl_integrate::light_selection::{LightContent, LightNode, LightSelection};
+pub use rtsl_integrate::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
+pub use rtsl_integrate::sequences::SEQUENCES_OF_SEARCH;
+pub use rtsl_integrate::spawning::{MAX_SPAWNS, SPAWN_FLOATS, SPAWN_SCALARS};
+pub use rtsl_link::AttributeTable;
+pub use rtsl_link::Outputs;
+pub use rtsl_link::{HitPlacement, LinkedMethod};
 pub use state::{Derivation, default_components, derived_components, new_state, set_defaults};
 pub use type_name::{scalar_name, type_name};
 
@@ -131,7 +131,7 @@ pub use rtsl_spec::{
     state_variables,
 };
 pub use rtsl_stages::{
-    END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface,
+    END, MAX_ANSWERS, MAX_REQUEST, Port, ResumedBy, SlotId, Stage, Surface as StageSurface, waits,
 };
 pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};
 

@@ -2,14 +2,15 @@
 
 use rtsl_lower::lower_class;
 use rtsl_sema::hir::ClassId;
-use rtsl_testing::checked::{PRELUDE, check, nested, texture};
+use rtsl_sema::prelude::prelude;
+use rtsl_testing::checked::{check, nested, texture};
 
 /// Checks and lowers a text on a stack of 2 MB, and drops its tree there.
 fn lowered_on_small_stack(text: String) -> Vec<&'static str> {
     let lower = move || {
         let (module, _, mut said) = check(&text);
         if said.is_empty() {
-            for index in PRELUDE.module().classes.len()..module.classes.len() {
+            for index in prelude().checked.module().classes.len()..module.classes.len() {
                 said.extend(
                     lower_class(&module, ClassId(index as u32), None).err().unwrap_or_default(),
                 );

@@ -187,7 +187,8 @@ impl ShadingMethod {
         earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
         let ShadingParts { scene, materials, values, defers, .. } = *parts;
-        let adds_to_path = defers && !shading(program, (method, defers))?.waits();
+        let linked = shading(program, (method, defers))?;
+        let adds_to_path = defers && !rtsl::waits(&linked.function);
         let own = match source {
             Source::Shapes(class) => Some(scene.compiled.class(class).objects.clone()),
             Source::Materials(_) => None,

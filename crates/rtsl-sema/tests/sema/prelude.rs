@@ -2,11 +2,13 @@
 //! that is lowered to it.
 
 use rtsl_sema::hir::Type;
+use rtsl_sema::prelude::{CheckedPrelude, prelude};
 use rtsl_spec::builtins::{Lowering, Usable, all, overloads};
 
 #[test]
 fn the_prelude_checks() {
-    let (_, text) = rtsl_testing::checked::checked_prelude();
+    let CheckedPrelude { sources, diagnostics, .. } = prelude();
+    let text = rtsl_source::render::all_to_text(sources, diagnostics.iter(), false);
     assert_eq!(text, "");
 }
 

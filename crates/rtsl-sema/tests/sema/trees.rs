@@ -10,7 +10,7 @@ fn check(text: &str, expected: &Expect) {
     let class = module.classes.last().unwrap();
     let mut printed = print::class(&module, class);
     // The indices of functions depend on the prelude; those of the unit are shown from 0 on.
-    let first = rtsl_testing::checked::PRELUDE.module().functions.len();
+    let first = rtsl_sema::prelude::prelude().checked.module().functions.len();
     for index in first..module.functions.len() {
         printed = printed.replace(&format!("@{index}("), &format!("@{}(", index - first));
     }

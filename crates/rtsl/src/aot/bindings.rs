@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::class::{Class, Reference, ReferenceCount};
+use rtsl_link::AttributeTable;
+use rtsl_link::class_tree::{ClassTree, element_path};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, with_article};
 
 use crate::errors;
-use crate::link::attributes::AttributeTable;
-use crate::link::class_tree::{ClassTree, element_path};
 
 /// The greatest depth and size of a class's tree, as for instances.
 const DEPTH_LIMIT: usize = 64;

@@ -6,12 +6,12 @@ use rtsl_abi::description::{
 };
 use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
 use rtsl_ir::{Scalar, Variable, VariableKind};
+use rtsl_link::ClassTree;
 use rtsl_source::Diagnostic;
 
 use crate::instance::environment::Environment;
 use crate::instance::instance::parameter_name;
 use crate::instance::parameters::{bound, flat};
-use crate::link::class_tree::ClassTree;
 use crate::program::program::Program;
 use crate::type_name::type_name;
 

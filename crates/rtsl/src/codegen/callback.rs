@@ -1,8 +1,7 @@
 //! Functions for a host's own packets of rays.
 
 use rtsl_abi::RayRecord;
-
-use crate::link::outputs::Outputs;
+use rtsl_link::Outputs;
 
 /// A function that tests a packet of a host's own rays with an object, for the callbacks of acceleration structures.
 /// One call runs `intersect` and, for rays with a hit, the parts of `computeNormal`, `computeTextureCoordinates` and

@@ -18,6 +18,8 @@ use std::sync::Arc;
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
 use rtsl_jit::{CompiledCallback, CompiledKernel, JitError, Llvm, OptLevel, Target};
+use rtsl_link::hit::link_hit;
+use rtsl_link::{ClassTree, LinkedMethod, Outputs};
 use rtsl_llvm::TargetFeatures;
 use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_packet::interleave;
@@ -34,11 +36,6 @@ use super::packet_kernel::PacketKernel;
 use super::touched::recorded_state_components;
 use super::trace::Trace;
 use super::variant::Variant;
-use crate::link::class_tree::ClassTree;
-use crate::link::hit::link_hit;
-use crate::link::linked_method::LinkedMethod;
-use crate::link::linker;
-use crate::link::outputs::Outputs;
 use crate::{errors, nesting};
 
 /// Rays at a time of kernels whose work is recorded, if no width is asked for: the same on every machine.
@@ -140,7 +137,7 @@ impl KernelCompiler {
         method: Method,
         light: Light,
     ) -> Result<LinkedMethod, Diagnostic> {
-        let linked = linker::link_method(tree, method);
+        let linked = rtsl_link::link_method(tree, method);
         let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
         let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
         self.optimise(&mut linked.function, light);
@@ -179,7 +176,7 @@ impl KernelCompiler {
         tree: &ClassTree,
         constructor: &Function,
     ) -> Result<Function, Diagnostic> {
-        let mut function = linker::link_function(tree, constructor)?.function;
+        let mut function = rtsl_link::link_function(tree, constructor)?.function;
         let passes = rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() };
         rtsl_opt::optimize(&mut function, &passes);
         Ok(function)
@@ -391,7 +388,9 @@ impl KernelCompiler {
         callback: &Callback,
         layout: &Layout,
     ) -> Result<rtsl_packet::Kernel, Diagnostic> {
-        let mut linked = link_hit(tree, &callback.record, callback.outputs)?;
+        let linked = link_hit(tree, &callback.record, callback.outputs);
+        let missing = || errors::missing_method(&tree.class, Method::Intersect);
+        let mut linked = linked.ok_or_else(missing)??;
         let passes = rtsl_opt::Options { select: callback.width > 1, ..self.passes() };
         rtsl_opt::optimize(&mut linked.function, &passes);
         let (function, width) = (&linked.function, callback.width);

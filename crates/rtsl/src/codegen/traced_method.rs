@@ -10,10 +10,10 @@ use rtsl_ir::{
     EventValue, Function, Interpreter, OpKind, Outcome, Scalar, Storage, ValueScope, VariableId,
     VariableKind,
 };
+use rtsl_link::reported_calls::{event_value, is_recorded, known_at_reads};
 
 use super::recording::TracedValue;
 use super::trace::Trace;
-use crate::link::reported_calls::{event_value, is_recorded, known_at_reads};
 
 /// A method with its trace.
 #[derive(Clone, Debug)]

@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use rtsl_abi::{CallMode, Layout, ObjectForm};
 use rtsl_ir::{Function, Index, OpKind, VariableKind};
+use rtsl_link::Outputs;
 use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::lookup_state;
-
-use crate::link::outputs::Outputs;
 
 /// One of the kernels of a method. The outputs that a caller reads are the same in all of them, to the bit unless
 /// results may differ between machines anyway. The general kernel of a [`CallMode`] serves every caller; further

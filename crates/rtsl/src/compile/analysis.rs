@@ -7,6 +7,7 @@ use rtsl_lower::lower_class;
 use rtsl_sema::check::index_unit;
 use rtsl_sema::hir::{ClassId, Module};
 use rtsl_sema::index::Index;
+use rtsl_sema::prelude::{self, prelude};
 use rtsl_source::{
     Diagnostic, Diagnostics, FileId, Severity, SourceMap, Span, deep_stack,
     diagnostic_codes as codes,
@@ -17,7 +18,6 @@ use rtsl_syntax::raw::{RawKind, raw_tokens};
 
 use super::compiler::tracing;
 use super::modules::ModuleLoader;
-use super::prelude::{prelude, prelude_files};
 
 /// The analysis of a text. Its types are those of the compiler's stages, which change with every release.
 #[derive(Debug)]
@@ -106,7 +106,7 @@ impl Analysis {
 
     /// True for a file of the prelude.
     pub fn is_of_prelude(&self, file: FileId) -> bool {
-        (file.0 as usize) < prelude_files()
+        (file.0 as usize) < prelude::FILES.len()
     }
 }
 

@@ -9,6 +9,7 @@ use rtsl_ir::class::Class;
 use rtsl_lower::{Tracing, lower_class};
 use rtsl_sema::check::{Prints, check_unit_with};
 use rtsl_sema::hir::ClassId;
+use rtsl_sema::prelude::{self, CheckedPrelude, prelude};
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap, deep_stack, diagnostic_codes as codes};
 use rtsl_syntax::IncludeLoader;
 use rtsl_syntax::ast::TranslationUnit;
@@ -17,7 +18,6 @@ use super::library;
 use super::loader::{FileLoader, read_text};
 use super::modules::{ModuleLoader, Modules};
 use super::outline::{ClassOutline, Outline};
-use super::prelude::{Prelude, prelude, prelude_files};
 use super::unit::{Compilation, Unit};
 
 /// The number of loop iterations of a ray in a call, or of a constructor, after which a loop is taken for endless: the
@@ -113,7 +113,7 @@ impl Compiler {
     fn classes(
         &self,
         (tree, modules, tracing): (TranslationUnit, Modules, Option<&Tracing>),
-        prelude: &Prelude,
+        prelude: &CheckedPrelude,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Arc<Class>> {
         let used = (modules.modules.as_slice(), &modules.uses);
@@ -205,7 +205,7 @@ impl Compiler {
 pub(super) fn tracing(sources: &SourceMap) -> Tracing {
     let sources = sources.files().enumerate().map(|(index, (_, file))| {
         let source = || Source::new(file.name.clone(), file.text.clone());
-        (index >= prelude_files()).then(|| Arc::new(source()))
+        (index >= prelude::FILES.len()).then(|| Arc::new(source()))
     });
     Tracing { sources: sources.collect() }
 }

@@ -1,4 +1,4 @@
-//! The texts that are built into the program.
+//! The texts of the standard library, which are built into the program.
 
 /// A file that is built into the program.
 #[derive(Clone, Copy, Debug)]
@@ -11,10 +11,3 @@ pub struct LibraryFile {
 
 /// The standard library, sorted by name.
 pub(super) const SHADERS: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/shaders_files.rs"));
-
-/// The prelude, sorted by name.
-pub(super) const PRELUDE: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/prelude_files.rs"));
-
-/// The renderer's texts, sorted by name.
-pub(super) const RENDERER: &[LibraryFile] =
-    include!(concat!(env!("OUT_DIR"), "/renderer_files.rs"));

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use rtsl_ir::class::Class;
+use rtsl_sema::prelude;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
 
-use super::prelude::prelude_files;
 use crate::errors;
 
 /// The classes of a file.
@@ -74,7 +74,7 @@ pub struct Compilation {
 impl Compilation {
     /// True if a text may print. Comments may have the word, too.
     pub fn has_prints(&self) -> bool {
-        self.sources.files().skip(prelude_files()).any(|(_, file)| file.text.contains("print"))
+        self.sources.files().skip(prelude::FILES.len()).any(|(_, file)| file.text.contains("print"))
     }
 
     /// Returns all diagnostics as text for a terminal.

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
 use rtsl_jit::{Llvm, OptLevel};
+use rtsl_link::{AttributeTable, ClassTree};
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use super::background::Background;
@@ -16,8 +17,6 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::options::EngineOptions;
 use crate::instance::instance::Instance;
-use crate::link::attributes::AttributeTable;
-use crate::link::class_tree::ClassTree;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
 

@@ -1,11 +1,11 @@
 //! The selection of lights, called by hosts.
 
 use rtsl_abi::LaneBlock;
+use rtsl_integrate::light_selection::{LightSelection, PROBABILITY, SELECT};
 use rtsl_source::Diagnostic;
 
 use super::engine::Engine;
 use super::renderer_function::RendererFunction;
-use crate::link::light_selection::{LightSelection, PROBABILITY, SELECT};
 
 /// A [selection](LightSelection) of lights as kernels for many points, of the text that is a part of stages, too: the
 /// bits are the same.

@@ -1,6 +1,7 @@
 //! Functions of the renderer's texts, called by hosts.
 
 use rtsl_abi::{CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, LaneMask};
+use rtsl_integrate::text_call::link_alone;
 use rtsl_ir::host::NoHost;
 use rtsl_ir::{Constant, Variable};
 use rtsl_source::Diagnostic;
@@ -9,7 +10,6 @@ use super::engine::Engine;
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
-use crate::link::text_call::link_alone;
 use crate::nesting;
 
 /// A function of the renderer's texts as a kernel for many rays: machine code, or the interpreter without a compiler.

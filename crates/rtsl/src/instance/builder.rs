@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
 use rtsl_ir::{Function, VariableKind};
+use rtsl_link::{AttributeTable, link_function};
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use super::environment::Environment;
@@ -16,8 +17,6 @@ use super::value::Value;
 use super::wording::Wording;
 use super::words::{Leaves, Words};
 use crate::errors;
-use crate::link::attributes::AttributeTable;
-use crate::link::linker::link_function;
 
 /// The greatest number of instances that an instance reaches through references, each counted as often as it is
 /// reached: a linked kernel may contain the code of all.

@@ -5,16 +5,18 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Reference};
 use rtsl_ir::{Function, OpKind, VariableKind};
+use rtsl_link::AttributeTable;
+use rtsl_link::attributes::reads_attributes;
+use rtsl_link::class_tree::{ClassTree, element_path};
+use rtsl_link::errors::unset_reference;
 use rtsl_memory::SharedWords;
 use rtsl_source::Diagnostic;
-use rtsl_spec::{Method, Role, StateVariable};
+use rtsl_spec::{Method, StateVariable};
 
 use super::environment::Environment;
 use super::wording::Wording;
 use super::words::Words;
 use crate::errors;
-use crate::link::attributes::AttributeTable;
-use crate::link::class_tree::{ClassTree, element_path};
 
 /// An object of a scene: a class, values for its parameters, and the instances that it refers to. Instances are
 /// immutable; a changed parameter is a new instance, made in microseconds, and no kernel is compiled, since instances
@@ -98,6 +100,42 @@ impl Instance {
         }
     }
 
+    /// Lists the attributes that `readers`, or instances that they refer to, read and that any of `shapes` gives.
+    ///
+    /// ```
+    /// use rtsl::{Compiler, Instance};
+    ///
+    /// let text = "class Dust : rt_Texture { attribute float dust = 0.1; void lookup() { rt_FloatTextureValue = dust; } };
+    ///     class Ball : rt_Primitive { public float dust = 0.5; void intersect() { hit(-rt_RayOrigin.z); }
+    ///         void computeNormal() { rt_GeometricNormal = rt_HitPoint; } };";
+    /// let unit = Compiler::default().compile("dust.rtsl", text).unit.expect("it compiles");
+    /// let instance = |class| Instance::new(unit.class(class).unwrap(), []).unwrap();
+    /// let (texture, ball) = (instance("Dust"), instance("Ball"));
+    /// let table = Instance::attributes([&*texture], [&*ball])?;
+    /// assert_eq!(table.names().collect::<Vec<_>>(), ["dust"]);
+    /// // Programs of these instances pass the attribute.
+    /// let (texture, ball) = (texture.with_attributes(&table), ball.with_attributes(&table));
+    /// # Ok::<(), rtsl::Diagnostic>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the attributes have more than [`MAX_ATTRIBUTE_SCALARS`](crate::MAX_ATTRIBUTE_SCALARS) scalars in all.
+    pub fn attributes<'a>(
+        readers: impl IntoIterator<Item = &'a Instance>,
+        shapes: impl IntoIterator<Item = &'a Instance>,
+    ) -> Result<AttributeTable, Diagnostic> {
+        let mut classes = Vec::new();
+        readers.into_iter().for_each(|instance| instance.add_classes(&mut classes));
+        AttributeTable::new(classes, shapes.into_iter().map(|shape| &*shape.class))
+    }
+
+    /// Adds the class of the instance, and those of the instances that it refers to.
+    fn add_classes<'a>(&'a self, classes: &mut Vec<&'a Class>) {
+        classes.push(&self.class);
+        let references = self.references.iter().flatten().flatten();
+        references.for_each(|instance| instance.add_classes(classes));
+    }
+
     /// Returns the instance as part of a scene whose objects have these attributes: the methods of materials and
     /// textures read them, and shapes give them. Its program differs from that of the instance without them. As long
     /// as somebody has the result, the same attributes give it again.
@@ -114,9 +152,8 @@ impl Instance {
 
     /// True if a method of the instance, or of one that it refers to, reads an attribute.
     pub fn reads_attributes(&self) -> bool {
-        let reads = |role: &Role| matches!(role, Role::Material | Role::Texture);
-        let own = !self.class.attributes.is_empty() && self.class.roles.iter().any(reads);
-        own || self.references.iter().flatten().flatten().any(|it| it.reads_attributes())
+        reads_attributes(&self.class)
+            || self.references.iter().flatten().flatten().any(|it| it.reads_attributes())
     }
 
     /// The instances that it refers to: for each of the class's references one element, or those of the array.
@@ -149,7 +186,7 @@ impl Instance {
                     let path = element_path(reference, index);
                     match wording {
                         Some(wording) => errors::unset_reference_of_format(wording, &path),
-                        None => errors::unset_reference(&self.class.name, &path),
+                        None => unset_reference(&self.class.name, &path),
                     }
                 };
                 unset.extend(paths.map(warning));

@@ -3,6 +3,10 @@
 use std::sync::Arc;
 
 use rtsl_abi::{CallMode, InstanceBlock, Layout};
+use rtsl_integrate::camera::{
+    CAMERA, CameraLinks, EPSILON, FILTER, MAP, PIXEL_COLUMNS, SIZE, WEIGHT_COLUMNS, link_camera,
+};
+use rtsl_integrate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use rtsl_ir::Function;
 use rtsl_math::sampling::{PixelFilter, Sampler};
 use rtsl_source::Diagnostic;
@@ -14,10 +18,6 @@ use super::staged_program::{joined, shared_scratch};
 use super::surface_class::add_part;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::Variant;
-use crate::link::camera::{
-    CAMERA, CameraLinks, EPSILON, FILTER, MAP, PIXEL_COLUMNS, SIZE, WEIGHT_COLUMNS, link_camera,
-};
-use crate::link::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 
 /// A class of cameras with a sampler and a pixel filter. Its kernel computes the rays of samples: it reads the pixels
 /// and the indices of samples in [arrays](CameraArrays), and stores the rays in the world as state, and their times,
@@ -71,7 +71,7 @@ impl CameraProgram {
         add_part(&mut layout, CAMERA, program.layout());
         // The layout is the same whatever the view.
         let view = CameraView { size: [1; 2], map: [[0.0; 3]; 4], epsilon: 0.0 };
-        let (members, _) = links.view(&view).finish();
+        let (members, _) = view.members(&links.filter).finish();
         add_part(&mut layout, "", &members);
         let arrays = CameraArrays::of(&layout);
         Ok(CameraProgram { program: program.clone(), links, layout, arrays })
@@ -87,7 +87,7 @@ impl CameraProgram {
     /// # Panics
     /// If the camera belongs to another program.
     pub fn block(&self, camera: &InstanceBlock, view: &CameraView) -> InstanceBlock {
-        let (_, members) = self.links.view(view).finish();
+        let (_, members) = view.members(&self.links.filter).finish();
         joined(&[camera.clone(), members])
     }
 
@@ -133,15 +133,15 @@ impl CameraArrays {
     }
 }
 
-impl CameraLinks {
-    /// The members beside those of the class.
-    fn view(&self, view: &CameraView) -> Members {
-        let CameraView { size, map, epsilon } = view;
+impl CameraView {
+    /// The members beside those of the class, with the tables of the pixel filter.
+    fn members(&self, filter: &PixelFilter) -> Members {
+        let CameraView { size, map, epsilon } = self;
         let mut members = Members::default();
         members.add(SIZE, *size);
         members.add(MAP, map.as_flattened().iter().map(|it| it.to_bits()));
         members.add(EPSILON, [epsilon.to_bits()]);
-        for (axis, table) in self.filter.tables().into_iter().flatten().enumerate() {
+        for (axis, table) in filter.tables().into_iter().flatten().enumerate() {
             let parts = FILTER.iter().zip([table.distances(), table.sign_changes()]);
             for (names, part) in parts.filter(|(_, part)| !part.is_empty()) {
                 members.add(names[axis], part.iter().map(|it| it.to_bits()));

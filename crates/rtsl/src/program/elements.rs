@@ -15,6 +15,7 @@ use rtsl_abi::{
 use rtsl_ir::class::ParameterTarget;
 use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Output, Scalar, Variable, VariableId, VariableKind};
+use rtsl_link::ClassTree;
 use rtsl_packet::kernel::KernelVariable;
 use rtsl_packet::uniformity::Uniformity;
 use rtsl_source::Diagnostic;
@@ -24,7 +25,6 @@ use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::kernel_source::KernelSource;
 use crate::errors;
 use crate::instance::instance::{Instance, parameter_name};
-use crate::link::class_tree::ClassTree;
 
 /// The number of elements of one call: their arrays fit into the first-level cache, and the overhead of a call is small
 /// beside them.

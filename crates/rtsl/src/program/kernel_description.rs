@@ -1,10 +1,10 @@
 //! Descriptions of kernels, for hosts without a compiler.
 
 use rtsl_abi::description::KernelDescription;
+use rtsl_link::LinkedMethod;
 use rtsl_spec::{Method, StateVariable};
 
 use crate::codegen::variant::Variant;
-use crate::link::linked_method::LinkedMethod;
 
 /// Describes a kernel of a canonical variant.
 pub(crate) fn describe_kernel(

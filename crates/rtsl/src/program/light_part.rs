@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
+use rtsl_integrate::chosen_light::{DifferingMembers, ELEMENTS, FIRST_WORD};
 
 use super::program::Program;
 use super::staged_program::ParameterValues;
-use crate::link::chosen_light::{DifferingMembers, ELEMENTS, FIRST_WORD};
 
 /// The greatest number of words of buffers in which lights of a class differ that are copied, each to one for all of
 /// them: 64 MB. Lights with more, such as large images, are apart.

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{OpKind, ReferencePath, Region};
+use rtsl_link::ClassTree;
 use rtsl_spec::Method;
 
 use super::program::Program;
-use crate::link::class_tree::ClassTree;
 
 /// The methods whose loops may have used up the budget of a call, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,6 +8,9 @@ use rtsl_abi::{CallMode, InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, Scalar, Variable};
 use rtsl_jit::CompiledCallback;
+use rtsl_link::attributes::methods_of;
+use rtsl_link::class_tree::{ClassTree, TreeVariables};
+use rtsl_link::{Linked, LinkedMethod};
 use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
@@ -24,10 +27,6 @@ use crate::codegen::options::Math;
 use crate::codegen::packet_kernel::PacketKernel;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
-use crate::link::attributes::methods_of;
-use crate::link::class_tree::{ClassTree, TreeVariables};
-use crate::link::linked_method::LinkedMethod;
-use crate::link::linker::Linked;
 use crate::{errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. A kernel is made when it is first requested.

@@ -3,6 +3,10 @@
 use std::sync::Arc;
 
 use rtsl_abi::{CallMode, InstanceBlock, Layout, ObjectForm, Objects};
+use rtsl_integrate::search::{
+    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_GROUPS, ITEM_OBJECTS, ITEM_SURFACES,
+    Search, SearchLinks, SearchedClassLink, link_search,
+};
 use rtsl_ir::{Function, Index, OpKind, Variable, VariableKind};
 use rtsl_opt::dead_outputs;
 use rtsl_source::Diagnostic;
@@ -12,10 +16,6 @@ use super::members::Members;
 use super::program::Program;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{Variant, placed_layout};
-use crate::link::search::{
-    BOX, BOX_SCALARS, EPSILON, ITEM, ITEM_ELEMENTS, ITEM_GROUPS, ITEM_OBJECTS, ITEM_SURFACES,
-    Search, SearchLinks, SearchedClassLink, link_search,
-};
 
 /// Objects of one class among which rays search.
 #[derive(Clone)]

@@ -4,6 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
+use rtsl_integrate::area_light::{AreaLightLink, EPSILON};
+use rtsl_integrate::chosen_light::{LightClassLink, LightMethods, light_prefix};
+use rtsl_integrate::light_selection::LightSelection;
+use rtsl_integrate::lights::{ENTRIES, LightLink, LightLinks, MAX_LIGHT_CLASSES, MAX_LIGHTS};
 use rtsl_spec::Method;
 
 use super::light_part::{ClassMembers, LightKey, are_copied, bound_buffers, have_same_programs};
@@ -12,10 +16,6 @@ use super::program::Program;
 use super::staged_program::{ParameterValues, joined};
 use super::surface_class::{ShapeClass, ShapeObject, add_members, add_part};
 use crate::instance::instance::Instance;
-use crate::link::area_light::{AreaLightLink, EPSILON};
-use crate::link::chosen_light::{LightClassLink, LightMethods, light_prefix};
-use crate::link::light_selection::LightSelection;
-use crate::link::lights::{ENTRIES, LightLink, LightLinks, MAX_LIGHT_CLASSES, MAX_LIGHTS};
 
 /// The lights of a scene.
 #[derive(Clone, Default)]
@@ -340,14 +340,14 @@ impl StageLight<'_> {
 #[cfg(test)]
 mod tests {
     use rtsl_abi::CallMode;
+    use rtsl_integrate::light_selection::{LightContent, LightNode};
+    use rtsl_integrate::stage::asks_host;
     use rtsl_ir::class::Class;
     use rtsl_ir::{OpKind, Query};
     use rtsl_math::sampling::{Sampler, SamplerKind};
 
     use super::*;
     use crate::codegen::kernel_compiler::KernelCompiler;
-    use crate::link::light_selection::{LightContent, LightNode};
-    use crate::link::stage::asks_host;
     use crate::program::staged_program::{StageRequest, StageScene, StagedProgram};
     use crate::program::surface_class::{SurfaceClass, SurfaceObject};
     use crate::{Backend, Compiler, CompilerOptions, Engine, EngineOptions, Value, library};

@@ -5,6 +5,23 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
+use rtsl_integrate::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
+use rtsl_integrate::contribution::{
+    CONTRIBUTION_SCALARS, Contributions, MAX_CONTRIBUTIONS, contribution_column,
+};
+use rtsl_integrate::indexed_lights::{SHADOW_LIMIT, link_lights};
+use rtsl_integrate::kept_requests::KeptRequests;
+use rtsl_integrate::prepared_surface::{property_column, property_count};
+use rtsl_integrate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
+use rtsl_integrate::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
+use rtsl_integrate::sequences::{DRAWN_COLUMN, Purpose};
+use rtsl_integrate::shade_call::{SHADE_WEIGHT_COLUMNS, SHADED_SCALARS, shaded_column};
+use rtsl_integrate::spawning::{CHILDREN_COLUMN, MAX_SPAWNS, Places, SPAWN_SCALARS, spawn_column};
+use rtsl_integrate::stage::{
+    Answer, DEPTH_COLUMN, MaterialStages, RAY_TYPE_COLUMN, SurfaceLinks, SurfaceMethod,
+    TIME_COLUMN, link_stage,
+};
+use rtsl_integrate::stage_search::{LIT_COLUMNS, SHADOW_RAYS_COLUMN, StageSearch};
 use rtsl_ir::{Function, Query, Scalar, Variable, VariableKind};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
@@ -19,23 +36,6 @@ use super::surface_class::{SurfaceClass, SurfaceObject, add_part, no_surface, ow
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::variant::{KnownMembers, Variant};
 use crate::instance::instance::Instance;
-use crate::link::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
-use crate::link::contribution::{
-    CONTRIBUTION_SCALARS, Contributions, MAX_CONTRIBUTIONS, contribution_column,
-};
-use crate::link::indexed_lights::{SHADOW_LIMIT, link_lights};
-use crate::link::kept_requests::KeptRequests;
-use crate::link::prepared_surface::{property_column, property_count};
-use crate::link::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
-use crate::link::search::{GROUP_COLUMN, SEARCHES_COLUMN, SURFACE_COLUMN};
-use crate::link::sequences::{DRAWN_COLUMN, Purpose};
-use crate::link::shade_call::{SHADE_WEIGHT_COLUMNS, SHADED_SCALARS, shaded_column};
-use crate::link::spawning::{CHILDREN_COLUMN, MAX_SPAWNS, Places, SPAWN_SCALARS, spawn_column};
-use crate::link::stage::{
-    Answer, DEPTH_COLUMN, MaterialStages, RAY_TYPE_COLUMN, SurfaceLinks, SurfaceMethod,
-    TIME_COLUMN, link_stage,
-};
-use crate::link::stage_search::{LIT_COLUMNS, SHADOW_RAYS_COLUMN, StageSearch};
 use crate::{errors, nesting};
 
 /// The stages of a method, from which kernels are made. Those of an integrator have one for each class of surfaces that
@@ -176,7 +176,7 @@ impl StagedProgram {
             (Method::Shade, true) => program.deferring_method(method)?,
             _ => program.method(method)?,
         };
-        let adds_to_path = defers && !linked.waits();
+        let adds_to_path = defers && !rtsl_stages::waits(&linked.function);
         let mut function = Function::clone(&linked.function);
         let variables = function.variables.clone();
         function.outputs.retain(|output| {

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
+use rtsl_integrate::stage::{Answer, SurfaceLinks, SurfaceMethod};
+use rtsl_integrate::surface::ShapeLinks;
 use rtsl_ir::Query;
+use rtsl_link::LinkedMethod;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
 use crate::instance::instance::Instance;
-use crate::link::linked_method::LinkedMethod;
-use crate::link::stage::{Answer, SurfaceLinks, SurfaceMethod};
-use crate::link::surface::ShapeLinks;
 
 /// Surfaces with materials of one class, and emitters of one class.
 #[derive(Clone, Debug)]

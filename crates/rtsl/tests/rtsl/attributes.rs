@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rtsl::{
-    ATTRIBUTES, AttributeTable, Compiler, Engine, Instance, LaneBlock, Method, TO_OBJECT, TO_WORLD,
-    Unit, new_state, set_defaults,
+    ATTRIBUTES, Compiler, Engine, Instance, LaneBlock, Method, TO_OBJECT, TO_WORLD, Unit,
+    new_state, set_defaults,
 };
 
 use crate::common::{call_packet, component, engines, new, unit};
@@ -90,7 +90,7 @@ fn shaders_read_what_shapes_give() {
     let unit = unit(TEXT);
     let (dusty, hill, plain) =
         (dusty(&unit), new(&unit, "Hill", vec![]), new(&unit, "Plain", vec![]));
-    let table = AttributeTable::new([&*dusty], [&*hill, &*plain]).unwrap();
+    let table = Instance::attributes([&*dusty], [&*hill, &*plain]).unwrap();
     assert_eq!(table.names().collect::<Vec<_>>(), ["height", "tint"]);
     let with = |instance: &Arc<Instance>| instance.with_attributes(&table);
     for engine in engines() {
@@ -116,7 +116,7 @@ fn shaders_read_what_shapes_give() {
 fn attributes_that_nothing_gives_are_their_defaults() {
     let unit = unit(TEXT);
     let (dusty, hill) = (dusty(&unit), new(&unit, "Hill", vec![]));
-    assert!(AttributeTable::new([&*hill], [&*hill]).unwrap().is_empty());
+    assert!(Instance::attributes([&*hill], [&*hill]).unwrap().is_empty());
     for engine in engines() {
         let read = call(&engine, &dusty, Method::Emission);
         let given = call(&engine, &hill, Method::ComputeTextureCoordinates);
@@ -132,7 +132,7 @@ fn attributes_that_nothing_gives_are_their_defaults() {
 fn programs_are_shared_by_instances_with_equal_lists() {
     let unit = unit(TEXT);
     let (dusty, hill) = (dusty(&unit), new(&unit, "Hill", vec![]));
-    let table = || AttributeTable::new([&*dusty], [&*hill]).unwrap();
+    let table = || Instance::attributes([&*dusty], [&*hill]).unwrap();
     let engine = &engines()[0];
     let program = engine.program(&hill.with_attributes(&table()));
     assert!(Arc::ptr_eq(&program, &engine.program(&hill.with_attributes(&table()))));
@@ -152,7 +152,7 @@ fn too_many_attributes_are_an_error() {
     );
     let unit = Compiler::default().compile("test.rtsl", &text).unit.unwrap();
     let (reader, giver) = (new(&unit, "Reader", vec![]), new(&unit, "Giver", vec![]));
-    let error = AttributeTable::new([&*reader], [&*giver]).unwrap_err();
+    let error = Instance::attributes([&*reader], [&*giver]).unwrap_err();
     assert_eq!(error.code.to_string(), "E0512");
 }
 
@@ -189,7 +189,7 @@ fn textures_of_shapes_have_no_hit_object() {
     let maps = new(&unit, "Bent", vec![("by", new(&unit, "Maps", vec![]).into())]);
     let dust = new(&unit, "Bent", vec![("by", new(&unit, "Dust", vec![]).into())]);
     let hill = new(&unit, "Hill", vec![]);
-    let table = AttributeTable::new([&*dusty(&unit)], [&*hill]).unwrap();
+    let table = Instance::attributes([&*dusty(&unit)], [&*hill]).unwrap();
     for engine in engines() {
         let state = call(&engine, &maps, Method::ComputeNormal);
         assert_eq!(numbers(&state, "rt_GeometricNormal", 3, 3), [14.0, 28.0, 56.0]);

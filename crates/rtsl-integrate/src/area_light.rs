@@ -1,0 +1,216 @@
+//! Samples of lights that are shapes: their `generateSample` and `emission`, between the functions of
+//! `prelude/renderer/lights.rtsl`.
+
+use std::sync::Arc;
+
+use rtsl_ir::{Constant, Op, Query, Scalar, StateComponent, Value};
+use rtsl_spec::{Role, StateVariable};
+
+use crate::arithmetic::{Arithmetic, Vector, vector_at};
+use crate::lights::{LitPoint, SampledColor, may_draw_only, set};
+use crate::stage::{Input, TIME_COLUMN, input};
+use crate::stage_linker::StageLinker;
+use crate::surface::ShapeLinks;
+use rtsl_link::{LinkedMethod, Linking, Site};
+
+/// The member with the least distance of hits.
+pub const EPSILON: &str = "light.rt_Epsilon";
+
+/// The state that emitters and alpha textures may read of a sampled point without methods of its shape.
+pub const PROVIDED_BY_LIGHT_SAMPLES: [&str; 8] = [
+    "rt_RayOrigin",
+    "rt_RayDirection",
+    "rt_HitPoint",
+    "rt_HitDistance",
+    "rt_GeometricNormal",
+    "rt_ShadingNormal",
+    "rt_Epsilon",
+    "rt_TimeSeed",
+];
+
+/// The state that `generateSample` may read.
+const INPUTS: [&str; 3] = ["rt_RayOrigin", "rt_Epsilon", "rt_TimeSeed"];
+/// The state that it must set.
+const OUTPUTS: [&str; 3] = ["rt_HitPoint", "rt_GeometricNormal", "rt_PDF"];
+
+/// A shape with an emitter.
+#[derive(Clone, Debug)]
+pub struct AreaLightLink {
+    /// The shape, with its path to members: `light.0.shape.`.
+    pub shape: ShapeLinks,
+    /// `generateSample`.
+    pub generate: Arc<LinkedMethod>,
+    /// The path to the emitter's members.
+    pub emitter: String,
+    /// `emission`.
+    pub emission: Arc<LinkedMethod>,
+    /// True if rays can hit the shape, so that samples have densities.
+    pub is_weighed: bool,
+}
+
+impl AreaLightLink {
+    /// True if the methods need nothing but the lit point and random numbers.
+    pub fn is_complete(&self) -> bool {
+        let AreaLightLink { shape, generate, emission, .. } = self;
+        let sets = |name: &str| generate.writes.iter().any(|it| it.name == name);
+        let is_readable =
+            |it: &StateVariable| input(Query::LightEmission, it).is_some_and(Input::is_of_surface);
+        may_draw_only(generate)
+            && may_draw_only(emission)
+            && generate.reads.iter().all(|it| INPUTS.contains(&it.name))
+            && OUTPUTS.into_iter().all(sets)
+            && emission.reads.iter().all(|it| is_readable(it))
+            && (!self.needs_surface() || shape.is_complete())
+    }
+
+    /// True if the emitter reads what methods of the shape compute.
+    fn needs_surface(&self) -> bool {
+        !self.emission.reads.iter().all(|it| PROVIDED_BY_LIGHT_SAMPLES.contains(&it.name))
+    }
+}
+
+/// A sampled point of a shape, in the world.
+struct SampledPoint {
+    point: Vector,
+    normal: Vector,
+    /// Without colour.
+    sample: SampledColor,
+}
+
+impl StageLinker {
+    /// Returns a sample of a light as seen from a point.
+    pub(crate) fn area_light_sample(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        lit: &LitPoint,
+        to: &mut Vec<Op>,
+    ) -> Linking<SampledColor> {
+        let sampled = self.sampled_point(caller, light, lit, to)?;
+        let emission = self.sampled_emission(caller, light, (lit, &sampled), to)?;
+        let code = &mut Arithmetic { linker: self, to };
+        let operands = [&emission[..], &[sampled.sample.density]].concat();
+        let color = vector_at(&code.call("rt_usableEmission", &operands)?, 0);
+        Ok(SampledColor { color, ..sampled.sample })
+    }
+
+    /// Samples a point of the shape.
+    fn sampled_point(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        lit: &LitPoint,
+        to: &mut Vec<Op>,
+    ) -> Linking<SampledPoint> {
+        let shape = &light.shape;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let place = shape.place(code)?;
+        let origin = code.call("rt_pointInShape", &[&place[..], &lit.point].concat())?;
+        let mut state = code.moment()?;
+        set(&mut state, "rt_RayOrigin", &origin);
+        let set = self.light_method(caller, &shape.prefix, &light.generate, state, to)?;
+        let mut operands = [&place[..], &lit.point, &[lit.offset]].concat();
+        for name in OUTPUTS {
+            operands.extend(self.results((&set, Role::Primitive), name, to)?);
+        }
+        let seen = Arithmetic { linker: self, to }.call("rt_seenFrom", &operands)?;
+        let (point, normal) = (vector_at(&seen, 0), vector_at(&seen, 3));
+        Ok(SampledPoint { point, normal, sample: SampledColor::of_scalars(&seen[6..]) })
+    }
+
+    /// Returns the emission of a sampled point towards the lit point.
+    fn sampled_emission(
+        &mut self,
+        caller: &Site<'_>,
+        light: &AreaLightLink,
+        (lit, sampled): (&LitPoint, &SampledPoint),
+        to: &mut Vec<Op>,
+    ) -> Linking<Vector> {
+        let SampledPoint { point, normal, sample } = sampled;
+        let SampledColor { direction, distance, .. } = sample;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let mut state = code.moment()?;
+        if light.needs_surface() {
+            let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
+            let properties = self.surface_properties(caller, &light.shape, &operands, to)?;
+            let known = (operands.as_slice(), properties.as_slice());
+            let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+            state.extend(code.inputs_of_emission(&light.emission.reads, known)?);
+        } else {
+            for (name, values) in [
+                ("rt_RayOrigin", &lit.point[..]),
+                ("rt_RayDirection", direction),
+                ("rt_HitDistance", &[*distance]),
+                ("rt_HitPoint", point),
+                ("rt_GeometricNormal", normal),
+                ("rt_ShadingNormal", normal),
+            ] {
+                set(&mut state, name, values);
+            }
+        }
+        let set = self.light_method(caller, &light.emitter, &light.emission, state, to)?;
+        Ok(vector_at(&self.results((&set, Role::Material), "rt_EmissionColor", to)?, 0))
+    }
+}
+
+impl Arithmetic<'_> {
+    /// The state of all methods.
+    fn moment(&mut self) -> Linking<Vec<(StateComponent, Value)>> {
+        let mut state = Vec::new();
+        let epsilon = self.load_member(EPSILON, Scalar::F32)?;
+        let time = self.column(TIME_COLUMN, Scalar::F32)?;
+        set(&mut state, "rt_Epsilon", &[epsilon]);
+        set(&mut state, "rt_TimeSeed", &[time]);
+        Ok(state)
+    }
+
+    /// The operands of queries about the surface that a ray without a footprint hits.
+    fn operands_of_ray(
+        &mut self,
+        origin: Vector,
+        direction: Vector,
+        distance: Value,
+    ) -> Linking<Vec<Value>> {
+        let (zero, limit) = (self.float(0.0)?, self.float(f32::INFINITY)?);
+        let none = self.linker.constant(self.to, Constant::I32(0))?;
+        let epsilon = self.load_member(EPSILON, Scalar::F32)?;
+        let mut operands = Vec::new();
+        for (name, scalar, count) in Query::SurfaceProperties.operands() {
+            match name {
+                "origin" => operands.extend(origin),
+                "direction" => operands.extend(direction),
+                "distance" => operands.push(distance),
+                "epsilon" => operands.push(epsilon),
+                "limit" => operands.push(limit),
+                _ => {
+                    let none = if scalar == Scalar::F32 { zero } else { none };
+                    operands.extend(std::iter::repeat_n(none, count as usize));
+                }
+            }
+        }
+        Ok(operands)
+    }
+
+    /// The state that `emission` reads of a surface, given operands of queries and the properties. The time is known, and
+    /// paths of light samples have no depth.
+    fn inputs_of_emission(
+        &mut self,
+        reads: &[&'static StateVariable],
+        known: (&[Value], &[Value]),
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let query = Query::LightEmission;
+        let is_footprint = |variable: &StateVariable| ["rt_du", "rt_dv"].contains(&variable.name);
+        let is_column = |variable| matches!(input(query, variable), Some(Input::Column(_)));
+        let (footprint, others): (Vec<_>, Vec<_>) = reads
+            .iter()
+            .copied()
+            .filter(|variable| !is_column(variable))
+            .partition(|variable| is_footprint(variable));
+        let mut state = self.inputs(query, &others, known)?;
+        for variable in footprint {
+            let zero = self.float(0.0)?;
+            state.push((StateComponent { variable: variable.index, component: 0 }, zero));
+        }
+        Ok(state)
+    }
+}
