@@ -11,7 +11,7 @@ use crate::lights::{LitPoint, SampledColor, may_draw_only, set};
 use crate::stage::{Input, TIME_COLUMN, input};
 use crate::stage_linker::StageLinker;
 use crate::surface::ShapeLinks;
-use rtsl_link::{LinkedMethod, Linking, Site};
+use rtsl_link::{LinkedMethod, Linking};
 
 /// The member with the least distance of hits.
 pub const EPSILON: &str = "light.rt_Epsilon";
@@ -81,13 +81,12 @@ impl StageLinker {
     /// Returns a sample of a light as seen from a point.
     pub(crate) fn area_light_sample(
         &mut self,
-        caller: &Site<'_>,
         light: &AreaLightLink,
         lit: &LitPoint,
         to: &mut Vec<Op>,
     ) -> Linking<SampledColor> {
-        let sampled = self.sampled_point(caller, light, lit, to)?;
-        let emission = self.sampled_emission(caller, light, (lit, &sampled), to)?;
+        let sampled = self.sampled_point(light, lit, to)?;
+        let emission = self.sampled_emission(light, (lit, &sampled), to)?;
         let code = &mut Arithmetic { linker: self, to };
         let operands = [&emission[..], &[sampled.sample.density]].concat();
         let color = vector_at(&code.call("rt_usableEmission", &operands)?, 0);
@@ -97,7 +96,6 @@ impl StageLinker {
     /// Samples a point of the shape.
     fn sampled_point(
         &mut self,
-        caller: &Site<'_>,
         light: &AreaLightLink,
         lit: &LitPoint,
         to: &mut Vec<Op>,
@@ -108,7 +106,7 @@ impl StageLinker {
         let origin = code.call("rt_pointInShape", &[&place[..], &lit.point].concat())?;
         let mut state = code.moment()?;
         set(&mut state, "rt_RayOrigin", &origin);
-        let set = self.light_method(caller, &shape.prefix, &light.generate, state, to)?;
+        let set = self.light_method(&shape.prefix, &light.generate, state, to)?;
         let mut operands = [&place[..], &lit.point, &[lit.offset]].concat();
         for name in OUTPUTS {
             operands.extend(self.results((&set, Role::Primitive), name, to)?);
@@ -121,7 +119,6 @@ impl StageLinker {
     /// Returns the emission of a sampled point towards the lit point.
     fn sampled_emission(
         &mut self,
-        caller: &Site<'_>,
         light: &AreaLightLink,
         (lit, sampled): (&LitPoint, &SampledPoint),
         to: &mut Vec<Op>,
@@ -132,7 +129,7 @@ impl StageLinker {
         let mut state = code.moment()?;
         if light.needs_surface() {
             let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
-            let properties = self.surface_properties(caller, &light.shape, &operands, to)?;
+            let properties = self.surface_properties(&light.shape, &operands, to)?;
             let known = (operands.as_slice(), properties.as_slice());
             let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
             state.extend(code.inputs_of_emission(&light.emission.reads, known)?);
@@ -148,7 +145,7 @@ impl StageLinker {
                 set(&mut state, name, values);
             }
         }
-        let set = self.light_method(caller, &light.emitter, &light.emission, state, to)?;
+        let set = self.light_method(&light.emitter, &light.emission, state, to)?;
         Ok(vector_at(&self.results((&set, Role::Material), "rt_EmissionColor", to)?, 0))
     }
 }

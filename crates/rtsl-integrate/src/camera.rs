@@ -3,16 +3,16 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Function, Op, Output, Scalar, StateComponent, Value, Variable, VariableKind};
+use rtsl_ir::{Op, Output, Scalar, StateComponent, Value, Variable, VariableKind};
 use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler};
-use rtsl_spec::{Method, lookup_state};
+use rtsl_spec::lookup_state;
 
 use crate::arithmetic::{Arithmetic, Vector};
 use crate::lights::set;
 use crate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::stage::{SurfaceLinks, TIME_COLUMN};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{ClassTree, Linked, LinkedMethod, Linker, Linking, Site, find_override};
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, find_override};
 
 /// The path to the members of the camera.
 pub const CAMERA: &str = "camera.";
@@ -50,13 +50,13 @@ pub struct CameraLinks {
 ///
 /// # Errors
 /// If linking passes a limit.
-pub fn link_camera(tree: &ClassTree, links: &CameraLinks, has_footprints: bool) -> Linking<Linked> {
-    let name = format!("{}.{}", tree.class.name, Method::GenerateRay.name());
+/// The function has this name.
+pub fn link_camera(name: String, links: &CameraLinks, has_footprints: bool) -> Linking<Linked> {
     let mut linker = StageLinker::new(name);
     let sampler = Some(links.sampler);
     linker.surface = Some(Arc::new(SurfaceLinks { sampler, ..SurfaceLinks::default() }));
     let mut ops = Vec::new();
-    let mut code = CameraCode { linker: &mut linker, tree, links };
+    let mut code = CameraCode { linker: &mut linker, links };
     let sample = code.sample(&mut ops)?;
     let ray = code.ray(&sample, sample.screen, &mut ops)?;
     if has_footprints {
@@ -72,7 +72,6 @@ pub fn link_camera(tree: &ClassTree, links: &CameraLinks, has_footprints: bool) 
 
 struct CameraCode<'a, 'l> {
     linker: &'l mut StageLinker,
-    tree: &'a ClassTree,
     links: &'a CameraLinks,
 }
 
@@ -184,9 +183,7 @@ impl CameraCode<'_, '_> {
         if method.draws_numbers() {
             self.linker.begin_numbers(sample.key, *sampler, to)?;
         }
-        let none = Function::new("camera");
-        let caller = Site::new(self.tree, &none, String::new(), &mut self.linker.out);
-        let set = self.linker.light_method(&caller, CAMERA, method, state, to);
+        let set = self.linker.light_method(CAMERA, method, state, to);
         self.linker.copied_numbers = None;
         set
     }

@@ -5,9 +5,7 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{
-    Constant, Function, Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableKind,
-};
+use rtsl_ir::{Constant, Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableKind};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
@@ -19,7 +17,7 @@ use crate::sequences::Purpose;
 use crate::shade_call::ShadedSurface;
 use crate::stage::SurfaceLinks;
 use crate::stage_linker::StageLinker;
-use rtsl_link::{ClassTree, Linked, Linker, Linking, Site};
+use rtsl_link::{Linked, Linker, Linking};
 
 /// The number of answers to a request, and that of its operands but the index.
 const ANSWERS: &[Scalar] = ResumedBy::LightSample.answers();
@@ -33,15 +31,9 @@ pub const SHADOW_LIMIT: Port = Port::Answer(MAX_ANSWERS as u32);
 ///
 /// # Errors
 /// If linking passes a limit.
-pub fn link_lights(
-    tree: &ClassTree,
-    (links, sampler): (&LightLinks, Sampler),
-) -> Result<Linked, Diagnostic> {
+pub fn link_lights((links, sampler): (&LightLinks, Sampler)) -> Result<Linked, Diagnostic> {
     let mut linker = StageLinker::new("illuminance");
     linker.surface = Some(Arc::new(SurfaceLinks { sampler: Some(sampler), ..Default::default() }));
-    let none = Function::new("illuminance");
-    let mut out = Function::new("illuminance");
-    let caller = Site::new(tree, &none, String::new(), &mut out);
     let mut body = Region::default();
     let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
     let mut operands = Vec::new();
@@ -52,8 +44,7 @@ pub fn link_lights(
     let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
     let (surface, key) = (code.shaded_columns()?, code.begin_sequence(Purpose::LightSample)?);
     let of = (&surface, key);
-    let sample =
-        linker.light_with_limit(&caller, (links, &sampler), of, &operands, &mut body.ops)?;
+    let sample = linker.light_with_limit((links, &sampler), of, &operands, &mut body.ops)?;
     let [light @ .., limit] = sample.as_slice() else { unreachable!("samples have limits") };
     let answers = (0..).map(Port::Answer).zip(ANSWERS).zip(light);
     let limit = ((SHADOW_LIMIT, &Scalar::F32), limit);
@@ -73,7 +64,6 @@ impl StageLinker {
     /// answers to a request, then the limit of the shadow ray.
     pub(crate) fn light_with_limit(
         &mut self,
-        caller: &Site<'_>,
         (links, sampler): (&LightLinks, &Sampler),
         (surface, key): (&ShadedSurface, Value),
         operands: &[Value],
@@ -88,7 +78,7 @@ impl StageLinker {
         }
         let number = code.number_of_entry(links, index)?;
         let sample = self.sample_by_class(links, number, to, &mut |linker, class, to| {
-            linker.undivided_sample(caller, class, (&lit, key, sampler), to)
+            linker.undivided_sample(class, (&lit, key, sampler), to)
         })?;
         let code = &mut Arithmetic { linker: self, to };
         let [x, y, z, distance, limit, red, green, blue, density] =
@@ -102,12 +92,11 @@ impl StageLinker {
     /// divided by a density with which rays find the light too.
     fn undivided_sample(
         &mut self,
-        caller: &Site<'_>,
         class: &LightClassLink,
         of: (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let (sample, weighed) = self.sampled_color(caller, class, of, to)?;
+        let (sample, weighed) = self.sampled_color(class, of, to)?;
         let code = &mut Arithmetic { linker: self, to };
         let (mut color, mut density) = (sample.color, sample.density);
         if !matches!(weighed, Weighed::All) {

@@ -15,7 +15,7 @@ use crate::sequences::Purpose;
 use crate::stage::{TIME_COLUMN, asks_host};
 use crate::stage_linker::StageLinker;
 use crate::surface::needs_only;
-use rtsl_link::{LinkedMethod, Linker, Linking, Site, default_of, find_override};
+use rtsl_link::{LinkedMethod, Linker, Linking, default_of, find_override};
 
 /// The greatest number of lights that are linked, which bounds the data of stages.
 pub const MAX_LIGHTS: usize = 1 << 16;
@@ -186,7 +186,6 @@ impl StageLinker {
     /// Computes a query about lights.
     pub(crate) fn ask_lights(
         &mut self,
-        caller: &Site<'_>,
         (links, sampler): (&LightLinks, &Sampler),
         query: Query,
         operands: &[Value],
@@ -200,7 +199,7 @@ impl StageLinker {
             Query::SampleLight => match &links.selection {
                 Some(selection) if links.is_complete => {
                     let links = (links, selection);
-                    Ok(Some(self.light_sample(caller, (links, sampler), operands, to)?))
+                    Ok(Some(self.light_sample((links, sampler), operands, to)?))
                 }
                 _ => Ok(None),
             },
@@ -211,7 +210,7 @@ impl StageLinker {
                 for (index, sky) in (0..).zip(&links.skies) {
                     let mut then = Region::default();
                     then.yields = self.nested(|linker| {
-                        linker.sky(caller, (links, *sky), query, &operands[1..], &mut then.ops)
+                        linker.sky((links, *sky), query, &operands[1..], &mut then.ops)
                     })?;
                     let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
                     let index = code.linker.constant(code.to, rtsl_ir::Constant::I32(index))?;
@@ -241,7 +240,6 @@ impl StageLinker {
     /// The radiance of a light for a ray that leaves the scene, or the density of its direction.
     fn sky(
         &mut self,
-        caller: &Site<'_>,
         (links, index): (&LightLinks, usize),
         query: Query,
         operands: &[Value],
@@ -251,7 +249,7 @@ impl StageLinker {
         let LightMethods::Shapeless(light) = &class.methods else { return Ok(Vec::new()) };
         let place = self.constant(to, rtsl_ir::Constant::I32(place as i32))?;
         self.chosen_light = Some(Arc::new(ChosenLight::of(class, place)));
-        let results = self.shapeless_sky(caller, links, (light, index), query, operands, to);
+        let results = self.shapeless_sky(links, (light, index), query, operands, to);
         self.chosen_light = None;
         results
     }
@@ -259,7 +257,6 @@ impl StageLinker {
     /// As [`StageLinker::sky`], of a light whose members are chosen.
     fn shapeless_sky(
         &mut self,
-        caller: &Site<'_>,
         links: &LightLinks,
         (light, index): (&LightLink, usize),
         query: Query,
@@ -286,7 +283,7 @@ impl StageLinker {
             let Some(emission) = &light.emission else {
                 return Ok(vec![code.float(0.0)?; 3]);
             };
-            let set = self.light_method(caller, &light.prefix, emission, state, to)?;
+            let set = self.light_method(&light.prefix, emission, state, to)?;
             return self.results((&set, Role::Light), "rt_EmissionColor", to);
         }
         let selection = links.selection.as_ref();
@@ -302,7 +299,7 @@ impl StageLinker {
             let normal = code.normalized_or(normal, up)?;
             set(&mut state, name, &normal);
         }
-        let set = self.light_method(caller, &light.prefix, density, state, to)?;
+        let set = self.light_method(&light.prefix, density, state, to)?;
         let density = self.results((&set, Role::Light), "rt_PDF", to)?[0];
         let code = &mut Arithmetic { linker: self, to };
         Ok(vec![code.multiply(density, part)?])
@@ -311,7 +308,6 @@ impl StageLinker {
     /// Selects and samples a light.
     fn light_sample(
         &mut self,
-        caller: &Site<'_>,
         ((links, selection), sampler): ((&LightLinks, &LightSelection), &Sampler),
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -330,7 +326,7 @@ impl StageLinker {
         let sample =
             self.sample_by_class(links, selected.number, to, &mut |linker, class, to| {
                 let of = (&lit, key, sampler);
-                let (sample, weighed) = linker.sampled_color(caller, class, of, to)?;
+                let (sample, weighed) = linker.sampled_color(class, of, to)?;
                 Arithmetic { linker, to }.weighed(&sample, selected.probability, weighed)
             })?;
         let code = &mut Arithmetic { linker: self, to };
@@ -380,7 +376,6 @@ impl StageLinker {
     /// Returns a sample of one light for a point, with numbers of the sequence with a key, and whether rays find it, too.
     pub(crate) fn sampled_color(
         &mut self,
-        caller: &Site<'_>,
         class: &LightClassLink,
         (lit, key, sampler): (&LitPoint, Value, &Sampler),
         to: &mut Vec<Op>,
@@ -389,7 +384,7 @@ impl StageLinker {
         self.begin_numbers(key, *sampler, to)?;
         let sampled = match &class.methods {
             LightMethods::Shapeless(light) => {
-                let sample = self.shapeless_sample(caller, light, lit, to)?;
+                let sample = self.shapeless_sample(light, lit, to)?;
                 let code = &mut Arithmetic { linker: &mut *self, to };
                 let weighed = match light.is_weighed {
                     true => Weighed::Where(code.is_infinite(sample.distance)?),
@@ -398,7 +393,7 @@ impl StageLinker {
                 (sample, weighed)
             }
             LightMethods::Area(light) => {
-                let sample = self.area_light_sample(caller, light, lit, to)?;
+                let sample = self.area_light_sample(light, lit, to)?;
                 (sample, if light.is_weighed { Weighed::All } else { Weighed::None })
             }
         };
@@ -409,7 +404,6 @@ impl StageLinker {
     /// Returns a sample of a light without a shape.
     fn shapeless_sample(
         &mut self,
-        caller: &Site<'_>,
         light: &LightLink,
         lit: &LitPoint,
         to: &mut Vec<Op>,
@@ -449,7 +443,7 @@ impl StageLinker {
         ] {
             set(&mut state, name, values);
         }
-        let set = self.light_method(caller, &light.prefix, illumination, state, to)?;
+        let set = self.light_method(&light.prefix, illumination, state, to)?;
         let mut result = |name: &str| self.results((&set, Role::Light), name, to);
         let (direction, color) = (result("rt_LightDirection")?, result("rt_LightColor")?);
         let (distance, density) = (result("rt_LightDistance")?[0], result("rt_PDF")?[0]);
@@ -464,14 +458,13 @@ impl StageLinker {
     /// Copies a method of a light's part with this path to members, and returns the state that it sets.
     pub(crate) fn light_method(
         &mut self,
-        caller: &Site<'_>,
         prefix: &str,
         method: &LinkedMethod,
         state: Vec<(StateComponent, Value)>,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let scratch = self.scratch.replace(Vec::new());
-        let set = self.copy_method(caller, prefix, method, state, to);
+        let set = self.copy_method(prefix, method, state, to);
         self.scratch = scratch;
         set
     }

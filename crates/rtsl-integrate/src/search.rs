@@ -18,7 +18,7 @@ use crate::sequences::Purpose;
 use crate::stage::TIME_COLUMN;
 use crate::stage_linker::StageLinker;
 use crate::surface::needs_only;
-use rtsl_link::{ClassTree, Linked, LinkedMethod, Linker, Linking, Site, find_override};
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, find_override};
 
 /// The member with the least distance of hits of rays that do not have their own.
 pub const EPSILON: &str = "search.epsilon";
@@ -114,14 +114,14 @@ pub(crate) struct ArrayElement {
 ///
 /// # Errors
 /// If linking passes a limit.
-pub fn link_search(tree: &ClassTree, links: &SearchLinks, search: Search) -> Linking<Linked> {
+pub fn link_search(links: &SearchLinks, search: Search) -> Linking<Linked> {
     let name = match search {
         Search::Nearest => "search.nearest",
         Search::Any => "search.any",
     };
     let mut linker = StageLinker::new(name.to_owned());
     let mut ops = Vec::new();
-    let mut code = SearchCode { linker: &mut linker, tree, links, search };
+    let mut code = SearchCode { linker: &mut linker, links, search };
     let operands = code.requested(&mut ops)?;
     let nearest = code.find(operands, &mut ops)?;
     let outputs = match search {
@@ -195,7 +195,6 @@ pub(crate) struct Nearest {
 /// The operations of a search, which are added to a function.
 pub(crate) struct SearchCode<'a, 'l> {
     pub linker: &'l mut StageLinker,
-    pub tree: &'a ClassTree,
     pub links: &'a SearchLinks,
     pub search: Search,
 }
@@ -278,9 +277,9 @@ impl SearchCode<'_, '_> {
         let mut body = Region { params: vec![index, distance, item], ..Region::default() };
         let known = Nearest { distance, item };
         let search = self.search;
-        let (tree, links) = (self.tree, self.links);
+        let links = self.links;
         self.linker.nested(|linker| {
-            let mut code = SearchCode { linker, tree, links, search };
+            let mut code = SearchCode { linker, links, search };
             let element = ArrayElement { index, count: class.count };
             let nearest = code.test_object(class, Some(element), ray, known, &mut body.ops)?;
             let code = &mut code.code(&mut body.ops);
@@ -308,9 +307,9 @@ impl SearchCode<'_, '_> {
         let (entry, meets) = self.test_box(class, element, ray, nearest, to)?;
         let mut then = Region::default();
         let search = self.search;
-        let (tree, links) = (self.tree, self.links);
+        let links = self.links;
         self.linker.nested(|linker| {
-            let mut code = SearchCode { linker, tree, links, search };
+            let mut code = SearchCode { linker, links, search };
             let nearest = code.hit(class, element, (ray, entry), nearest, &mut then.ops)?;
             then.yields = vec![nearest.distance, nearest.item];
             Ok(())
@@ -415,15 +414,15 @@ impl SearchCode<'_, '_> {
         let linker = &mut *self.linker;
         // The scratch of a call is zero when it begins, and no one reads it afterwards.
         let scratch = linker.scratch.replace(Vec::new());
-        let mut site = Site::new(self.tree, function, class.prefix.clone(), &mut linker.out);
+        let mut site = Site::new(None, function, class.prefix.clone(), &mut linker.out);
         site.overrides.clone_from(&ray.state);
-        site.in_loop = element.is_some();
-        if site.in_loop {
-            linker.zero_slots(&mut site, to)?;
-        }
+        // Several objects are tested in a loop.
+        let was_in_loop = linker.in_loop;
+        linker.in_loop |= element.is_some();
+        linker.begin_copy(&mut site, to)?;
         linker.element = element;
         let copied = linker.copy_ops(&mut site, &function.body.ops, to);
-        linker.element = None;
+        (linker.element, linker.in_loop) = (None, was_in_loop);
         copied?;
         let is_accepted =
             |output: &Output| function.variable(output.variable).kind == VariableKind::Accepted;

@@ -21,9 +21,7 @@ use crate::sequences::Purpose;
 use crate::stage_linker::StageLinker;
 use crate::stage_search::StageSearch;
 use crate::surface::ShapeLinks;
-use rtsl_link::{
-    ClassTree, Linked, LinkedMethod, Linker, Linking, Site, default_of, find_override,
-};
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, default_of, find_override};
 
 /// The scratch array with the time of each path within the shutter.
 pub const TIME_COLUMN: &str = "path.time";
@@ -124,18 +122,14 @@ impl Input {
 ///
 /// # Errors
 /// If linking passes a limit.
-pub fn link_stage(
-    tree: &ClassTree,
-    function: &Function,
-    surface: SurfaceLinks,
-) -> Result<Linked, Diagnostic> {
+pub fn link_stage(function: &Function, surface: SurfaceLinks) -> Result<Linked, Diagnostic> {
     let mut linker = StageLinker::new(function.name.clone());
     let search = surface.search.clone();
     linker.surface = Some(Arc::new(surface));
-    linker.root(tree, function)?;
+    linker.root(None, function)?;
     linker.pass_on_values()?;
     if let Some(search) = search {
-        linker.search_at_end(tree, &search)?;
+        linker.search_at_end(&search)?;
     }
     Ok(linker.finish())
 }
@@ -226,7 +220,7 @@ impl StageLinker {
             OpKind::Query(query, operands) => match links.answers.get(query) {
                 None => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
-                    self.computed_answer(site, &links, *query, &operands, to)
+                    self.computed_answer(&links, *query, &operands, to)
                 }
                 Some(Answer::Zeros) => {
                     let zeros = query.result_scalars();
@@ -235,7 +229,7 @@ impl StageLinker {
                 }
                 Some(Answer::Method(method)) => {
                     let operands: Vec<Value> = operands.iter().map(|it| site.value(*it)).collect();
-                    Ok(Some(self.surface_method((site, &links), *query, method, &operands, to)?))
+                    Ok(Some(self.surface_method(&links, *query, method, &operands, to)?))
                 }
             },
             _ => Ok(None),
@@ -245,7 +239,6 @@ impl StageLinker {
     /// Returns the results of a query that operations compute; `None` for others.
     fn computed_answer(
         &mut self,
-        site: &Site<'_>,
         links: &SurfaceLinks,
         query: Query,
         operands: &[Value],
@@ -257,7 +250,7 @@ impl StageLinker {
                 let code = &mut Arithmetic { linker: self, to };
                 Ok(Some(code.numbers(&sampler, query, operands[0])?))
             }
-            Query::Contribute => self.contribute(site.tree, links, operands, to).map(Some),
+            Query::Contribute => self.contribute(links, operands, to).map(Some),
             Query::Spawn => {
                 self.spawn(operands, to)?;
                 Ok(Some(Vec::new()))
@@ -268,17 +261,17 @@ impl StageLinker {
                 let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
                 let of = (&call.surface, call.begin_light_sample(code)?);
                 let of_scene = (&**lights, sampler);
-                Ok(Some(self.light_with_limit(site, of_scene, of, operands, to)?))
+                Ok(Some(self.light_with_limit(of_scene, of, operands, to)?))
             }
-            Query::SurfaceProperties => Ok(Some(self.properties(site, links, operands, to)?)),
+            Query::SurfaceProperties => Ok(Some(self.properties(links, operands, to)?)),
             Query::LightPdf => {
                 let selection = links.lights.iter().find_map(|lights| lights.selection.as_ref());
                 let Some(links) = links.shape.as_ref().zip(selection) else { return Ok(None) };
-                self.light_density(site, links, operands, to)
+                self.light_density(links, operands, to)
             }
             _ => match (&links.lights, &links.sampler) {
                 (Some(lights), Some(sampler)) => {
-                    self.ask_lights(site, (lights, sampler), query, operands, to)
+                    self.ask_lights((lights, sampler), query, operands, to)
                 }
                 _ => Ok(None),
             },
@@ -288,7 +281,6 @@ impl StageLinker {
     /// Adds light to the radiance of a path, if nothing is on its ray.
     fn contribute(
         &mut self,
-        tree: &ClassTree,
         links: &SurfaceLinks,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -309,7 +301,7 @@ impl StageLinker {
         match (links.contributions, &links.search) {
             (Contributions::Kept, Some(_)) => self.keep_contribution(&contribution, to)?,
             (Contributions::Searched, Some(search)) => {
-                self.add_light_at_once(tree, &search.links, &contribution, to)?;
+                self.add_light_at_once(&search.links, &contribution, to)?;
             }
             _ => {
                 let kind = OpKind::Query(Query::Contribute, contribution);
@@ -322,16 +314,16 @@ impl StageLinker {
     /// Copies the body of a method that answers a query.
     fn surface_method(
         &mut self,
-        (caller, links): (&Site<'_>, &SurfaceLinks),
+        links: &SurfaceLinks,
         query: Query,
         callee: &SurfaceMethod,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         let SurfaceMethod { prefix, method, results } = callee;
-        let overrides = self.inputs((caller, links), query, &method.reads, operands, to)?;
+        let overrides = self.inputs(links, query, &method.reads, operands, to)?;
         if query == Query::OwnShade {
-            let properties = self.properties(caller, links, operands, to)?;
+            let properties = self.properties(links, operands, to)?;
             self.shade_call = Some(self.begin_shade_call(operands, &properties, to)?);
         }
         // The scratch of a call is zero when it begins, and no one reads it afterwards.
@@ -344,7 +336,7 @@ impl StageLinker {
             };
             self.begin_numbers(key, sampler, to)?;
         }
-        let set = self.copy_method(caller, prefix, method, overrides, to);
+        let set = self.copy_method(prefix, method, overrides, to);
         self.copied_numbers = None;
         self.shade_call = None;
         self.scratch = scratch;
@@ -371,7 +363,7 @@ impl StageLinker {
     /// Returns the values of the state that a method reads.
     fn inputs(
         &mut self,
-        (caller, links): (&Site<'_>, &SurfaceLinks),
+        links: &SurfaceLinks,
         query: Query,
         reads: &[&'static StateVariable],
         operands: &[Value],
@@ -380,7 +372,7 @@ impl StageLinker {
         let is_property =
             |variable: &&&StateVariable| matches!(input(query, variable), Some(Input::Property(_)));
         let properties = match reads.iter().find(is_property) {
-            Some(_) => self.properties(caller, links, operands, to)?,
+            Some(_) => self.properties(links, operands, to)?,
             None => Vec::new(),
         };
         Arithmetic { linker: self, to }.inputs(query, reads, (operands, &properties))
@@ -389,7 +381,6 @@ impl StageLinker {
     /// Returns the properties of the surface that operands name.
     fn properties(
         &mut self,
-        caller: &Site<'_>,
         links: &SurfaceLinks,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -399,7 +390,7 @@ impl StageLinker {
             return Ok(known.clone());
         }
         let properties = match &links.shape {
-            Some(shape) => self.surface_properties(caller, shape, surface, to)?,
+            Some(shape) => self.surface_properties(shape, surface, to)?,
             None => {
                 let query = Query::SurfaceProperties;
                 let scalars: Vec<Scalar> = query.result_scalars().collect();

@@ -16,7 +16,7 @@ use crate::contribution::CONTRIBUTION_SCALARS;
 use crate::next_stages::NextStages;
 use crate::search::{Search, SearchCode, SearchLinks, SearchOperands};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{ClassTree, Linker, Linking};
+use rtsl_link::{Linker, Linking};
 
 /// The scratch arrays with the sum of the contributions to a path that nothing blocked.
 pub const LIT_COLUMNS: [&str; 3] = ["path.lit.red", "path.lit.green", "path.lit.blue"];
@@ -34,33 +34,28 @@ pub struct StageSearch {
 
 impl StageLinker {
     /// Adds the searches that the linked stage asks for.
-    pub(crate) fn search_at_end(&mut self, tree: &ClassTree, search: &StageSearch) -> Linking<()> {
+    pub(crate) fn search_at_end(&mut self, search: &StageSearch) -> Linking<()> {
         let next = NextStages::of(&self.out);
         let mut ops = std::mem::take(&mut self.out.body.ops);
-        self.add_light(tree, &search.links, &mut ops)?;
+        self.add_light(&search.links, &mut ops)?;
         let resumed: Vec<i32> =
             search.resumed.iter().copied().filter(|stage| next.may_be(*stage)).collect();
         if !resumed.is_empty() {
-            self.find_nearest(tree, &search.links, &resumed, &mut ops)?;
+            self.find_nearest(&search.links, &resumed, &mut ops)?;
         }
         self.out.body.ops = ops;
         Ok(())
     }
 
     /// Adds the stage's contribution to the path's sum if nothing blocks its ray.
-    fn add_light(
-        &mut self,
-        tree: &ClassTree,
-        links: &SearchLinks,
-        to: &mut Vec<Op>,
-    ) -> Linking<()> {
+    fn add_light(&mut self, links: &SearchLinks, to: &mut Vec<Op>) -> Linking<()> {
         let Some(local) = self.contribution else { return Ok(()) };
         let mut kept = Vec::with_capacity(CONTRIBUTION_SCALARS);
         for index in 0..CONTRIBUTION_SCALARS as u32 {
             let kind = OpKind::Load(local, Index::Constant(index));
             kept.push(self.emit(to, kind, &[Scalar::F32], false)?.get(0));
         }
-        let shadow = self.shadow(tree, links, &kept, to)?;
+        let shadow = self.shadow(links, &kept, to)?;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let mut sums = Vec::new();
         for (column, color) in LIT_COLUMNS.into_iter().zip(shadow.color) {
@@ -78,12 +73,11 @@ impl StageLinker {
     /// Adds a contribution to the path's sum where the stage makes it, if nothing blocks its ray.
     pub(crate) fn add_light_at_once(
         &mut self,
-        tree: &ClassTree,
         links: &SearchLinks,
         contribution: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let shadow = self.shadow(tree, links, contribution, to)?;
+        let shadow = self.shadow(links, contribution, to)?;
         let sums = LIT_COLUMNS.map(|column| self.passed_value(column, Scalar::F32));
         let shadow_rays = self.passed_value(SHADOW_RAYS_COLUMN, Scalar::U32);
         let code = &mut Arithmetic { linker: self, to };
@@ -100,7 +94,6 @@ impl StageLinker {
     /// Searches for what blocks a contribution.
     fn shadow(
         &mut self,
-        tree: &ClassTree,
         links: &SearchLinks,
         contribution: &[Value],
         to: &mut Vec<Op>,
@@ -110,7 +103,7 @@ impl StageLinker {
         let operands = SearchOperands::of(ray).expect("it begins with a shadow ray");
         let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(*color)?;
         let blocked = |linker: &mut StageLinker, to: &mut Vec<Op>| {
-            let mut code = SearchCode { linker, tree, links, search: Search::Any };
+            let mut code = SearchCode { linker, links, search: Search::Any };
             let hit = code.find(operands, to)?;
             Ok(vec![code.is_found(hit, to)?])
         };
@@ -123,7 +116,6 @@ impl StageLinker {
     /// Finds the nearest hits for paths whose next stage is among these.
     fn find_nearest(
         &mut self,
-        tree: &ClassTree,
         links: &SearchLinks,
         resumed: &[i32],
         to: &mut Vec<Op>,
@@ -136,7 +128,7 @@ impl StageLinker {
         let searches = Arithmetic { linker: self, to }.is_one_of(next, resumed)?;
         let mut names = Vec::new();
         let answers = |linker: &mut StageLinker, to: &mut Vec<Op>| {
-            let mut code = SearchCode { linker, tree, links, search: Search::Nearest };
+            let mut code = SearchCode { linker, links, search: Search::Nearest };
             let nearest = code.find(operands, to)?;
             let (found, answers) = code.answers(nearest, to)?.into_iter().unzip();
             names = found;
@@ -146,7 +138,7 @@ impl StageLinker {
         for (name, answer) in names.into_iter().zip(answers) {
             self.set_column(name, answer);
         }
-        let mut code = SearchCode { linker: &mut *self, tree, links, search: Search::Nearest };
+        let mut code = SearchCode { linker: &mut *self, links, search: Search::Nearest };
         for (name, count) in code.counts(to)? {
             self.replace_column(&name, (searches, count), to)?;
         }
@@ -257,31 +249,19 @@ mod tests {
 
     use rtsl_ir::Function;
     use rtsl_ir::verify::verify;
-    use rtsl_spec::{Method, Role};
-    use rtsl_testing::classes::class;
 
     use super::*;
     use crate::contribution::Contributions;
     use crate::search::SearchedClassLink;
     use crate::stage::{SurfaceLinks, link_stage};
-    use rtsl_link::{AttributeTable, Linked, LinkedMethod, link_function};
+    use rtsl_link::{Linked, LinkedMethod};
 
     fn function(text: &str) -> Function {
         text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))
     }
 
-    fn tree() -> ClassTree {
-        let text = "function intersect { return }";
-        let class = class("Ball", Role::Primitive, Method::Intersect, &[], text);
-        ClassTree {
-            class: Arc::new(class),
-            references: Vec::new(),
-            attributes: AttributeTable::default(),
-        }
-    }
-
     /// Two shapes that rays hit at the distance that is a member.
-    fn links(tree: &ClassTree) -> SearchLinks {
+    fn links() -> SearchLinks {
         let intersect = function(
             "function intersect member at: f32[1] state rt_HitDistance: f32[1] accepted accepted: bool[1] {
                 %d: f32 = load member:at@0 %l: f32 = load state:rt_HitDistance@0 %hit: bool = less %d, %l
@@ -289,14 +269,15 @@ mod tests {
                 return state:rt_HitDistance@0 = %new, accepted:accepted@0 = %hit
             }",
         );
-        let intersect = Arc::new(LinkedMethod::new(link_function(tree, &intersect).unwrap()));
+        let (unchanged, warnings) = (Vec::new(), Vec::new());
+        let linked = Linked { function: intersect, unchanged, warnings };
+        let intersect = Arc::new(LinkedMethod::new(linked));
         let class = SearchedClassLink { prefix: "class.0.".to_owned(), count: 2, intersect };
         SearchLinks { classes: vec![class], items: 2, slack: 1e-6 }
     }
 
     /// Links a stage that contributes and requests a search, after which stage `next` follows.
     fn linked(next: &str) -> Function {
-        let tree = tree();
         let request: String =
             (0..8).map(|index| format!("scratch request.{index}: f32[1] ")).collect();
         let stored: String =
@@ -308,13 +289,13 @@ mod tests {
                 return {stored} scratch:next@0 = %n
             }}"
         ));
-        let search = StageSearch { links: links(&tree), resumed: BTreeSet::from([1]) };
+        let search = StageSearch { links: links(), resumed: BTreeSet::from([1]) };
         let links = SurfaceLinks {
             contributions: Contributions::Kept,
             search: Some(Arc::new(search)),
             ..SurfaceLinks::default()
         };
-        let Linked { function, .. } = link_stage(&tree, &stage, links).unwrap();
+        let Linked { function, .. } = link_stage(&stage, links).unwrap();
         verify(&function).unwrap();
         function
     }

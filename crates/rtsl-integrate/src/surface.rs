@@ -12,7 +12,7 @@ use crate::arithmetic::{Arithmetic, Vector, vector_at};
 use crate::light_selection::LightSelection;
 use crate::stage::{TIME_COLUMN, asks_host, first_of};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{HitPlacement, LinkedMethod, Linker, Linking, Site, default_of, find_override};
+use rtsl_link::{HitPlacement, LinkedMethod, Linker, Linking, default_of, find_override};
 
 /// The map from the space of a shape to the world.
 const FORWARD: &str = "rt_Forward";
@@ -140,7 +140,6 @@ impl StageLinker {
     /// Computes the results of [`Query::SurfaceProperties`] for a surface with these operands.
     pub(crate) fn surface_properties(
         &mut self,
-        caller: &Site<'_>,
         shape: &ShapeLinks,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -150,7 +149,7 @@ impl StageLinker {
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
-        let called = surface.call_methods(self, caller, (hit, operand("limit")), to);
+        let called = surface.call_methods(self, (hit, operand("limit")), to);
         self.scratch = scratch;
         called?;
         let code = &mut Arithmetic { linker: self, to };
@@ -160,7 +159,6 @@ impl StageLinker {
     /// Computes the result of [`Query::LightPdf`] for a surface with these operands; `None` if the host does.
     pub(crate) fn light_density(
         &mut self,
-        caller: &Site<'_>,
         (shape, selection): (&ShapeLinks, &LightSelection),
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -173,8 +171,8 @@ impl StageLinker {
         let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
         let called = surface
-            .find_normals(self, caller, (hit, operand("limit")), to)
-            .and_then(|()| surface.call(self, caller, method, to));
+            .find_normals(self, (hit, operand("limit")), to)
+            .and_then(|()| surface.call(self, method, to));
         self.scratch = scratch;
         called?;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
@@ -276,20 +274,18 @@ impl<'a> SurfaceCode<'a> {
     fn call_methods(
         &mut self,
         linker: &mut StageLinker,
-        caller: &Site<'_>,
         (hit, limit): (Hit, Value),
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        self.find_normals(linker, caller, (hit, limit), to)?;
-        self.call_linked(linker, caller, Method::ComputeTextureCoordinates, to)?;
-        self.call_linked(linker, caller, Method::ComputeDerivatives, to)
+        self.find_normals(linker, (hit, limit), to)?;
+        self.call_linked(linker, Method::ComputeTextureCoordinates, to)?;
+        self.call_linked(linker, Method::ComputeDerivatives, to)
     }
 
     /// Computes scratch and normals, which are normalised if further methods may read them.
     fn find_normals(
         &mut self,
         linker: &mut StageLinker,
-        caller: &Site<'_>,
         (hit, limit): (Hit, Value),
         to: &mut Vec<Op>,
     ) -> Linking<()> {
@@ -302,10 +298,10 @@ impl<'a> SurfaceCode<'a> {
                 self.set("rt_RayOrigin", &hit.origin);
                 self.set("rt_RayDirection", &hit.direction);
             }
-            self.call_linked(linker, caller, Method::Intersect, to)?;
+            self.call_linked(linker, Method::Intersect, to)?;
             self.state = state;
         }
-        self.call_linked(linker, caller, Method::ComputeNormal, to)?;
+        self.call_linked(linker, Method::ComputeNormal, to)?;
         if shape.placement().moves {
             let point = self.vector("rt_HitPoint");
             self.set("rt_TextureUVW", &point);
@@ -327,12 +323,11 @@ impl<'a> SurfaceCode<'a> {
     fn call_linked(
         &mut self,
         linker: &mut StageLinker,
-        caller: &Site<'_>,
         method: Method,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
         match self.shape.methods.get(&method) {
-            Some(method) => self.call(linker, caller, method, to),
+            Some(method) => self.call(linker, method, to),
             None => Ok(()),
         }
     }
@@ -341,11 +336,10 @@ impl<'a> SurfaceCode<'a> {
     fn call(
         &mut self,
         linker: &mut StageLinker,
-        caller: &Site<'_>,
         method: &LinkedMethod,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let set = linker.copy_method(caller, &self.shape.prefix, method, self.state.clone(), to)?;
+        let set = linker.copy_method(&self.shape.prefix, method, self.state.clone(), to)?;
         self.state.extend(set);
         Ok(())
     }

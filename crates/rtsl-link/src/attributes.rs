@@ -269,7 +269,7 @@ impl Draft {
 /// The attribute that a variable of a method is; `None` for members of the instance.
 pub(crate) fn attribute_of<'a>(site: &Site<'a>, variable: &Variable) -> Option<&'a Attribute> {
     let is_member = variable.kind == VariableKind::Member;
-    let mut attributes = site.tree.class.attributes.iter().filter(|_| is_member);
+    let mut attributes = site.tree?.class.attributes.iter().filter(|_| is_member);
     attributes.find(|attribute| attribute.name == variable.name)
 }
 

@@ -35,6 +35,8 @@ pub struct Draft {
     locals: u32,
     /// Unset references, by class and path.
     pub(crate) warnings: BTreeSet<(String, String)>,
+    /// True within a loop, where copies may run several times.
+    pub in_loop: bool,
     /// The use of the attributes of objects.
     pub(crate) attributes: AttributeUse,
     /// True if derivatives may be taken of the called methods.

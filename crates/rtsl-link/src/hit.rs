@@ -105,7 +105,7 @@ impl HitLinker<'_, '_> {
 
     /// Copies a method's body and notes the values that it sets. Returns the flag of an accepted hit, if it has one.
     fn method(&mut self, function: &Function, to: &mut Vec<Op>) -> Linking<Option<Value>> {
-        let mut site = Site::new(self.tree, function, String::new(), &mut self.linker.out);
+        let mut site = Site::new(Some(self.tree), function, String::new(), &mut self.linker.out);
         // The locals of each method are distinct.
         site.is_root = false;
         site.overrides.clone_from(&self.known);

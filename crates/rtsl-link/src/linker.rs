@@ -37,7 +37,7 @@ pub struct Linked {
 pub fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
     let _span = tracing::debug_span!("link", function = function.name).entered();
     let mut linker = PlainLinker::new(function.name.clone());
-    linker.root(tree, function)?;
+    linker.root(Some(tree), function)?;
     Ok(linker.finish())
 }
 
@@ -47,7 +47,7 @@ pub fn link_method(tree: &ClassTree, method: Method) -> Option<Result<Linked, Di
     let _span = tracing::debug_span!("link", function = function.name).entered();
     let mut linker = PlainLinker::new(function.name.clone());
     linker.attributes = AttributeUse::of(tree, method);
-    Some(linker.root(tree, &function).map(|()| linker.finish()))
+    Some(linker.root(Some(tree), &function).map(|()| linker.finish()))
 }
 
 /// Copies functions into a [draft](Draft), and replaces calls through references by the bodies of the called methods.
@@ -97,11 +97,11 @@ pub trait Linker: DerefMut<Target = Draft> + Sized {
         result
     }
 
-    /// Copies the function that is linked itself.
+    /// Copies the function that is linked itself; `tree` is that of its class, unless it is linked already.
     ///
     /// # Errors
     /// If linking passes a limit.
-    fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
+    fn root(&mut self, tree: Option<&ClassTree>, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.takes_derivatives = takes_derivatives(function);
         self.out.body = copy_region(self, &mut site, &function.body)?;
@@ -117,7 +117,9 @@ pub trait Linker: DerefMut<Target = Draft> + Sized {
             self.out.outputs.push(Output { variable, component });
             self.out.body.yields.push(value);
         }
-        self.give_attributes(&tree.class, &given)?;
+        if let Some(tree) = tree {
+            self.give_attributes(&tree.class, &given)?;
+        }
         self.output_called_scratch()
     }
 
@@ -136,19 +138,17 @@ pub trait Linker: DerefMut<Target = Draft> + Sized {
     /// If linking passes a limit.
     fn copy_method(
         &mut self,
-        caller: &Site<'_>,
         prefix: &str,
         method: &LinkedMethod,
         state: Vec<(StateComponent, Value)>,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let function = &*method.function;
-        let mut site = Site::new(caller.tree, function, prefix.to_owned(), &mut self.out);
+        let mut site = Site::new(None, function, prefix.to_owned(), &mut self.out);
+        // The locals of each method are distinct.
+        site.is_root = false;
         site.overrides = state;
-        site.in_loop = caller.in_loop;
-        if site.in_loop {
-            self.zero_slots(&mut site, to)?;
-        }
+        self.begin_copy(&mut site, to)?;
         self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
         Ok(self.note_outputs(&site))
     }
@@ -248,7 +248,7 @@ fn copy_op<L: Linker>(
             return Ok(());
         }
         OpKind::ReferenceCount(member) => {
-            let (_, elements) = find_reference(site.tree, member);
+            let (_, elements) = find_reference(site, member);
             let count = i32::try_from(elements.len()).unwrap_or(i32::MAX);
             let count = linker.constant(to, Constant::I32(count))?;
             site.define(op.results.get(0), count);
@@ -266,10 +266,10 @@ fn copy_op<L: Linker>(
         },
         OpKind::Loop { initial, body } => {
             let initial = initial.iter().map(|value| site.value(*value)).collect();
-            let was_in_loop = std::mem::replace(&mut site.in_loop, true);
-            let body = copy_region(linker, site, body)?;
-            site.in_loop = was_in_loop;
-            OpKind::Loop { initial, body }
+            let was_in_loop = std::mem::replace(&mut linker.in_loop, true);
+            let body = copy_region(linker, site, body);
+            linker.in_loop = was_in_loop;
+            OpKind::Loop { initial, body: body? }
         }
         simple => copy_simple(linker, site, simple),
     };

@@ -20,7 +20,8 @@ pub(crate) fn are_replaced<L: Linker>(linker: &L, site: &Site<'_>, variable: Var
             linker.scratch.is_some() || linker.called_scratch_of(site, variable).is_some()
         }
         VariableKind::Member => {
-            linker.binds(VariableKind::Member) || !site.tree.class.attributes.is_empty()
+            linker.binds(VariableKind::Member)
+                || site.tree.is_some_and(|tree| !tree.class.attributes.is_empty())
         }
         VariableKind::Buffer => linker.binds(VariableKind::Buffer),
         _ => false,

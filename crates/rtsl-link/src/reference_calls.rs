@@ -24,7 +24,7 @@ pub(crate) fn is_set<L: Linker>(
     path: ReferencePath,
     to: &mut Vec<Op>,
 ) -> Linking<Value> {
-    let (_, elements) = find_reference(site.tree, member);
+    let (_, elements) = find_reference(site, member);
     let mut element = |linker: &mut L, index: usize, to: &mut Vec<Op>| {
         let is_set = elements.get(index).is_some_and(Option::is_some);
         Ok(vec![linker.constant(to, Constant::Bool(is_set))?])
@@ -46,7 +46,7 @@ pub(crate) fn reference_call<L: Linker>(
     call: &ReferenceCall,
     to: &mut Vec<Op>,
 ) -> Linking<Vec<Value>> {
-    let (reference, elements) = find_reference(site.tree, &call.member);
+    let (reference, elements) = find_reference(site, &call.member);
     let mut overrides = site.overrides.clone();
     for (component, value) in &call.overrides {
         overrides.retain(|(other, _)| other != component);
@@ -57,14 +57,14 @@ pub(crate) fn reference_call<L: Linker>(
         match elements.get(index).and_then(Option::as_ref) {
             Some(tree) => {
                 let prefix = format!("{}{path}.", site.prefix);
-                inline(linker, tree, prefix, call, &overrides, site.in_loop, to)
+                inline(linker, tree, prefix, call, &overrides, to)
             }
             None => {
                 // An array without elements has none that is unset.
                 let is_element = index < elements.len();
                 if reference.is_some_and(|reference| is_element && !reference.tested) {
                     let path = format!("{}{path}", site.prefix);
-                    linker.warnings.insert((site.tree.class.name.clone(), path));
+                    linker.warnings.insert((site.class().name.clone(), path));
                 }
                 defaults(linker, call, &overrides, to)
             }
@@ -87,7 +87,6 @@ fn inline<L: Linker>(
     prefix: String,
     call: &ReferenceCall,
     overrides: &[(StateComponent, Value)],
-    in_loop: bool,
     to: &mut Vec<Op>,
 ) -> Linking<Vec<Value>> {
     let class = &tree.class;
@@ -96,12 +95,9 @@ fn inline<L: Linker>(
     let Some(function) = differentiable.or_else(|| class.methods.get(&call.method)) else {
         return defaults(linker, call, overrides, to);
     };
-    let mut site = Site::new(tree, function, prefix, &mut linker.out);
+    let mut site = Site::new(Some(tree), function, prefix, &mut linker.out);
     site.overrides = overrides.to_vec();
-    site.in_loop = in_loop;
-    if in_loop {
-        linker.zero_slots(&mut site, to)?;
-    }
+    linker.begin_copy(&mut site, to)?;
     report_call(linker, &mut site, call, to)?;
     let takes_derivatives = linker.takes_derivatives || takes_derivatives(function);
     let outer = std::mem::replace(&mut linker.takes_derivatives, takes_derivatives);
@@ -203,16 +199,16 @@ struct Choice<'a> {
     results: &'a [Scalar],
 }
 
-/// Returns a reference of a class with its elements.
+/// Returns a reference of the class of a site, with its elements.
 pub(crate) fn find_reference<'a>(
-    tree: &'a ClassTree,
+    site: &Site<'a>,
     member: &str,
 ) -> (Option<&'a Reference>, &'a [Option<ClassTree>]) {
-    let index = tree.class.references.iter().position(|reference| reference.name == member);
-    match index {
-        Some(index) => (tree.class.references.get(index), &tree.references[index]),
-        None => (None, &[]),
-    }
+    let find = |tree: &'a ClassTree| {
+        let index = tree.class.references.iter().position(|it| it.name == member)?;
+        Some((tree.class.references.get(index), &*tree.references[index]))
+    };
+    site.tree.and_then(find).unwrap_or_default()
 }
 
 /// Returns the value of an output that its method leaves unset. If the default is another variable's value it is zero,

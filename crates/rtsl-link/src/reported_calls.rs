@@ -21,7 +21,7 @@ pub(crate) fn report_call<L: Linker>(
     call: &ReferenceCall,
     to: &mut Vec<Op>,
 ) -> Linking<()> {
-    if !site.tree.class.is_traced {
+    if !site.class().is_traced {
         return Ok(());
     }
     let (mut values, mut operands) = (Vec::new(), Vec::new());
@@ -66,7 +66,7 @@ pub(crate) fn report_return<L: Linker>(
     results: &[Value],
     to: &mut Vec<Op>,
 ) -> Linking<()> {
-    if !site.tree.class.is_traced {
+    if !site.class().is_traced {
         return Ok(());
     }
     let mut by_variable: BTreeMap<u32, (&str, Vec<Value>)> = BTreeMap::new();
@@ -92,7 +92,7 @@ fn report<L: Linker>(
     (values, operands): (Vec<Arc<EventValue>>, Vec<Value>),
     to: &mut Vec<Op>,
 ) -> Linking<()> {
-    let method = format!("{}.{}", site.tree.class.name, call.method.name()).into();
+    let method = format!("{}.{}", site.class().name, call.method.name()).into();
     let event = Event { kind, method, place: None, values };
     linker.emit(to, OpKind::Report(Arc::new(event), operands), &[], false)?;
     Ok(())

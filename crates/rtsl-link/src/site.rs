@@ -1,13 +1,14 @@
 //! A function body that is being copied.
 
+use rtsl_ir::class::Class;
 use rtsl_ir::{Function, Index, IndexVec, StateComponent, Value, Variable, VariableId};
 
 use crate::class_tree::ClassTree;
 
 /// A function body that is being copied into a [draft](crate::Draft).
 pub struct Site<'a> {
-    /// The class of the function, with the classes that it refers to.
-    pub tree: &'a ClassTree,
+    /// The class of the function, with the classes that it refers to; `None` for a method that is linked already.
+    pub tree: Option<&'a ClassTree>,
     /// The function.
     pub function: &'a Function,
     /// The path to the instance: `""`, or `kd.`.
@@ -16,8 +17,6 @@ pub struct Site<'a> {
     pub is_root: bool,
     /// State that differs from that of the call; of several values of a component the last counts.
     pub overrides: Vec<(StateComponent, Value)>,
-    /// True within a loop, where the copy may run several times.
-    pub in_loop: bool,
     pub(crate) values: IndexVec<Value, Option<Value>>,
     pub(crate) variables: IndexVec<VariableId, Option<VariableId>>,
     /// The index of the function's first name in the draft.
@@ -27,7 +26,7 @@ pub struct Site<'a> {
 impl<'a> Site<'a> {
     /// Begins to copy a function into `out`. The names of its variables with storage of their own begin with `prefix`.
     pub fn new(
-        tree: &'a ClassTree,
+        tree: Option<&'a ClassTree>,
         function: &'a Function,
         prefix: String,
         out: &mut Function,
@@ -41,7 +40,6 @@ impl<'a> Site<'a> {
             overrides: Vec::new(),
             values: IndexVec::filled(function.values.len(), None),
             variables: IndexVec::filled(function.variables.len(), None),
-            in_loop: false,
         }
     }
 
@@ -64,6 +62,11 @@ impl<'a> Site<'a> {
             Index::Constant(index) => Index::Constant(index),
             Index::Dynamic(index) => Index::Dynamic(self.value(index)),
         }
+    }
+
+    /// The class of a function that is not linked yet.
+    pub(crate) fn class(&self) -> &'a Class {
+        &self.tree.expect("linked methods have no references").class
     }
 
     pub(crate) fn define(&mut self, value: Value, new: Value) {

@@ -1,16 +1,49 @@
 use std::sync::Arc;
 
 use expect_test::{Expect, expect};
-use rtsl_ir::class::Class;
+use rtsl_ir::Function;
+use rtsl_ir::class::{Class, Reference, ReferenceCount};
 use rtsl_ir::verify::verify;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Method, Role};
-use rtsl_testing::classes::class;
 
 use crate::{AttributeTable, ClassTree, Linked, link_function};
 
 fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
     tree.class.methods.get(&method).map(|function| link_function(tree, function))
+}
+
+/// A class with one method, and with the references that are named `name[count]`.
+fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str) -> Class {
+    let reference = |text: &&str| {
+        let (name, count) = match text.split_once('[') {
+            Some((name, count)) => {
+                let count = count.trim_end_matches(']').parse();
+                (name, count.map_or(ReferenceCount::Open, ReferenceCount::Array))
+            }
+            None => (*text, ReferenceCount::Single),
+        };
+        Reference { name: name.to_owned(), role: Role::Texture, count, tested: false }
+    };
+    Class {
+        name: name.to_owned(),
+        roles: vec![role],
+        documentation: None,
+        parameters: Vec::new(),
+        members: Vec::new(),
+        buffers: Vec::new(),
+        scratch: Vec::new(),
+        scratch_types: Vec::new(),
+        outputs: Vec::new(),
+        method_documentation: Default::default(),
+        is_traced: false,
+        differentiable: Default::default(),
+        attributes: Vec::new(),
+        references: references.iter().map(reference).collect(),
+        initializer: Function::new(format!("{name}.initializer")),
+        constructor: None,
+        methods: [(method, text.parse().unwrap())].into(),
+    }
 }
 
 fn texture(name: &str, references: &[&str], text: &str) -> Arc<Class> {

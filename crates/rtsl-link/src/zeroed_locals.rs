@@ -12,11 +12,14 @@ use crate::site::Site;
 const UNROLLED_LENGTH: u32 = 16;
 
 impl Draft {
-    /// Zeroes the locals of a body that may run several times.
+    /// Begins to copy a body: zeroes its locals if it may run several times.
     ///
     /// # Errors
     /// If the function becomes too large.
-    pub fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
+    pub fn begin_copy(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
+        if !self.in_loop {
+            return Ok(());
+        }
         let function = site.function;
         for (id, variable) in (0..).map(VariableId).zip(&function.variables) {
             if variable.kind != VariableKind::Local {

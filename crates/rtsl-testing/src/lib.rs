@@ -1,13 +1,12 @@
 //! Inputs and hosts shared by the tests of several crates.
 //!
 //! [`functions`] generates single-ray functions from random bytes, with storage and a host for them; [`checked`] parses
-//! and checks shader sources against the project's prelude; [`classes`] makes classes of functions; [`random`] has seeded random numbers; [`digest`] hashes
+//! and checks shader sources against the project's prelude; [`random`] has seeded random numbers; [`digest`] hashes
 //! pictures; [`turns`] tells ordinary runs from long ones.
 //!
 //! This crate is not published, and only tests depend on it.
 
 pub mod checked;
-pub mod classes;
 pub mod digest;
 pub mod functions;
 pub mod random;

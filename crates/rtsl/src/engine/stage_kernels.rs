@@ -163,8 +163,7 @@ impl Engine {
             }
             let left = searches_left(program, &linked);
             searches = left.iter().copied().zip(linked.len()..).collect();
-            let of = (&**program.program(), program.layout());
-            let link = || searched.link(&left, of, &is_read, self.compiler());
+            let link = || searched.link(&left, program.layout(), &is_read, self.compiler());
             let searching = nesting::with_deep_stack(link)?.into_iter();
             linked.extend(searching.map(|(function, layout, variant)| Linked {
                 function,

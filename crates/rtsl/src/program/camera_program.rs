@@ -114,7 +114,8 @@ impl CameraProgram {
         has_footprints: bool,
         compiler: &KernelCompiler,
     ) -> Result<(Function, Layout, Variant), Diagnostic> {
-        let linked = link_camera(self.program.tree(), &self.links, has_footprints)?.function;
+        let name = format!("{}.{}", self.program.class().name, Method::GenerateRay.name());
+        let linked = link_camera(name, &self.links, has_footprints)?.function;
         let variant = Variant::new(CallMode::Packet);
         let function = compiler.optimise_stage(linked, &variant, &self.layout);
         Ok((function, self.layout.clone(), variant))

@@ -123,7 +123,7 @@ impl SearchedScene {
     pub(crate) fn link(
         &self,
         searches: &[Search],
-        (program, stages): (&Program, &Layout),
+        stages: &Layout,
         is_read: &impl Fn(&str) -> bool,
         compiler: &KernelCompiler,
     ) -> Result<Vec<(Function, Layout, Variant)>, Diagnostic> {
@@ -134,7 +134,7 @@ impl SearchedScene {
         };
         let variant = Variant::new(CallMode::Packet).of_objects(self.objects.form().clone());
         let searches = searches.iter().map(|search| {
-            let mut linked = link_search(program.tree(), &self.links, *search)?.function;
+            let mut linked = link_search(&self.links, *search)?.function;
             if *search == Search::Nearest {
                 let outputs = linked.outputs.iter();
                 let read: Vec<bool> =

@@ -559,7 +559,7 @@ impl StagedProgram {
     ) -> Result<Function, Diagnostic> {
         if let (Method::Illumination, Some(lights)) = (self.method, &self.lights) {
             let lights = (&*lights.links, self.sampler);
-            return Ok(link_lights(self.program.tree(), lights)?.function);
+            return Ok(link_lights(lights)?.function);
         }
         let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.
@@ -596,7 +596,7 @@ impl StagedProgram {
             search: self.search.clone(),
             ..links
         };
-        Ok(link_stage(self.program.tree(), &stage.function, links)?.function)
+        Ok(link_stage(&stage.function, links)?.function)
     }
 
     /// The layout of the stages without surfaces.
