@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::{Constant, Op, Query, Scalar, StateComponent, Value};
+use rtsl_link::{LinkedMethod, Linking};
 use rtsl_spec::{Role, StateVariable};
 
 use crate::arithmetic::{Arithmetic, Vector, vector_at};
@@ -11,7 +12,6 @@ use crate::lights::{LitPoint, SampledColor, may_draw_only, set};
 use crate::stage::{Input, TIME_COLUMN, input};
 use crate::stage_linker::StageLinker;
 use crate::surface::ShapeLinks;
-use rtsl_link::{LinkedMethod, Linking};
 
 /// The member with the least distance of hits.
 pub const EPSILON: &str = "light.rt_Epsilon";

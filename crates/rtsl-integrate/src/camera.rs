@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::{Op, Output, Scalar, StateComponent, Value, Variable, VariableKind};
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, find_override};
 use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler};
 use rtsl_spec::lookup_state;
 
@@ -12,7 +13,6 @@ use crate::lights::set;
 use crate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::stage::{SurfaceLinks, TIME_COLUMN};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{Linked, LinkedMethod, Linker, Linking, find_override};
 
 /// The path to the members of the camera.
 pub const CAMERA: &str = "camera.";
@@ -255,7 +255,7 @@ impl CameraCode<'_, '_> {
 
 impl StageLinker {
     /// Stores the components of a state variable at the end of the function.
-    fn set_state(&mut self, name: &str, values: &[Value]) {
+    pub(crate) fn set_state(&mut self, name: &str, values: &[Value]) {
         let Some(state) = lookup_state(name) else { return };
         let variable = self.intern_variable(Variable {
             kind: VariableKind::State,

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, Scalar, Value, Variable, VariableKind,
 };
+use rtsl_link::Linking;
 
 use crate::area_light::AreaLightLink;
 use crate::arithmetic::Arithmetic;
 use crate::lights::LightLink;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// Lights of one class, which share their methods.
 #[derive(Clone, Debug)]

@@ -4,10 +4,10 @@
 //! searches for what blocks each. In others, a stage [keeps](super::kept_requests) a few, or makes requests.
 
 use rtsl_ir::{Index, Op, OpKind, Scalar, Value, Variable, VariableKind};
+use rtsl_link::Linking;
 
 use crate::spawning::Places;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// The number of scalars of a contribution, the operands of its query.
 pub const CONTRIBUTION_SCALARS: usize = 10;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::{Constant, Index, Op, OpKind, Output, Region, Scalar, Value, Variable, VariableKind};
+use rtsl_link::{Linked, Linker, Linking};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
@@ -17,7 +18,6 @@ use crate::sequences::Purpose;
 use crate::shade_call::ShadedSurface;
 use crate::stage::SurfaceLinks;
 use crate::stage_linker::StageLinker;
-use rtsl_link::{Linked, Linker, Linking};
 
 /// The number of answers to a request, and that of its operands but the index.
 const ANSWERS: &[Scalar] = ResumedBy::LightSample.answers();

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `sampler.rtsl` | [`sampler`], and [`sequences`] for their keys |
 //! | `camera.rtsl` | [`camera`] |
-//! | `surface.rtsl`, `space.rtsl` | [`surface`] |
+//! | `surface.rtsl`, `space.rtsl` | [`surface`], [`hit_surface`] for hosts |
 //! | `lights.rtsl` | [`light_selection`], [`lights`], [`area_light`], [`indexed_lights`] |
 //!
 //! [`search`] tests rays against the objects of small scenes, [`stage_search`] at the ends of stages. Requests that
@@ -20,6 +20,7 @@ mod arithmetic;
 pub mod camera;
 pub mod chosen_light;
 pub mod contribution;
+pub mod hit_surface;
 pub mod indexed_lights;
 pub mod kept_requests;
 pub mod light_selection;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use rtsl_ir::{Constant, Op, Scalar, Value, Variable, VariableKind};
+use rtsl_link::Linking;
 
 use crate::arithmetic::{Arithmetic, Vector};
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// The members with the fields of the hierarchy's nodes, and the numbers of their scalars.
 const NODE_FIELDS: [(&str, Scalar, u32); 4] = [

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::{BinaryOp, CompareOp, Op, OpKind, Query, Region, Scalar, StateComponent, Value};
+use rtsl_link::{LinkedMethod, Linker, Linking, default_of, find_override};
 use rtsl_math::sampling::Sampler;
 use rtsl_spec::{Role, lookup_state};
 
@@ -15,7 +16,6 @@ use crate::sequences::Purpose;
 use crate::stage::{TIME_COLUMN, asks_host};
 use crate::stage_linker::StageLinker;
 use crate::surface::needs_only;
-use rtsl_link::{LinkedMethod, Linker, Linking, default_of, find_override};
 
 /// The greatest number of lights that are linked, which bounds the data of stages.
 pub const MAX_LIGHTS: usize = 1 << 16;

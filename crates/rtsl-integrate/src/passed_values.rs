@@ -3,10 +3,10 @@
 //! A stage keeps such a value in a local, from which operations load it, and to which they store it, also in loops.
 
 use rtsl_ir::{Index, OpKind, Output, Region, Scalar, Value, Variable, VariableId, VariableKind};
+use rtsl_link::Linking;
 
 use crate::arithmetic::Arithmetic;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 impl StageLinker {
     /// Returns the local with the value that passes in a scratch array.

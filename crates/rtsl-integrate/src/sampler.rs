@@ -1,10 +1,10 @@
 //! Calls of the sampler's text, `prelude/renderer/sampler.rtsl`.
 
 use rtsl_ir::{Constant, Query, Scalar, Value};
+use rtsl_link::Linking;
 use rtsl_math::sampling::{NUMBERS_OF_PAIRS, NUMBERS_OF_SINGLES, Sampler, SamplerKind, hash};
 
 use crate::arithmetic::Arithmetic;
-use rtsl_link::Linking;
 
 /// The scratch array with the key of each path's sequences.
 pub const KEY_COLUMN: &str = "path.key";
@@ -133,7 +133,6 @@ mod tests {
     use rtsl_ir::host::NoHost;
     use rtsl_ir::{Function, Interpreter, Op, Output, Region, Storage, Variable};
     use rtsl_ir::{VariableId, VariableKind};
-
     use rtsl_link::Linker;
 
     use super::*;

@@ -11,6 +11,7 @@ use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, Output, Region, Scalar, StateComponent,
     UnaryOp, Value, Variable, VariableId, VariableKind,
 };
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, find_override};
 use rtsl_stages::{Port, ResumedBy};
 
 use crate::arithmetic::{Arithmetic, Vector};
@@ -18,7 +19,6 @@ use crate::sequences::Purpose;
 use crate::stage::TIME_COLUMN;
 use crate::stage_linker::StageLinker;
 use crate::surface::needs_only;
-use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, find_override};
 
 /// The member with the least distance of hits of rays that do not have their own.
 pub const EPSILON: &str = "search.epsilon";

@@ -6,6 +6,7 @@
 //! do not change.
 
 use rtsl_ir::{Op, Scalar, Value, VariableId};
+use rtsl_link::Linking;
 use rtsl_math::sampling::{
     NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_LIGHTS, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_RAND,
     NUMBERS_OF_SHAPES, Sampler,
@@ -15,7 +16,6 @@ use crate::arithmetic::Arithmetic;
 use crate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::search::SEARCHES_COLUMN;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// The number of sequences of a purpose among which those of a search count.
 pub const SEQUENCES_OF_SEARCH: u32 = 1 << 10;

@@ -7,6 +7,7 @@
 use rtsl_ir::{
     BinaryOp, CompareOp, Op, Query, SURFACE_SCALARS, Scalar, Value, Variable, VariableId,
 };
+use rtsl_link::Linking;
 use rtsl_math::sampling::{NUMBERS_OF_RAND, NUMBERS_OF_SHADE};
 
 use crate::arithmetic::{Arithmetic, Vector};
@@ -16,7 +17,6 @@ use crate::sequences::Purpose;
 use crate::spawning::CHILDREN_COLUMN;
 use crate::stage::first_of;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// The number of scalars of the surface that a material shades.
 pub const SHADED_SCALARS: usize = 10;

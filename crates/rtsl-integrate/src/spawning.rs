@@ -5,12 +5,12 @@
 //! Others make a request for each vector of lanes.
 
 use rtsl_ir::{Function, Op, OpKind, Query, Region, Scalar, UnaryOp, Value, Variable, VariableId};
+use rtsl_link::Linking;
 
 use crate::arithmetic::{Arithmetic, Vector};
 use crate::camera::WEIGHT_COLUMNS;
 use crate::sampler::KEY_COLUMN;
 use crate::stage_linker::StageLinker;
-use rtsl_link::Linking;
 
 /// The number of scalars of a spawned path, the operands of its query.
 pub const SPAWN_SCALARS: usize = 13;

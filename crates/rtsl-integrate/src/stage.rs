@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rtsl_ir::{
     Constant, Function, Op, OpKind, Query, SURFACE_SCALARS, Scalar, StateComponent, Value,
 };
+use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, default_of, find_override};
 use rtsl_math::sampling::Sampler;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{ATTRIBUTES, Role, StateVariable, TO_OBJECT, TO_WORLD, lookup_state};
@@ -21,7 +22,6 @@ use crate::sequences::Purpose;
 use crate::stage_linker::StageLinker;
 use crate::stage_search::StageSearch;
 use crate::surface::ShapeLinks;
-use rtsl_link::{Linked, LinkedMethod, Linker, Linking, Site, default_of, find_override};
 
 /// The scratch array with the time of each path within the shutter.
 pub const TIME_COLUMN: &str = "path.time";

@@ -9,6 +9,7 @@ use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, Variable,
     VariableKind,
 };
+use rtsl_link::{Linker, Linking};
 use rtsl_stages::Port;
 
 use crate::arithmetic::Arithmetic;
@@ -16,7 +17,6 @@ use crate::contribution::CONTRIBUTION_SCALARS;
 use crate::next_stages::NextStages;
 use crate::search::{Search, SearchCode, SearchLinks, SearchOperands};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{Linker, Linking};
 
 /// The scratch arrays with the sum of the contributions to a path that nothing blocked.
 pub const LIT_COLUMNS: [&str; 3] = ["path.lit.red", "path.lit.green", "path.lit.blue"];
@@ -249,12 +249,12 @@ mod tests {
 
     use rtsl_ir::Function;
     use rtsl_ir::verify::verify;
+    use rtsl_link::{Linked, LinkedMethod};
 
     use super::*;
     use crate::contribution::Contributions;
     use crate::search::SearchedClassLink;
     use crate::stage::{SurfaceLinks, link_stage};
-    use rtsl_link::{Linked, LinkedMethod};
 
     fn function(text: &str) -> Function {
         text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))

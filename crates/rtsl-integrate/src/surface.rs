@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_ir::{Op, Query, SURFACE_SCALARS, Scalar, StateComponent, UnaryOp, Value};
+use rtsl_link::{HitPlacement, LinkedMethod, Linker, Linking, default_of, find_override};
 use rtsl_opt::placed::PLACEMENT;
 use rtsl_spec::{ATTRIBUTES, MAX_ATTRIBUTE_SCALARS, Method, Role, lookup_state};
 
@@ -12,7 +13,6 @@ use crate::arithmetic::{Arithmetic, Vector, vector_at};
 use crate::light_selection::LightSelection;
 use crate::stage::{TIME_COLUMN, asks_host, first_of};
 use crate::stage_linker::StageLinker;
-use rtsl_link::{HitPlacement, LinkedMethod, Linker, Linking, default_of, find_override};
 
 /// The map from the space of a shape to the world.
 const FORWARD: &str = "rt_Forward";
@@ -38,7 +38,24 @@ pub struct ShapeLinks {
     pub is_sampled: bool,
     /// `samplePDF`, if it needs nothing but the ray and the hit.
     pub density: Option<Arc<LinkedMethod>>,
+    /// The data with their places.
+    pub places: Places,
 }
+
+/// The data with the places of shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// Members beside those of the shapes, which are in the world.
+    Members,
+    /// Scratch arrays that hosts set: see [`hit_surface`](crate::hit_surface).
+    Columns {
+        /// True if instances place groups of shapes.
+        are_grouped: bool,
+    },
+}
+
+/// The first scalar of the `rt_Group` in an `rt_Place`.
+const GROUP_OF_PLACE: usize = 42;
 
 /// The state that methods of shapes may read, of which the last two are texture coordinates.
 const INPUTS: [&str; 11] = [
@@ -89,6 +106,9 @@ impl ShapeLinks {
 
     /// Loads the place of a shape: an `rt_Place`.
     pub(crate) fn place(&self, code: &mut Arithmetic<'_>) -> Linking<Vec<Value>> {
+        if let Places::Columns { are_grouped } = self.places {
+            return code.place_in_columns(self.is_placed, are_grouped);
+        }
         let mut place = vec![code.boolean(self.is_placed)?];
         for name in [PLACEMENT, FORWARD, SIZES] {
             match self.is_placed {
@@ -103,6 +123,9 @@ impl ShapeLinks {
             true => code.load_member(&self.member(VOLUME), Scalar::F32)?,
             false => code.float(1.0)?,
         });
+        // The group is in the world.
+        place.push(code.boolean(false)?);
+        place.extend([code.float(0.0)?; 25]);
         Ok(place)
     }
 
@@ -118,7 +141,7 @@ impl ShapeLinks {
 }
 
 /// The computation of a surface's properties.
-struct SurfaceCode<'a> {
+pub(crate) struct SurfaceCode<'a> {
     shape: &'a ShapeLinks,
     /// The place of the shape: an `rt_Place`.
     place: Vec<Value>,
@@ -130,10 +153,20 @@ struct SurfaceCode<'a> {
 
 /// A ray with its hit: an `rt_Hit`.
 #[derive(Clone, Copy)]
-struct Hit {
-    origin: Vector,
-    direction: Vector,
-    distance: Value,
+pub(crate) struct Hit {
+    pub origin: Vector,
+    pub direction: Vector,
+    pub distance: Value,
+}
+
+/// A surface in the world: an `rt_Surface`.
+pub(crate) struct WorldSurface {
+    pub point: Vector,
+    pub geometric_normal: Vector,
+    pub shading_normal: Vector,
+    pub offset: Value,
+    /// `dpdu` and `dpdv`, then the widths of the footprint.
+    pub tangents: [Value; 8],
 }
 
 impl StageLinker {
@@ -153,7 +186,7 @@ impl StageLinker {
         self.scratch = scratch;
         called?;
         let code = &mut Arithmetic { linker: self, to };
-        surface.finish(code, hit, (operand("width"), operand("spread")))
+        surface.finish(code, hit, [operand("width"), operand("spread")])
     }
 
     /// Computes the result of [`Query::LightPdf`] for a surface with these operands; `None` if the host does.
@@ -214,7 +247,7 @@ impl Hit {
 
 impl<'a> SurfaceCode<'a> {
     /// Returns the inputs of methods, and the results of those that the class lacks.
-    fn begin(
+    pub fn begin(
         code: &mut Arithmetic<'_>,
         shape: &'a ShapeLinks,
         hit: Hit,
@@ -261,7 +294,7 @@ impl<'a> SurfaceCode<'a> {
         }));
     }
 
-    fn get(&self, name: &str, component: u32) -> Option<Value> {
+    pub fn get(&self, name: &str, component: u32) -> Option<Value> {
         let variable = lookup_state(name)?.index;
         find_override(&self.state, StateComponent { variable, component })
     }
@@ -271,7 +304,7 @@ impl<'a> SurfaceCode<'a> {
         [0, 1, 2].map(|axis| self.get(name, axis).expect("it has a default"))
     }
 
-    fn call_methods(
+    pub fn call_methods(
         &mut self,
         linker: &mut StageLinker,
         (hit, limit): (Hit, Value),
@@ -283,7 +316,7 @@ impl<'a> SurfaceCode<'a> {
     }
 
     /// Computes scratch and normals, which are normalised if further methods may read them.
-    fn find_normals(
+    pub fn find_normals(
         &mut self,
         linker: &mut StageLinker,
         (hit, limit): (Hit, Value),
@@ -295,8 +328,11 @@ impl<'a> SurfaceCode<'a> {
             let state = self.state.clone();
             self.set("rt_HitDistance", &[limit]);
             if shape.is_placed {
-                self.set("rt_RayOrigin", &hit.origin);
-                self.set("rt_RayDirection", &hit.direction);
+                let code = &mut Arithmetic { linker: &mut *linker, to: &mut *to };
+                let group = &self.place[GROUP_OF_PLACE..];
+                let in_group = code.call("rt_hitInGroup", &[group, &hit.scalars()].concat())?;
+                self.set("rt_RayOrigin", &in_group[..3]);
+                self.set("rt_RayDirection", &in_group[3..6]);
             }
             self.call_linked(linker, Method::Intersect, to)?;
             self.state = state;
@@ -333,7 +369,7 @@ impl<'a> SurfaceCode<'a> {
     }
 
     /// Copies a method's body, and notes the state that it sets.
-    fn call(
+    pub fn call(
         &mut self,
         linker: &mut StageLinker,
         method: &LinkedMethod,
@@ -349,10 +385,36 @@ impl<'a> SurfaceCode<'a> {
         &mut self,
         code: &mut Arithmetic<'_>,
         hit: Hit,
-        (width, spread): (Value, Value),
+        footprint: [Value; 2],
     ) -> Linking<Vec<Value>> {
-        let place = &self.place;
-        let mut operands = place.clone();
+        let surface = self.in_world(code, hit, footprint)?;
+        let normals = [surface.point, surface.geometric_normal, surface.shading_normal];
+        let mut properties = normals.as_flattened().to_vec();
+        properties.extend((0..2).filter_map(|it| self.get("rt_TextureUV", it)));
+        properties.extend((0..3).filter_map(|it| self.get("rt_TextureUVW", it)));
+        properties.extend(surface.tangents.into_iter().chain([surface.offset]));
+        let of_textures = ["rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
+        properties.extend(of_textures.iter().filter_map(|name| self.get(name, 0)));
+        let zero = code.float(0.0)?;
+        properties
+            .extend((0..MAX_ATTRIBUTE_SCALARS).map(|it| self.get(ATTRIBUTES, it).unwrap_or(zero)));
+        properties.extend(self.maps(code)?);
+        Ok(properties)
+    }
+
+    /// Returns the map from the world to the space of the shape, then the map back.
+    pub fn maps(&self, code: &mut Arithmetic<'_>) -> Linking<Vec<Value>> {
+        code.call("rt_mapsOfPlace", &self.place)
+    }
+
+    /// Returns the surface in the world, given the ray's width at its origin and the increase per unit of length.
+    pub fn in_world(
+        &self,
+        code: &mut Arithmetic<'_>,
+        hit: Hit,
+        footprint: [Value; 2],
+    ) -> Linking<WorldSurface> {
+        let mut operands = self.place.clone();
         for is_so in self.kind() {
             operands.push(code.boolean(is_so)?);
         }
@@ -369,20 +431,15 @@ impl<'a> SurfaceCode<'a> {
                 operands.push(self.result(code, name, component)?);
             }
         }
-        let surface =
-            code.call("rt_surfaceInWorld", &[&operands[..], &[width, spread]].concat())?;
-        let [normals, offset, tangents] = [0..9, 9..10, 10..18].map(|part| &surface[part]);
-        let mut properties = normals.to_vec();
-        properties.extend((0..2).filter_map(|it| self.get("rt_TextureUV", it)));
-        properties.extend((0..3).filter_map(|it| self.get("rt_TextureUVW", it)));
-        properties.extend([tangents, offset].concat());
-        let of_textures = ["rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
-        properties.extend(of_textures.iter().filter_map(|name| self.get(name, 0)));
-        let zero = code.float(0.0)?;
-        properties
-            .extend((0..MAX_ATTRIBUTE_SCALARS).map(|it| self.get(ATTRIBUTES, it).unwrap_or(zero)));
-        properties.extend(code.call("rt_mapsOfPlace", place)?);
-        Ok(properties)
+        let surface = code.call("rt_surfaceInWorld", &[&operands[..], &footprint].concat())?;
+        let tangents = surface[10..].try_into().expect("an `rt_Surface` ends with 8 scalars");
+        Ok(WorldSurface {
+            point: vector_at(&surface, 0),
+            geometric_normal: vector_at(&surface, 3),
+            shading_normal: vector_at(&surface, 6),
+            offset: surface[9],
+            tangents,
+        })
     }
 
     /// The parts of hits that the shape's methods set: an `rt_ShapeKind`.
@@ -404,7 +461,7 @@ impl<'a> SurfaceCode<'a> {
     }
 
     /// The density per solid angle of the world that the shape has set; 0 if it is none.
-    fn density(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<Value> {
+    pub fn density(&self, code: &mut Arithmetic<'_>, hit: Hit) -> Linking<Value> {
         let own = self.get("rt_PDF", 0).map_or_else(|| code.float(0.0), Ok)?;
         let directions = [hit.direction, self.local.direction];
         let operands = [&self.place[..], &[own], directions.as_flattened()].concat();

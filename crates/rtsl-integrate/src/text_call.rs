@@ -6,12 +6,12 @@ use rtsl_ir::{
     Constant, Function, Index, IndexVec, Op, OpKind, Region, Scalar, Value, Values, Variable,
     VariableId, VariableKind, evaluate,
 };
+use rtsl_link::{Linker, Linking, load_component};
 use rtsl_lower::LoweredFunction;
 
 use crate::arithmetic::Arithmetic;
 use crate::renderer_text::text_function;
 use crate::stage_linker::StageLinker;
-use rtsl_link::{Linker, Linking, load_component};
 
 /// A body that is being copied.
 struct TextCopy<'a> {

@@ -37,6 +37,8 @@ pub struct Draft {
     pub(crate) warnings: BTreeSet<(String, String)>,
     /// True within a loop, where copies may run several times.
     pub in_loop: bool,
+    /// True if copies of linked methods are reported as calls, for traces.
+    pub reports_calls: bool,
     /// The use of the attributes of objects.
     pub(crate) attributes: AttributeUse,
     /// True if derivatives may be taken of the called methods.

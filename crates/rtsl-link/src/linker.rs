@@ -16,6 +16,7 @@ use crate::draft::{Draft, Linking};
 use crate::linked_method::LinkedMethod;
 use crate::loads::named;
 use crate::reference_calls::{find_reference, is_set, reference_call};
+use crate::reported_calls::{report_linked_call, report_linked_return};
 use crate::site::Site;
 use crate::{errors, loads};
 
@@ -149,7 +150,13 @@ pub trait Linker: DerefMut<Target = Draft> + Sized {
         site.is_root = false;
         site.overrides = state;
         self.begin_copy(&mut site, to)?;
+        if self.reports_calls {
+            report_linked_call(self, &mut site, to)?;
+        }
         self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        if self.reports_calls {
+            report_linked_return(self, &site, to)?;
+        }
         Ok(self.note_outputs(&site))
     }
 

@@ -1,4 +1,4 @@
-//! Reports of the calls that one method makes of another, where both are traced.
+//! Reports of calls, for traces: of those that one method makes of another, and of linked methods that are copied.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::linker::Linker;
 use crate::loads::{load_member, load_state};
 use crate::site::Site;
 
-/// Reports the start of a called method, with the state that it reads.
+/// Reports the start of a method that is called through a reference, with the state and the members that it reads.
 pub(crate) fn report_call<L: Linker>(
     linker: &mut L,
     site: &mut Site<'_>,
@@ -24,41 +24,36 @@ pub(crate) fn report_call<L: Linker>(
     if !site.class().is_traced {
         return Ok(());
     }
-    let (mut values, mut operands) = (Vec::new(), Vec::new());
-    for variable in read(site, VariableKind::State) {
-        let info = site.function.variable(variable);
-        values.push(Arc::new(event_value(info)));
-        for component in 0..info.len {
-            operands.push(load_state(linker, site, variable, Index::Constant(component), to)?);
-        }
-    }
-    let reference = site.prefix.trim_end_matches('.').to_owned();
-    report(linker, site, call, EventKind::Call(reference), (values, operands), to)?;
-    report_members(linker, site, call, to)
+    let method = name_of(site, call);
+    report_start(linker, site, &method, to)
 }
 
-/// Reports the members that a called method reads.
-fn report_members<L: Linker>(
+/// Reports the start of a linked method that is copied, as if a host called it.
+pub(crate) fn report_linked_call<L: Linker>(
     linker: &mut L,
     site: &mut Site<'_>,
-    call: &ReferenceCall,
     to: &mut Vec<Op>,
 ) -> Linking<()> {
-    let (mut values, mut operands) = (Vec::new(), Vec::new());
-    for variable in read(site, VariableKind::Member) {
-        let info = site.function.variable(variable);
-        values.push(Arc::new(event_value(info)));
-        for component in 0..info.len {
-            operands.push(load_member(linker, site, variable, Index::Constant(component), to)?);
-        }
-    }
-    if values.is_empty() {
-        return Ok(());
-    }
-    report(linker, site, call, EventKind::Known, (values, operands), to)
+    report_start(linker, site, &site.function.name, to)
 }
 
-/// Reports the end of a called method, with its results.
+fn report_start<L: Linker>(
+    linker: &mut L,
+    site: &mut Site<'_>,
+    method: &str,
+    to: &mut Vec<Op>,
+) -> Linking<()> {
+    let reference = site.prefix.trim_end_matches('.').to_owned();
+    let state = read_values(linker, site, VariableKind::State, to)?;
+    report(linker, method, EventKind::Call(reference), state, to)?;
+    let members = read_values(linker, site, VariableKind::Member, to)?;
+    if members.values.is_empty() {
+        return Ok(());
+    }
+    report(linker, method, EventKind::Known, members, to)
+}
+
+/// Reports the end of a method that is called through a reference, with its results.
 pub(crate) fn report_return<L: Linker>(
     linker: &mut L,
     site: &Site<'_>,
@@ -74,26 +69,87 @@ pub(crate) fn report_return<L: Linker>(
         let name = component.variable().map_or("", |variable| variable.name);
         by_variable.entry(component.variable).or_insert((name, Vec::new())).1.push(*value);
     }
-    let (mut values, mut operands) = (Vec::new(), Vec::new());
+    let mut reported = Reported::default();
     for (name, components) in by_variable.into_values() {
         let (kind, scalar) = (VariableKind::State, Scalar::F32);
         let (name, len) = (name.to_owned(), components.len() as u32);
-        values.push(Arc::new(event_value(&Variable { kind, name, scalar, len })));
-        operands.extend(components);
+        reported.add(&Variable { kind, name, scalar, len }, components);
     }
-    report(linker, site, call, EventKind::Return, (values, operands), to)
+    report(linker, &name_of(site, call), EventKind::Return, reported, to)
+}
+
+/// Reports the end of a linked method that is copied, with the state that it sets.
+pub(crate) fn report_linked_return<L: Linker>(
+    linker: &mut L,
+    site: &Site<'_>,
+    to: &mut Vec<Op>,
+) -> Linking<()> {
+    let function = site.function;
+    let mut by_variable: BTreeMap<VariableId, Vec<Value>> = BTreeMap::new();
+    for (output, value) in function.outputs.iter().zip(&function.body.yields) {
+        let info = function.variable(output.variable);
+        if info.kind == VariableKind::State && is_recorded(&info.name, info.len) {
+            by_variable.entry(output.variable).or_default().push(site.value(*value));
+        }
+    }
+    let mut reported = Reported::default();
+    for (variable, components) in by_variable {
+        let len = components.len() as u32;
+        reported.add(&Variable { len, ..function.variable(variable).clone() }, components);
+    }
+    report(linker, &function.name, EventKind::Return, reported, to)
+}
+
+/// The name of a method that is called through a reference.
+fn name_of(site: &Site<'_>, call: &ReferenceCall) -> String {
+    format!("{}.{}", site.class().name, call.method.name())
+}
+
+/// Values that are reported, with the scalars.
+#[derive(Default)]
+struct Reported {
+    values: Vec<Arc<EventValue>>,
+    operands: Vec<Value>,
+}
+
+impl Reported {
+    fn add(&mut self, variable: &Variable, components: Vec<Value>) {
+        self.values.push(Arc::new(event_value(variable)));
+        self.operands.extend(components);
+    }
+}
+
+/// Loads the variables of a kind that a method reads.
+fn read_values<L: Linker>(
+    linker: &mut L,
+    site: &mut Site<'_>,
+    kind: VariableKind,
+    to: &mut Vec<Op>,
+) -> Linking<Reported> {
+    let mut reported = Reported::default();
+    for variable in read(site, kind) {
+        let info = site.function.variable(variable);
+        let mut components = Vec::new();
+        for component in 0..info.len {
+            let index = Index::Constant(component);
+            components.push(match kind {
+                VariableKind::State => load_state(linker, site, variable, index, to)?,
+                _ => load_member(linker, site, variable, index, to)?,
+            });
+        }
+        reported.add(info, components);
+    }
+    Ok(reported)
 }
 
 fn report<L: Linker>(
     linker: &mut L,
-    site: &Site<'_>,
-    call: &ReferenceCall,
+    method: &str,
     kind: EventKind,
-    (values, operands): (Vec<Arc<EventValue>>, Vec<Value>),
+    Reported { values, operands }: Reported,
     to: &mut Vec<Op>,
 ) -> Linking<()> {
-    let method = format!("{}.{}", site.class().name, call.method.name()).into();
-    let event = Event { kind, method, place: None, values };
+    let event = Event { kind, method: method.into(), place: None, values };
     linker.emit(to, OpKind::Report(Arc::new(event), operands), &[], false)?;
     Ok(())
 }

@@ -82,8 +82,10 @@ pub use program::searched_scene::{SearchedClass, SearchedItem, SearchedObject, S
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
 pub use program::staged_program::{ParameterValues, StageRequest, StageScene, StagedProgram};
 pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};
+pub use program::surface_request::{SurfaceForm, SurfaceRequest};
 pub use rtsl_integrate::area_light::PROVIDED_BY_LIGHT_SAMPLES;
 pub use rtsl_integrate::contribution::MAX_CONTRIBUTIONS;
+pub use rtsl_integrate::hit_surface::{SurfaceColumns, SurfaceNeeds, SurfaceResults};
 pub use rtsl_integrate::indexed_lights::SHADOW_LIMIT;
 pub use rtsl_integrate::light_selection::{LightContent, LightNode, LightSelection};
 pub use rtsl_integrate::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;

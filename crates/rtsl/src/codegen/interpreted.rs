@@ -10,8 +10,7 @@ use rtsl_packet::kernel::HIT_DISTANCE;
 
 use super::lane_calls;
 use super::lane_storage::{CallStorage, LaneStorage, LaneVariables};
-use super::trace::Trace;
-use super::traced_method::TracedMethod;
+use super::traced_method::Traced;
 
 /// A method that runs ray by ray.
 #[derive(Clone, Debug)]
@@ -22,7 +21,7 @@ pub(crate) struct InterpretedKernel {
     /// The variable of `rt_HitDistance`.
     distance: Option<VariableId>,
     signature: Signature,
-    traced: Option<TracedMethod>,
+    traced: Option<Traced>,
 }
 
 impl InterpretedKernel {
@@ -30,7 +29,7 @@ impl InterpretedKernel {
         function: &Function,
         layout: &Layout,
         signature: Signature,
-        trace: Option<Trace>,
+        traced: Option<Traced>,
     ) -> Result<InterpretedKernel, PrepareError> {
         let variables = LaneVariables::new(&function.variables, layout, &signature);
         let distance = function
@@ -40,11 +39,10 @@ impl InterpretedKernel {
                 variable.kind == VariableKind::State && variable.name == HIT_DISTANCE
             })
             .map(|index| VariableId(index as u32));
-        let interpreter = match trace {
+        let interpreter = match traced {
             Some(_) => Interpreter::prepare_observed(function)?,
             None => Interpreter::prepare(function)?,
         };
-        let traced = trace.map(|trace| TracedMethod::new(function, trace));
         Ok(InterpretedKernel { interpreter, variables, distance, signature, traced })
     }
 

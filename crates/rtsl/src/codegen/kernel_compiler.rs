@@ -34,7 +34,7 @@ use super::kernel_source::KernelSource;
 use super::options::{Backend, EngineOptions, Math};
 use super::packet_kernel::PacketKernel;
 use super::touched::recorded_state_components;
-use super::trace::Trace;
+use super::traced_method::Traced;
 use super::variant::Variant;
 use crate::{errors, nesting};
 
@@ -320,7 +320,9 @@ impl KernelCompiler {
     /// # Errors
     /// If there are no kernels of the width, or the interpreter can't run the function.
     pub fn interpreted(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
-        KernelCompiler::interpreted_for(source, self.options.trace.clone())
+        let trace = self.options.trace.clone();
+        let traced = trace.map(|trace| Traced::method(source.function, trace));
+        KernelCompiler::interpreted_for(source, traced)
     }
 
     /// Makes a kernel that neither a trace nor the costs of lines know: one of the renderer's own texts.
@@ -334,18 +336,32 @@ impl KernelCompiler {
         }
     }
 
+    /// Makes a kernel that has methods in it, whose calls it reports to a trace.
+    ///
+    /// # Errors
+    /// As for [`kernels`](Self::kernels).
+    pub fn linked_kernel(&self, source: KernelSource<'_>) -> Result<Kernel, Diagnostic> {
+        match &self.options.trace {
+            Some(trace) => {
+                let traced = Traced::linked(source.function, trace.clone());
+                KernelCompiler::interpreted_for(source, Some(traced))
+            }
+            None => Ok(self.kernels(&[source])?.pop().expect("each source has a kernel")),
+        }
+    }
+
     fn interpreted_for(
         source: KernelSource<'_>,
-        trace: Option<Trace>,
+        traced: Option<Traced>,
     ) -> Result<Kernel, Diagnostic> {
         source.check_width()?;
         let KernelSource { function, layout, .. } = source;
         let kernel = nesting::with_stack_for(function.nesting(), || {
             let mut signature = source.signature();
-            if trace.is_some() {
+            if traced.is_some() {
                 signature.state = recorded_state_components(function);
             }
-            InterpretedKernel::new(function, layout, signature, trace)
+            InterpretedKernel::new(function, layout, signature, traced)
         });
         let failed = |error| errors::code_generation(&function.name, &error);
         kernel.map(Kernel::interpreted).map_err(failed)

@@ -165,9 +165,14 @@ impl Trace {
         }
     }
 
-    /// Returns the observer of a run of a method for a ray.
-    pub(crate) fn observer<'a>(&'a self, of: (&'a Arc<str>, u32)) -> impl Observer + 'a {
-        Observing { trace: self, of }
+    /// Returns the observer of a run of a method for a ray, or of a function that reports what methods it calls.
+    pub(crate) fn observer<'a>(
+        &'a self,
+        method: Option<&Arc<str>>,
+        ray: u32,
+    ) -> impl Observer + 'a {
+        let depth = u32::from(method.is_some());
+        Observing { trace: self, called: method.cloned(), depth, ray }
     }
 
     fn entries(&self) -> MutexGuard<'_, Entries> {
@@ -178,8 +183,12 @@ impl Trace {
 /// The observer of a run.
 struct Observing<'a> {
     trace: &'a Trace,
-    /// The method that the host has called, and the index of the ray.
-    of: (&'a Arc<str>, u32),
+    /// The method that the host calls, or the function as a host would; `None` between such calls.
+    called: Option<Arc<str>>,
+    /// The number of calls that have not ended.
+    depth: u32,
+    /// The index of the ray.
+    ray: u32,
 }
 
 impl Observer for Observing<'_> {
@@ -187,7 +196,7 @@ impl Observer for Observing<'_> {
         if self.trace.0.detail < detail_of(&event.kind) {
             return;
         }
-        let of = (&event.method, self.of.1);
+        let of = (&event.method, self.ray);
         let place = event.place.clone();
         let mut values = event.reported(words);
         let mut entries = self.trace.entries();
@@ -202,10 +211,19 @@ impl Observer for Observing<'_> {
                 }
             }
             EventKind::Call(reference) => {
-                let kind = TraceKind::Call(Some(reference.clone()), values.collect());
+                self.depth += 1;
+                self.called.get_or_insert_with(|| event.method.clone());
+                let reference = (!reference.is_empty()).then(|| reference.clone());
+                let kind = TraceKind::Call(reference, values.collect());
                 entries.begin(of, None, kind);
             }
-            EventKind::Return => entries.end(of, None, TraceKind::Return(values.collect())),
+            EventKind::Return => {
+                self.depth -= 1;
+                if self.depth == 0 {
+                    self.called = None;
+                }
+                entries.end(of, None, TraceKind::Return(values.collect()));
+            }
             EventKind::Statement => entries.push(of, place, TraceKind::Statement),
             EventKind::Condition => {
                 let is_true = words.first().is_some_and(|word| *word != 0);
@@ -221,14 +239,20 @@ impl Observer for Observing<'_> {
     }
 
     fn made(&mut self, Spoilt { value, number, place }: Spoilt) {
-        if self.trace.0.detail >= TraceDetail::Steps {
-            self.trace.entries().push(self.of, place, TraceKind::Made(value, number));
+        if let Some(method) = &self.called
+            && self.trace.0.detail >= TraceDetail::Steps
+        {
+            let kind = TraceKind::Made(value, number);
+            self.trace.entries().push((method, self.ray), place, kind);
         }
     }
 
     fn spoilt(&mut self, Spoilt { value, number, place }: Spoilt) {
-        if self.trace.has_calls() {
-            self.trace.entries().push(self.of, place, TraceKind::NotFinite(value, number));
+        if let Some(method) = &self.called
+            && self.trace.has_calls()
+        {
+            let kind = TraceKind::NotFinite(value, number);
+            self.trace.entries().push((method, self.ray), place, kind);
         }
     }
 }

@@ -15,6 +15,46 @@ use rtsl_link::reported_calls::{event_value, is_recorded, known_at_reads};
 use super::recording::TracedValue;
 use super::trace::Trace;
 
+/// A function with its trace.
+#[derive(Clone, Debug)]
+pub(crate) enum Traced {
+    /// A method, each of whose runs is a call by a host.
+    Method(TracedMethod),
+    /// A function that reports the calls of the methods in it.
+    Linked(Trace),
+}
+
+impl Traced {
+    /// Returns a method with its trace.
+    pub fn method(function: &Function, trace: Trace) -> Traced {
+        trace.prepare(function);
+        Traced::Method(TracedMethod::new(function, trace))
+    }
+
+    /// Returns a function that reports the calls of the methods in it.
+    pub fn linked(function: &Function, trace: Trace) -> Traced {
+        trace.prepare(function);
+        Traced::Linked(trace)
+    }
+
+    /// Runs the function for one ray.
+    pub fn run(
+        &self,
+        interpreter: &mut Interpreter,
+        lane: u32,
+        storage: &mut impl Storage,
+        host: &mut dyn Host,
+    ) -> Outcome {
+        match self {
+            Traced::Method(method) => method.run(interpreter, lane, storage, host),
+            Traced::Linked(trace) if trace.is_on() => {
+                interpreter.run_observed(lane, storage, host, &mut trace.observer(None, lane))
+            }
+            Traced::Linked(_) => interpreter.run(lane, storage, host),
+        }
+    }
+}
+
 /// A method with its trace.
 #[derive(Clone, Debug)]
 pub(crate) struct TracedMethod {
@@ -39,14 +79,13 @@ struct HostVariable {
 }
 
 impl TracedMethod {
-    pub fn new(function: &Function, trace: Trace) -> TracedMethod {
+    fn new(function: &Function, trace: Trace) -> TracedMethod {
         let mut read = BTreeSet::new();
         function.body.for_each_op(&mut |op| {
             if let OpKind::Load(variable, _) = op.kind {
                 read.insert(variable);
             }
         });
-        trace.prepare(function);
         let written = function.outputs.iter().map(|output| output.variable).collect();
         let is_accepted = |id: &VariableId| function.variable(*id).kind == VariableKind::Accepted;
         TracedMethod {
@@ -60,7 +99,7 @@ impl TracedMethod {
     }
 
     /// Runs the method for one ray.
-    pub fn run(
+    fn run(
         &self,
         interpreter: &mut Interpreter,
         lane: u32,
@@ -76,7 +115,7 @@ impl TracedMethod {
             self.trace.begin_call(of, values(&self.inputs, load), values(&self.members, load));
         }
         let mut kept = KeptOutputs { storage, outputs: Vec::new() };
-        let observer = &mut self.trace.observer(of);
+        let observer = &mut self.trace.observer(Some(&self.name), lane);
         let outcome = interpreter.run_observed(lane, &mut kept, host, observer);
         let set = kept.outputs;
         let mut outputs = values(&self.outputs, |it, component| {

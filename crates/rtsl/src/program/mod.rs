@@ -14,3 +14,4 @@ pub(crate) mod searched_scene;
 pub(crate) mod stage_lights;
 pub(crate) mod staged_program;
 pub(crate) mod surface_class;
+pub(crate) mod surface_request;

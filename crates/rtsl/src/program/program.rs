@@ -18,6 +18,7 @@ use rtsl_spec::Method;
 use super::elements::ElementMaker;
 use super::kernel_cache::KernelCache;
 use super::kernel_description::describe_kernel;
+use super::surface_request::SurfaceKernels;
 use crate::codegen::callback::Callback;
 use crate::codegen::emit::EmitRequest;
 use crate::codegen::kernel::Kernel;
@@ -64,6 +65,7 @@ pub struct Program {
     /// The methods that defer light: see [`Program::deferring_method`].
     deferring: MethodTable,
     kernels: KernelCache,
+    surfaces: SurfaceKernels,
     callbacks: Mutex<BTreeMap<Callback, CompiledCallback>>,
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
@@ -84,6 +86,7 @@ impl Program {
         let deferring = deferring.filter(|it| methods.contains_key(it));
         let deferring = deferring.map(|it| (it, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
+        let surfaces = SurfaceKernels::default();
         let callbacks = Mutex::default();
         Program {
             compiler,
@@ -93,6 +96,7 @@ impl Program {
             methods,
             deferring,
             kernels,
+            surfaces,
             callbacks,
             elements,
         }
@@ -543,5 +547,13 @@ impl Program {
 
     pub(crate) fn tree(&self) -> &ClassTree {
         &self.tree
+    }
+
+    pub(super) fn surfaces(&self) -> &SurfaceKernels {
+        &self.surfaces
+    }
+
+    pub(super) fn compiler(&self) -> &KernelCompiler {
+        &self.compiler
     }
 }

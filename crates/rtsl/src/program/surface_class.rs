@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
 use rtsl_integrate::stage::{Answer, SurfaceLinks, SurfaceMethod};
-use rtsl_integrate::surface::ShapeLinks;
+use rtsl_integrate::surface::{Places, ShapeLinks};
 use rtsl_ir::Query;
 use rtsl_link::LinkedMethod;
 use rtsl_source::Diagnostic;
@@ -51,11 +51,9 @@ impl ShapeClass {
         prefix: String,
         (is_placed, is_sampled): (bool, bool),
     ) -> Option<ShapeClass> {
-        let describing =
-            [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
         let linked = |method: Method| Some((method, program.method(method).ok()?));
         let mut methods: BTreeMap<Method, Arc<LinkedMethod>> =
-            describing.into_iter().filter_map(linked).collect();
+            DESCRIBING.into_iter().filter_map(linked).collect();
         if methods.values().any(|method| method.reads_scratch) {
             let intersect = program.placed_method(Method::Intersect, is_placed).ok()?;
             methods.insert(Method::Intersect, intersect);
@@ -63,7 +61,8 @@ impl ShapeClass {
         let density = program.method(Method::SamplePdf).ok().filter(|_| is_sampled);
         let is_sampled = density.is_some();
         let density = density.and_then(ShapeLinks::linked_density);
-        let links = ShapeLinks { prefix, methods, is_placed, is_sampled, density };
+        let places = Places::Members;
+        let links = ShapeLinks { prefix, methods, is_placed, is_sampled, density, places };
         Some(ShapeClass { program: program.clone(), links })
     }
 
@@ -115,6 +114,10 @@ pub struct SurfaceObject<'a> {
     /// The shape, if the class has them.
     pub shape: Option<ShapeObject>,
 }
+
+/// The methods of shapes that describe surfaces.
+pub(super) const DESCRIBING: [Method; 3] =
+    [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
 
 /// The path to the members of shapes in linked stages.
 const SHAPE: &str = "shape.";
