@@ -154,8 +154,7 @@ impl Subject<Rays> for Way {
                 match self {
                     Way::Single(kernel) => {
                         for block in &*instances {
-                            let instances = Instances::One(block);
-                            call(kernel, (state, scratch, accepted), instances);
+                            call(kernel, state, scratch, accepted, Instances::One(block));
                         }
                     }
                     Way::Together(kernel) => {
@@ -175,7 +174,9 @@ impl Subject<Rays> for Way {
 #[inline(always)]
 fn call(
     kernel: &Kernel,
-    (state, scratch, accepted): (&mut LaneBlock, &mut LaneBlock, &mut LaneMask),
+    state: &mut LaneBlock,
+    scratch: &mut LaneBlock,
+    accepted: &mut LaneMask,
     instances: Instances<'_>,
 ) {
     let status = kernel.call(CallArguments {

@@ -223,7 +223,8 @@ impl<const N: usize> InterleavedTraversal<N> {
         stacks: &mut RayStacks,
         ray: usize,
         met: u64,
-        (node, entries): (&Node8, f32x8<S>),
+        node: &Node8,
+        entries: f32x8<S>,
     ) {
         let (low, high) = entries_by_slot(simd, node, entries);
         let all: u64x8<S> = low.combine(high).bitcast();
@@ -334,7 +335,7 @@ mod tests {
                 let mut of_node = NodeVisits::NONE;
                 of_node.set(simd, &node, entries);
                 first.push(one, 0, met, &of_node);
-                second.push_in_register(simd, other, 0, met, (&node, entries));
+                second.push_in_register(simd, other, 0, met, &node, entries);
             });
             let end = first.ends[0];
             assert_eq!(end, second.ends[0]);

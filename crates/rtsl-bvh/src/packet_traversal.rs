@@ -55,6 +55,13 @@ pub(super) const MAX_NODES_FOR_PACKETS: usize = 4;
 
 type PacketOuter<'a> = InstanceContext<'a, PacketSpace<'a>>;
 
+/// A packet in a group.
+struct PacketGroup<'a, 'p> {
+    tree: &'a Bvh8,
+    space: &'p PacketSpace<'p>,
+    outer: Option<&'p PacketOuter<'p>>,
+}
+
 impl<'a, O: Objects> Traversal<'a, O> {
     /// Traverses a group with a packet.
     pub fn visit_group_with_packet<S: Simd>(
@@ -68,19 +75,20 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
+                let group = PacketGroup { tree: &group.tree, space, outer };
                 for leaf in group.tree.unbounded() {
-                    let all = Node8::ALL_ITEMS;
-                    self.visit_leaf_with_packet(simd, leaf, all, space, lanes, outer);
+                    self.visit_leaf_with_packet(simd, &group, leaf, Node8::ALL_ITEMS, lanes);
                 }
                 let Some(root) = group.tree.root else { return };
-                self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
+                self.visit_tree_with_packet(simd, &group, root, lanes);
             },
         );
     }
 
     /// Returns the number of rays below which they continue as single rays from a child.
     #[inline(always)]
-    fn fewest(&self, space: &PacketSpace<'_>, tree: &Bvh8, child: Child) -> u32 {
+    fn fewest(&self, group: &PacketGroup<'_, '_>, child: Child) -> u32 {
+        let PacketGroup { tree, space, outer: _ } = group;
         if child.is_leaf() {
             let is_instance = tree.heads[child.index()].class == INSTANCE;
             return if is_instance { MIN_AT_INSTANCES } else { MIN_AT_LEAVES };
@@ -97,23 +105,21 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_tree_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        group: &'a Group,
+        group: &PacketGroup<'a, '_>,
         root: Child,
-        space: &PacketSpace<'_>,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
+        let PacketGroup { tree, space, outer: _ } = *group;
         let base = self.visits.packets.len();
         // Incoherent rays often miss the whole tree.
         let lanes = match space.interval.is_loose() {
-            true => space.test(simd, &group.tree.bounds, lanes, &self.hits.distance),
+            true => space.test(simd, &tree.bounds, lanes, &self.hits.distance),
             false => lanes,
         };
-        if lanes.count_ones() < self.fewest(space, &group.tree, root) {
-            return self.visit_with_rays(simd, group, root, space, lanes, outer);
+        if lanes.count_ones() < self.fewest(group, root) {
+            return self.visit_with_rays(simd, group, root, lanes);
         }
-        let all = Node8::ALL_ITEMS;
-        self.visit_child_with_packet(simd, group, (root, all), space, lanes, outer);
+        self.visit_child_with_packet(simd, group, root, Node8::ALL_ITEMS, lanes);
         // Leaf children of one node may share a leaf, of which few lanes test all items at once.
         let mut tested = (Child::END, 0);
         while self.visits.packets.len() > base {
@@ -122,21 +128,20 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if lanes == 0 {
                 continue;
             }
-            let node = &group.tree.nodes[visit.node as usize];
+            let node = &tree.nodes[visit.node as usize];
             let slot = visit.child as usize % SIMD_LANES;
             let child = node.children[slot];
             let lanes =
                 test_child(simd, &node.boxes.get(slot), child, space, lanes, &self.hits.distance);
-            if lanes.count_ones() >= self.fewest(space, &group.tree, child) {
-                let child = (child, node.items[slot]);
-                self.visit_child_with_packet(simd, group, child, space, lanes, outer);
+            if lanes.count_ones() >= self.fewest(group, child) {
+                self.visit_child_with_packet(simd, group, child, node.items[slot], lanes);
             } else if child.is_leaf() {
                 let (last_leaf, lanes_of_last) = tested;
                 let known = if last_leaf == child { lanes_of_last } else { 0 };
-                self.visit_leaves_with_few(simd, group, child, space, lanes & !known, outer);
+                self.visit_leaves_with_few(simd, group, child, lanes & !known);
                 tested = (child, known | lanes);
             } else {
-                self.visit_with_rays(simd, group, child, space, lanes, outer);
+                self.visit_with_rays(simd, group, child, lanes);
             }
         }
     }
@@ -146,15 +151,14 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_child_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        group: &'a Group,
-        (child, items): (Child, u8),
-        space: &PacketSpace<'_>,
+        group: &PacketGroup<'a, '_>,
+        child: Child,
+        items: u8,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
         if child.is_leaf() {
             for leaf in group.tree.leaf_run(child.index()) {
-                self.visit_leaf_with_packet(simd, leaf, items, space, lanes, outer);
+                self.visit_leaf_with_packet(simd, group, leaf, items, lanes);
             }
             return;
         }
@@ -162,13 +166,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let node = &group.tree.nodes[child.index()];
         let farthest = self.farthest(simd, lanes);
         let (mut met, entries) =
-            space.interval.test(simd, &node.boxes, node.count as usize, farthest);
+            group.space.interval.test(simd, &node.boxes, node.count as usize, farthest);
         let entries = entries.to_array();
         let base = self.visits.packets.len();
         while met != 0 {
             let slot = met.trailing_zeros();
             met &= met - 1;
-            self.fetch(&group.tree, node.children[slot as usize % SIMD_LANES]);
+            self.fetch(group.tree, node.children[slot as usize % SIMD_LANES]);
             self.visits.packets.push(PacketVisit {
                 node: child.index() as u32,
                 child: slot,
@@ -196,20 +200,19 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_with_rays<S: Simd>(
         &mut self,
         simd: S,
-        group: &'a Group,
+        group: &PacketGroup<'a, '_>,
         child: Child,
-        space: &PacketSpace<'_>,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
         if lanes == 0 {
             return;
         }
+        let PacketGroup { tree, space, outer } = *group;
         let mut scene_rays = SmallVec::new();
         let outer = outer.map(|outer| outer.with_rays(&mut scene_rays, lanes));
         let mut rays = SmallVec::new();
         LoadedRay::add_of_packet(&mut rays, simd, self.objects, space, lanes);
-        self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
+        self.visit_tree_with_rays(simd, tree, child, &rays, outer.as_ref());
     }
 
     /// Tests a few lanes against all items of a run of leaves, each ray by one call.
@@ -217,23 +220,21 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_leaves_with_few<S: Simd>(
         &mut self,
         simd: S,
-        group: &'a Group,
+        group: &PacketGroup<'a, '_>,
         child: Child,
-        space: &PacketSpace<'_>,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
         if lanes == 0 {
             return;
         }
+        let PacketGroup { tree, space, outer } = *group;
         let mut scene_rays = SmallVec::new();
         let outer = outer.map(|outer| outer.with_rays(&mut scene_rays, lanes));
         let mut rays = SmallVec::new();
         LoadedRay::add_of_packet(&mut rays, simd, self.objects, space, lanes);
-        let (heads, leaves) = (&group.tree.heads, &group.tree.leaves);
-        for (head, leaf) in heads.iter().zip(leaves).skip(child.index()) {
+        for (head, leaf) in tree.heads.iter().zip(&tree.leaves).skip(child.index()) {
             self.objects.visited(lanes);
-            self.visit_leaf_with_rays(simd, (*head, leaf), &rays, outer.as_ref());
+            self.visit_leaf_with_rays(simd, *head, leaf, &rays, outer.as_ref());
             if head.is_last {
                 break;
             }
@@ -244,12 +245,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_leaf_with_packet<S: Simd>(
         &mut self,
         simd: S,
+        group: &PacketGroup<'a, '_>,
         leaf: &'a Leaf,
         items: u8,
-        space: &PacketSpace<'_>,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
+        let space = group.space;
         self.objects.visited(lanes);
         let count = usize::from(leaf.count);
         let farthest = self.farthest(simd, lanes);
@@ -269,7 +270,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
                     self.visit_instance_with_packet(simd, leaf, index, space, lanes);
                 }
             } else {
-                self.test_object_with_packet(simd, (leaf, index), space, lanes, outer);
+                self.test_object_with_packet(simd, group, leaf, index, lanes);
             }
         }
     }
@@ -305,11 +306,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn test_object_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        (leaf, index): (&Leaf, usize),
-        space: &PacketSpace<'_>,
+        group: &PacketGroup<'_, '_>,
+        leaf: &Leaf,
+        index: usize,
         lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
     ) {
+        let PacketGroup { tree: _, space, outer } = *group;
         let hit = self.objects.packet(simd, space, leaf, index, lanes) & lanes;
         if hit == 0 {
             return;

@@ -74,8 +74,8 @@ impl TraversalRay {
     /// which it enters them, none less than its epsilon.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes, count: u32, limit: f32) -> (u64, f32x8<S>) {
-        let slabs = (self.origin, self.negative_inverse);
-        let (met, entry) = test(simd, slabs, boxes, (self.epsilon, limit));
+        let TraversalRay { origin, negative_inverse, epsilon, .. } = *self;
+        let (met, entry) = test(simd, origin, negative_inverse, boxes, epsilon, limit);
         (met.to_bitmask() & !(u64::MAX << count), entry)
     }
 }
@@ -86,8 +86,7 @@ impl StreamRay {
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes) -> (mask32x8<S>, f32x8<S>) {
         let ([x, y, z, epsilon], [slab_x, slab_y, slab_z, nearest]) = (self.start, self.slabs);
-        let slabs = ([x, y, z], [slab_x, slab_y, slab_z]);
-        test(simd, slabs, boxes, (epsilon, nearest))
+        test(simd, [x, y, z], [slab_x, slab_y, slab_z], boxes, epsilon, nearest)
     }
 }
 
@@ -95,9 +94,11 @@ impl StreamRay {
 #[inline(always)]
 fn test<S: Simd>(
     simd: S,
-    (origin, negative_inverse): ([f32; 3], [f32; 3]),
+    origin: [f32; 3],
+    negative_inverse: [f32; 3],
     boxes: &Boxes,
-    (epsilon, limit): (f32, f32),
+    epsilon: f32,
+    limit: f32,
 ) -> (mask32x8<S>, f32x8<S>) {
     let splat = |number: f32| f32x8::splat(simd, number);
     let slab = |axis: usize| {

@@ -7,7 +7,6 @@ use rtsl_math::SIMD_LANES;
 use smallvec::SmallVec;
 
 use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
-use super::geometry::Group;
 use super::interleaved_traversal::{
     FEW_INTERLEAVED, InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting,
 };
@@ -36,12 +35,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
     pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
-        group: &'a Group,
+        tree: &'a Bvh8,
         root: Child,
         rays: &[LoadedRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
-        let group = RayGroup { tree: &group.tree, rays, outer };
+        let group = RayGroup { tree, rays, outer };
         match rays.len() {
             ..=FEW_INTERLEAVED => self.interleave::<S, FEW_INTERLEAVED>(simd, &group, root),
             _ => self.interleave::<S, MAX_INTERLEAVED>(simd, &group, root),
@@ -89,7 +88,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
             let stacks = &mut self.visits.rays;
             if is_wide::<S>() {
-                interleaved.push_in_register(simd, stacks, ray_index, met, (node, entries));
+                interleaved.push_in_register(simd, stacks, ray_index, met, node, entries);
             } else {
                 of_node.set(simd, node, entries);
                 interleaved.push(stacks, ray_index, met, of_node);
@@ -164,7 +163,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
     pub fn visit_leaf_with_rays<S: Simd>(
         &mut self,
         simd: S,
-        (head, leaf): (LeafHead, &'a Leaf),
+        head: LeafHead,
+        leaf: &'a Leaf,
         rays: &[LoadedRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
@@ -300,7 +300,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         if let Some(root) = group.tree.root {
             let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
             let outer = InstanceContext { item, bounds, space };
-            self.visit_tree_with_rays(simd, group, root, moved, Some(&outer));
+            self.visit_tree_with_rays(simd, &group.tree, root, moved, Some(&outer));
         }
     }
 }

@@ -303,7 +303,7 @@ pub unsafe extern "C" fn rtsl_instance_set_floats(
 ) -> RtslResult {
     // Safety: the caller's promise.
     guard(|| unsafe {
-        set_numbers(instance, path, (values, count), Scalar::F32, |value| value.to_bits())
+        set_numbers(instance, path, values, count, Scalar::F32, |value| value.to_bits())
     })
 }
 
@@ -320,7 +320,7 @@ pub unsafe extern "C" fn rtsl_instance_set_ints(
 ) -> RtslResult {
     // Safety: the caller's promise.
     guard(|| unsafe {
-        set_numbers(instance, path, (values, count), Scalar::I32, |value| value.cast_unsigned())
+        set_numbers(instance, path, values, count, Scalar::I32, |value| value.cast_unsigned())
     })
 }
 
@@ -336,7 +336,7 @@ pub unsafe extern "C" fn rtsl_instance_set_uints(
     count: usize,
 ) -> RtslResult {
     // Safety: the caller's promise.
-    guard(|| unsafe { set_numbers(instance, path, (values, count), Scalar::U32, |value| *value) })
+    guard(|| unsafe { set_numbers(instance, path, values, count, Scalar::U32, |value| *value) })
 }
 
 /// The same for bools: bytes of 0 or another number.
@@ -352,7 +352,7 @@ pub unsafe extern "C" fn rtsl_instance_set_bools(
 ) -> RtslResult {
     // Safety: the caller's promise.
     guard(|| unsafe {
-        set_numbers(instance, path, (values, count), Scalar::Bool, |value| u32::from(*value != 0))
+        set_numbers(instance, path, values, count, Scalar::Bool, |value| u32::from(*value != 0))
     })
 }
 
@@ -361,7 +361,8 @@ pub unsafe extern "C" fn rtsl_instance_set_bools(
 unsafe fn set_numbers<T>(
     instance: RtslInstanceId,
     path: *const c_char,
-    (values, count): (*const T, usize),
+    values: *const T,
+    count: usize,
     scalar: Scalar,
     word: impl Fn(&T) -> u32,
 ) -> Result<(), Error> {

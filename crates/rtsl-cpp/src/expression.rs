@@ -192,7 +192,7 @@ impl Expression {
             Expression::Binary(operator, ..) => {
                 let mut operands = Vec::new();
                 let first = self.chain(operator.precedence, &mut operands);
-                lay_out_chain((*operator, first), &operands, room)
+                lay_out_chain(*operator, first, &operands, room)
             }
             Expression::Choice(condition, a, b) => {
                 let line = room.next_line();
@@ -333,7 +333,8 @@ fn parenthesised(inner: &Expression, needed: bool, room: Room) -> String {
 
 /// Lays out as many operands per line as fit, with line breaks before operators.
 fn lay_out_chain(
-    (outer, first): (Operator, &Expression),
+    outer: Operator,
+    first: &Expression,
     operands: &[(Operator, &Expression)],
     room: Room,
 ) -> String {

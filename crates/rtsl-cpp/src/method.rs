@@ -350,7 +350,9 @@ impl<'a> Writer<'a> {
             let (text, variable) = (target.name.clone(), target.variable);
             self.values[result] = Some(Expression::Atom { text, variable });
         }
-        self.write_branch(condition, &targets, blocks, values, (results, &used), out);
+        let scalars: Vec<Scalar> =
+            used.iter().map(|it| self.function.scalar(results.get(*it as u32))).collect();
+        self.write_branch(condition, &targets, blocks, values, &scalars, out);
     }
 
     fn write_branch(
@@ -359,7 +361,7 @@ impl<'a> Writer<'a> {
         targets: &[(Target, bool)],
         mut blocks: [Vec<Statement>; 2],
         mut values: [Vec<(Target, Expression)>; 2],
-        (results, used): (Values, &[usize]),
+        scalars: &[Scalar],
         out: &mut Vec<Statement>,
     ) {
         if blocks[0].is_empty() && !blocks[1].is_empty() {
@@ -367,10 +369,9 @@ impl<'a> Writer<'a> {
             blocks.swap(0, 1);
             values.swap(0, 1);
         }
-        let scalar = |position: usize| self.function.scalar(results.get(used[position] as u32));
         if let ([(target, true)], true) = (targets, blocks.iter().all(Vec::is_empty)) {
             let [then, otherwise] = values.map(|mut values| values.remove(0).1);
-            let (type_name, name) = (type_name(scalar(0)).to_owned(), target.name.clone());
+            let (type_name, name) = (type_name(scalars[0]).to_owned(), target.name.clone());
             let value = Some(Expression::choice(condition, then, otherwise));
             out.push(Statement::Define { is_constant: true, type_name, name, value });
             return;
@@ -379,11 +380,10 @@ impl<'a> Writer<'a> {
         let comes_first = blocks[1].is_empty();
         let [then_values, otherwise_values] = values;
         let mut left = Vec::new();
-        for (position, ((target, is_new), value)) in
-            targets.iter().zip(otherwise_values).enumerate()
+        for (((target, is_new), scalar), value) in targets.iter().zip(scalars).zip(otherwise_values)
         {
             let first = comes_first && target.variable.is_none();
-            let type_name = type_name(scalar(position)).to_owned();
+            let type_name = type_name(*scalar).to_owned();
             let name = target.name.clone();
             match (is_new, first) {
                 (true, _) => out.push(Statement::Define {

@@ -74,7 +74,7 @@ impl Writer<'_> {
                 self.answer("light_count", op.results.get(0), call, out);
             }
             OpKind::LightSample { index, point, normal, cosine } => {
-                self.light_sample(op.results, (*index, *point, *normal, *cosine), out);
+                self.light_sample(op.results, *index, *point, *normal, *cosine, out);
             }
             OpKind::Ambient => {
                 let ambient = self.array("ambient", out);
@@ -99,7 +99,10 @@ impl Writer<'_> {
     fn light_sample(
         &mut self,
         results: Values,
-        (index, point, normal, cosine): (Value, [Value; 3], [Value; 3], Value),
+        index: Value,
+        point: [Value; 3],
+        normal: [Value; 3],
+        cosine: Value,
         out: &mut Vec<Statement>,
     ) {
         let point = self.vector("point", point, out);

@@ -30,7 +30,7 @@ pub fn hints(document: &Document) -> Vec<Hint> {
         let locals = locals(document);
         for function in own {
             add_conversions(document, function, &mut hints);
-            add_uniform((&readers, &locals), function, &mut hints);
+            add_uniform(&readers, &locals, function, &mut hints);
         }
     });
     for span in document.analysis.contractions() {
@@ -72,7 +72,8 @@ fn locals(document: &Document) -> Locals<'_> {
 }
 
 fn add_uniform(
-    (readers, locals): (&RayReaders<'_>, &Locals<'_>),
+    readers: &RayReaders<'_>,
+    locals: &Locals<'_>,
     function: &Function,
     hints: &mut BTreeSet<Hint>,
 ) {

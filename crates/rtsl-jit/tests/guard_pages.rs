@@ -99,7 +99,8 @@ fn lowered(function: &Function, mode: CallMode, width: u32, interleave: Option<u
 /// Calls the kernel for so many rays with arrays of so many lanes.
 fn call(
     kernel: &CompiledKernel,
-    (count, lanes): (usize, usize),
+    count: usize,
+    lanes: usize,
     masked: bool,
     instances: Instances<'_>,
 ) -> Result<CallStatus, CallError> {
@@ -152,7 +153,7 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
                     };
                     let lanes = count.next_multiple_of(width);
                     for masked in [false, true] {
-                        let status = call(&kernel, (count, lanes), masked, instances);
+                        let status = call(&kernel, count, lanes, masked, instances);
                         let expected = match mode {
                             CallMode::Single if count != 1 || masked => Err(CallError::NotOneRay),
                             _ => Ok(CallStatus::default()),
@@ -160,7 +161,7 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
                         assert_eq!(status, expected, "{mode:?}, width {width}, {count} rays");
                     }
                     if lanes > 0 && mode != CallMode::Single {
-                        let status = call(&kernel, (count, lanes - 1), false, instances);
+                        let status = call(&kernel, count, lanes - 1, false, instances);
                         let given = lanes - 1;
                         let error = CallError::TooFewLanes { rays: count, needed: lanes, given };
                         assert_eq!(status, Err(error));

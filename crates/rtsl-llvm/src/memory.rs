@@ -241,7 +241,7 @@ impl Emitter<'_, '_> {
         let (index, by_lane) = self.clamp_index(index, id);
         if self.is_overwritten(variable) {
             let copy = self.copy_of_first_lane(table, variable);
-            return self.load_at(element, (copy, self.vector("ptr", false)), (index, by_lane));
+            return self.load_at(element, copy, self.vector("ptr", false), index, by_lane);
         }
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, variable.location * 8);
@@ -310,7 +310,7 @@ impl Emitter<'_, '_> {
             }
             Index::Dynamic(index) => {
                 let (index, by_lane) = self.clamp_index(index, id);
-                self.load_at(element, (base, pointers), (index, by_lane))
+                self.load_at(element, base, pointers, index, by_lane)
             }
         }
     }
@@ -319,8 +319,10 @@ impl Emitter<'_, '_> {
     pub fn load_at(
         &mut self,
         element: &'static str,
-        (base, pointers): (Operand, LlvmType),
-        (index, by_lane): (Operand, bool),
+        base: Operand,
+        pointers: LlvmType,
+        index: Operand,
+        by_lane: bool,
     ) -> Operand {
         let indices = self.vector("i32", by_lane);
         if by_lane && !pointers.is_vector() && !self.module.target.gathers {
@@ -390,7 +392,7 @@ impl Emitter<'_, '_> {
                 // The minimum is -1, for an empty buffer.
                 let zero = if lanes { Operand::Zero } else { Operand::Int(0) };
                 let index = self.clamp_one_side("smax", self.vector("i32", lanes), index, zero);
-                return self.load_at(element, (buffer.address, pointers), (index, lanes));
+                return self.load_at(element, buffer.address, pointers, index, lanes);
             }
             Index::Dynamic(index) => self.index_operand(index),
         };
@@ -406,7 +408,7 @@ impl Emitter<'_, '_> {
             buffer.last
         };
         let index = self.clamp(by_lane, index, last);
-        self.load_at(element, (buffer.address, pointers), (index, by_lane))
+        self.load_at(element, buffer.address, pointers, index, by_lane)
     }
 
     pub fn emit_length(&mut self, result: Value, id: VariableId) {

@@ -124,7 +124,7 @@ impl Emitter<'_, '_> {
     /// Loads a word of the objects in its memory form.
     fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
         if let Some((blocks, numbers)) = self.few_blocks().zip(self.object_numbers) {
-            return self.choose_word(element, word, (blocks, numbers));
+            return self.choose_word(element, word, blocks, numbers);
         }
         let (at, pointers) = self.object_word(word);
         match self.kernel.mode {
@@ -147,7 +147,8 @@ impl Emitter<'_, '_> {
         &mut self,
         element: &'static str,
         word: u32,
-        (blocks, numbers): (u32, Operand),
+        blocks: u32,
+        numbers: Operand,
     ) -> Operand {
         let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let at = self.offset(objects, word * ROW);
@@ -161,7 +162,7 @@ impl Emitter<'_, '_> {
             }
         };
         if self.width == 16 {
-            let rows = self.join_rows(element, (first, row.count), second);
+            let rows = self.join_rows(row, first, second);
             return self.permute(LlvmType { count: 16, ..row }, rows, numbers);
         }
         let of_first = self.permute(row, first, numbers);
@@ -196,26 +197,24 @@ impl Emitter<'_, '_> {
         let block = LlvmType { count: ty.count.min(offsets::OBJECTS_IN_BLOCK), ..ty };
         let align = block.count * 4;
         let bytes = self.block_bytes();
-        let mut row: Option<(Operand, u32)> = None;
+        let mut row = None;
         for number in 0..ty.count / block.count {
             let at = self.offset(at, number * bytes);
             let next = self.instruction(format_args!("load {block}, ptr {at}, align {align}"));
             row = Some(match row {
-                None => (next, block.count),
-                Some((row, count)) => (self.join_rows(element, (row, count), next), count * 2),
+                None => next,
+                Some(row) => self.join_rows(block, row, next),
             });
         }
-        row.expect("a chunk has lanes").0
+        row.expect("a chunk has lanes")
     }
 
-    /// Concatenates two vectors; at most two blocks, since no chunk of the leaf mode has more lanes.
-    fn join_rows(&mut self, element: &'static str, row: (Operand, u32), next: Operand) -> Operand {
-        let (row, count) = row;
-        let ty = LlvmType { element, count };
-        let order = (0..2 * count).map(|lane| format!("i32 {lane}")).collect::<Vec<_>>().join(", ");
+    /// Concatenates two vectors of a type; at most two blocks, since no chunk of the leaf mode has more lanes.
+    fn join_rows(&mut self, ty: LlvmType, row: Operand, next: Operand) -> Operand {
+        let count = 2 * ty.count;
+        let order = (0..count).map(|lane| format!("i32 {lane}")).collect::<Vec<_>>().join(", ");
         self.instruction(format_args!(
-            "shufflevector {ty} {row}, {ty} {next}, <{} x i32> <{order}>",
-            2 * count
+            "shufflevector {ty} {row}, {ty} {next}, <{count} x i32> <{order}>"
         ))
     }
 
@@ -242,10 +241,10 @@ impl Emitter<'_, '_> {
                 let (pointers, wide) = (self.lanes("ptr"), self.lanes("i64"));
                 let at =
                     self.instruction(format_args!("getelementptr i8, ptr {at}, {wide} {offsets}"));
-                self.load_at(element, (at, pointers), (rows, by_lane))
+                self.load_at(element, at, pointers, rows, by_lane)
             }
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
-                self.load_at(element, (at, pointers), (rows, by_lane))
+                self.load_at(element, at, pointers, rows, by_lane)
             }
         }
     }

@@ -99,9 +99,7 @@ impl<'m> Lowering<'m> {
             Special::Rand => Ok(vec![self.builder.push(OpKind::Rand).get(0)]),
             Special::Inside => self.lower_inside(span),
             Special::Change(along) => Ok(self.lower_change(along, &values[0])),
-            Special::Map(direction, mapped) => {
-                self.lower_map((direction, mapped), &values[0], span)
-            }
+            Special::Map(direction, mapped) => self.lower_map(direction, mapped, &values[0], span),
             Special::Rgb => Ok(values.concat()),
             Special::Any => {
                 let any = self.builder.bool(false);
@@ -163,7 +161,8 @@ impl<'m> Lowering<'m> {
     /// direction.
     pub fn lower_map(
         &mut self,
-        (direction, mapped): (Direction, Mapped),
+        direction: Direction,
+        mapped: Mapped,
         operand: &[Value],
         span: Span,
     ) -> Lowered<Vec<Value>> {

@@ -240,7 +240,7 @@ impl<'m> Lowering<'m> {
             Type::Void => None,
             ty => {
                 let rank = RANK_OF_PARAMETERS + self.frame.rank() + 1;
-                let result = self.new_variable(&function.name, ty, (false, rank), span)?;
+                let result = self.new_variable(&function.name, ty, false, rank, span)?;
                 let zeros = self.variable(result).layout.clone();
                 let zeros = self.zeros(&zeros);
                 self.set_variable(result, &zeros);
@@ -274,7 +274,7 @@ impl<'m> Lowering<'m> {
         let indexed = self.facts.of(function_id).indexed.contains(&Root::Local(id));
         let is_parameter = index < function.parameters.len();
         let rank = self.frame.rank() + if is_parameter { RANK_OF_PARAMETERS } else { 0 };
-        let variable = self.new_variable(&local.name, &local.ty, (indexed, rank), span)?;
+        let variable = self.new_variable(&local.name, &local.ty, indexed, rank, span)?;
         self.frame.locals[index] = Some(variable);
         Ok(variable)
     }

@@ -29,15 +29,15 @@ impl<'m> Lowering<'m> {
             }
             Type::Struct(_) => values.concat(),
             Type::Matrix(columns, rows) => {
-                let shape = (usize::from(*columns), usize::from(*rows));
+                let (columns, rows) = (usize::from(*columns), usize::from(*rows));
                 match (parts, &*values) {
                     ([Expression { ty: Type::Scalar(_), .. }], [scalar]) => {
-                        self.diagonal(shape, scalar[0])
+                        self.diagonal(columns, rows, scalar[0])
                     }
                     ([Expression { ty: Type::Matrix(_, of_rows), .. }], [matrix]) => {
-                        self.resize_matrix(shape, matrix, usize::from(*of_rows))
+                        self.resize_matrix(columns, rows, matrix, usize::from(*of_rows))
                     }
-                    _ => self.components(Scalar::F32, shape.0 * shape.1, &values.concat()),
+                    _ => self.components(Scalar::F32, columns * rows, &values.concat()),
                 }
             }
             Type::Scalar(scalar) => self.components(*scalar, 1, &values.concat()),
@@ -58,7 +58,7 @@ impl<'m> Lowering<'m> {
         chosen.take(count).map(|value| self.builder.convert(scalar, value)).collect()
     }
 
-    fn diagonal(&mut self, (columns, rows): (usize, usize), value: Value) -> Vec<Value> {
+    fn diagonal(&mut self, columns: usize, rows: usize, value: Value) -> Vec<Value> {
         let value = self.builder.convert(Scalar::F32, value);
         let zero = self.builder.constant(Constant::zero(Scalar::F32));
         let cells = (0..columns).flat_map(|column| (0..rows).map(move |row| column == row));
@@ -68,12 +68,13 @@ impl<'m> Lowering<'m> {
     /// The upper left of a matrix, with the rest from the identity.
     fn resize_matrix(
         &mut self,
-        (columns, rows): (usize, usize),
+        columns: usize,
+        rows: usize,
         matrix: &[Value],
         of_rows: usize,
     ) -> Vec<Value> {
         let one = self.builder.f32(1.0);
-        let mut resized = self.diagonal((columns, rows), one);
+        let mut resized = self.diagonal(columns, rows, one);
         for (column, from) in matrix.chunks(of_rows).take(columns).enumerate() {
             let kept = rows.min(of_rows);
             resized[column * rows..column * rows + kept].copy_from_slice(&from[..kept]);

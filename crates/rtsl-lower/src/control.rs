@@ -92,7 +92,8 @@ impl Lowering<'_> {
         let pairs: Vec<(Value, Value)> = given.iter().copied().chain(of_cells).collect();
 
         let empty = then.region.ops.is_empty() && otherwise.region.ops.is_empty();
-        let yielded = |pair: &&(Value, Value)| !empty && !self.is_plain(**pair);
+        let yielded =
+            |&&(then, otherwise): &&(Value, Value)| !empty && !self.is_plain(then, otherwise);
         let (then_yields, otherwise_yields) = pairs.iter().filter(yielded).copied().unzip();
         then.region.yields = then_yields;
         otherwise.region.yields = otherwise_yields;
@@ -104,9 +105,9 @@ impl Lowering<'_> {
 
         let mut results = results.into_iter();
         let mut joined: Vec<Value> = Vec::with_capacity(pairs.len());
-        for pair in pairs {
-            let value = if empty || self.is_plain(pair) {
-                self.join_plain(condition, pair)
+        for (then, otherwise) in pairs {
+            let value = if empty || self.is_plain(then, otherwise) {
+                self.join_plain(condition, then, otherwise)
             } else {
                 results.next().expect("a result for each yield")
             };
@@ -119,14 +120,13 @@ impl Lowering<'_> {
         joined
     }
 
-    /// True if the pair needs no result of the `if`: both values are the same, or both are
-    /// constants.
-    fn is_plain(&self, (then, otherwise): (Value, Value)) -> bool {
+    /// True if the two values need no result of the `if`: they are the same, or both are constants.
+    fn is_plain(&self, then: Value, otherwise: Value) -> bool {
         let known = |value| matches!(self.builder.known(value), Some(Constant::Bool(_)));
         then == otherwise || (known(then) && known(otherwise))
     }
 
-    fn join_plain(&mut self, condition: Value, (then, otherwise): (Value, Value)) -> Value {
+    fn join_plain(&mut self, condition: Value, then: Value, otherwise: Value) -> Value {
         match (self.builder.known(then), self.builder.known(otherwise)) {
             (Some(Constant::Bool(true)), Some(Constant::Bool(false))) => condition,
             (Some(Constant::Bool(false)), Some(Constant::Bool(true))) => {

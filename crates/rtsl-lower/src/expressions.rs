@@ -10,6 +10,7 @@ use crate::access::{Access, element_count};
 use crate::facts::{CHOICE, Root, root_of};
 use crate::layout::split_element;
 use crate::limits::Lowered;
+use crate::operators::Operand;
 use crate::parameters::reference_role;
 use crate::variables::RANK_OF_TEMPORARIES;
 use crate::{Lowering, Purpose};
@@ -159,7 +160,7 @@ impl<'m> Lowering<'m> {
             return Ok(self.choose(index, elements.collect()));
         }
         let copy =
-            self.new_variable("temporary", &whole.ty, (true, RANK_OF_TEMPORARIES), whole.span)?;
+            self.new_variable("temporary", &whole.ty, true, RANK_OF_TEMPORARIES, whole.span)?;
         self.set_variable(copy, &values);
         let access = Access::element(copy, index, &whole.ty, element, whole.span);
         let value = self.read(&access)?;
@@ -220,7 +221,8 @@ impl<'m> Lowering<'m> {
             values = match &link.kind {
                 ExpressionKind::Binary(operator, a, b) => {
                     let right = self.lower_expression(b)?;
-                    self.binary(*operator, (&a.ty, &values), (&b.ty, &right))
+                    let a = Operand { ty: &a.ty, values: &values };
+                    self.binary(*operator, a, Operand { ty: &b.ty, values: &right })
                 }
                 ExpressionKind::And(_, b) => self.lower_logical(false, values[0], b)?,
                 ExpressionKind::Or(_, b) => self.lower_logical(true, values[0], b)?,
@@ -285,7 +287,8 @@ impl<'m> Lowering<'m> {
                 Some(operator) => {
                     let old = lowering.read(&access)?;
                     let value_of = lowering.lower_expression(value)?;
-                    lowering.binary(operator, (&target.ty, &old), (&value.ty, &value_of))
+                    let old = Operand { ty: &target.ty, values: &old };
+                    lowering.binary(operator, old, Operand { ty: &value.ty, values: &value_of })
                 }
             };
             lowering.write(&access, &new)?;

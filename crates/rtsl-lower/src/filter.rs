@@ -43,7 +43,7 @@ impl Lowering<'_> {
             coordinates.push(self.scaled(along, side.width, span)?);
             let point = self.state_values(side.point, span)?;
             let point = self.scaled(point, side.width, span)?;
-            solid.push(self.lower_map((Direction::ToObject, Mapped::Vector), &point, span)?);
+            solid.push(self.lower_map(Direction::ToObject, Mapped::Vector, &point, span)?);
             points.push(point);
         }
         self.state_derivatives("rt_TextureUV", steps, &coordinates, span)?;

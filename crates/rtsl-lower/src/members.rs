@@ -165,7 +165,7 @@ impl<'m> Lowering<'m> {
             return Ok(host);
         }
         let values = self.read(&Access::whole(host, ty.clone(), *span))?;
-        let copy = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), *span)?;
+        let copy = self.new_variable(name, ty, self.is_indexed(id), RANK_OF_DATA, *span)?;
         self.set_variable(copy, &values);
         Ok(copy)
     }
@@ -177,7 +177,7 @@ impl<'m> Lowering<'m> {
         ty: &Type,
         span: Span,
     ) -> Lowered<SourceVariableId> {
-        let variable = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), span)?;
+        let variable = self.new_variable(name, ty, self.is_indexed(id), RANK_OF_DATA, span)?;
         let layout = self.variable(variable).layout.clone();
         let zeros = self.zeros(&layout);
         self.set_variable(variable, &zeros);

@@ -6,7 +6,11 @@ use rtsl_sema::hir::{BinaryOperator, StepOperator, Type};
 use crate::Lowering;
 
 /// A value with its type.
-type Operand<'a> = (&'a Type, &'a [Value]);
+#[derive(Clone, Copy)]
+pub struct Operand<'a> {
+    pub ty: &'a Type,
+    pub values: &'a [Value],
+}
 
 /// The scalar operation that a binary operator applies to each pair of components.
 enum Scalars {
@@ -24,29 +28,28 @@ impl Lowering<'_> {
     pub fn binary(
         &mut self,
         operator: BinaryOperator,
-        a: (&Type, &Vec<Value>),
-        b: (&Type, &Vec<Value>),
+        a: Operand<'_>,
+        b: Operand<'_>,
     ) -> Vec<Value> {
-        let (a, b): (Operand, Operand) = ((a.0, a.1), (b.0, b.1));
         if operator == BinaryOperator::Multiply
             && let Some(product) = self.linear_product(a, b)
         {
             return product;
         }
         match scalars_of(operator) {
-            Scalars::Compute(op) => {
-                self.componentwise(a.1, b.1, |lowering, a, b| lowering.builder.binary(op, a, b))
-            }
-            Scalars::Compare(op) => {
-                self.componentwise(a.1, b.1, |lowering, a, b| lowering.builder.compare(op, a, b))
-            }
-            Scalars::Shift(op) => self.componentwise(a.1, b.1, |lowering, a, b| {
+            Scalars::Compute(op) => self.componentwise(a.values, b.values, |lowering, a, b| {
+                lowering.builder.binary(op, a, b)
+            }),
+            Scalars::Compare(op) => self.componentwise(a.values, b.values, |lowering, a, b| {
+                lowering.builder.compare(op, a, b)
+            }),
+            Scalars::Shift(op) => self.componentwise(a.values, b.values, |lowering, a, b| {
                 let b = lowering.builder.convert(lowering.builder.scalar(a), b);
                 lowering.builder.binary(op, a, b)
             }),
-            Scalars::Equal => vec![self.equal(a.1, b.1)],
+            Scalars::Equal => vec![self.equal(a.values, b.values)],
             Scalars::NotEqual => {
-                let equal = self.equal(a.1, b.1);
+                let equal = self.equal(a.values, b.values);
                 vec![self.builder.not(equal)]
             }
         }
@@ -74,23 +77,23 @@ impl Lowering<'_> {
     }
 
     /// A product of matrices and vectors; `None` for componentwise products.
-    fn linear_product(&mut self, a: Operand, b: Operand) -> Option<Vec<Value>> {
-        match (a.0, b.0) {
+    fn linear_product(&mut self, a: Operand<'_>, b: Operand<'_>) -> Option<Vec<Value>> {
+        match (a.ty, b.ty) {
             (Type::Matrix(inner, rows), Type::Matrix(columns, _)) => {
                 let (inner, rows) = (usize::from(*inner), usize::from(*rows));
                 let mut product = Vec::new();
                 for column in 0..usize::from(*columns) {
-                    let column = &b.1[column * inner..(column + 1) * inner];
-                    product.extend(self.matrix_times_column(a.1, rows, column));
+                    let column = &b.values[column * inner..(column + 1) * inner];
+                    product.extend(self.matrix_times_column(a.values, rows, column));
                 }
                 Some(product)
             }
             (Type::Matrix(_, rows), Type::Vector(..)) => {
-                Some(self.matrix_times_column(a.1, usize::from(*rows), b.1))
+                Some(self.matrix_times_column(a.values, usize::from(*rows), b.values))
             }
             (Type::Vector(..), Type::Matrix(_, rows)) => {
-                let columns = b.1.chunks(usize::from(*rows));
-                Some(columns.map(|column| self.sum_of_products(a.1, column)).collect())
+                let columns = b.values.chunks(usize::from(*rows));
+                Some(columns.map(|column| self.sum_of_products(a.values, column)).collect())
             }
             _ => None,
         }

@@ -74,7 +74,8 @@ impl Lowering<'_> {
         &mut self,
         name: &str,
         ty: &Type,
-        (indexed, rank): (bool, u8),
+        indexed: bool,
+        rank: u8,
         span: Span,
     ) -> Lowered<SourceVariableId> {
         let layout = self.layouts.layout(ty, span)?;

@@ -3,6 +3,7 @@
 use crate::class::{self, Header};
 use crate::document::{ElementId, Fault};
 use crate::graph::{Graph, ScopeId};
+use crate::shader::Shader;
 use crate::special::At;
 use crate::statements::Value;
 use crate::surface::Setting;
@@ -53,18 +54,19 @@ pub struct Hair {
     pub opacity: Option<String>,
 }
 
-/// Reads the surface and its closure, each with its scope.
+/// Reads the surface of a shader, and its closure, a node in a scope.
 ///
 /// # Errors
 /// If an input cannot be computed.
 pub fn hair(
     graph: &mut Graph<'_>,
-    surface: (ScopeId, ElementId),
-    (scope, node): (ScopeId, ElementId),
+    shader: &Shader,
+    scope: ScopeId,
+    node: ElementId,
 ) -> Result<Hair, Fault> {
-    warn_of_ignored(graph, surface.1, &["edf"]);
+    warn_of_ignored(graph, shader.node, &["edf"]);
     warn_of_ignored(graph, node, &["normal", "curve_direction"]);
-    let opacity = closure::opacity(graph, surface)?;
+    let opacity = closure::opacity(graph, shader.scope, shader.node)?;
     let mut at = At { graph, scope, node };
     Ok(Hair {
         index: at.input("ior", Type::Float, 1.55)?,

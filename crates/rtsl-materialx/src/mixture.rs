@@ -154,7 +154,7 @@ fn of_several(
         write_presence(&members, &mut text);
     }
     let share = if has_holes { "Share" } else { "Weight" };
-    write_methods((&members, share), is_whole, &mut text);
+    write_methods(&members, share, is_whole, &mut text);
     Ok(text)
 }
 
@@ -176,7 +176,7 @@ fn write_presence(members: &[&str], text: &mut String) {
     }
 }
 
-fn write_methods((members, share): (&[&str], &str), is_whole: bool, text: &mut String) {
+fn write_methods(members: &[&str], share: &str, is_whole: bool, text: &mut String) {
     for (method, result) in
         [("BSDF", "rt_BSDFValue"), ("emission", "rt_EmissionColor"), ("evaluatePDF", "rt_PDF")]
     {

@@ -386,7 +386,7 @@ impl<'d> Translator<'d> {
                 (text, settings.iter().any(Setting::makes_holes))
             }
             Kind::Hair(scope, node) => {
-                let hair = hair::hair(graph, (shader.scope, shader.node), (*scope, *node))?;
+                let hair = hair::hair(graph, shader, *scope, *node)?;
                 (hair::class(graph, &header, &hair), hair.opacity.is_some())
             }
             Kind::Closures => {

@@ -160,7 +160,7 @@ impl Tangents<'_> {
                 let kind = OpKind::If { condition, then, otherwise };
                 self.replace(Op { kind, ..op_without_kind(results, op.precise) }, &wanted, to);
             }
-            OpKind::Loop { initial, body } => self.repeat(results, (initial, body), to),
+            OpKind::Loop { initial, body } => self.repeat(results, initial, body, to),
             OpKind::Store(local, index, value) => {
                 let kind = OpKind::Store(local, index, value);
                 to.push(Op { kind, ..op_without_kind(results, op.precise) });
@@ -216,7 +216,8 @@ impl Tangents<'_> {
     fn repeat(
         &mut self,
         results: rtsl_ir::Values,
-        (mut initial, mut body): (Vec<Value>, Region),
+        mut initial: Vec<Value>,
+        mut body: Region,
         to: &mut Vec<Op>,
     ) {
         let wanted = |index: &u32| self.dependence.has(body.params[*index as usize]);

@@ -150,21 +150,23 @@ impl Loads<'_> {
         match (*index, *vector) {
             (Index::Constant(index), vector) => vector.get(index as usize).copied(),
             (Index::Dynamic(index), [x, y, z]) => {
-                let y_or_z = self.choose(ops, (index, CompareOp::LessEqual, 1), y, z);
-                Some(self.choose(ops, (index, CompareOp::LessEqual, 0), x, y_or_z))
+                let y_or_z = self.choose(ops, index, 1, y, z);
+                Some(self.choose(ops, index, 0, x, y_or_z))
             }
         }
     }
 
+    /// Returns `then` for indices up to `last`, and `otherwise` for those beyond.
     fn choose(
         &mut self,
         ops: &mut Vec<Op>,
-        (index, compare, with): (Value, CompareOp, i32),
+        index: Value,
+        last: i32,
         then: Value,
         otherwise: Value,
     ) -> Value {
-        let with = self.function.push(ops, Scalar::I32, OpKind::Constant(Constant::I32(with)));
-        let kind = OpKind::Compare(compare, index, with);
+        let last = self.function.push(ops, Scalar::I32, OpKind::Constant(Constant::I32(last)));
+        let kind = OpKind::Compare(CompareOp::LessEqual, index, last);
         let condition = self.function.push(ops, Scalar::Bool, kind);
         self.function.push(ops, Scalar::F32, OpKind::Select(condition, then, otherwise))
     }

@@ -108,8 +108,13 @@ impl Composer {
             composition;
         let mut scene = match (base, camera) {
             (Some(base), None) => base,
-            (Some(base), Some(camera)) => with_camera(base, camera)?,
-            (None, Some(camera)) => self.empty_scene(&settings, camera)?,
+            (base, Some((camera, camera_to_world))) => {
+                check_role(&camera, Role::Camera)?;
+                match base {
+                    Some(base) => Scene { camera, camera_to_world, camera_motion: None, ..base },
+                    None => self.empty_scene(&settings, camera, camera_to_world)?,
+                }
+            }
             (None, None) => {
                 let problem =
                     Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera");
@@ -143,9 +148,9 @@ impl Composer {
     fn empty_scene(
         &mut self,
         settings: &Settings,
-        (camera, camera_to_world): (Arc<Instance>, Transform),
+        camera: Arc<Instance>,
+        camera_to_world: Transform,
     ) -> Result<Scene, Diagnostics> {
-        check_role(&camera, Role::Camera)?;
         Ok(Scene {
             settings: settings.clone(),
             integrator: None,
@@ -179,14 +184,6 @@ impl Composer {
         self.path_tracer = Some((settings.clone(), made.clone()));
         Ok(made)
     }
-}
-
-fn with_camera(
-    base: Scene,
-    (camera, camera_to_world): (Arc<Instance>, Transform),
-) -> Result<Scene, Diagnostics> {
-    check_role(&camera, Role::Camera)?;
-    Ok(Scene { camera, camera_to_world, camera_motion: None, ..base })
 }
 
 /// The indices of materials by address.

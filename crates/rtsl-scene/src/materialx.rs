@@ -83,7 +83,8 @@ fn text_of(path: &Path, input: Input) -> Result<String, String> {
 /// Replaces the materials of MaterialX documents in a description by classes.
 pub fn add_materials(
     description: &mut Description,
-    (scene, search_path): (&Path, &[PathBuf]),
+    scene: &Path,
+    search_path: &[PathBuf],
     files: &dyn FileSource,
     budget: &InputBudget,
     map: &mut SourceMap,
@@ -202,7 +203,7 @@ impl Adder<'_> {
     fn replace(&mut self, index: usize, material: Material, file: &str) {
         let span = self.description.entities[index].class_span;
         let whole = material.name.clone();
-        let (class, parameters) = self.describe(material, (file, &whole), span);
+        let (class, parameters) = self.describe(material, file, &whole, span);
         let entity = &mut self.description.entities[index];
         entity.class = class;
         entity.parameters.retain(|it| it.name != FILE && it.name != MATERIAL);
@@ -214,7 +215,8 @@ impl Adder<'_> {
     fn describe(
         &mut self,
         material: Material,
-        (file, whole): (&str, &str),
+        file: &str,
+        whole: &str,
         span: Span,
     ) -> (String, Vec<Parameter>) {
         let key = format!("{file}#{whole}#{}", material.class);
@@ -224,7 +226,7 @@ impl Adder<'_> {
         }
         let text = material.file_text();
         for part in material.parts {
-            let name = self.add_part(part.material, (file, whole), span);
+            let name = self.add_part(part.material, file, whole, span);
             let reference = ParameterType::Reference(ReferenceKind::Material);
             parameters.push(given(reference, &part.member, Values::Texts(vec![name]), span));
         }
@@ -234,10 +236,10 @@ impl Adder<'_> {
     }
 
     /// Adds a material that another refers to, and returns its name. Names of the text have no such number.
-    fn add_part(&mut self, material: Material, of: (&str, &str), span: Span) -> String {
-        let (class, parameters) = self.describe(material, of, span);
+    fn add_part(&mut self, material: Material, file: &str, whole: &str, span: Span) -> String {
+        let (class, parameters) = self.describe(material, file, whole, span);
         let name = format!("{class} {}", self.description.entities.len());
-        self.push_entity(EntityKind::Material, class, (&name, span), parameters);
+        self.push_entity(EntityKind::Material, class, &name, span, parameters);
         name
     }
 
@@ -295,7 +297,7 @@ impl Adder<'_> {
             given(ParameterType::Given, "numbers", Values::Numbers(numbers), span),
         ];
         let name = format!("tiles {}", self.description.entities.len());
-        self.push_entity(EntityKind::Texture, "ImageTiles".to_owned(), (&name, span), parameters);
+        self.push_entity(EntityKind::Texture, "ImageTiles".to_owned(), &name, span, parameters);
         name
     }
 
@@ -366,7 +368,7 @@ impl Adder<'_> {
             text(CONVENTION, "gltf"),
         ];
         let class = "imagemap".to_owned();
-        self.push_entity(EntityKind::Texture, class, (&texture, span), parameters);
+        self.push_entity(EntityKind::Texture, class, &texture, span, parameters);
         texture
     }
 
@@ -374,7 +376,8 @@ impl Adder<'_> {
         &mut self,
         kind: EntityKind,
         class: String,
-        (name, class_span): (&str, Span),
+        name: &str,
+        class_span: Span,
         parameters: Vec<Parameter>,
     ) {
         self.description.entities.push(Entity {

@@ -476,8 +476,8 @@ fn read(
         return read_mesh_scene(path, files, budget, map, diagnostics);
     }
     let mut description = read_scene_within(path, files, budget, map, diagnostics);
-    let place = (path, options.search_path.as_slice());
-    add_materials(&mut description, place, files, budget, map, diagnostics);
+    let search_path = &options.search_path;
+    add_materials(&mut description, path, search_path, files, budget, map, diagnostics);
     description
 }
 

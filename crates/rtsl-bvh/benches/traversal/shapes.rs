@@ -142,8 +142,13 @@ impl<S: Simd> Rows<S> for Eight<'_, S> {
     }
 }
 
-/// Rays in vectors: origin, direction, epsilon, limit.
-type Rays<S> = ([f32x8<S>; 3], [f32x8<S>; 3], f32x8<S>, f32x8<S>);
+/// Rays in vectors.
+struct Rays<S: Simd> {
+    origin: [f32x8<S>; 3],
+    direction: [f32x8<S>; 3],
+    epsilon: f32x8<S>,
+    limit: f32x8<S>,
+}
 
 /// Tests eight rays against eight shapes. Returns those that hit, and the distances.
 #[inline(always)]
@@ -167,11 +172,8 @@ fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
 }
 
 #[inline(always)]
-fn sphere<S: Simd>(
-    simd: S,
-    shape: impl Rows<S>,
-    (origin, direction, epsilon, limit): Rays<S>,
-) -> (mask32x8<S>, f32x8<S>) {
+fn sphere<S: Simd>(simd: S, shape: impl Rows<S>, rays: Rays<S>) -> (mask32x8<S>, f32x8<S>) {
+    let Rays { origin, direction, epsilon, limit } = rays;
     let from = [origin[0] - shape.row(0), origin[1] - shape.row(1), origin[2] - shape.row(2)];
     let a = dot(direction, direction);
     let b = dot(from, direction);
@@ -186,11 +188,8 @@ fn sphere<S: Simd>(
 }
 
 #[inline(always)]
-fn triangle<S: Simd>(
-    simd: S,
-    shape: impl Rows<S>,
-    (origin, direction, epsilon, limit): Rays<S>,
-) -> (mask32x8<S>, f32x8<S>) {
+fn triangle<S: Simd>(simd: S, shape: impl Rows<S>, rays: Rays<S>) -> (mask32x8<S>, f32x8<S>) {
+    let Rays { origin, direction, epsilon, limit } = rays;
     let corner = [shape.row(0), shape.row(1), shape.row(2)];
     let first = [shape.row(3), shape.row(4), shape.row(5)];
     let second = [shape.row(6), shape.row(7), shape.row(8)];
@@ -211,7 +210,8 @@ fn triangle<S: Simd>(
 fn call_for_packet<S: Simd>(
     simd: S,
     block: &Block,
-    (class, index): (u32, usize),
+    class: u32,
+    index: usize,
     space: &PacketSpace<'_>,
     lanes: LaneMask,
     distance: &mut Lanes,
@@ -226,7 +226,8 @@ fn call_for_packet<S: Simd>(
                 let ([x, y, z], [u, v, w]) = (&rays.origin, &rays.direction);
                 let origin = [load(x), load(y), load(z)];
                 let direction = [load(u), load(v), load(w)];
-                let of_rays = (origin, direction, load(&rays.epsilon), load(&rays.limit));
+                let (epsilon, limit) = (load(&rays.epsilon), load(&rays.limit));
+                let of_rays = Rays { origin, direction, epsilon, limit };
                 let shape = Repeated { simd, block, index };
                 let (hit, found) = test(simd, class, shape, of_rays);
                 found.store_slice(&mut distance[start..start + 8]);
@@ -249,7 +250,8 @@ fn call_for_leaves<S: Simd>(simd: S, shapes: &Shapes, tests: &mut [RayLeafTest<'
                 let ([x, y, z], [u, v, w]) = (ray.origin, ray.direction);
                 let origin = [splat(x), splat(y), splat(z)];
                 let direction = [splat(u), splat(v), splat(w)];
-                let rays = (origin, direction, splat(ray.epsilon), splat(ray.limit));
+                let (epsilon, limit) = (splat(ray.epsilon), splat(ray.limit));
+                let rays = Rays { origin, direction, epsilon, limit };
                 let shape = Eight { simd, rows: &block.0 };
                 let (hit, distance) = test(simd, head.class, shape, rays);
                 let mut hit = hit.to_bitmask() & ((1 << head.count) - 1) & items;
@@ -270,7 +272,8 @@ fn call_for_leaves<S: Simd>(simd: S, shapes: &Shapes, tests: &mut [RayLeafTest<'
 #[inline(never)]
 fn call_for_pairs<S: Simd>(
     simd: S,
-    (shapes, class): (&Shapes, u32),
+    shapes: &Shapes,
+    class: u32,
     stream: &RayStream,
     pairs: &[Pair],
     found: &mut Vec<PairHit>,
@@ -295,7 +298,8 @@ fn call_for_pairs<S: Simd>(
                 let of_rays = Eight { simd, rows: of_rays };
                 let origin = [of_rays.row(0), of_rays.row(1), of_rays.row(2)];
                 let direction = [of_rays.row(4), of_rays.row(5), of_rays.row(6)];
-                let rays = (origin, direction, of_rays.row(3), of_rays.row(7));
+                let (epsilon, limit) = (of_rays.row(3), of_rays.row(7));
+                let rays = Rays { origin, direction, epsilon, limit };
                 let (hit, distance) = test(simd, class, Eight { simd, rows: of_shapes }, rays);
                 let distance = distance.to_array();
                 let mut hit = hit.to_bitmask() & ((1 << pairs.len()) - 1);
@@ -320,7 +324,7 @@ impl Objects for Tests<'_> {
         lanes: LaneMask,
     ) -> LaneMask {
         let block = &self.shapes.blocks[leaf.class as usize][leaf.index_in_class as usize];
-        call_for_packet(simd, block, (leaf.class, index), space, lanes, &mut self.distance)
+        call_for_packet(simd, block, leaf.class, index, space, lanes, &mut self.distance)
     }
 
     #[inline(always)]
@@ -343,8 +347,8 @@ impl Objects for Tests<'_> {
     }
 
     fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
-        let of = (self.shapes, class);
-        dispatch!(Level::new(), simd => call_for_pairs(simd, of, stream, pairs, found));
+        let shapes = self.shapes;
+        dispatch!(Level::new(), simd => call_for_pairs(simd, shapes, class, stream, pairs, found));
     }
 
     #[inline(always)]

@@ -194,7 +194,7 @@ impl Packet {
         let mask = LaneMask::from_fn(self.width, |ray| !is_masked || self.mask[ray] != 0);
         let mut accepted = LaneMask::new(self.width);
         let method = Method::Intersect;
-        call(program, block, method, (&mut lanes, &mut scratch), &mask, Some(&mut accepted));
+        call(program, block, method, &mut lanes, &mut scratch, &mask, Some(&mut accepted));
         for axis in 0..3 {
             for ray in 0..self.width {
                 let of = |name, axis| lanes.floats(first(name) + axis)[ray];
@@ -204,7 +204,7 @@ impl Packet {
             }
         }
         for method in SURFACE.into_iter().filter(|method| program.has(*method)) {
-            call(program, block, method, (&mut lanes, &mut scratch), &accepted, None);
+            call(program, block, method, &mut lanes, &mut scratch, &accepted, None);
         }
         let mut expected = self.clone();
         for ray in (0..self.width).filter(|ray| accepted.get(*ray)) {
@@ -229,7 +229,8 @@ fn call(
     program: &Program,
     block: &InstanceBlock,
     method: Method,
-    (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+    state: &mut LaneBlock,
+    scratch: &mut LaneBlock,
     mask: &LaneMask,
     accepted: Option<&mut LaneMask>,
 ) {

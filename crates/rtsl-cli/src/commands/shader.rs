@@ -91,7 +91,8 @@ pub fn engine(options: EngineOptions, reporter: &Reporter) -> Result<Engine, Fai
 /// Creates an instance with the parameters of a command line, and reports its warnings.
 pub fn instance(
     params: &[(String, JsonValue)],
-    (class, unit): (&Arc<Class>, &Unit),
+    class: &Arc<Class>,
+    unit: &Unit,
     reporter: &Reporter,
 ) -> Result<Arc<Instance>, Failure> {
     let params = params.iter().map(|(name, value)| (name, value));

@@ -160,7 +160,7 @@ impl Tests<'_> {
             rays.vectors("rt_GeometricNormal").into_iter().map(Vec3::normalize).collect();
         let given = rays.floats("rt_PDF").to_vec();
         let (density_rays, there) = self.density_at(from, &points, &normals)?;
-        let verdicts = self.verdicts(from, (&points, &normals), &given, &there)?;
+        let verdicts = self.verdicts(from, &points, &normals, &given, &there)?;
         let towards = points.iter().map(|point| self.ray(from, *point - from)).collect();
         let mut shot = Shot::new(self.subject, towards)?;
         shot.then(self.subject, Method::ComputeNormal)?;
@@ -204,7 +204,8 @@ impl Tests<'_> {
     fn verdicts(
         &self,
         from: Vec3,
-        (points, normals): (&[Vec3], &[Vec3]),
+        points: &[Vec3],
+        normals: &[Vec3],
         given: &[f32],
         stated: &[f32],
     ) -> Result<Vec<Verdict>, Stop> {

@@ -287,7 +287,7 @@ impl Run<'_> {
                 }
             }
             if W::IS_ON {
-                watch.executed((program, executed), self.registers);
+                watch.executed(program, executed, self.registers);
             }
         }
     }

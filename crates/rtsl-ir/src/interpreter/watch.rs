@@ -16,8 +16,8 @@ pub(super) trait Watch {
     /// Receives an event.
     fn event(&mut self, event: &Event, words: &[u32]);
 
-    /// Follows an instruction that was executed.
-    fn executed(&mut self, at: (&Program, usize), registers: &[u32]);
+    /// Follows the instruction with the index `executed`.
+    fn executed(&mut self, program: &Program, executed: usize, registers: &[u32]);
 
     /// Follows the end of the run.
     fn ended(&mut self, program: &Program, registers: &[u32]);
@@ -30,7 +30,7 @@ impl Watch for Unobserved {
     const IS_ON: bool = false;
 
     fn event(&mut self, _: &Event, _: &[u32]) {}
-    fn executed(&mut self, _: (&Program, usize), _: &[u32]) {}
+    fn executed(&mut self, _: &Program, _: usize, _: &[u32]) {}
     fn ended(&mut self, _: &Program, _: &[u32]) {}
 }
 
@@ -118,7 +118,7 @@ impl Watch for Observed<'_> {
         self.observer.event(event, words);
     }
 
-    fn executed(&mut self, (program, executed): (&Program, usize), registers: &[u32]) {
+    fn executed(&mut self, program: &Program, executed: usize, registers: &[u32]) {
         let computed = program.observed.as_ref().and_then(|it| it.computed.get(executed)?.as_ref());
         if let Some(computed) = computed {
             return self.compute(computed, executed, registers);

@@ -102,7 +102,8 @@ pub fn closures(graph: &mut Graph<'_>, scope: ScopeId, node: ElementId) -> Resul
 /// If the input cannot be computed.
 pub fn opacity(
     graph: &mut Graph<'_>,
-    (scope, node): (ScopeId, ElementId),
+    scope: ScopeId,
+    node: ElementId,
 ) -> Result<Option<String>, Fault> {
     let Some(value) = graph.input(scope, node, "opacity")? else { return Ok(None) };
     let value = converted(graph, &value, Type::Float, node)?;
@@ -167,7 +168,7 @@ impl Reader<'_, '_> {
         }
         let scattered = self.input(scope, node, "bsdf")?;
         let emission = self.emitted_by(scope, node, "edf")?;
-        let opacity = opacity(self.graph, (scope, node))?;
+        let opacity = opacity(self.graph, scope, node)?;
         Ok(Surface { scattered, emission, opacity })
     }
 

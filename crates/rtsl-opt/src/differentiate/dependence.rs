@@ -115,7 +115,7 @@ impl Dependence {
                         self.require(function, &region.ops);
                     }
                 }
-                OpKind::Loop { initial, body } => self.require_loop(function, op, (initial, body)),
+                OpKind::Loop { initial, body } => self.require_loop(function, op, initial, body),
                 OpKind::Store(local, _, value) if self.needed_locals.contains(local) => {
                     self.set_needed(*value);
                 }
@@ -130,7 +130,7 @@ impl Dependence {
         }
     }
 
-    fn require_loop(&mut self, function: &Function, op: &Op, (initial, body): (&[Value], &Region)) {
+    fn require_loop(&mut self, function: &Function, op: &Op, initial: &[Value], body: &Region) {
         // A carried value is needed if its result is, or if the loop needs it.
         self.require_all(body.params.iter().copied().zip(op.results.iter()));
         self.require_all(body.yields[1..].iter().copied().zip(body.params.iter().copied()));

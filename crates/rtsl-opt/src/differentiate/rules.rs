@@ -13,7 +13,7 @@ impl Tangents<'_> {
             OpKind::Seed(a) => self.tangent(*a, to),
             OpKind::ChainRule(_, factors) => self.chain(factors, to),
             OpKind::Unary(op, a) => self.unary(*op, *a, result, to),
-            OpKind::Binary(op, a, b) => self.binary(*op, (*a, *b), result, to),
+            OpKind::Binary(op, a, b) => self.binary(*op, *a, *b, result, to),
             OpKind::Select(condition, a, b) => {
                 let (a, b) = (self.tangent(*a, to), self.tangent(*b, to));
                 self.emit(OpKind::Select(*condition, a, b), to)
@@ -52,7 +52,8 @@ impl Tangents<'_> {
     fn binary(
         &mut self,
         op: BinaryOp,
-        (a, b): (Value, Value),
+        a: Value,
+        b: Value,
         result: Value,
         to: &mut Vec<Op>,
     ) -> Value {

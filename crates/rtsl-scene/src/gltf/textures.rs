@@ -37,6 +37,19 @@ pub struct ImageFile {
     has_opacity: bool,
 }
 
+/// An image of a texture, and how its sampler reads it.
+struct SampledImage {
+    /// The index of the image.
+    image: usize,
+    /// The wrap mode of the image's entity.
+    wrap: &'static str,
+    /// The filter of the image's entity.
+    filter: &'static str,
+    /// The modes of wrapping along both sides, as the class `GltfTexture` counts them.
+    modes: [f64; 2],
+    has_opacity: bool,
+}
+
 /// An image entity: the image, true for colours, and the names of wrap mode and filter.
 pub type ImageKey = (usize, bool, &'static str, &'static str);
 
@@ -152,8 +165,8 @@ impl Builder<'_> {
         if image.is_none() && sample.colors == 0 {
             return None;
         }
-        if let Some((use_, place, (image, modes, has_opacity))) = image {
-            let entity = self.image_entity(image, sample.is_color, use_.texture);
+        if let Some((use_, place, image)) = image {
+            let entity = self.image_entity(&image, sample.is_color, use_.texture);
             let [to_s, to_t] = use_.rows();
             parameters = parameters.reference(ReferenceKind::Texture, "image", &entity);
             if place > 0 {
@@ -162,10 +175,10 @@ impl Builder<'_> {
             if [to_s, to_t] != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
                 parameters = parameters.numbers("toS", &to_s).numbers("toT", &to_t);
             }
-            if modes != [0.0, 0.0] {
-                parameters = parameters.numbers("wrap", &modes);
+            if image.modes != [0.0, 0.0] {
+                parameters = parameters.numbers("wrap", &image.modes);
             }
-            if has_opacity && sample.channel == OPACITY {
+            if image.has_opacity && sample.channel == OPACITY {
                 parameters = parameters.boolean("hasOpacity", true);
             }
         }
@@ -190,12 +203,8 @@ impl Builder<'_> {
         Some(self.name_of(id))
     }
 
-    /// The image of a texture with its modes of wrapping.
-    #[allow(clippy::type_complexity, reason = "one use")]
-    fn image_of(
-        &mut self,
-        use_: TextureUse,
-    ) -> Option<((usize, &'static str, &'static str), [f64; 2], bool)> {
+    /// The image of a texture.
+    fn image_of(&mut self, use_: TextureUse) -> Option<SampledImage> {
         let span = self.outline.span(Kind::Texture, use_.texture);
         let Some(texture) = self.file.root.textures.get(use_.texture) else {
             let message = format!("texture {} does not exist: it is left out", use_.texture);
@@ -204,14 +213,15 @@ impl Builder<'_> {
         };
         let sampler = texture.sampler.and_then(|it| self.file.root.samplers.get(it.value()));
         let sampler = sampler.cloned().unwrap_or_default();
-        let (modes, word) = wrap(&sampler);
+        let (modes, wrap) = wrap(&sampler);
         let sources = self.sources(texture);
         let texture = texture.clone();
         let mut problems = Vec::new();
         for image in sources {
             match self.image(image) {
                 Ok(file) => {
-                    return Some(((image, word, filter(&sampler)), modes, file.has_opacity));
+                    let (filter, has_opacity) = (filter(&sampler), file.has_opacity);
+                    return Some(SampledImage { image, wrap, filter, modes, has_opacity });
                 }
                 Err(problem) => problems.push(format!("image {image} is left out: {problem}")),
             }
@@ -244,12 +254,8 @@ impl Builder<'_> {
     }
 
     /// The name of an image's entity, which is made at its first use.
-    fn image_entity(
-        &mut self,
-        (image, wrap, filter): (usize, &'static str, &'static str),
-        is_color: bool,
-        texture: usize,
-    ) -> String {
+    fn image_entity(&mut self, image: &SampledImage, is_color: bool, texture: usize) -> String {
+        let SampledImage { image, wrap, filter, modes: _, has_opacity: _ } = *image;
         let key = (image, is_color, wrap, filter);
         if let Some(name) = self.image_entities.get(&key) {
             return name.clone();

@@ -13,13 +13,13 @@ impl Loader<'_, '_> {
     /// Makes the path tracer of the standard library.
     pub(super) fn path_tracer(&mut self, settings: &Settings) -> Option<Arc<Instance>> {
         let found = self.classes.find_standard(PATH_TRACER);
-        self.instance_of((PATH_TRACER, found), path_tracer_arguments(settings))
+        self.instance_of(PATH_TRACER, found, path_tracer_arguments(settings))
     }
 
     /// Makes the integrator of the standard library that shows what `shade` computes.
     pub(super) fn whitted(&mut self) -> Option<Arc<Instance>> {
         let found = self.classes.find_standard(WHITTED);
-        self.instance_of((WHITTED, found), Vec::new())
+        self.instance_of(WHITTED, found, Vec::new())
     }
 
     /// Makes the material of shapes without one.
@@ -34,12 +34,13 @@ impl Loader<'_, '_> {
         arguments: Vec<(&str, Value)>,
     ) -> Option<Arc<Instance>> {
         let found = self.classes.find(class);
-        self.instance_of((class, found), arguments)
+        self.instance_of(class, found, arguments)
     }
 
     fn instance_of(
         &mut self,
-        (class, found): (&str, Found),
+        class: &str,
+        found: Found,
         arguments: Vec<(&str, Value)>,
     ) -> Option<Arc<Instance>> {
         match found {

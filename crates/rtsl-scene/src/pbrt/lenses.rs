@@ -124,8 +124,12 @@ struct Surface {
 /// The surfaces of an objective, from the scene to the film, in metres.
 struct Lenses(Vec<Surface>);
 
-/// A ray: its origin and its direction. The film is the plane z = 0, and the scene is towards +z.
-type Ray = ([f64; 3], [f64; 3]);
+/// A ray. The film is the plane z = 0, and the scene is towards +z.
+#[derive(Clone, Copy)]
+struct Ray {
+    origin: [f64; 3],
+    direction: [f64; 3],
+}
 
 impl Lenses {
     /// Reads rows of four numbers: radius of curvature, thickness, refractive index on the film's side (0 for the
@@ -184,8 +188,9 @@ impl Lenses {
     /// returns `None` if that is too near.
     fn focus(&mut self, distance: f64, diagonal: f64) -> Option<()> {
         let height = 0.001 * diagonal;
-        let front = ([height, 0.0, self.place(0) + 1.0], [0.0, 0.0, -1.0]);
-        let rear = ([height, 0.0, self.place(self.0.len() - 1) - 1.0], [0.0, 0.0, 1.0]);
+        let front = Ray { origin: [height, 0.0, self.place(0) + 1.0], direction: [0.0, 0.0, -1.0] };
+        let behind = self.place(self.0.len() - 1) - 1.0;
+        let rear = Ray { origin: [height, 0.0, behind], direction: [0.0, 0.0, 1.0] };
         // Places of the principal planes and focal points, counted from the film away from the scene as in pbrt.
         let [film_plane, film_focus] = cardinal_points(front, self.trace_from_scene(front)?);
         let [scene_plane, _] = cardinal_points(rear, self.trace_from_film(rear)?);
@@ -222,15 +227,15 @@ impl Lenses {
                 let (row, column) = (index / PUPIL_ROWS, index % PUPIL_ROWS);
                 // Each row and each column meets all parts of the ring.
                 let part = ((7 * row + column) % PUPIL_ROWS) as f64 / (PUPIL_ROWS - 1) as f64;
-                let film = [(ring as f64 + part) / RINGS as f64 * diagonal / 2.0, 0.0, 0.0];
+                let origin = [(ring as f64 + part) / RINGS as f64 * diagonal / 2.0, 0.0, 0.0];
                 let place =
                     |step: usize| ((step as f64 + 0.5) / PUPIL_ROWS as f64 * 2.0 - 1.0) * reach;
                 let target = [place(column), place(row), rear];
                 let is_outside =
                     |axis: usize| target[axis] < bounds[axis] || target[axis] > bounds[axis + 2];
-                let direction = [0, 1, 2].map(|axis| target[axis] - film[axis]);
+                let direction = [0, 1, 2].map(|axis| target[axis] - origin[axis]);
                 if (is_outside(0) || is_outside(1))
-                    && self.trace_from_film((film, direction)).is_some()
+                    && self.trace_from_film(Ray { origin, direction }).is_some()
                 {
                     for axis in 0..2 {
                         bounds[axis] = bounds[axis].min(target[axis]);
@@ -251,23 +256,24 @@ impl Lenses {
 
 /// The places, away from the scene, of the principal plane and the focal point on the side that a ray parallel to the
 /// axis leaves.
-fn cardinal_points((from, _): Ray, (origin, direction): Ray) -> [f64; 2] {
+fn cardinal_points(from: Ray, Ray { origin, direction }: Ray) -> [f64; 2] {
     let place = |t: f64| -(origin[2] + t * direction[2]);
     let to_axis = -origin[0] / direction[0];
-    let to_height = (from[0] - origin[0]) / direction[0];
+    let to_height = (from.origin[0] - origin[0]) / direction[0];
     [place(to_height), place(to_axis)]
 }
 
 impl Surface {
     /// The ray behind the surface at `place`; `None` if it misses the surface or is reflected totally. `ratio` is that
     /// of the refractive indices before and behind.
-    fn refracted(&self, place: f64, (origin, direction): Ray, ratio: f64) -> Option<Ray> {
+    fn refracted(&self, place: f64, Ray { origin, direction }: Ray, ratio: f64) -> Option<Ray> {
         let direction = normalized(direction);
         let point = |t: f64| [0, 1, 2].map(|axis| origin[axis] + t * direction[axis]);
         if self.radius == 0.0 {
             let t = (place - origin[2]) / direction[2];
             let hit = point(t);
-            return (t >= 0.0 && self.is_within_rim(hit)).then_some((hit, direction));
+            let is_within = t >= 0.0 && self.is_within_rim(hit);
+            return is_within.then_some(Ray { origin: hit, direction });
         }
         let centre = place - self.radius;
         let offset = [origin[0], origin[1], origin[2] - centre];
@@ -284,7 +290,7 @@ impl Surface {
         }
         let normal = normalized([hit[0], hit[1], hit[2] - centre]);
         let facing = if dot(normal, direction) > 0.0 { normal.map(|part| -part) } else { normal };
-        Some((hit, refract(direction, facing, ratio)?))
+        Some(Ray { origin: hit, direction: refract(direction, facing, ratio)? })
     }
 
     fn is_within_rim(&self, [x, y, _]: [f64; 3]) -> bool {
@@ -324,8 +330,8 @@ mod tests {
         assert!((1.0 / back + 1.0 / front - 1.0 / focal_length).abs() < 0.02, "{back} {front}");
         // Rays near the axis from the film's centre meet at that distance.
         for height in [1e-4, 2e-4] {
-            let ray = ([0.0; 3], [height, 0.0, lenses.place(2)]);
-            let (origin, direction) = lenses.trace_from_film(ray).unwrap();
+            let ray = Ray { origin: [0.0; 3], direction: [height, 0.0, lenses.place(2)] };
+            let Ray { origin, direction } = lenses.trace_from_film(ray).unwrap();
             let meets = origin[2] - origin[0] / direction[0] * direction[2];
             assert!((meets - 1.0).abs() < 0.005, "{meets}");
         }
@@ -335,13 +341,14 @@ mod tests {
     #[test]
     fn rays_return_the_way_they_came() {
         let lenses = Lenses::new(&SINGLET, 0.02).unwrap();
-        let start = ([0.003, -0.002, 0.0], normalized([0.002, 0.004, 0.05]));
-        let (origin, direction) = lenses.trace_from_film(start).unwrap();
-        let (origin, direction) =
-            lenses.trace_from_scene((origin, direction.map(|part| -part))).unwrap();
+        let direction = normalized([0.002, 0.004, 0.05]);
+        let start = Ray { origin: [0.003, -0.002, 0.0], direction };
+        let Ray { origin, direction } = lenses.trace_from_film(start).unwrap();
+        let back = Ray { origin, direction: direction.map(|part| -part) };
+        let Ray { origin, direction } = lenses.trace_from_scene(back).unwrap();
         let t = -origin[2] / direction[2];
         for axis in 0..2 {
-            assert!((origin[axis] + t * direction[axis] - start.0[axis]).abs() < 1e-12);
+            assert!((origin[axis] + t * direction[axis] - start.origin[axis]).abs() < 1e-12);
         }
     }
 
@@ -352,12 +359,12 @@ mod tests {
         assert_eq!(pupils.len(), 4 * RINGS);
         let (rear, mut through) = (lenses.place(2), 0);
         for ring in [0, 20, 63] {
-            let film = [(ring as f64 + 0.37) / RINGS as f64 * 0.0175, 0.0, 0.0];
+            let origin = [(ring as f64 + 0.37) / RINGS as f64 * 0.0175, 0.0, 0.0];
             for step in 0..10_000 {
                 let target =
                     [step % 100, step / 100].map(|place| (f64::from(place) / 99.0 - 0.5) * 0.03);
-                let direction = [target[0] - film[0], target[1], rear];
-                if lenses.trace_from_film((film, direction)).is_some() {
+                let direction = [target[0] - origin[0], target[1], rear];
+                if lenses.trace_from_film(Ray { origin, direction }).is_some() {
                     through += 1;
                     let bounds = &pupils[4 * ring..];
                     assert!(bounds[0] <= target[0] && target[0] <= bounds[2], "{ring}");

@@ -73,7 +73,18 @@ impl MeshShape {
         entity: &Entity,
         wanted: &WantedAttributes,
     ) -> Result<(), Box<Diagnostic>> {
-        check_names(entity, (self.parameters(), wanted))
+        let known = self.parameters();
+        let standard = PbrtName::of(entity);
+        let is_unknown = |parameter: &&Parameter| {
+            let name = parameter.name.as_str();
+            !known.contains(&name)
+                && !WITHOUT_DIFFERENCE.contains(&name)
+                && !wanted.has(name)
+                && !standard.is_some_and(|standard| standard.has_no_effect(name))
+        };
+        let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
+        let subject = format!("{} `{}`", entity.kind.word(), entity.class);
+        Err(unknown_parameter(&subject, parameter, known))
     }
 
     fn parameters(self) -> &'static [&'static str] {
@@ -136,23 +147,6 @@ fn warning_of(warning: MeshWarning, name: &str) -> Diagnostic {
 /// Parameters that make no difference to the radiance: numbers of faces for `ptex`, an image by which pbrt samples a
 /// light, the length of displaced edges.
 const WITHOUT_DIFFERENCE: [&str; 3] = ["faceIndices", "emissionfilename", "edgelength"];
-
-fn check_names(
-    entity: &Entity,
-    (known, wanted): (&[&str], &WantedAttributes),
-) -> Result<(), Box<Diagnostic>> {
-    let standard = PbrtName::of(entity);
-    let is_unknown = |parameter: &&Parameter| {
-        let name = parameter.name.as_str();
-        !known.contains(&name)
-            && !WITHOUT_DIFFERENCE.contains(&name)
-            && !wanted.has(name)
-            && !standard.is_some_and(|standard| standard.has_no_effect(name))
-    };
-    let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
-    let subject = format!("{} `{}`", entity.kind.word(), entity.class);
-    Err(unknown_parameter(&subject, parameter, known))
-}
 
 /// Holds the memory of the arrays made of the numbers in a scene's text.
 fn hold(entity: &Entity, budget: &InputBudget) -> Result<Held, Box<Diagnostic>> {

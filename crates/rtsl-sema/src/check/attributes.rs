@@ -60,23 +60,18 @@ impl Checker<'_> {
             return;
         }
         let place = root.method.map_or("the constructor", Method::name);
-        self.report_attribute(root, reached, (id, &format!("has no value in {}", quoted(place))));
+        self.report_attribute(root, reached, id, &format!("has no value in {}", quoted(place)));
     }
 
     pub(super) fn check_attribute_write(&mut self, root: &Root, reached: &Reached, id: MemberId) {
         if !gives_attributes(root) {
             let place = root.method.map_or("the constructor", Method::name);
             let problem = format!("cannot be written in {}", quoted(place));
-            self.report_attribute(root, reached, (id, &problem));
+            self.report_attribute(root, reached, id, &problem);
         }
     }
 
-    fn report_attribute(
-        &mut self,
-        root: &Root,
-        reached: &Reached,
-        (id, problem): (MemberId, &str),
-    ) {
+    fn report_attribute(&mut self, root: &Root, reached: &Reached, id: MemberId, problem: &str) {
         let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
         let diagnostic = Diagnostic::new(
             codes::ATTRIBUTE_OUT_OF_PLACE,

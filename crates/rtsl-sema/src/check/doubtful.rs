@@ -49,7 +49,7 @@ impl Checker<'_> {
             },
         });
         loops.into_iter().for_each(|(repeated, span)| self.check_end(repeated, span));
-        quotients.into_iter().for_each(|it| self.report_quotient(it));
+        quotients.into_iter().for_each(|(span, quotient)| self.report_quotient(span, quotient));
         changes.into_iter().for_each(|call| self.check_change(call));
         if function.method == Some(Method::ComputeBounds) {
             self.check_extent(&function);
@@ -74,7 +74,7 @@ impl Checker<'_> {
         }
     }
 
-    fn report_quotient(&mut self, (span, quotient): (Span, i64)) {
+    fn report_quotient(&mut self, span: Span, quotient: i64) {
         let message = format!("this quotient is {quotient}");
         let diagnostic = Diagnostic::new(codes::INTEGER_QUOTIENT, message)
             .at(span, "the quotient of integers is rounded towards 0")

@@ -229,7 +229,7 @@ impl Checker<'_> {
             // Hosts set these by name.
             true => Some(Vec::new()),
             false => self.check_outside(Kind::Constant, |checker| {
-                checker.check_defaults(&function.parameters, (&parameters, &locals))
+                checker.check_defaults(&function.parameters, &parameters, &locals)
             }),
         };
         let Some(defaults) = defaults else {
@@ -244,7 +244,8 @@ impl Checker<'_> {
     fn check_defaults(
         &mut self,
         parameters: &[ast::Parameter],
-        (passing, locals): (&[Passing], &[Local]),
+        passing: &[Passing],
+        locals: &[Local],
     ) -> Option<Vec<Expression>> {
         let mut defaults: Vec<Expression> = Vec::new();
         for (parameter, (passing, local)) in parameters.iter().zip(passing.iter().zip(locals)) {

@@ -41,25 +41,25 @@ pub struct GreatestError {
 
 /// Every function that has a bound.
 pub static ACCURACY: &[Accuracy] = &[
-    tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.67, 931_878.1)),
-    tried("cos", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.81, 993_335.5)),
-    tried("tan", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.64, 656_623.5)),
-    tried("asin", 3.0, AccuracyDomain::Everywhere, (2.36, 0.5002491)),
-    tried("acos", 3.0, AccuracyDomain::Everywhere, (1.27, -0.50042796)),
-    tried("atan", 3.0, AccuracyDomain::Everywhere, (2.0, 1.1543363)),
+    tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), 1.67, 931_878.1),
+    tried("cos", 2.0, AccuracyDomain::UpTo(1_048_576.0), 1.81, 993_335.5),
+    tried("tan", 2.0, AccuracyDomain::UpTo(1_048_576.0), 1.64, 656_623.5),
+    tried("asin", 3.0, AccuracyDomain::Everywhere, 2.36, 0.5002491),
+    tried("acos", 3.0, AccuracyDomain::Everywhere, 1.27, -0.50042796),
+    tried("atan", 3.0, AccuracyDomain::Everywhere, 2.0, 1.1543363),
     untried("atan", 2, 3.0, AccuracyDomain::Everywhere),
-    tried("sinh", 4.0, AccuracyDomain::Everywhere, (3.88, 23.558243)),
-    tried("cosh", 4.0, AccuracyDomain::Everywhere, (3.88, 23.558243)),
-    tried("tanh", 4.0, AccuracyDomain::Everywhere, (1.52, 0.6539013)),
-    tried("asinh", 4.0, AccuracyDomain::Everywhere, (2.3, 0.06106479)),
-    tried("acosh", 4.0, AccuracyDomain::Everywhere, (2.69, 1.0075651)),
-    tried("atanh", 4.0, AccuracyDomain::Everywhere, (2.7, 0.030688852)),
+    tried("sinh", 4.0, AccuracyDomain::Everywhere, 3.88, 23.558243),
+    tried("cosh", 4.0, AccuracyDomain::Everywhere, 3.88, 23.558243),
+    tried("tanh", 4.0, AccuracyDomain::Everywhere, 1.52, 0.6539013),
+    tried("asinh", 4.0, AccuracyDomain::Everywhere, 2.3, 0.06106479),
+    tried("acosh", 4.0, AccuracyDomain::Everywhere, 2.69, 1.0075651),
+    tried("atanh", 4.0, AccuracyDomain::Everywhere, 2.7, 0.030688852),
     untried("pow", 2, 4.0, AccuracyDomain::Positive),
-    tried("exp", 2.0, AccuracyDomain::Everywhere, (1.78, -0.017543346)),
-    tried("log", 2.0, AccuracyDomain::Everywhere, (1.16, 1.4135828)),
-    tried("exp2", 2.0, AccuracyDomain::Everywhere, (1.4, -0.0015677513)),
-    tried("log2", 2.0, AccuracyDomain::Everywhere, (1.9, 1.4140085)),
-    tried("inversesqrt", 2.0, AccuracyDomain::Everywhere, (1.5, 1.1827658e-38)),
+    tried("exp", 2.0, AccuracyDomain::Everywhere, 1.78, -0.017543346),
+    tried("log", 2.0, AccuracyDomain::Everywhere, 1.16, 1.4135828),
+    tried("exp2", 2.0, AccuracyDomain::Everywhere, 1.4, -0.0015677513),
+    tried("log2", 2.0, AccuracyDomain::Everywhere, 1.9, 1.4140085),
+    tried("inversesqrt", 2.0, AccuracyDomain::Everywhere, 1.5, 1.1827658e-38),
 ];
 
 /// The bound for the function `name` with this many arguments.
@@ -78,11 +78,13 @@ impl AccuracyDomain {
     }
 }
 
+/// An entry for a function of one argument, whose greatest error is `ulp`, at the argument `at`.
 const fn tried(
     name: &'static str,
     bound: f64,
     domain: AccuracyDomain,
-    (ulp, at): (f64, f32),
+    ulp: f64,
+    at: f32,
 ) -> Accuracy {
     Accuracy { name, arguments: 1, bound, domain, greatest: Some(GreatestError { ulp, at }) }
 }

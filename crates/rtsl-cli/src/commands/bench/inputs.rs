@@ -76,7 +76,8 @@ impl<'a> RaySource<'a> {
     pub fn new(
         program: &'a Program,
         objects: &'a Objects,
-        (method, role): (Method, Role),
+        method: Method,
+        role: Role,
         settings: &'a [Setting],
         seed: u64,
     ) -> Result<RaySource<'a>, Diagnostic> {

@@ -43,7 +43,7 @@ impl Lines<'_> {
         };
         let program = engine(options, self.reporter)?.program(self.instance);
         let objects = Objects::new(&program, self.instance, arguments.lanes as usize);
-        let inputs = MethodInputs::new(&program, method, &objects, (self.settings, arguments))?;
+        let inputs = MethodInputs::new(&program, method, &objects, self.settings, arguments)?;
         let packets = program.packet_kernel(method, self.variant(&program, mode))?;
         let call = inputs.of_mode(mode);
         let profile = count(&packets, objects.of_mode(mode), call, u64::MAX).profile;

@@ -80,7 +80,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         Some(name) => vec![find_method(name).map_err(Failure::Usage)?],
         None => class.methods.keys().copied().collect(),
     };
-    let instance = instance(&arguments.params, (class, &unit), reporter)?;
+    let instance = instance(&arguments.params, class, &unit, reporter)?;
     if let Some(scene) = integrator::scene_of(arguments, &methods)? {
         return integrator::run(arguments, scene, &instance, reporter);
     }
@@ -153,7 +153,8 @@ impl<'a> Bench<'a> {
             self.scalar_program(),
             method,
             &objects,
-            (&self.settings, self.arguments),
+            &self.settings,
+            self.arguments,
         )?;
         let (mut subjects, mut vectors) = (Vec::new(), Vec::new());
         for (mode, width) in self.kernels(method)? {
@@ -251,12 +252,13 @@ impl MethodInputs {
         program: &Program,
         method: Method,
         objects: &Objects,
-        (settings, arguments): (&[Setting], &BenchArguments),
+        settings: &[Setting],
+        arguments: &BenchArguments,
     ) -> Result<MethodInputs, Failure> {
         let lanes = arguments.lanes as usize;
         let packets = program.packet_kernel(method, CallMode::Packet)?;
         let role = program.class().role_of(method).unwrap_or(Role::Primitive);
-        let mut rays = RaySource::new(program, objects, (method, role), settings, arguments.seed)?;
+        let mut rays = RaySource::new(program, objects, method, role, settings, arguments.seed)?;
         let most_rounds = ROUNDS_PER_RAY * lanes as u64;
         let inputs = |rays: &mut RaySource<'_>| {
             let inputs = covering_inputs(&packets, objects, rays, lanes, most_rounds);

@@ -44,8 +44,7 @@ impl Peak {
     pub fn measure(engine: &Engine, lanes: usize) -> Result<Peak, Failure> {
         let computing = |chains: &[usize], step: &str, count: fn(&Profile) -> u64| {
             let texts = chains.iter().map(|chains| chains_text(*chains, step));
-            let method = (Method::Lookup, Role::Texture);
-            best_rate(engine, method, texts, COMPUTING_LANES, count)
+            best_rate(engine, Method::Lookup, Role::Texture, texts, COMPUTING_LANES, count)
         };
         let sums = ADDENDS.into_iter().map(sums_text);
         let moving = |profile: &Profile| profile.bytes().executed;
@@ -59,7 +58,7 @@ impl Peak {
             square_roots: computing(&DIVIDER_CHAINS, "sqrt(x + scale)", |profile| {
                 profile.square_roots.executed
             })?,
-            bytes: best_rate(engine, (Method::Emission, Role::Light), sums, lanes, moving)?,
+            bytes: best_rate(engine, Method::Emission, Role::Light, sums, lanes, moving)?,
         })
     }
 }
@@ -67,21 +66,23 @@ impl Peak {
 /// Returns the best rate among some texts, by the counter `count`.
 fn best_rate(
     engine: &Engine,
-    method: (Method, Role),
+    method: Method,
+    role: Role,
     texts: impl Iterator<Item = String>,
     lanes: usize,
     count: fn(&Profile) -> u64,
 ) -> Result<f64, Failure> {
     let mut best: f64 = 0.0;
     for text in texts {
-        best = best.max(rate(engine, method, &text, lanes, count)?);
+        best = best.max(rate(engine, method, role, &text, lanes, count)?);
     }
     Ok(best)
 }
 
 fn rate(
     engine: &Engine,
-    (method, role): (Method, Role),
+    method: Method,
+    role: Role,
     text: &str,
     lanes: usize,
     count: fn(&Profile) -> u64,
@@ -92,7 +93,7 @@ fn rate(
     let instance = instance(class)?;
     let program = engine.program(&instance);
     let objects = Objects::new(&program, &instance, lanes);
-    let mut rays = RaySource::new(&program, &objects, (method, role), &[], 0)?;
+    let mut rays = RaySource::new(&program, &objects, method, role, &[], 0)?;
     let inputs = rays.usual(lanes);
     let variant = Variant::new(CallMode::Packet);
     let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];

@@ -127,7 +127,7 @@ fn emit_class(
     let mode = arguments.mode.first().copied().unwrap_or(CallMode::Packet);
     let mut variant = arguments.variant.reading(mode);
     if arguments.variant.specialise {
-        let instance = instance(&arguments.params, (class, unit), reporter)?;
+        let instance = instance(&arguments.params, class, unit, reporter)?;
         program = engine.program(&instance);
         variant = variant.knowing(program.known_members(&instance));
     }

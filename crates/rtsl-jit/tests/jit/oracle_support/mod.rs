@@ -199,24 +199,22 @@ impl Case {
         layout: &Layout,
         mask: Option<&LaneMask>,
     ) -> Outcome {
-        let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
-        let lanes = (&mut state, &mut scratch);
-        let host = &mut HashHost::default();
-        let (status, accepted) = self.call_on(kernel, (mode, layout), mask, lanes, host);
-        let CallStatus { budget_exhausted: budget, nearest } = status;
-        Outcome { state, scratch, accepted, nearest, budget }
+        let mut outcome = self.untouched();
+        self.call_on(kernel, mode, layout, mask, &mut outcome, &mut HashHost::default());
+        outcome
     }
 
-    /// Calls a kernel on these lanes of state and scratch.
+    /// Calls a kernel on the lanes of an outcome.
     fn call_on(
         &self,
         kernel: &CompiledKernel,
-        (mode, layout): (CallMode, &Layout),
+        mode: CallMode,
+        layout: &Layout,
         mask: Option<&LaneMask>,
-        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+        outcome: &mut Outcome,
         host: &mut HashHost,
-    ) -> (CallStatus, LaneMask) {
-        let mut accepted =
+    ) {
+        outcome.accepted =
             LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
         let form = layout.object_form(mode);
         let objects = form.map(|form| {
@@ -232,15 +230,17 @@ impl Case {
             (CallMode::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
-            state,
-            scratch,
+            state: &mut outcome.state,
+            scratch: &mut outcome.scratch,
             count: count(mode),
             mask,
-            accepted: Some(&mut accepted),
+            accepted: Some(&mut outcome.accepted),
             instances,
             host,
         });
-        (status, accepted)
+        let CallStatus { budget_exhausted, nearest } = status;
+        outcome.nearest = nearest;
+        outcome.budget |= budget_exhausted;
     }
 
     /// Returns the object of each ray.
@@ -262,13 +262,7 @@ impl Case {
             if keeps_nearest {
                 // Initially the outputs of the ray itself, as if this were the only object.
                 let mut alone = self.untouched();
-                let result = self.interpret_ray(
-                    &mut interpreter,
-                    (mode, layout),
-                    FIRST + ray,
-                    (ray, 0),
-                    &mut alone,
-                );
+                let result = self.interpret_ray(&mut interpreter, mode, layout, ray, 0, &mut alone);
                 outcome.budget |= result.budget_exceeded;
                 let distance = self.distance(&alone);
                 let is_nearer = nearest.as_ref().is_none_or(|(nearest, _)| distance < *nearest);
@@ -278,18 +272,7 @@ impl Case {
                 }
                 continue;
             }
-            let object = match mode {
-                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
-                CallMode::Stream => self.indices(layout).as_slice()[ray] as usize,
-                CallMode::Leaf => FIRST + ray,
-            };
-            let result = self.interpret_ray(
-                &mut interpreter,
-                (mode, layout),
-                object,
-                (ray, ray),
-                &mut outcome,
-            );
+            let result = self.interpret_ray(&mut interpreter, mode, layout, ray, ray, &mut outcome);
             outcome.accepted.set(ray, result.accepted);
             outcome.budget |= result.budget_exceeded;
         }
@@ -310,15 +293,21 @@ impl Case {
         }
     }
 
-    /// Runs for the ray with this index and the object; outputs go to a separate lane.
+    /// Runs for the ray with this index and its object; outputs go to a separate lane.
     fn interpret_ray(
         &self,
         interpreter: &mut Interpreter,
-        (mode, layout): (CallMode, &Layout),
-        object: usize,
-        (ray, output): (usize, usize),
+        mode: CallMode,
+        layout: &Layout,
+        ray: usize,
+        output: usize,
         outcome: &mut Outcome,
     ) -> rtsl_ir::Outcome {
+        let object = match mode {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
+            CallMode::Stream => self.indices(layout).as_slice()[ray] as usize,
+            CallMode::Leaf => FIRST + ray,
+        };
         let mut storage = RayStorage {
             case: self,
             mode,

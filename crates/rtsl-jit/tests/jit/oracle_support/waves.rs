@@ -48,15 +48,12 @@ impl Case {
 
     /// Runs all paths to their ends.
     fn wave(&self, stages: &Stages, layout: &Layout, kernels: &[CompiledKernel]) -> Outcome {
-        let mut wave = Wave {
-            layout,
-            scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
-            host: HashHost::default(),
-        };
+        let scratch = LaneBlock::new(layout.scratch_arrays as usize, RAYS);
+        let outcome = Outcome { scratch, ..self.untouched() };
+        let mut wave = Wave { layout, outcome, host: HashHost::default() };
         for array in 0..self.layout.scratch_arrays as usize {
-            wave.scratch.words_mut(array).copy_from_slice(self.scratch.words(array));
+            wave.outcome.scratch.words_mut(array).copy_from_slice(self.scratch.words(array));
         }
-        let mut outcome = self.untouched();
         loop {
             let mut is_done = true;
             for (index, (stage, kernel)) in (0..).zip(stages.stages.iter().zip(kernels)) {
@@ -68,39 +65,38 @@ impl Case {
                 }
                 is_done = false;
                 rays.iter().for_each(|ray| wave.answer(stage.resumed_by, *ray));
-                let lanes = (&mut outcome.state, &mut wave.scratch);
-                let mode = (CallMode::Packet, layout);
-                let (status, _) = self.call_on(kernel, mode, Some(&mask), lanes, &mut wave.host);
-                outcome.budget |= status.budget_exhausted;
+                let Wave { layout: _, outcome, host } = &mut wave;
+                self.call_on(kernel, CallMode::Packet, layout, Some(&mask), outcome, host);
             }
             if is_done {
                 break;
             }
         }
+        let mut scratch = self.scratch.clone();
         for array in 0..self.layout.scratch_arrays as usize {
-            outcome.scratch.words_mut(array).copy_from_slice(wave.scratch.words(array));
+            scratch.words_mut(array).copy_from_slice(wave.outcome.scratch.words(array));
         }
         // Functions that accept hits have no stages, so no mask tells of them.
-        Outcome { accepted: LaneMask::from_fn(RAYS, |_| true), ..outcome }
+        Outcome { scratch, accepted: LaneMask::from_fn(RAYS, |_| true), ..wave.outcome }
     }
 }
 
 struct Wave<'a> {
     layout: &'a Layout,
-    /// The scratch of the function, then the frames of all paths, their requests and answers.
-    scratch: LaneBlock,
+    /// Its scratch is that of the function, then the frames of all paths, their requests and answers.
+    outcome: Outcome,
     host: HashHost,
 }
 
 impl Wave<'_> {
     fn words(&self, port: Port) -> &[u32] {
-        self.scratch.words(self.layout.scratch[&port.name()] as usize)
+        self.outcome.scratch.words(self.layout.scratch[&port.name()] as usize)
     }
 
     fn set(&mut self, port: Port, ray: usize, bits: u32, scalar: Scalar) {
         let word = if scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
         if let Some(array) = self.layout.scratch.get(&port.name()) {
-            self.scratch.words_mut(*array as usize)[ray] = word;
+            self.outcome.scratch.words_mut(*array as usize)[ray] = word;
         }
     }
 

@@ -55,11 +55,11 @@ pub fn read_ply_within(
         let read = match element.name.as_str() {
             "vertex" => {
                 let columns = columns(Spread::Vertices);
-                read_vertices(element, &mut numbers, (&mut builder, columns), &mut held)?
+                read_vertices(element, &mut numbers, &mut builder, columns, &mut held)?
             }
             "face" => {
                 let columns = columns(Spread::Faces);
-                read_faces(element, &mut numbers, (&mut builder, columns), &mut held)?
+                read_faces(element, &mut numbers, &mut builder, columns, &mut held)?
             }
             "tristrips" => {
                 read_strips(element, &mut numbers, &mut builder, &mut held)?;
@@ -99,7 +99,8 @@ fn vertex_slot(name: &str) -> Option<usize> {
 fn read_vertices<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
-    (builder, mut attributes): (&mut MeshBuilder, AttributeColumns),
+    builder: &mut MeshBuilder,
+    mut attributes: AttributeColumns,
     held: &mut Held,
 ) -> Result<AttributeColumns, MeshError> {
     let slots: Vec<Option<usize>> =
@@ -142,7 +143,8 @@ fn read_vertices<R: Read>(
 fn read_faces<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
-    (builder, mut attributes): (&mut MeshBuilder, AttributeColumns),
+    builder: &mut MeshBuilder,
+    mut attributes: AttributeColumns,
     held: &mut Held,
 ) -> Result<AttributeColumns, MeshError> {
     if !element.properties.iter().any(|property| is_corners(&property.name)) {

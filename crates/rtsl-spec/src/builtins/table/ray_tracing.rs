@@ -44,39 +44,45 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
         &["bool inside()"],
         "True if the ray hits the surface from inside: dot(rt_RayDirection, rt_GeometricNormal) > 0.",
     ),
-    map(
+    function(
         "pointToObject",
-        (Direction::ToObject, Mapped::Point),
+        Special::Map(Direction::ToObject, Mapped::Point),
+        SURFACE,
         &["vec3 pointToObject(vec3 point)"],
         "The point of the world in the space of the object that the ray hit.",
     ),
-    map(
+    function(
         "pointToWorld",
-        (Direction::ToWorld, Mapped::Point),
+        Special::Map(Direction::ToWorld, Mapped::Point),
+        SURFACE,
         &["vec3 pointToWorld(vec3 point)"],
         "The point of the object's space in the world.",
     ),
-    map(
+    function(
         "vectorToObject",
-        (Direction::ToObject, Mapped::Vector),
+        Special::Map(Direction::ToObject, Mapped::Vector),
+        SURFACE,
         &["vec3 vectorToObject(vec3 vector)"],
         "The difference of points of the world as that in the space of the object that the ray hit.",
     ),
-    map(
+    function(
         "vectorToWorld",
-        (Direction::ToWorld, Mapped::Vector),
+        Special::Map(Direction::ToWorld, Mapped::Vector),
+        SURFACE,
         &["vec3 vectorToWorld(vec3 vector)"],
         "The difference of points of the object's space as that in the world.",
     ),
-    map(
+    function(
         "normalToObject",
-        (Direction::ToObject, Mapped::Normal),
+        Special::Map(Direction::ToObject, Mapped::Normal),
+        SURFACE,
         &["vec3 normalToObject(vec3 normal)"],
         "The normal in the world as one in the space of the object that the ray hit, of any length.",
     ),
-    map(
+    function(
         "normalToWorld",
-        (Direction::ToWorld, Mapped::Normal),
+        Special::Map(Direction::ToWorld, Mapped::Normal),
+        SURFACE,
         &["vec3 normalToWorld(vec3 normal)"],
         "The normal in the object's space as one in the world, of any length.",
     ),
@@ -129,15 +135,6 @@ pub(super) const SURFACE: Usable = Usable::Methods(&[
     Method::Presence,
     Method::Lookup,
 ]);
-
-const fn map(
-    name: &'static str,
-    (direction, mapped): (Direction, Mapped),
-    signatures: &'static [&'static str],
-    doc: &'static str,
-) -> Builtin {
-    function(name, Special::Map(direction, mapped), SURFACE, signatures, doc)
-}
 
 const fn function(
     name: &'static str,
