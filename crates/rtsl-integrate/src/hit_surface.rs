@@ -195,8 +195,7 @@ impl Arithmetic<'_> {
         place.push(self.surface_column(SurfaceColumns::SIDE)?);
         place.push(self.surface_column(SurfaceColumns::VOLUME)?);
         if is_grouped {
-            let (is_placed, zero) =
-                (self.surface_column(SurfaceColumns::GROUP)?, self.float(0.0)?);
+            let (is_placed, zero) = (self.surface_column(SurfaceColumns::GROUP)?, self.float(0.0)?);
             place.push(self.compare(CompareOp::Greater, is_placed, zero)?);
         } else {
             place.push(self.boolean(false)?);

@@ -82,6 +82,14 @@ impl LinkedMethod {
         draws
     }
 
+    /// True if the method has a loop.
+    pub fn has_loops(&self) -> bool {
+        let mut has_loops = false;
+        let is_loop = |op: &rtsl_ir::Op| matches!(op.kind, OpKind::Loop { .. });
+        self.function.body.for_each_op(&mut |op| has_loops |= is_loop(op));
+        has_loops
+    }
+
     /// True if the method asks anything of the scene, as those of integrators do.
     pub fn asks_scene(&self) -> bool {
         self.function.body.asks(|_| true)

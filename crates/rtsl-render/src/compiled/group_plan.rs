@@ -53,7 +53,7 @@ impl<'a> Classes<'a> {
             MaterialSource::Class(index) => class_sizes(self.materials, index),
         };
         GroupParts {
-            class,
+            compiled: self.compiled,
             material,
             emitter: key.emitter.map(|(class, _)| class_sizes(self.materials, class)),
             alpha: key.alpha.map(|(class, _)| class_sizes(self.alpha, class)),

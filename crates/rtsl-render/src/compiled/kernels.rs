@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Diagnostics, Engine, Instances, Kernel, KernelRequest, LaneIndices,
-    Method, Objects, Outputs, Program, Variant,
+    Method, Objects, Outputs, Program, SurfaceRequest, Variant,
 };
 
 /// The selection of instances for calls.
@@ -39,8 +39,15 @@ impl Batching {
 pub struct KernelMaker<'a> {
     engine: &'a Engine,
     /// The requests so far; `None` once kernels are compiled.
-    requests: Option<Vec<KernelRequest>>,
+    requests: Option<Requests>,
     diagnostics: Diagnostics,
+}
+
+/// Requests for kernels.
+#[derive(Default)]
+struct Requests {
+    methods: Vec<KernelRequest>,
+    surfaces: Vec<SurfaceRequest>,
 }
 
 impl<'a> KernelMaker<'a> {
@@ -52,12 +59,16 @@ impl<'a> KernelMaker<'a> {
         engine: &'a Engine,
         mut build: impl FnMut(&mut KernelMaker<'a>) -> T,
     ) -> Result<(T, Diagnostics), Diagnostics> {
-        let mut maker =
-            KernelMaker { engine, requests: Some(Vec::new()), diagnostics: Diagnostics::new() };
+        let mut maker = KernelMaker {
+            engine,
+            requests: Some(Requests::default()),
+            diagnostics: Diagnostics::new(),
+        };
         build(&mut maker);
-        let requests = maker.requests.take().unwrap_or_default();
+        let Requests { methods, surfaces } = maker.requests.take().unwrap_or_default();
         // Programs keep the compiled kernels.
-        drop(engine.compile_all(&requests));
+        drop(engine.compile_all(&methods));
+        drop(engine.compile_surfaces(&surfaces));
         let built = build(&mut maker);
         if maker.diagnostics.has_errors() {
             Err(maker.diagnostics)
@@ -90,10 +101,19 @@ impl<'a> KernelMaker<'a> {
             return None;
         }
         if let Some(requests) = &mut self.requests {
-            requests.push(KernelRequest::new(program, method, variant));
+            requests.methods.push(KernelRequest::new(program, method, variant));
             return None;
         }
         self.note(program.kernel(method, variant))
+    }
+
+    /// Returns a kernel of surfaces; `None` while requests are collected.
+    pub fn surface(&mut self, request: SurfaceRequest) -> Option<Arc<Kernel>> {
+        if let Some(requests) = &mut self.requests {
+            requests.surfaces.push(request);
+            return None;
+        }
+        self.note(request.kernel())
     }
 
     /// Returns the engine.

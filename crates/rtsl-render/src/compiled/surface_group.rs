@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl::{
-    ATTRIBUTES, HitPlacement, Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query,
-    StateVariable, TO_OBJECT, TO_WORLD, Variant, lookup_state,
+    ATTRIBUTES, Kernel, LinkedMethod, Method, Objects, Outputs, Program, Query, StateVariable,
+    SurfaceNeeds, TO_OBJECT, TO_WORLD, lookup_state,
 };
 
+use super::CompiledScene;
 use super::group_plan::Classes;
 use super::instance_classes::InstanceClassId;
 use super::kernels::{Batching, KernelMaker};
 use super::material::{MaterialKernels, MaterialSource, called_methods, is_shaded};
-use super::object_class::ObjectClass;
-use crate::surfaces::SurfaceNeeds;
+use crate::surfaces::{ReadSurfaces, SurfaceKernels};
 
 /// The key of a surface group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,13 +36,10 @@ pub struct GroupKey {
 pub struct SurfaceGroup {
     /// The key.
     pub key: GroupKey,
-    /// The surface properties to compute.
-    pub needs: SurfaceNeeds,
-    /// True if methods of the shapes may read normals, whether they are called or not: these are then normalised, as
-    /// in stages.
-    pub shapes_read_normals: bool,
-    /// The shapes' methods.
-    pub shape: ShapeKernels,
+    /// The kernels that compute surfaces, if anything is asked about them.
+    pub surfaces: Option<SurfaceKernels>,
+    /// True if indices of objects, instances and elements are read.
+    pub needs_numbers: bool,
     /// The materials' methods.
     pub material: MaterialKernels,
     /// The emitters' `emission`.
@@ -57,27 +54,10 @@ pub struct SurfaceGroup {
     pub emitter_draws: bool,
 }
 
-/// The methods of shapes.
-#[derive(Default)]
-pub struct ShapeKernels {
-    /// `intersect`, if a method reads its scratch.
-    pub hit: Option<Arc<Kernel>>,
-    /// `computeNormal`.
-    pub normal: Option<Arc<Kernel>>,
-    /// `computeTextureCoordinates`.
-    pub coordinates: Option<Arc<Kernel>>,
-    /// `computeDerivatives`.
-    pub derivatives: Option<Arc<Kernel>>,
-    /// `samplePDF`.
-    pub density: Option<Arc<Kernel>>,
-    /// The parts of hits that `computeNormal` sets.
-    pub placement: HitPlacement,
-}
-
 /// The programs and instances of a group's parts.
 pub struct GroupParts<'a> {
-    /// The shapes.
-    pub class: &'a ObjectClass,
+    /// The traversal classes of shapes.
+    pub compiled: &'a CompiledScene,
     /// The materials.
     pub material: (&'a Arc<Program>, &'a Objects),
     /// The emitters.
@@ -101,7 +81,6 @@ impl SurfaceGroup {
         parts: &GroupParts<'_>,
         queries: &BTreeSet<Query>,
     ) -> Self {
-        let program = parts.class.program();
         let (material, objects) = parts.material;
         let (_, of) = key.material;
         let linked = |program: &Program, method: Method| program.method(method).ok();
@@ -119,15 +98,17 @@ impl SurfaceGroup {
             let emitter = parts.emitter.map(|(emitter, _)| emitter);
             read.add_properties_of_materials(LINKED_METHODS, [Some(material), emitter]);
         }
-        if let MaterialSource::Class(_) = key.material.0 {
-            // Materials have separate scratch.
-            read.scratch = false;
-        }
         // Every answer and every cut needs the properties that others are computed from.
         let is_prepared = !queries.is_empty() || parts.alpha.is_some();
-        let is_sampled = key.is_sampled && queries.contains(&Query::LightPdf);
-        let shape = is_prepared
-            .then(|| ShapeKernels::new(maker, parts.class, (key.shape, is_sampled), &mut read));
+        let reads = ReadSurfaces {
+            needs: read.needs(),
+            // Other materials have separate scratch.
+            keeps_scratch: read.scratch && key.material.0 == MaterialSource::Own,
+            are_sampled: key.is_sampled,
+            has_densities: key.is_sampled && queries.contains(&Query::LightPdf),
+        };
+        let surfaces = || SurfaceKernels::new(maker, parts.compiled, key.class, key.shape, reads);
+        let surfaces = is_prepared.then(surfaces).flatten();
         let mut kernel = |part: Option<(&Arc<Program>, &Objects)>, of, method: Method| {
             let (program, objects) = part?;
             let outputs = Outputs::ALL.without_scratch();
@@ -146,11 +127,8 @@ impl SurfaceGroup {
         };
         SurfaceGroup {
             key,
-            needs: read.needs(program),
-            shapes_read_normals: program.has(Method::ComputeTextureCoordinates)
-                || program.has(Method::ComputeDerivatives)
-                || key.is_sampled && program.has(Method::SamplePdf),
-            shape: shape.unwrap_or_default(),
+            surfaces,
+            needs_numbers: read.any(&NUMBERS),
             material: MaterialKernels::new(maker, material, (of, objects), queries),
             emitter: emitter_kernel,
             alpha,
@@ -171,6 +149,14 @@ const LINKED_METHODS: [Method; 4] =
 
 /// The state with properties of surfaces that materials alone read, which few do.
 const PROPERTIES_OF_MATERIALS: [&str; 3] = [ATTRIBUTES, TO_OBJECT, TO_WORLD];
+
+/// The state with the indices of what a ray hits.
+const NUMBERS: [&str; 3] = ["rt_ObjectNumber", "rt_InstanceNumber", "rt_ElementNumber"];
+
+/// Returns the surface properties that methods read.
+pub fn needs_of<'a>(methods: impl IntoIterator<Item = &'a Arc<LinkedMethod>>) -> SurfaceNeeds {
+    Read::by(methods).needs()
+}
 
 /// The surface properties that methods read.
 struct Read {
@@ -205,116 +191,15 @@ impl Read {
         self.state = self.state.union(read);
     }
 
-    /// Returns the properties to compute for shapes of a program.
-    fn needs(&self, shapes: &Program) -> SurfaceNeeds {
-        let needs = SurfaceNeeds::of(self.state);
-        SurfaceNeeds {
-            // Widths are relative to surface parameters.
-            derivatives: needs.derivatives || needs.footprints,
-            inverse_directions: needs.inverse_directions || reads_inverse(shapes),
-            ..needs
-        }
-    }
-}
-
-/// The methods of shapes that compute what other methods read of surfaces.
-pub struct ShapeSurface {
-    /// The methods.
-    pub kernels: ShapeKernels,
-    /// The properties to compute.
-    pub needs: SurfaceNeeds,
-}
-
-impl ShapeSurface {
-    /// Compiles the methods for readers that do not share scratch with the shapes.
-    pub fn new(
-        maker: &mut KernelMaker<'_>,
-        shapes: &ObjectClass,
-        of: Batching,
-        readers: &[Arc<LinkedMethod>],
-    ) -> Self {
-        let mut read = Read::by(readers);
-        read.scratch = false;
-        let kernels = ShapeKernels::new(maker, shapes, (of, false), &mut read);
-        ShapeSurface { kernels, needs: read.needs(shapes.program()) }
-    }
-}
-
-impl ShapeKernels {
-    /// Returns the kernel of a method, if the shapes have it and its results are read.
-    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
-        let kernel = match method {
-            Method::Intersect => &self.hit,
-            Method::ComputeNormal => &self.normal,
-            Method::ComputeTextureCoordinates => &self.coordinates,
-            Method::ComputeDerivatives => &self.derivatives,
-            Method::SamplePdf => &self.density,
-            _ => return None,
-        };
-        kernel.as_deref()
+    /// Returns the properties to compute.
+    fn needs(&self) -> SurfaceNeeds {
+        SurfaceNeeds::of(|variable| self.state.has_state(variable))
     }
 
-    /// Compiles the methods that compute `read`; their own inputs are added to it.
-    fn new(
-        maker: &mut KernelMaker<'_>,
-        class: &ObjectClass,
-        (of, is_sampled): (Batching, bool),
-        read: &mut Read,
-    ) -> Self {
-        let program = class.program();
-        let linked = |method: Method| program.method(method).ok();
-        let mut methods = vec![Method::ComputeNormal];
-        let needs = SurfaceNeeds::of(read.state);
-        if (needs.derivatives || needs.footprints) && program.has(Method::ComputeDerivatives) {
-            methods.push(Method::ComputeDerivatives);
-            linked(Method::ComputeDerivatives).iter().for_each(|it| read.add(it));
-        }
-        if SurfaceNeeds::of(read.state).coordinates {
-            methods.push(Method::ComputeTextureCoordinates);
-        }
-        if is_sampled {
-            methods.push(Method::SamplePdf);
-        }
-        for method in &methods {
-            linked(*method).iter().for_each(|it| read.scratch |= it.reads_scratch);
-        }
-        let mut surface = read.state;
-        if needs.footprints {
-            surface = surface
-                .union(Outputs::state(["rt_dPdu", "rt_dPdv"].into_iter().filter_map(lookup_state)));
-        }
-        let mut kernel = |method: Method| {
-            let outputs = match method {
-                Method::ComputeTextureCoordinates | Method::ComputeDerivatives => surface,
-                _ => Outputs::ALL.without_scratch(),
-            };
-            let is_called = methods.contains(&method);
-            let objects = (of, &*class.objects);
-            if is_called { maker.kernel(program, method, objects, outputs) } else { None }
-        };
-        let (normal, coordinates) =
-            (kernel(Method::ComputeNormal), kernel(Method::ComputeTextureCoordinates));
-        let (derivatives, density) =
-            (kernel(Method::ComputeDerivatives), kernel(Method::SamplePdf));
-        let hit = read.scratch.then(|| {
-            let variant = Variant::new(of.shape()).of_objects(class.objects.form().clone());
-            let variant = variant.reading(Outputs::NONE.with_scratch());
-            let variant = if class.is_placed() { variant.placed() } else { variant };
-            maker.kernel_of(program, Method::Intersect, variant)
-        });
-        let placement = linked(Method::ComputeNormal).map(|it| it.hit_placement);
-        let placement = placement.unwrap_or_default();
-        ShapeKernels { hit: hit.flatten(), normal, coordinates, derivatives, density, placement }
+    /// True if any of these state variables is read.
+    fn any(&self, names: &[&str]) -> bool {
+        names.iter().filter_map(|name| lookup_state(name)).any(|it| self.state.has_state(it))
     }
-}
-
-/// True if a shape's method that is called for hits reads the reciprocal direction of rays.
-fn reads_inverse(program: &Program) -> bool {
-    let methods =
-        [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
-    let linked: Vec<_> =
-        methods.into_iter().filter_map(|method| program.method(method).ok()).collect();
-    SurfaceNeeds::of(Read::by(&linked).state).inverse_directions
 }
 
 #[cfg(test)]

@@ -51,15 +51,19 @@ fn groups(scene: &RenderScene, query: Query) -> BTreeMap<&str, SurfaceGroup> {
 fn texture_coordinates_are_computed_where_something_reads_them() {
     let scene = compiled(&format!("{GREY}Shape \"Sphere\"\n{CHECKED}Shape \"Disk\""));
     let groups = groups(&scene, Query::Bsdf);
-    let has = |class: &str, method: Method| groups[class].shape.kernel(method).is_some();
-    for (method, [of_grey, of_checked]) in [
-        (Method::ComputeNormal, [true, true]),
-        (Method::ComputeTextureCoordinates, [false, true]),
-        (Method::ComputeDerivatives, [false, true]),
-        (Method::Intersect, [false, false]),
+    let stores = |class: &str, name: &str| {
+        let surfaces = groups[class].surfaces.as_ref().expect("it is asked about");
+        let variable = lookup_state(name).expect("the table has it");
+        surfaces.surface().state_components().contains(variable.first_component)
+    };
+    for (name, [of_grey, of_checked]) in [
+        ("rt_GeometricNormal", [true, true]),
+        ("rt_TextureUV", [false, true]),
+        ("rt_dPdu", [false, true]),
+        ("rt_InverseRayDirection", [false, false]),
     ] {
-        assert_eq!(has("Sphere", method), of_grey, "{method:?}");
-        assert_eq!(has("Disk", method), of_checked, "{method:?}: the checks are filtered");
+        assert_eq!(stores("Sphere", name), of_grey, "{name}");
+        assert_eq!(stores("Disk", name), of_checked, "{name}: the checks are filtered");
     }
 }
 
@@ -71,15 +75,5 @@ fn materials_that_shade_are_not_asked_for_emission() {
         assert!(material.has(Method::Shade) && material.has(Method::Emission), "{class}");
         assert_eq!(called_methods(material, &[Query::Shade].into()), [Method::Shade], "{class}");
         assert!(group.material.emission.is_none(), "{class}");
-    }
-}
-
-#[test]
-fn hits_are_computed_anew_where_something_reads_their_scratch() {
-    for (material, reads_scratch) in [(GREY, false), (CHECKED, true)] {
-        let scene = compiled(&format!("{material}Shape \"Marked\""));
-        let groups = groups(&scene, Query::Bsdf);
-        let hit = groups["Marked"].shape.kernel(Method::Intersect);
-        assert_eq!(hit.is_some(), reads_scratch, "{material}");
     }
 }

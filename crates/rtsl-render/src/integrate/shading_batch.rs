@@ -4,8 +4,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{
-    LaneBlock, LaneIndices, LaneMask as MaskBlock, LightSelector, RayType, SURFACE_SCALARS,
-    new_state,
+    LaneBlock, LaneIndices, LightSelector, RayType, SURFACE_SCALARS, SurfaceColumns, new_state,
 };
 use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::Sampler;
@@ -35,7 +34,7 @@ pub struct ShadingBatch {
     pub limit: Row,
     /// The times within the shutter.
     pub time: Row,
-    /// The widths of the rays at the hits.
+    /// The widths of the rays at their origins.
     pub width: Row,
     /// The increase of width per unit of length.
     pub spread: Row,
@@ -67,8 +66,6 @@ pub struct ShadingBatch {
     pub kept_scratch: LaneBlock,
     /// The materials' scratch.
     pub scratch: LaneBlock,
-    /// The lanes for which `intersect` accepted a hit, when it is called again.
-    pub accepted: MaskBlock,
     /// The indices of the objects that were hit among those of their class.
     pub objects: LaneIndices,
     /// The indices of their materials.
@@ -140,9 +137,8 @@ impl ShadingBatch {
             light_seeds: NONE,
             selection: LaneBlock::new(LightSelector::ARRAYS, BATCH_LANES),
             state: new_state(BATCH_LANES),
-            kept_scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            kept_scratch: LaneBlock::new(scratch_arrays + SurfaceColumns::COUNT, BATCH_LANES),
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
-            accepted: MaskBlock::new(BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             materials: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
@@ -200,7 +196,6 @@ impl ShadingBatch {
         }
         for lane in 0..all {
             let RayOfSurface { time, key, sample } = ray(lane.min(count - 1));
-            self.width[lane] += self.spread[lane] * self.distance[lane];
             (self.time[lane], self.keys[lane], self.samples[lane]) = (time, key, sample);
         }
         self.start_random_numbers(purpose);
@@ -242,7 +237,7 @@ impl ShadingBatch {
                 [time, width, spread, f32::from_bits(key)]
             });
             eight.put(time, &mut self.time);
-            eight.put(width + spread * distance, &mut self.width);
+            eight.put(width, &mut self.width);
             eight.put(spread, &mut self.spread);
             let keys = keys.to_array();
             for lane in 0..8 {

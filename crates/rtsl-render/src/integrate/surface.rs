@@ -156,7 +156,10 @@ impl SceneHost<'_> {
         }
         let ThreadMemory { batch, .. } = &mut *self.queries;
         batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
-        self.tracer.prepare_surfaces(group, batch);
+        match query {
+            Query::LightPdf => self.tracer.prepare_densities(group, batch),
+            _ => self.tracer.prepare_surfaces(group, batch),
+        }
         let before = asking.iter().map(|asking| self.rays[asking.ray].surfaces_before());
         batch.set_depths(before.map(|before| (self.depth, before)));
     }

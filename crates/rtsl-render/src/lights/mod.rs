@@ -20,8 +20,9 @@ use crate::compiled::group_plan::Classes;
 use crate::compiled::instance_classes::{InstanceClassId, InstanceClasses};
 use crate::compiled::kernels::{Batching, KernelMaker};
 use crate::compiled::object_entry::ObjectEntry;
-use crate::compiled::surface_group::ShapeSurface;
+use crate::compiled::surface_group::needs_of;
 use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
+use crate::surfaces::{ReadSurfaces, SurfaceKernels};
 
 pub use sample::LightMemory;
 use selection::{LightProbe, Selection};
@@ -68,8 +69,8 @@ pub struct ShapeLightClass {
     emission: Arc<Kernel>,
     /// The class of the shapes' alpha textures and their `lookup`.
     alpha: Option<(InstanceClassId, Batching, Arc<Kernel>)>,
-    /// The methods of the shapes that compute what these read of sampled points, unless samples provide it.
-    surface: Option<ShapeSurface>,
+    /// The kernels that compute what these read of sampled points, unless samples provide it.
+    surface: Option<SurfaceKernels>,
     /// True if no ray hits the shapes, so that samples alone find their light.
     is_invisible: bool,
 }
@@ -421,8 +422,10 @@ impl ShapeLightClass {
         let lookup_method = textures.and_then(|it| it.program.method(Method::Lookup).ok());
         let readers = emitters.program.method(Method::Emission).ok().into_iter();
         let readers: Vec<_> = readers.chain(lookup_method).collect();
+        let read =
+            ReadSurfaces { needs: needs_of(&readers), are_sampled: true, ..Default::default() };
         let surface = (!readers.iter().all(|it| is_provided(it)))
-            .then(|| ShapeSurface::new(maker, shapes, of, &readers));
+            .then(|| SurfaceKernels::new(maker, classes.compiled, key.class, of, read));
         let (generate, emission) = generate.zip(emission)?;
         Some(ShapeLightClass {
             class: key.class,
@@ -431,7 +434,7 @@ impl ShapeLightClass {
             emitter: (key.emitter, of_emitter),
             emission,
             alpha: key.alpha.zip(lookup).map(|(class, lookup)| (class, of_alpha, lookup)),
-            surface,
+            surface: surface.flatten(),
             is_invisible: key.is_invisible,
         })
     }

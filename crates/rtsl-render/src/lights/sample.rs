@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state};
+use rtsl::{LaneBlock, LaneIndices, Method, SurfaceColumns, new_state};
 use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
 use rtsl_math::{MAX_SHAPE_MARGIN, SURFACE_ERROR};
 
@@ -51,8 +51,6 @@ pub struct LightMemory {
     samples: [u32; BATCH_LANES],
     pub(super) state: LaneBlock,
     pub(super) scratch: LaneBlock,
-    /// The lanes for which `intersect` accepted a hit.
-    pub(super) accepted: MaskBlock,
     pub(crate) objects: LaneIndices,
     emitters: LaneIndices,
     alpha: LaneIndices,
@@ -82,8 +80,7 @@ impl LightMemory {
             keys: [0; BATCH_LANES],
             samples: [0; BATCH_LANES],
             state: new_state(BATCH_LANES),
-            scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
-            accepted: MaskBlock::new(BATCH_LANES),
+            scratch: LaneBlock::new(scratch_arrays + SurfaceColumns::COUNT, BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
@@ -408,7 +405,7 @@ impl PathTracer<'_> {
         callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         if let Some(surface) = &class.surface {
-            self.prepare_sampled_surfaces((class.class, class.of), surface, memory);
+            self.prepare_sampled_surfaces(surface, class.of, memory);
         }
         self.sample_emission(class, memory);
         self.apply_alpha(class, memory);

@@ -19,6 +19,7 @@ use crate::codegen::options::EngineOptions;
 use crate::instance::instance::Instance;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
+use crate::program::surface_request::SurfaceRequest;
 
 /// Links instances and makes their kernels, each once. Engines are cheap to clone, and threads can share them.
 ///
@@ -172,6 +173,14 @@ impl Engine {
         kernels.collect()
     }
 
+    /// Makes kernels of surfaces on all processors; the results are in the order of the requests.
+    pub fn compile_surfaces(
+        &self,
+        requests: &[SurfaceRequest],
+    ) -> Vec<Result<Arc<Kernel>, Diagnostic>> {
+        each_on_threads(requests.len(), |index| requests[index].kernel())
+    }
+
     /// Returns a kernel of the request, which a kernel that takes the members of `instance` for constants replaces once
     /// a background thread has made it.
     ///
@@ -192,7 +201,7 @@ impl Engine {
     }
 
     fn compile_together(&self, requests: &[KernelRequest]) {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = processors();
         let linked = requests.iter().map(|_| OnceLock::new()).collect::<Vec<_>>();
         on_threads(threads, requests.len(), |index| {
             let KernelRequest { program, method, variant } = &requests[index];
@@ -239,6 +248,11 @@ pub(super) fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
     modules.into_iter().map(|(_, module)| module).collect()
 }
 
+/// The number of threads that work at a time.
+pub(super) fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Does the pieces of work `0..count` on threads.
 pub(super) fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
     let next = AtomicUsize::new(0);
@@ -257,4 +271,16 @@ pub(super) fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sy
         }
         take();
     });
+}
+
+/// Does the pieces of work `0..count` on all processors, and returns their results in order.
+pub(super) fn each_on_threads<T: Send + Sync>(
+    count: usize,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let results: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
+    on_threads(processors(), count, |index| {
+        let _ = results[index].set(work(index));
+    });
+    results.into_iter().map(|it| it.into_inner().expect("all work is done")).collect()
 }

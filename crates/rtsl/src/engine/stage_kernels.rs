@@ -21,7 +21,7 @@ use rtsl_spec::lookup_state;
 use rtsl_stages::{Port, ResumedBy};
 
 use super::background::{Answer, wait};
-use super::engine::{Engine, into_modules, on_threads};
+use super::engine::{Engine, each_on_threads, into_modules, processors};
 use super::tiered_kernel::TieredKernel;
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
@@ -411,19 +411,6 @@ fn read_scratch(linked: &[Linked], first_hits: bool) -> BTreeSet<String> {
         }));
     }
     read
-}
-
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Does the pieces of work `0..count` on all processors, and returns their results in order.
-fn each_on_threads<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let results: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
-    on_threads(processors(), count, |index| {
-        let _ = results[index].set(work(index));
-    });
-    results.into_iter().map(|it| it.into_inner().expect("all work is done")).collect()
 }
 
 impl StageKernel {
