@@ -35,7 +35,6 @@ variables! {
     bound_max "rt_BoundMax";
     geometric_normal "rt_GeometricNormal";
     shading_normal "rt_ShadingNormal";
-    surface_offset "rt_SurfaceOffset";
     bsdf_seed "rt_BSDFSeed";
     bsdf_value "rt_BSDFValue";
     texture_uv "rt_TextureUV";

@@ -211,20 +211,6 @@ pub fn difference<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Returns the points of rays at these parameters.
-#[inline(always)]
-pub fn points_on_rays<S: Simd>(
-    origin: &Vectors<S>,
-    direction: &Vectors<S>,
-    parameter: f32x8<S>,
-) -> Vectors<S> {
-    [
-        origin[0] + parameter * direction[0],
-        origin[1] + parameter * direction[1],
-        origin[2] + parameter * direction[2],
-    ]
-}
-
 /// Returns `one` where the mask is set, elsewhere `other`.
 #[inline(always)]
 pub fn select<S: Simd>(mask: mask32x8<S>, one: &Vectors<S>, other: &Vectors<S>) -> Vectors<S> {

@@ -47,21 +47,6 @@ impl<S: Simd> LaneMaps<S> {
         LaneMaps { columns: [[a, b, c], [d, e, f], [g, h, i], [j, k, l]] }
     }
 
-    /// The images of the axes, then that of the origin.
-    #[inline(always)]
-    pub fn columns(&self) -> &[Vectors<S>; 4] {
-        &self.columns
-    }
-
-    /// Returns the maps that apply `inner`, then these.
-    #[inline(always)]
-    pub fn after(&self, inner: &Self) -> Self {
-        let [x, y, z, origin] = &inner.columns;
-        LaneMaps {
-            columns: [self.vectors(x), self.vectors(y), self.vectors(z), self.points(origin)],
-        }
-    }
-
     /// Returns the maps of magnitudes: [`Affine::of_sizes`].
     #[inline(always)]
     pub fn of_sizes(&self) -> Self {

@@ -19,16 +19,6 @@ pub fn sums<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// Returns the sizes of the terms from which points on rays are computed.
-#[inline(always)]
-pub fn sizes_on_rays<S: Simd>(
-    origin: &Vectors<S>,
-    direction: &Vectors<S>,
-    parameter: f32x8<S>,
-) -> Vectors<S> {
-    sums(&sizes(origin), &sizes(&scaled(direction, parameter)))
-}
-
 /// Returns the distances from points, which are computed from terms of these sizes with this relative error, along
 /// their unit normals at which rays begin; 0 if sizes overflow.
 #[inline(always)]

@@ -70,11 +70,6 @@ impl<'a> SurfaceTransforms<'a> {
         }
     }
 
-    /// True if the objects, or their group, are not in world space.
-    pub fn are_local(&self) -> bool {
-        self.is_placed || !matches!(self.instances, Instances::World)
-    }
-
     /// Returns the transforms from world space to those of the objects' groups; `None` if it is the same.
     #[inline(always)]
     pub fn world_to_group<S: Simd>(
@@ -153,20 +148,6 @@ impl<'a> SurfaceTransforms<'a> {
             Some(object) => LaneMaps::same(eight, map(object)),
             None => LaneMaps::gathered(eight, |lane| map(self.object_of(lanes, lane))),
         })
-    }
-
-    /// Returns the maps of points from the world to the objects' own spaces.
-    #[inline(always)]
-    pub fn world_to_object<S: Simd>(&self, eight: Eight<S>, lanes: &impl HitLanes) -> LaneMaps<S> {
-        let maps = (self.group_to_object(eight, lanes), self.world_to_group(eight, lanes));
-        composed(eight, maps)
-    }
-
-    /// Returns the maps of points from the objects' own spaces to the world.
-    #[inline(always)]
-    pub fn object_to_world<S: Simd>(&self, eight: Eight<S>, lanes: &impl HitLanes) -> LaneMaps<S> {
-        let maps = (self.group_to_world(eight, lanes), self.object_to_group(eight, lanes));
-        composed(eight, maps)
     }
 
     #[inline(always)]
@@ -263,24 +244,6 @@ impl<'a> SurfaceTransforms<'a> {
         points
     }
 
-    /// Transforms vectors of the objects' spaces to the world's.
-    #[inline(always)]
-    pub fn vectors<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        lanes: &impl HitLanes,
-        vectors: &Vectors<S>,
-    ) -> Vectors<S> {
-        let mut vectors = *vectors;
-        if let Some(maps) = self.object_to_group(eight, lanes) {
-            vectors = maps.vectors(&vectors);
-        }
-        if let Some(maps) = self.group_to_world(eight, lanes) {
-            vectors = maps.vectors(&vectors);
-        }
-        vectors
-    }
-
     /// Transforms normals of the objects' spaces to the world's, of any length, with the orientation of the objects.
     #[inline(always)]
     pub fn normals<S: Simd, const N: usize>(
@@ -333,19 +296,6 @@ impl<'a> SurfaceTransforms<'a> {
             placement.map_or(1.0, |it| it.volume_scale(lanes.time(lane)) as f32)
         });
         own * of_group
-    }
-}
-
-/// Returns the maps that apply the second, then the first.
-#[inline(always)]
-fn composed<S: Simd>(
-    eight: Eight<S>,
-    maps: (Option<LaneMaps<S>>, Option<LaneMaps<S>>),
-) -> LaneMaps<S> {
-    match maps {
-        (None, None) => LaneMaps::same(eight, &Affine::IDENTITY),
-        (Some(only), None) | (None, Some(only)) => only,
-        (Some(outer), Some(inner)) => outer.after(&inner),
     }
 }
 
