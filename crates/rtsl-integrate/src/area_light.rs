@@ -70,11 +70,11 @@ impl AreaLightLink {
 }
 
 /// A sampled point of a shape, in the world.
-struct SampledPoint {
-    point: Vector,
-    normal: Vector,
+pub(crate) struct SampledPoint {
+    pub point: Vector,
+    pub normal: Vector,
     /// Without colour.
-    sample: SampledColor,
+    pub sample: SampledColor,
 }
 
 impl StageLinker {
@@ -85,7 +85,8 @@ impl StageLinker {
         lit: &LitPoint,
         to: &mut Vec<Op>,
     ) -> Linking<SampledColor> {
-        let sampled = self.sampled_point(light, lit, to)?;
+        let moment = Arithmetic { linker: &mut *self, to: &mut *to }.moment()?;
+        let sampled = self.sampled_point((&light.shape, &light.generate), lit, &moment, to)?;
         let emission = self.sampled_emission(light, (lit, &sampled), to)?;
         let code = &mut Arithmetic { linker: self, to };
         let operands = [&emission[..], &[sampled.sample.density]].concat();
@@ -93,20 +94,21 @@ impl StageLinker {
         Ok(SampledColor { color, ..sampled.sample })
     }
 
-    /// Samples a point of the shape.
-    fn sampled_point(
+    /// Samples a point of a shape by `generateSample`, which has the state of all methods.
+    pub(crate) fn sampled_point(
         &mut self,
-        light: &AreaLightLink,
+        (shape, generate): (&ShapeLinks, &LinkedMethod),
         lit: &LitPoint,
+        moment: &[(&str, Vec<Value>)],
         to: &mut Vec<Op>,
     ) -> Linking<SampledPoint> {
-        let shape = &light.shape;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let place = shape.place(code)?;
         let origin = code.call("rt_pointInShape", &[&place[..], &lit.point].concat())?;
-        let mut state = code.moment()?;
+        let mut state = Vec::new();
+        moment.iter().for_each(|(name, values)| set(&mut state, name, values));
         set(&mut state, "rt_RayOrigin", &origin);
-        let set = self.light_method(&shape.prefix, &light.generate, state, to)?;
+        let set = self.light_method(&shape.prefix, generate, state, to)?;
         let mut operands = [&place[..], &lit.point, &[lit.offset]].concat();
         for name in OUTPUTS {
             operands.extend(self.results((&set, Role::Primitive), name, to)?);
@@ -126,7 +128,10 @@ impl StageLinker {
         let SampledPoint { point, normal, sample } = sampled;
         let SampledColor { direction, distance, .. } = sample;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let mut state = code.moment()?;
+        let mut state = Vec::new();
+        for (name, values) in code.moment()? {
+            set(&mut state, name, &values);
+        }
         if light.needs_surface() {
             let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
             let properties = self.surface_properties(&light.shape, &operands, to)?;
@@ -152,13 +157,10 @@ impl StageLinker {
 
 impl Arithmetic<'_> {
     /// The state of all methods.
-    fn moment(&mut self) -> Linking<Vec<(StateComponent, Value)>> {
-        let mut state = Vec::new();
+    fn moment(&mut self) -> Linking<[(&'static str, Vec<Value>); 2]> {
         let epsilon = self.load_member(EPSILON, Scalar::F32)?;
         let time = self.column(TIME_COLUMN, Scalar::F32)?;
-        set(&mut state, "rt_Epsilon", &[epsilon]);
-        set(&mut state, "rt_TimeSeed", &[time]);
-        Ok(state)
+        Ok([("rt_Epsilon", vec![epsilon]), ("rt_TimeSeed", vec![time])])
     }
 
     /// The operands of queries about the surface that a ray without a footprint hits.

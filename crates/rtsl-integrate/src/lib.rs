@@ -8,10 +8,10 @@
 //! |---|---|
 //! | `sampler.rtsl` | [`sampler`], and [`sequences`] for their keys |
 //! | `camera.rtsl` | [`camera`] |
-//! | `surface.rtsl`, `space.rtsl` | [`surface`], [`hit_surface`] for hosts |
+//! | `surface.rtsl`, `space.rtsl` | [`surface`] |
 //! | `lights.rtsl` | [`light_selection`], [`lights`], [`area_light`], [`indexed_lights`] |
 //!
-//! [`search`] tests rays against the objects of small scenes, [`stage_search`] at the ends of stages. Requests that
+//! [`host_query`] makes kernels of the same for hosts. [`search`] tests rays against the objects of small scenes, [`stage_search`] at the ends of stages. Requests that
 //! wait for a host are kept in columns ([`kept_requests`], [`contribution`], [`spawning`]). This crate makes no code for
 //! machines, and binds no data of instances.
 
@@ -20,7 +20,7 @@ mod arithmetic;
 pub mod camera;
 pub mod chosen_light;
 pub mod contribution;
-pub mod hit_surface;
+pub mod host_query;
 pub mod indexed_lights;
 pub mod kept_requests;
 pub mod light_selection;
@@ -28,6 +28,7 @@ pub mod lights;
 pub mod next_stages;
 mod passed_values;
 pub mod prepared_surface;
+pub mod query_columns;
 pub mod renderer_text;
 pub mod sampler;
 pub mod search;

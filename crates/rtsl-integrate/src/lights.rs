@@ -9,13 +9,14 @@ use rtsl_link::{LinkedMethod, Linker, Linking, default_of, find_override};
 use rtsl_math::sampling::Sampler;
 use rtsl_spec::{Role, lookup_state};
 
-use crate::arithmetic::{Arithmetic, Vector, vector_at};
+use crate::arithmetic::{Arithmetic, Map, Vector, vector_at};
 use crate::chosen_light::{ChosenLight, LightClassLink, LightMethods};
 use crate::light_selection::LightSelection;
+use crate::query_columns::QueryColumns;
 use crate::sequences::Purpose;
 use crate::stage::{TIME_COLUMN, asks_host};
 use crate::stage_linker::StageLinker;
-use crate::surface::needs_only;
+use crate::surface::{Places, needs_only};
 
 /// The greatest number of lights that are linked, which bounds the data of stages.
 pub const MAX_LIGHTS: usize = 1 << 16;
@@ -90,6 +91,8 @@ pub struct LightLink {
     pub is_placed: bool,
     /// True if rays that leave the scene can find the light, so that samples at infinity have densities.
     pub is_weighed: bool,
+    /// The data with the maps between the world and the light's space.
+    pub places: Places,
 }
 
 /// The state that methods of lights may read.
@@ -112,6 +115,17 @@ impl LightLink {
     /// Returns the name of the map from the light's space to the world.
     pub fn forward(&self) -> String {
         format!("{}forward.map", self.prefix)
+    }
+
+    /// Loads the map from the world to the light's space, and the map back.
+    fn maps(&self, code: &mut Arithmetic<'_>) -> Linking<[Map; 2]> {
+        match self.places {
+            Places::Members => Ok([code.map(&self.inverse())?, code.map(&self.forward())?]),
+            Places::Columns { .. } => {
+                let first = QueryColumns::MAPS;
+                Ok([code.query_map(first)?, code.query_map(first + 12)?])
+            }
+        }
     }
 
     /// True if the methods need nothing but what queries give and, for samples, random numbers.
@@ -263,46 +277,60 @@ impl StageLinker {
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
-        let is_density = query == Query::SkyPdf;
-        let world_direction = if is_density { vector(9) } else { vector(3) };
-        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let inverse = code.map(&light.inverse())?;
-        let up = code.vector([0.0, 0.0, 1.0])?;
-        let direction = code.transformed_vector(&inverse, world_direction)?;
-        let direction = code.normalized_or(direction, up)?;
-        let origin = code.transformed_point(&inverse, vector(0))?;
-        let mut state = Vec::new();
-        set(&mut state, "rt_RayOrigin", &origin);
-        set(&mut state, "rt_RayDirection", &direction);
-        set(&mut state, "rt_LightDirection", &direction);
-        set(&mut state, "rt_HitPoint", &origin);
-        let time = code.column(TIME_COLUMN, Scalar::F32)?;
-        set(&mut state, "rt_TimeSeed", &[time]);
-        if !is_density {
-            let Some(emission) = &light.emission else {
-                return Ok(vec![code.float(0.0)?; 3]);
-            };
-            let set = self.light_method(&light.prefix, emission, state, to)?;
-            return self.results((&set, Role::Light), "rt_EmissionColor", to);
+        let vector = |first: usize| vector_at(operands, first);
+        if query == Query::SkyEmission {
+            return self.sky_emission(light, [vector(0), vector(3)], to);
         }
-        let selection = links.selection.as_ref();
-        let (Some(density), Some(selection)) = (&light.density, selection) else {
-            return Ok(vec![code.float(0.0)?]);
+        let part = match &links.selection {
+            Some(selection) => self.probability_of(selection, index, vector(0), to)?,
+            None => None,
         };
-        let Some(part) = code.linker.probability_of(selection, index, vector(0), code.to)? else {
-            return Ok(vec![code.float(0.0)?]);
+        let Some(part) = part.filter(|_| light.density.is_some()) else {
+            return Ok(vec![self.constant(to, rtsl_ir::Constant::F32(0.0))?]);
         };
-        let forward = code.map(&light.forward())?;
-        for (name, normal) in [("rt_GeometricNormal", vector(3)), ("rt_ShadingNormal", vector(6))] {
+        let (ray, normals) = ([vector(0), vector(9)], [vector(3), vector(6)]);
+        let density = self.sky_density(light, ray, normals, to)?;
+        Ok(vec![Arithmetic { linker: self, to }.multiply(density, part)?])
+    }
+
+    /// The radiance of a light for a ray that leaves the scene.
+    pub(crate) fn sky_emission(
+        &mut self,
+        light: &LightLink,
+        ray: [Vector; 2],
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let Some(emission) = &light.emission else {
+            return Ok(vec![self.constant(to, rtsl_ir::Constant::F32(0.0))?; 3]);
+        };
+        let state = Arithmetic { linker: &mut *self, to: &mut *to }.sky_state(light, ray)?;
+        let set = self.light_method(&light.prefix, emission, state, to)?;
+        self.results((&set, Role::Light), "rt_EmissionColor", to)
+    }
+
+    /// The density with which samples of a light find a ray that leaves the scene, for a surface with these normals at its
+    /// origin.
+    pub(crate) fn sky_density(
+        &mut self,
+        light: &LightLink,
+        ray: [Vector; 2],
+        normals: [Vector; 2],
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let Some(density) = &light.density else {
+            return self.constant(to, rtsl_ir::Constant::F32(0.0));
+        };
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
+        let mut state = code.sky_state(light, ray)?;
+        let [_, forward] = light.maps(code)?;
+        let up = code.vector([0.0, 0.0, 1.0])?;
+        for (name, normal) in ["rt_GeometricNormal", "rt_ShadingNormal"].into_iter().zip(normals) {
             let normal = code.transposed_vector(&forward, normal)?;
             let normal = code.normalized_or(normal, up)?;
             set(&mut state, name, &normal);
         }
         let set = self.light_method(&light.prefix, density, state, to)?;
-        let density = self.results((&set, Role::Light), "rt_PDF", to)?[0];
-        let code = &mut Arithmetic { linker: self, to };
-        Ok(vec![code.multiply(density, part)?])
+        Ok(self.results((&set, Role::Light), "rt_PDF", to)?[0])
     }
 
     /// Selects and samples a light.
@@ -402,7 +430,7 @@ impl StageLinker {
     }
 
     /// Returns a sample of a light without a shape.
-    fn shapeless_sample(
+    pub(crate) fn shapeless_sample(
         &mut self,
         light: &LightLink,
         lit: &LitPoint,
@@ -423,7 +451,7 @@ impl StageLinker {
         let mut state = Vec::new();
         let (mut point, mut normals) = (lit.point, lit.normals);
         let forward = if light.is_placed {
-            let (inverse, forward) = (code.map(&light.inverse())?, code.map(&light.forward())?);
+            let [inverse, forward] = light.maps(code)?;
             point = code.transformed_point(&inverse, point)?;
             let up = code.vector([0.0, 0.0, 1.0])?;
             for normal in &mut normals {
@@ -491,6 +519,31 @@ impl StageLinker {
 }
 
 impl Arithmetic<'_> {
+    /// The state that methods of a light have of a ray that leaves the scene.
+    fn sky_state(
+        &mut self,
+        light: &LightLink,
+        [origin, direction]: [Vector; 2],
+    ) -> Linking<Vec<(StateComponent, Value)>> {
+        let [inverse, _] = light.maps(self)?;
+        let up = self.vector([0.0, 0.0, 1.0])?;
+        let direction = self.transformed_vector(&inverse, direction)?;
+        let direction = self.normalized_or(direction, up)?;
+        let origin = self.transformed_point(&inverse, origin)?;
+        let time = self.column(TIME_COLUMN, Scalar::F32)?;
+        let mut state = Vec::new();
+        for (name, values) in [
+            ("rt_RayOrigin", &origin[..]),
+            ("rt_RayDirection", &direction),
+            ("rt_LightDirection", &direction),
+            ("rt_HitPoint", &origin),
+            ("rt_TimeSeed", &[time]),
+        ] {
+            set(&mut state, name, values);
+        }
+        Ok(state)
+    }
+
     /// Divides the colour of a sample by its density, the probability of the light included. Returns direction, length
     /// of the shadow ray, colour and density.
     pub fn weighed(

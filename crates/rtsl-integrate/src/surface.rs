@@ -47,7 +47,7 @@ pub struct ShapeLinks {
 pub enum Places {
     /// Members beside those of the shapes, which are in the world.
     Members,
-    /// Scratch arrays that hosts set: see [`hit_surface`](crate::hit_surface).
+    /// [Scratch arrays](crate::query_columns::QueryColumns) that hosts set.
     Columns {
         /// True if instances place groups of shapes.
         are_grouped: bool,

@@ -5,17 +5,12 @@ mod exponential;
 mod moving_transform;
 mod root;
 pub mod sampling;
-mod tolerances;
 mod transform;
 mod trigonometry;
 
 pub use exponential::{exponential, logarithm_of_two, power, power_of_two};
 pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
-pub use tolerances::{
-    LIGHT_MARGIN, MAX_SHAPE_MARGIN, MIN_FOOTPRINT_COSINE, STRETCH_ROUNDING, SURFACE_ERROR,
-    TRANSFORM_ERROR,
-};
 pub use transform::{
     Affine, PackedTransform, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal,
 };

@@ -12,7 +12,6 @@ pub mod execution;
 pub mod extent;
 pub(crate) mod film;
 pub mod integrate;
-pub(crate) mod lanes;
 pub(crate) mod lights;
 pub mod measure;
 pub mod pixel;

@@ -8,8 +8,8 @@ use rtsl::{
 };
 use rtsl_bvh::{LANES, LaneMask};
 
+use super::mask_bits::set_bits;
 use super::runtime_errors::RuntimeErrors;
-use crate::lanes::mask_bits::set_bits;
 
 /// The method that a kernel implements, by whose name errors of its calls are reported.
 #[derive(Clone, Copy)]

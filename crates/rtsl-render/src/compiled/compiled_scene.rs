@@ -74,6 +74,11 @@ impl CompiledScene {
         &self.classes[index as usize]
     }
 
+    /// True if instances place groups of objects.
+    pub fn has_instances(&self) -> bool {
+        !self.geometry.instances.is_empty()
+    }
+
     /// Returns the placement of an instance of the geometry.
     pub fn placement(&self, instance: u32) -> Option<Placement<'_>> {
         let forward = *self.instance_transforms.get(instance as usize)?;

@@ -12,11 +12,11 @@ use smallvec::SmallVec;
 
 use super::calls::{CallBlocks, Callee};
 use super::compiled_scene::CompiledScene;
+use super::mask_bits::bits;
 use super::object_class::ObjectClass;
 use super::pair_blocks::PairBlocks;
 use super::runtime_errors::RuntimeErrors;
 use super::variables::variables;
-use crate::lanes::mask_bits::bits;
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{
     CallMode, Diagnostic, Diagnostics, Engine, Instances, Kernel, KernelRequest, LaneIndices,
-    Method, Objects, Outputs, Program, SurfaceRequest, Variant,
+    Method, Objects, Outputs, Program, QueryForm, QueryRequest, Variant,
 };
 
 /// The selection of instances for calls.
@@ -47,7 +47,7 @@ pub struct KernelMaker<'a> {
 #[derive(Default)]
 struct Requests {
     methods: Vec<KernelRequest>,
-    surfaces: Vec<SurfaceRequest>,
+    queries: Vec<QueryRequest>,
 }
 
 impl<'a> KernelMaker<'a> {
@@ -65,10 +65,10 @@ impl<'a> KernelMaker<'a> {
             diagnostics: Diagnostics::new(),
         };
         build(&mut maker);
-        let Requests { methods, surfaces } = maker.requests.take().unwrap_or_default();
+        let Requests { methods, queries } = maker.requests.take().unwrap_or_default();
         // Programs keep the compiled kernels.
         drop(engine.compile_all(&methods));
-        drop(engine.compile_surfaces(&surfaces));
+        drop(engine.compile_queries(&queries));
         let built = build(&mut maker);
         if maker.diagnostics.has_errors() {
             Err(maker.diagnostics)
@@ -107,10 +107,21 @@ impl<'a> KernelMaker<'a> {
         self.note(program.kernel(method, variant))
     }
 
-    /// Returns a kernel of surfaces; `None` while requests are collected.
-    pub fn surface(&mut self, request: SurfaceRequest) -> Option<Arc<Kernel>> {
+    /// Returns a kernel that answers a query about these objects, which may have placements; `None` while requests are
+    /// collected.
+    pub fn query(
+        &mut self,
+        program: &Arc<Program>,
+        (of, objects): (Batching, &Objects),
+        is_placed: bool,
+        form: QueryForm,
+    ) -> Option<Arc<Kernel>> {
+        let variant = Variant::new(of.shape()).of_objects(objects.form().clone());
+        let variant = variant.knowing(program.known_choices(objects));
+        let variant = if is_placed { variant.placed() } else { variant };
+        let request = QueryRequest { program: program.clone(), form, variant };
         if let Some(requests) = &mut self.requests {
-            requests.surfaces.push(request);
+            requests.queries.push(request);
             return None;
         }
         self.note(request.kernel())

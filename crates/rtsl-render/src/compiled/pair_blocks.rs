@@ -8,9 +8,9 @@ use rtsl_bvh::{Pair, PairHit, RayStream};
 use rtsl_math::SIMD_LANES;
 
 use super::calls::Callee;
+use super::fours::fours;
 use super::object_class::ObjectClass;
 use super::variables::variables;
-use crate::lanes::fours::fours;
 
 /// The greatest number of pairs in a call.
 const MAX_PAIRS: usize = 256;

@@ -30,11 +30,8 @@ variables! {
     inverse_ray_direction "rt_InverseRayDirection";
     epsilon "rt_Epsilon";
     hit_distance "rt_HitDistance";
-    hit_point "rt_HitPoint";
     bound_min "rt_BoundMin";
     bound_max "rt_BoundMax";
-    geometric_normal "rt_GeometricNormal";
-    shading_normal "rt_ShadingNormal";
     bsdf_seed "rt_BSDFSeed";
     bsdf_value "rt_BSDFValue";
     texture_uv "rt_TextureUV";
@@ -46,8 +43,6 @@ variables! {
     dtdu "rt_dtdu";
     dtdv "rt_dtdv";
     light_direction "rt_LightDirection";
-    light_distance "rt_LightDistance";
-    light_color "rt_LightColor";
     pdf "rt_PDF";
     relative_index "rt_RelativeIndex";
     regularization "rt_Regularization";

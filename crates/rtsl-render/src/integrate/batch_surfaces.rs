@@ -1,10 +1,10 @@
 //! Surface properties of the hits of a shading batch.
 
-use rtsl::{Kernel, LaneBlock, SurfaceColumns};
+use rtsl::{Kernel, QueryColumns};
 use rtsl_math::dot;
 
 use super::path_tracer::PathTracer;
-use super::rows::{Row, get};
+use super::rows::get;
 use super::shading_batch::{ShadingBatch, set_indices};
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::kernels::Batching;
@@ -19,14 +19,13 @@ impl PathTracer<'_> {
     pub fn prepare_surfaces(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
         let Some(surfaces) = &group.surfaces else { return };
         self.call_surfaces(group, surfaces, surfaces.surface(), batch);
-        let first = self.scene.scratch_arrays();
-        let ShadingBatch { count, kept_scratch, direction, side, .. } = batch;
+        let ShadingBatch { count, kept_scratch, first_column, direction, side, .. } = batch;
         let results = batch.point.iter_mut().chain([&mut batch.offset]);
         let normals = batch.geometric_normal.iter_mut().chain(&mut batch.shading_normal);
-        for (column, row) in (first + SurfaceColumns::POINT..).zip(results.chain(normals)) {
-            take_row(kept_scratch, column, (row, *count));
+        for (column, row) in (*first_column + QueryColumns::POINT..).zip(results.chain(normals)) {
+            row[..*count].copy_from_slice(&kept_scratch.floats(column)[..*count]);
         }
-        for lane in 0..count.next_multiple_of(8) {
+        for lane in 0..*count {
             let is_behind = dot(get(direction, lane), get(&batch.geometric_normal, lane)) > 0.0;
             side[lane] = if is_behind { -1.0 } else { 1.0 };
         }
@@ -40,8 +39,9 @@ impl PathTracer<'_> {
         let Some(surfaces) = &group.surfaces else { return };
         let Some(kernel) = surfaces.density() else { return batch.light_density.fill(0.0) };
         self.call_surfaces(group, surfaces, kernel, batch);
-        let column = self.scene.scratch_arrays() + SurfaceColumns::DENSITY;
-        take_row(&batch.kept_scratch, column, (&mut batch.light_density, batch.count));
+        let ShadingBatch { count, kept_scratch, first_column, light_density, .. } = batch;
+        let densities = kept_scratch.floats(*first_column + QueryColumns::DENSITY);
+        light_density[..*count].copy_from_slice(&densities[..*count]);
     }
 
     /// Calls a kernel for the rays of a batch.
@@ -53,32 +53,22 @@ impl PathTracer<'_> {
         batch: &mut ShadingBatch,
     ) {
         set_instance_indices(self.scene, group, batch);
-        let first = self.scene.scratch_arrays();
-        let ShadingBatch { count, hits, state, kept_scratch, objects, random, .. } = batch;
+        let ShadingBatch { count, hits, state, kept_scratch, first_column, .. } = batch;
         let rays = batch.origin.iter().chain(&batch.direction);
         let limits = [&batch.epsilon, &batch.distance, &batch.limit];
         let limits = limits.into_iter().chain([&batch.time, &batch.width, &batch.spread]);
-        for (column, row) in (first..).zip(rays.chain(limits)) {
+        for (column, row) in (*first_column..).zip(rays.chain(limits)) {
             kept_scratch.floats_mut(column)[..*count].copy_from_slice(&row[..*count]);
         }
         let class = self.scene.compiled.class(group.key.class);
         let call = SurfaceCall {
             hits: &hits[..*count],
-            instances: group.key.shape.instances(&class.objects, objects),
+            instances: group.key.shape.instances(&class.objects, &batch.objects),
             state,
             scratch: kept_scratch,
-            host: random,
+            host: &mut batch.random,
         };
         surfaces.call(kernel, &self.scene.compiled, self.errors, call);
-    }
-}
-
-/// Copies the first numbers of a column to a row. The last is repeated, so that vectors are complete.
-fn take_row(columns: &LaneBlock, column: usize, (row, count): (&mut Row, usize)) {
-    row[..count].copy_from_slice(&columns.floats(column)[..count]);
-    if count > 0 {
-        let last = row[count - 1];
-        row[count..count.next_multiple_of(8)].fill(last);
     }
 }
 
@@ -96,7 +86,7 @@ fn store_numbers(batch: &mut ShadingBatch) {
 
 /// Sets the indices of shapes, materials and emitters, if they vary between lanes.
 fn set_instance_indices(scene: &RenderScene, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-    let count = batch.count.next_multiple_of(8);
+    let count = batch.count;
     let entry = |hit: &PathHit| &scene.objects[hit.object as usize];
     let hits = &batch.hits[..count];
     if group.key.shape == Batching::Each {

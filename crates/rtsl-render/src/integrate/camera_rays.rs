@@ -7,7 +7,6 @@ use super::camera::{Camera, rays_of};
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::LaneVectors;
 use crate::schedule::tile_samples::TileSamples;
 
 /// Camera rays with their random numbers and weights.
@@ -19,7 +18,7 @@ pub struct CameraRays {
     /// The sample indices.
     pub samples: [u32; LANES],
     /// The weights of radiance.
-    pub weights: LaneVectors,
+    pub weights: [Lanes; 3],
     /// The widths of the rays at their origins, and the increase of width per unit of length; 0 if no stage reads them.
     pub footprints: [Lanes; 2],
 }

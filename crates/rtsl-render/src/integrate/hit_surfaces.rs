@@ -1,7 +1,6 @@
 //! The surfaces of a packet's hits, for measurements of rays that leave them.
 
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket, lanes_of};
-use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::memory::ThreadMemory;
@@ -73,9 +72,7 @@ impl<'a> PathTracer<'a> {
         let ThreadMemory { batch, light: of_lights, .. } = memory;
         batch.count = lanes.len();
         let mut found = [None; LANES];
-        let Some(last) = lanes.last() else { return found };
-        for place in 0..lanes.len().next_multiple_of(SIMD_LANES) {
-            let lane = *lanes.get(place).unwrap_or(last);
+        for (place, lane) in lanes.iter().copied().enumerate() {
             let Some(surface) = &surfaces[lane] else { continue };
             let [geometric, shading] = surface.lit_normals(None);
             set(&mut batch.point, place, surface.point());

@@ -1,15 +1,13 @@
 //! Queries about lights.
 
-use rtsl::Query;
 use rtsl::host::{LaneSet, LaneWords};
-use rtsl_math::SIMD_LANES;
+use rtsl::{Query, QueryColumns};
 
 use super::host::{SceneHost, number, store, vector};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
 use super::rows::{get, set};
 use super::wavefront::Path;
-use crate::compiled::variables::{variables, vector as vector_of};
 use crate::lights::Sky;
 
 impl<'a> SceneHost<'a> {
@@ -29,20 +27,15 @@ impl<'a> SceneHost<'a> {
             let state = &mut self.rays[ray];
             let key = state.numbers.begin(Purpose::LightSample);
             let batch = &mut *self.queries.batch;
-            // Lights are sampled for vectors of points, of which the last are repetitions.
-            let end =
-                if place + 1 == count { count.next_multiple_of(SIMD_LANES) } else { place + 1 };
-            for place in place..end {
-                set(&mut batch.point, place, vector(operands, 0, lane));
-                set(&mut batch.geometric_normal, place, vector(operands, 3, lane));
-                set(&mut batch.shading_normal, place, vector(operands, 6, lane));
-                batch.offset[place] = number(operands, 9, lane);
-                batch.light_seeds[place] = number(operands, 10, lane);
-                batch.side[place] = 1.0;
-                batch.time[place] = state.time;
-                batch.keys[place] = key;
-                batch.samples[place] = state.numbers.sample;
-            }
+            set(&mut batch.point, place, vector(operands, 0, lane));
+            set(&mut batch.geometric_normal, place, vector(operands, 3, lane));
+            set(&mut batch.shading_normal, place, vector(operands, 6, lane));
+            batch.offset[place] = number(operands, 9, lane);
+            batch.light_seeds[place] = number(operands, 10, lane);
+            batch.side[place] = 1.0;
+            batch.time[place] = state.time;
+            batch.keys[place] = key;
+            batch.samples[place] = state.numbers.sample;
         }
         let ThreadMemory { batch, light, .. } = &mut *self.queries;
         batch.count = count;
@@ -100,8 +93,8 @@ impl<'a> SceneHost<'a> {
         let batch = &mut *self.queries.batch;
         self.tracer.compute_sky(sky, batch);
         for (place, lane) in lanes.iter().enumerate() {
-            let color = vector_of(&batch.state, variables().emission_color, place);
-            store(results, lane, &color);
+            let channel = |channel: usize| batch.column(QueryColumns::RADIANCE + channel)[place];
+            store(results, lane, &[0, 1, 2].map(channel));
         }
     }
 

@@ -2,7 +2,7 @@
 
 use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, ResumedBy};
-use rtsl_math::{SIMD_LANES, dot};
+use rtsl_math::dot;
 
 use super::host::{RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
@@ -241,12 +241,11 @@ impl PathTracer<'_> {
     }
 }
 
-/// Loads points as a batch, whose last vector is complete.
+/// Loads points as a batch.
 fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut ThreadMemory) {
     let batch = &mut *queries.batch;
     batch.count = points.len();
-    for place in 0..points.len().next_multiple_of(SIMD_LANES) {
-        let point = &points[place.min(points.len() - 1)];
+    for (place, point) in points.iter().enumerate() {
         let ray = &mut rays[point.ray as usize];
         let axis = point.has_cone().then_some(point.axis);
         let up = [[0.0, 0.0, 1.0]; 2];
@@ -258,8 +257,6 @@ fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut Thre
         batch.side[place] = 1.0;
         batch.time[place] = ray.time;
         batch.samples[place] = ray.numbers.sample;
-        if place < points.len() {
-            batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
-        }
+        batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
     }
 }

@@ -1,7 +1,6 @@
 //! Random numbers of the paths of a batch.
 
 use rtsl::host::{Host, LaneFloats, LaneSet};
-use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{Sampler, hash, unit_float};
 
 use super::rows::BATCH_LANES;
@@ -32,11 +31,10 @@ impl RandomNumbers {
         purpose: u32,
         count: usize,
     ) {
-        let padded = count.next_multiple_of(SIMD_LANES);
-        let all = self.keys[..padded].iter_mut().zip(keys);
+        let all = self.keys[..count].iter_mut().zip(keys);
         all.for_each(|(to, key)| *to = hash(*key, purpose));
-        self.dimensions[..padded].fill(0);
-        self.samples[..padded].copy_from_slice(&samples[..padded]);
+        self.dimensions[..count].fill(0);
+        self.samples[..count].copy_from_slice(&samples[..count]);
     }
 }
 

@@ -1,20 +1,15 @@
 //! Shading batches: the memory of one thread for the surfaces of a batch of paths, as arrays with an element for each
 //! lane.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{
-    LaneBlock, LaneIndices, LightSelector, RayType, SURFACE_SCALARS, SurfaceColumns, new_state,
+    LaneBlock, LaneIndices, LightSelector, QueryColumns, RayType, SURFACE_SCALARS, new_state,
 };
-use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::Sampler;
 
 use super::random_numbers::RandomNumbers;
-use super::rows::{BATCH_LANES, Row, Rows};
+use super::rows::{BATCH_LANES, Row, Rows, set};
 use super::wavefront::{Path, PathHit};
 use crate::compiled::variables::variables;
-use crate::lanes::eight::eights_of;
-use crate::lanes::fours::fours;
 
 /// A shading batch.
 pub struct ShadingBatch {
@@ -62,8 +57,10 @@ pub struct ShadingBatch {
     pub selection: LaneBlock,
     /// The state of all calls for the surfaces.
     pub state: LaneBlock,
-    /// The scratch of the shapes' `intersect` for the hits.
+    /// The scratch of the shapes' `intersect` for the hits, then the columns of queries.
     pub kept_scratch: LaneBlock,
+    /// The first array of the columns of queries there.
+    pub first_column: usize,
     /// The materials' scratch.
     pub scratch: LaneBlock,
     /// The indices of the objects that were hit among those of their class.
@@ -137,7 +134,8 @@ impl ShadingBatch {
             light_seeds: NONE,
             selection: LaneBlock::new(LightSelector::ARRAYS, BATCH_LANES),
             state: new_state(BATCH_LANES),
-            kept_scratch: LaneBlock::new(scratch_arrays + SurfaceColumns::COUNT, BATCH_LANES),
+            kept_scratch: LaneBlock::new(scratch_arrays + QueryColumns::COUNT, BATCH_LANES),
+            first_column: scratch_arrays,
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             materials: LaneIndices::new(BATCH_LANES),
@@ -157,18 +155,24 @@ impl ShadingBatch {
         }
     }
 
-    /// Loads paths and their hits, with the random numbers that `purpose` selects. The last lane is repeated up to a
-    /// multiple of eight, so that vectors are complete.
+    /// Loads paths and their hits, with the random numbers that `purpose` selects.
     pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
         self.set_hits(hits.iter().copied());
-        if self.count > 0 {
-            dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
+        for lane in 0..self.count {
+            let path = &paths[self.hits[lane].path as usize];
+            let Path { epsilon, distance, limit, time, width, spread, key, sample, .. } = *path;
+            set(&mut self.origin, lane, path.origin);
+            set(&mut self.direction, lane, path.direction);
+            (self.epsilon[lane], self.distance[lane]) = (epsilon, distance);
+            (self.limit[lane], self.time[lane]) = (limit, time);
+            (self.width[lane], self.spread[lane]) = (width, spread);
+            (self.keys[lane], self.samples[lane]) = (key, sample);
         }
         self.start_random_numbers(purpose);
     }
 
     /// Loads surfaces by the operands of queries about them: `operand` returns the operand at an index for a lane, and
-    /// `ray` what the path of a lane has besides. The last lane is repeated, as by [`Self::load`].
+    /// `ray` what the path of a lane has besides.
     pub fn load_operands(
         &mut self,
         hits: impl Iterator<Item = PathHit>,
@@ -178,7 +182,6 @@ impl ShadingBatch {
     ) {
         self.set_hits(hits);
         let count = self.count;
-        let all = count.next_multiple_of(SIMD_LANES);
         let ShadingBatch { origin, direction, epsilon, limit, distance, width, spread, .. } = self;
         let [x, y, z] = origin;
         let [u, v, n] = direction;
@@ -189,63 +192,26 @@ impl ShadingBatch {
             for (lane, number) in row[..count].iter_mut().enumerate() {
                 *number = f32::from_bits(operand(index, lane));
             }
-            if count > 0 {
-                let last = row[count - 1];
-                row[count..all].fill(last);
-            }
         }
-        for lane in 0..all {
-            let RayOfSurface { time, key, sample } = ray(lane.min(count - 1));
+        for lane in 0..count {
+            let RayOfSurface { time, key, sample } = ray(lane);
             (self.time[lane], self.keys[lane], self.samples[lane]) = (time, key, sample);
         }
         self.start_random_numbers(purpose);
     }
 
-    /// Sets the hits; the last is repeated to complete its vector.
+    /// Sets the hits.
     pub fn set_hits(&mut self, hits: impl Iterator<Item = PathHit>) {
         self.count = 0;
         for (to, hit) in self.hits.iter_mut().zip(hits) {
             *to = hit;
             self.count += 1;
         }
-        if let Some(last) = self.hits().last().copied() {
-            self.hits[self.count..self.count.next_multiple_of(8)].fill(last);
-        }
     }
 
     /// Restarts the lanes' random numbers with those that `purpose` selects.
     pub fn start_random_numbers(&mut self, purpose: u32) {
         self.random.start((&self.keys, &self.samples), purpose, self.count);
-    }
-
-    #[inline(always)]
-    fn load_in_vectors<S: Simd>(&mut self, simd: S, paths: &[Path]) {
-        for eight in eights_of(simd, self.count) {
-            let start = eight.start();
-            let paths: [&Path; 8] =
-                std::array::from_fn(|lane| &paths[self.hits[start + lane].path as usize]);
-            let [x, y, z, epsilon] =
-                fours(simd, |lane| with(paths[lane].origin, paths[lane].epsilon));
-            eight.put_vectors(&[x, y, z], &mut self.origin);
-            eight.put(epsilon, &mut self.epsilon);
-            let [x, y, z, distance] =
-                fours(simd, |lane| with(paths[lane].direction, paths[lane].distance));
-            eight.put_vectors(&[x, y, z], &mut self.direction);
-            eight.put(distance, &mut self.distance);
-            let [time, width, spread, keys] = fours(simd, |lane| {
-                let Path { time, width, spread, key, .. } = *paths[lane];
-                [time, width, spread, f32::from_bits(key)]
-            });
-            eight.put(time, &mut self.time);
-            eight.put(width, &mut self.width);
-            eight.put(spread, &mut self.spread);
-            let keys = keys.to_array();
-            for lane in 0..8 {
-                self.keys[start + lane] = keys[lane].to_bits();
-                self.samples[start + lane] = paths[lane].sample;
-                self.limit[start + lane] = paths[lane].limit;
-            }
-        }
     }
 
     /// Computes the probabilities with which lights are selected for points, one for each lane. `light` returns the
@@ -266,22 +232,21 @@ impl ShadingBatch {
         &arrays.floats(4)[..count]
     }
 
+    /// Returns the numbers of the lanes in use in a [column](QueryColumns) of a query.
+    pub fn column(&self, column: usize) -> &[f32] {
+        &self.kept_scratch.floats(self.first_column + column)[..self.count]
+    }
+
     /// Returns the hits of the lanes in use.
     pub fn hits(&self) -> &[PathHit] {
         &self.hits[..self.count]
     }
 }
 
-/// Sets the objects of lanes by their indices. The last is repeated to complete its vector, because kernels need valid
-/// indices there.
+/// Sets the objects of lanes by their indices. After them come valid ones, because kernels read whole vectors.
 pub fn set_indices(indices: &mut LaneIndices, values: impl Iterator<Item = u32>) {
     const WIDEST_VECTOR: usize = 16;
     let mut indices = indices.as_mut_slice().iter_mut();
     values.zip(&mut indices).for_each(|(value, index)| *index = value);
     indices.take(WIDEST_VECTOR).for_each(|index| *index = 0);
-}
-
-#[inline(always)]
-fn with([x, y, z]: [f32; 3], last: f32) -> [f32; 4] {
-    [x, y, z, last]
 }

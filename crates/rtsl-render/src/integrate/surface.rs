@@ -2,7 +2,6 @@
 
 use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
 use rtsl::{Kernel, LightSelection, MAX_ATTRIBUTE_SCALARS, Method, Query, SURFACE_SCALARS};
-use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::host::{SceneHost, number, store, vector};
@@ -268,9 +267,6 @@ impl SceneHost<'_> {
         for (to, Asking { lane, .. }) in floats.iter_mut().zip(asking) {
             *to = f32::from_bits(operand[*lane]);
         }
-        // The last vector is complete.
-        let last = floats[asking.len() - 1];
-        floats[asking.len()..asking.len().next_multiple_of(SIMD_LANES)].fill(last);
     }
 
     fn store_vectors(&self, asking: &[Asking], results: &mut [LaneWords], first: usize) {

@@ -3,7 +3,6 @@
 use rtsl_bvh::RayPacket;
 
 use crate::film::features::FeatureValues;
-use crate::surfaces::ObjectHit;
 
 /// The number of samples of each pixel in a wavefront: with 64 pixels these are a thousand paths, which fit into
 /// caches.
@@ -106,15 +105,6 @@ pub struct PathHit {
     pub element: u32,
     /// The instance that places it; [`NO_INSTANCE`] for the world.
     pub instance: u32,
-}
-
-impl PathHit {
-    /// Returns the object that was hit.
-    #[inline(always)]
-    pub fn object_hit(&self) -> ObjectHit {
-        let PathHit { object, element, instance, .. } = *self;
-        ObjectHit { object, element, instance: (instance != NO_INSTANCE).then_some(instance) }
-    }
 }
 
 /// The value for objects that no instance places.

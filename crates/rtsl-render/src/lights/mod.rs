@@ -3,15 +3,14 @@
 mod lit_lanes;
 mod probe;
 mod sample;
-mod sampled_surface;
 mod selection;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    Backend, Engine, EngineOptions, Kernel, LightSelection, LightSelector, LinkedMethod, Method,
-    Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES, Program, lookup_state,
+    Backend, Engine, EngineOptions, HostQuery, Kernel, LightSelection, LightSelector, LinkedMethod,
+    Method, Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES, Program, QueryForm,
 };
 use rtsl_scene::Scene;
 
@@ -51,7 +50,6 @@ pub struct LightClass {
     lights: Vec<u32>,
     of: Batching,
     illumination: Arc<Kernel>,
-    reads_normals: bool,
     /// True if rays that leave the scene can hit them, so that samples at infinity are weighted.
     is_weighed: bool,
     /// True if any has a transform.
@@ -108,8 +106,6 @@ pub struct Sky {
     pub emission: Arc<Kernel>,
     /// `evaluatePDF`, and the entry of the light, if it is sampled.
     pub density: Option<(Arc<Kernel>, u32)>,
-    /// True if `evaluatePDF` reads normals.
-    pub reads_normals: bool,
 }
 
 impl Lights {
@@ -247,19 +243,19 @@ impl Lights {
         let instances = lights.iter().map(|light| &*scene.lights[*light as usize].light);
         let objects = Arc::new(program.differing_objects(instances));
         let of = if lights.len() == 1 { Batching::One(0) } else { Batching::Each };
-        let outputs = Outputs::ALL.without_scratch();
-        let mut kernel =
-            |method: Method, of: Batching| maker.kernel(program, method, (of, &objects), outputs);
-        let illumination = kernel(Method::Illumination, of);
-        let emission = kernel(Method::Emission, Batching::One(0));
-        let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
-            true => kernel(Method::EvaluatePdf, Batching::One(0)),
-            false => None,
+        let is_placed =
+            lights.iter().any(|it| !compiled.lights[*it as usize].forward.is_identity());
+        let mut kernel = |method: Method, of: Batching, query: HostQuery| {
+            let first_column = compiled.scratch_arrays as u32;
+            let form = QueryForm { query, are_grouped: false, are_sampled: false, first_column };
+            program.has(method).then(|| maker.query(program, (of, &objects), false, form)).flatten()
         };
-        let reads_normals = |method: Method| {
-            let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(lookup_state);
-            let read = program.method(method).map(|linked| linked.reads.clone());
-            read.is_ok_and(|read| read.iter().any(|it| normals.contains(&Some(*it))))
+        let illumination = kernel(Method::Illumination, of, HostQuery::Illumination { is_placed });
+        let one = Batching::One(0);
+        let emission = kernel(Method::Emission, one, HostQuery::SkyEmission);
+        let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
+            true => kernel(Method::EvaluatePdf, one, HostQuery::SkyDensity),
+            false => None,
         };
         let first = self.entries.len() as u32;
         if let Some(illumination) = illumination {
@@ -272,13 +268,10 @@ impl Lights {
             self.classes.push(LightClass {
                 program: program.clone(),
                 objects: objects.clone(),
-                is_placed: lights
-                    .iter()
-                    .any(|it| !compiled.lights[*it as usize].forward.is_identity()),
+                is_placed,
                 lights: lights.clone(),
                 of,
                 illumination,
-                reads_normals: reads_normals(Method::Illumination),
                 is_weighed: density.is_some(),
             });
         }
@@ -289,7 +282,6 @@ impl Lights {
             objects: (objects.clone(), index),
             emission: emission.clone(),
             density: density.clone().map(|density| (density, first + index)),
-            reads_normals: reads_normals(Method::EvaluatePdf),
         }));
     }
 
@@ -410,8 +402,14 @@ impl ShapeLightClass {
         let shapes = classes.compiled.class(key.class);
         let emitters = &classes.materials[key.emitter];
         let outputs = Outputs::ALL.without_scratch();
-        let generate =
-            maker.kernel(shapes.program(), Method::GenerateSample, (of, &*shapes.objects), outputs);
+        let form = QueryForm {
+            query: HostQuery::SampledPoint,
+            are_grouped: classes.compiled.has_instances(),
+            are_sampled: true,
+            first_column: classes.compiled.scratch_arrays as u32,
+        };
+        let of_shapes = (of, &*shapes.objects);
+        let generate = maker.query(shapes.program(), of_shapes, shapes.is_placed(), form);
         let objects = (of_emitter, &*emitters.objects);
         let emission = maker.kernel(&emitters.program, Method::Emission, objects, outputs);
         let textures = key.alpha.map(|class| &classes.alpha[class]);

@@ -12,7 +12,7 @@ use super::sample::LightMemory;
 use super::selection::LightProbe;
 use crate::compiled::render_scene::RenderScene;
 use crate::integrate::path_tracer::PathTracer;
-use crate::integrate::rows::{BATCH_LANES, get, set};
+use crate::integrate::rows::{get, set};
 use crate::integrate::shading_batch::ShadingBatch;
 
 /// Samples of each light.
@@ -118,7 +118,7 @@ fn most_of(tree: &Bvh8) -> Bounds {
 /// Distributes the points from which each light is sampled over a box.
 fn set_points(batch: &mut ShadingBatch, lights: &[u32], place: Bounds) {
     batch.count = lights.len();
-    for lane in 0..lights.len().next_multiple_of(8).min(BATCH_LANES) {
+    for lane in 0..lights.len() {
         let random =
             |axis: u32| unit_float(hash(hash(NUMBERS_OF_PROBES, (lane % SAMPLES) as u32), axis));
         let [x, y, z] = [0, 1, 2].map(random);

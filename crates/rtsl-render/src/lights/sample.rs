@@ -1,26 +1,19 @@
-//! Light samples, one for each lane of a batch.
+//! Light samples, one for each lane of a batch, by kernels for each class of lights.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch};
-use rtsl::{LaneBlock, LaneIndices, Method, SurfaceColumns, new_state};
+use rtsl::{LaneBlock, LaneIndices, Method, QueryColumns, new_state};
 use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
-use rtsl_math::{MAX_SHAPE_MARGIN, SURFACE_ERROR};
 
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 use crate::compiled::calls::Callee;
 use crate::compiled::kernels::Batching;
-use crate::compiled::variables::variables;
+use crate::compiled::variables::{variables, vector};
 use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::random_numbers::RandomNumbers;
-use crate::integrate::rows::{BATCH_LANES, Row, Rows, get, set};
+use crate::integrate::rows::{BATCH_LANES, Row};
 use crate::integrate::shading_batch::{LightRows, ShadingBatch, set_indices};
 use crate::integrate::wavefront::PathHit;
-use crate::lanes::delta_light::delta_scale;
-use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
-use crate::lanes::lane_maps::LaneMaps;
-use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
-use crate::surfaces::{HitLanes, ObjectHit, SurfaceTransforms};
+use crate::surfaces::{PlacedLanes, Places, SurfaceCall, SurfaceKernels};
 
 /// The memory of one thread for light samples: the lanes whose points are lit by lights of one class.
 pub struct LightMemory {
@@ -28,59 +21,35 @@ pub struct LightMemory {
     chosen: [u32; BATCH_LANES],
     probability: Row,
     /// The lanes of the batch for which this class is sampled.
-    pub(super) lanes: LitLanes,
-    /// The selection probabilities of their lights.
-    part: Row,
+    lanes: LitLanes,
     /// The objects that are sampled.
-    pub(super) hits: [PathHit; BATCH_LANES],
-    /// Points in world space.
-    pub(super) point: Rows,
-    /// The offsets of the origins of rays that leave the surfaces.
-    offset: Row,
-    pub(super) time: Row,
-    geometric_normal: Rows,
-    shading_normal: Rows,
-    pub(super) direction: Rows,
-    /// The distances of the sampled points.
-    pub(super) reach: Row,
-    /// The lengths of shadow rays.
-    distance: Row,
-    color: Rows,
-    density: Row,
+    hits: [PathHit; BATCH_LANES],
     keys: [u32; BATCH_LANES],
     samples: [u32; BATCH_LANES],
-    pub(super) state: LaneBlock,
-    pub(super) scratch: LaneBlock,
-    pub(crate) objects: LaneIndices,
+    state: LaneBlock,
+    /// The scratch of lights and their shapes, then the columns of queries.
+    scratch: LaneBlock,
+    /// The first array of the columns.
+    first_column: usize,
+    objects: LaneIndices,
     emitters: LaneIndices,
     alpha: LaneIndices,
-    pub(super) random: RandomNumbers,
+    random: RandomNumbers,
 }
 
 impl LightMemory {
     /// For shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
-        const NONE: Row = [0.0; BATCH_LANES];
         Box::new(LightMemory {
             chosen: [0; BATCH_LANES],
-            probability: NONE,
+            probability: [0.0; BATCH_LANES],
             lanes: LitLanes::default(),
-            part: NONE,
             hits: [PathHit::default(); BATCH_LANES],
-            point: [NONE; 3],
-            offset: NONE,
-            time: NONE,
-            geometric_normal: [NONE; 3],
-            shading_normal: [NONE; 3],
-            direction: [NONE; 3],
-            reach: NONE,
-            distance: NONE,
-            color: [NONE; 3],
-            density: NONE,
             keys: [0; BATCH_LANES],
             samples: [0; BATCH_LANES],
             state: new_state(BATCH_LANES),
-            scratch: LaneBlock::new(scratch_arrays + SurfaceColumns::COUNT, BATCH_LANES),
+            scratch: LaneBlock::new(scratch_arrays + QueryColumns::COUNT, BATCH_LANES),
+            first_column: scratch_arrays,
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
@@ -88,83 +57,89 @@ impl LightMemory {
         })
     }
 
-    /// Loads the points of the lanes that are lit.
+    /// Loads the points of the lanes that are lit, with their normals on the side from which their rays come.
     fn load(&mut self, batch: &ShadingBatch) {
-        let LightMemory {
-            lanes,
-            point,
-            offset,
-            time,
-            keys,
-            samples,
-            random,
-            part,
-            probability,
-            ..
-        } = self;
-        for (from, to) in batch.point.iter().zip(point) {
-            lanes.gather(from, to);
+        let LightMemory { lanes, scratch, first_column, .. } = self;
+        let others = [
+            (QueryColumns::OFFSET, &batch.offset),
+            (QueryColumns::TIME, &batch.time),
+            (QueryColumns::PROBABILITY, &self.probability),
+        ];
+        let points = (QueryColumns::ORIGIN..).zip(&batch.point);
+        for (column, row) in points.chain(others) {
+            lanes.gather(row, scratch.floats_mut(*first_column + column));
         }
-        lanes.gather(&batch.offset, offset);
-        lanes.gather(&batch.time, time);
-        lanes.gather(&batch.keys, keys);
-        lanes.gather(&batch.samples, samples);
-        random.start((keys, samples), NUMBERS_OF_LIGHTS, lanes.count());
-        lanes.gather(probability, part);
-    }
-
-    /// Loads their normals, on the side from which their rays come.
-    fn load_normals(&mut self, batch: &ShadingBatch) {
-        for (to, lane) in self.lanes.padded().enumerate() {
-            let side = batch.side[lane];
-            let seen = |normal: [f32; 3]| normal.map(|component| component * side);
-            set(&mut self.geometric_normal, to, seen(get(&batch.geometric_normal, lane)));
-            set(&mut self.shading_normal, to, seen(get(&batch.shading_normal, lane)));
+        let normals = batch.geometric_normal.iter().chain(&batch.shading_normal);
+        for (column, row) in (QueryColumns::GEOMETRIC_NORMAL..).zip(normals) {
+            let column = scratch.floats_mut(*first_column + column);
+            for (to, lane) in column.iter_mut().zip(lanes.iter()) {
+                *to = row[lane] * batch.side[lane];
+            }
         }
+        lanes.gather(&batch.keys, &mut self.keys);
+        lanes.gather(&batch.samples, &mut self.samples);
+        self.random.start((&self.keys, &self.samples), NUMBERS_OF_LIGHTS, lanes.count());
     }
 
     /// Sets the indices of their lights among those of the class.
     fn set_light_indices(&mut self, entries: &[LightEntry]) {
         let LightMemory { lanes, chosen, objects, .. } = self;
-        set_indices(objects, lanes.padded().map(|lane| entries[chosen[lane] as usize].index));
+        set_indices(objects, lanes.iter().map(|lane| entries[chosen[lane] as usize].index));
     }
 
     /// Sets the objects to be sampled.
     fn load_hits(&mut self, entries: &[LightEntry]) {
         let LightMemory { lanes, chosen, hits, .. } = self;
-        for (hit, lane) in hits.iter_mut().zip(lanes.padded()) {
+        for (hit, lane) in hits.iter_mut().zip(lanes.iter()) {
             *hit = entries[chosen[lane] as usize].hit;
         }
     }
 
-    /// Divides colours by densities, and includes the selection probabilities in both; samples that no ray finds have no
-    /// density then. `weights` tells whether samples that rays find as well are divided, too.
-    #[inline(always)]
-    fn weigh<S: Simd>(&mut self, simd: S, found: Found, weights: Weights) {
-        for eight in eights_of(simd, self.lanes.count()) {
-            let (own, part) = (eight.floats(&self.density), eight.floats(&self.part));
-            let density = own * part;
-            // With a NaN density the sample is NaN, not a delta.
-            let is_delta = own.simd_le(0.0);
-            let scale = 1.0 / is_delta.select(part, density);
-            let radiance = eight.vectors(&self.color);
-            let divided = scaled(&radiance, scale);
-            let none = eight.splat(0.0);
-            let (color, density) = match (found, weights) {
-                (Found::All, Weights::Left) => (radiance, density),
-                (Found::All, Weights::Divided) => (divided, density),
-                (Found::None, _) => (divided, none),
-                (Found::AtInfinity, _) => {
-                    let is_found = eight.floats(&self.reach).simd_eq(f32::INFINITY);
-                    let color = match weights {
-                        Weights::Left => select(is_found, &radiance, &divided),
-                        Weights::Divided => divided,
-                    };
-                    (color, is_found.select(density, none))
-                }
+    fn column(&mut self, column: usize) -> &mut [f32] {
+        self.scratch.floats_mut(self.first_column + column)
+    }
+
+    /// Sets the radiance of samples that have a density; of others it is black.
+    fn set_emission(&mut self) {
+        for lane in 0..self.lanes.count() {
+            let is_usable = self.column(QueryColumns::DENSITY)[lane] > 0.0;
+            let emission = vector(&self.state, variables().emission_color, lane);
+            for (channel, number) in emission.into_iter().enumerate() {
+                let radiance = if is_usable { number } else { 0.0 };
+                self.column(QueryColumns::RADIANCE + channel)[lane] = radiance;
+            }
+        }
+    }
+
+    /// Multiplies the radiance of samples by the alpha that textures have set. As for hits, NaN is opaque.
+    fn apply_alpha(&mut self) {
+        for lane in 0..self.lanes.count() {
+            let alpha = self.state.floats(variables().float_texture_value)[lane];
+            let alpha = if alpha < 1.0 { alpha.max(0.0) } else { 1.0 };
+            for channel in 0..3 {
+                self.column(QueryColumns::RADIANCE + channel)[lane] *= alpha;
+            }
+        }
+    }
+
+    /// Multiplies the radiance of samples by their weights, and densities by the probabilities of lights. Samples that no
+    /// ray finds have no density then. `weights` tells whether samples that rays find as well are weighted, too.
+    fn weigh(&mut self, found: Found, weights: Weights) {
+        for lane in 0..self.lanes.count() {
+            let is_found = match found {
+                Found::All => true,
+                Found::None => false,
+                Found::AtInfinity => self.column(QueryColumns::DISTANCE)[lane] == f32::INFINITY,
             };
-            eight.put_vectors(&color, &mut self.color);
-            eight.put(density, &mut self.density);
+            let weight = self.column(QueryColumns::WEIGHT)[lane];
+            if weights == Weights::Divided || !is_found {
+                for channel in 0..3 {
+                    self.column(QueryColumns::RADIANCE + channel)[lane] *= weight;
+                }
+            }
+            let probability = self.column(QueryColumns::PROBABILITY)[lane];
+            let density = &mut self.column(QueryColumns::DENSITY)[lane];
+            *density = if is_found { *density * probability } else { 0.0 };
         }
     }
 
@@ -175,13 +150,15 @@ impl LightMemory {
 
     /// Stores the samples in the batch.
     fn store(&self, light: &mut LightRows) {
-        let vectors = [(&self.direction, &mut light.direction), (&self.color, &mut light.color)];
-        for (from, to) in vectors.into_iter().flat_map(|(from, to)| from.iter().zip(to)) {
-            self.lanes.scatter(from, to);
+        let column = |column: usize| self.scratch.floats(self.first_column + column);
+        for axis in 0..3 {
+            let direction = column(QueryColumns::DIRECTION + axis);
+            self.lanes.scatter(direction, &mut light.direction[axis]);
+            self.lanes.scatter(column(QueryColumns::RADIANCE + axis), &mut light.color[axis]);
         }
-        self.lanes.scatter(&self.distance, &mut light.distance);
-        self.lanes.scatter(&self.reach, &mut light.reach);
-        self.lanes.scatter(&self.density, &mut light.density);
+        self.lanes.scatter(column(QueryColumns::REACH), &mut light.distance);
+        self.lanes.scatter(column(QueryColumns::DISTANCE), &mut light.reach);
+        self.lanes.scatter(column(QueryColumns::DENSITY), &mut light.density);
     }
 }
 
@@ -229,7 +206,7 @@ impl PathTracer<'_> {
         memory: &mut LightMemory,
         chosen: &[u32],
     ) {
-        self.choose(memory, chosen);
+        choose(memory, chosen);
         self.sample_by_class(batch, memory, Weights::Divided);
     }
 
@@ -240,13 +217,8 @@ impl PathTracer<'_> {
         memory: &mut LightMemory,
         chosen: &[u32],
     ) {
-        self.choose(memory, chosen);
+        choose(memory, chosen);
         self.sample_by_class(batch, memory, Weights::Left);
-    }
-
-    fn choose(&self, memory: &mut LightMemory, chosen: &[u32]) {
-        memory.chosen[..chosen.len()].copy_from_slice(chosen);
-        memory.probability.fill(1.0);
     }
 
     /// Samples the selected lights, class by class.
@@ -267,117 +239,48 @@ impl PathTracer<'_> {
             memory.load(batch);
             let class = class as usize;
             let found = if let Some(class) = lights.classes.get(class) {
-                self.sample_class(class, lights, batch, memory);
+                self.sample_class(class, lights, memory);
                 if class.is_weighed { Found::AtInfinity } else { Found::None }
             } else {
                 let shapes = &lights.shapes[class - lights.classes.len()];
                 self.sample_shapes(shapes, lights, memory);
                 if shapes.is_invisible { Found::None } else { Found::All }
             };
-            dispatch!(Level::new(), simd => memory.weigh(simd, found, weights));
+            memory.weigh(found, weights);
             memory.store(&mut batch.light);
         }
     }
 
     /// Samples lights without a shape.
-    fn sample_class(
-        &self,
-        class: &LightClass,
-        lights: &Lights,
-        batch: &ShadingBatch,
-        memory: &mut LightMemory,
-    ) {
+    fn sample_class(&self, class: &LightClass, lights: &Lights, memory: &mut LightMemory) {
         if class.of == Batching::Each {
             memory.set_light_indices(&lights.entries);
         }
-        if class.reads_normals {
-            memory.load_normals(batch);
+        if class.is_placed {
+            self.store_maps(class, memory);
         }
-        let count = memory.lanes.count();
-        dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
-        let LightMemory { state, scratch, objects, random, .. } = memory;
+        let LightMemory { lanes, state, scratch, objects, random, .. } = memory;
         let name = &class.program.class().name;
         let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
-        callee.call_for_first(
-            &class.illumination,
-            count,
-            instances,
-            (state, scratch),
-            None,
-            random,
-        );
-        dispatch!(Level::new(), simd => self.read_samples(simd, class, memory));
+        let (count, blocks) = (lanes.count(), (state, scratch));
+        callee.call_for_first(&class.illumination, count, instances, blocks, None, random);
     }
 
-    /// Sets the inputs of `illumination`.
-    #[inline(always)]
-    fn set_points<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
-        let v = variables();
-        let lights = &self.scene.compiled.lights;
-        let light_of = |indices: &LaneIndices, lane: usize| {
+    /// Stores the maps between the world and the spaces of lights.
+    fn store_maps(&self, class: &LightClass, memory: &mut LightMemory) {
+        let LightMemory { lanes, objects, scratch, first_column, .. } = memory;
+        for lane in 0..lanes.count() {
             let index = match class.of {
                 Batching::One(index) => index,
-                Batching::Each => indices.as_slice()[lane],
+                Batching::Each => objects.as_slice()[lane],
             };
-            &lights[class.lights[index as usize] as usize]
-        };
-        for eight in eights_of(simd, memory.lanes.count()) {
-            let mut point = eight.vectors(&memory.point);
-            if class.is_placed {
-                let inverse = |lane: usize| light_of(&memory.objects, lane).inverse;
-                point = LaneMaps::each(eight, inverse).points(&point);
-            }
-            eight.store_vectors(&mut memory.state, v.hit_point, &point);
-            eight.store(&mut memory.state, v.time_seed, eight.floats(&memory.time));
-            if class.reads_normals {
-                let up = eight.splat_vector([0.0, 0.0, 1.0]);
-                let mut normals =
-                    [&memory.geometric_normal, &memory.shading_normal].map(|it| eight.vectors(it));
-                if class.is_placed {
-                    let forward = |lane: usize| light_of(&memory.objects, lane).forward;
-                    let maps = LaneMaps::each(eight, forward);
-                    normals = normals.map(|normals| {
-                        eight.normalized_or(&maps.transposed_vectors(&normals), &up)
-                    });
-                }
-                eight.store_vectors(&mut memory.state, v.geometric_normal, &normals[0]);
-                eight.store_vectors(&mut memory.state, v.shading_normal, &normals[1]);
-            }
-        }
-    }
-
-    /// Transforms the samples of `illumination` to world space.
-    #[inline(always)]
-    fn read_samples<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
-        let v = variables();
-        let lights = &self.scene.compiled.lights;
-        for eight in eights_of(simd, memory.lanes.count()) {
-            let state = &memory.state;
-            let mut direction = eight.load_vectors(state, v.light_direction);
-            let mut distance = eight.load(state, v.light_distance);
-            let mut color = eight.load_vectors(state, v.light_color);
-            let density = eight.load(state, v.pdf);
-            if class.is_placed {
-                let maps = LaneMaps::each(eight, |lane| {
-                    let index = match class.of {
-                        Batching::One(index) => index,
-                        Batching::Each => memory.objects.as_slice()[lane],
-                    };
-                    lights[class.lights[index as usize] as usize].forward
-                });
-                let world = maps.vectors(&direction);
-                let stretch2 = dots(&world, &world);
-                color = scaled(&color, delta_scale(eight, stretch2, distance, density));
-                distance *= stretch2.sqrt();
-                direction = eight.normalized_or(&world, &direction);
-            }
-            eight.put_vectors(&direction, &mut memory.direction);
-            eight.put(distance, &mut memory.reach);
-            let end = distance_to_light(eight, distance, eight.floats(&memory.offset));
-            eight.put(end, &mut memory.distance);
-            eight.put_vectors(&color, &mut memory.color);
-            eight.put(density, &mut memory.density);
+            let light = &self.scene.compiled.lights[class.lights[index as usize] as usize];
+            let first = *first_column;
+            let mut lane =
+                PlacedLanes { columns: &mut *scratch, first, start: lane, end: lane + 1 };
+            lane.fill_map(QueryColumns::MAPS, &light.inverse);
+            lane.fill_map(QueryColumns::MAPS + 12, &light.forward);
         }
     }
 
@@ -387,28 +290,46 @@ impl PathTracer<'_> {
         if class.of == Batching::Each {
             memory.set_light_indices(&lights.entries);
         }
+        memory.column(QueryColumns::EPSILON).fill(self.scene.compiled.epsilon);
         let count = memory.lanes.count();
         let shapes = self.scene.compiled.class(class.class);
-        let sampled = SampledShapes {
-            transforms: SurfaceTransforms::new(
-                &self.scene.compiled,
-                class.class,
-                memory.hits[..count].iter().map(PathHit::object_hit),
-            ),
-            epsilon: self.scene.compiled.epsilon,
-        };
-        dispatch!(Level::new(), simd => sampled.set_origins(simd, memory));
-        let LightMemory { state, scratch, objects, random, .. } = memory;
+        let LightMemory { hits, state, scratch, first_column, objects, random, .. } = memory;
+        let places = Places::new(&self.scene.compiled, class.class);
+        places.store(&hits[..count], scratch, *first_column);
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
         callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
-        dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
-        if let Some(surface) = &class.surface {
-            self.prepare_sampled_surfaces(surface, class.of, memory);
+        if let Some(surfaces) = &class.surface {
+            self.prepare_sampled_surfaces(surfaces, class.of, memory);
         }
         self.sample_emission(class, memory);
-        self.apply_alpha(class, memory);
+        memory.set_emission();
+        self.find_alpha(class, memory);
+    }
+
+    /// Computes what emitters and alpha textures read of sampled points besides points and normals, such as the texture
+    /// coordinates that an image on a light needs: as for hits of rays towards the points.
+    fn prepare_sampled_surfaces(
+        &self,
+        surfaces: &SurfaceKernels,
+        of: Batching,
+        memory: &mut LightMemory,
+    ) {
+        memory.column(QueryColumns::LIMIT).fill(f32::INFINITY);
+        // Light samples have no footprint.
+        memory.column(QueryColumns::WIDTH).fill(0.0);
+        memory.column(QueryColumns::SPREAD).fill(0.0);
+        let shapes = self.scene.compiled.class(surfaces.class());
+        let LightMemory { lanes, hits, state, scratch, objects, random, .. } = memory;
+        let call = SurfaceCall {
+            hits: &hits[..lanes.count()],
+            instances: of.instances(&shapes.objects, objects),
+            state,
+            scratch,
+            host: random,
+        };
+        surfaces.call(surfaces.surface(), &self.scene.compiled, self.errors, call);
     }
 
     /// Calls `emission` for sampled points of area lights.
@@ -426,19 +347,10 @@ impl PathTracer<'_> {
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
         callee.call_for_first(&class.emission, count, instances, (state, scratch), None, random);
-        let v = variables();
-        dispatch!(Level::new(), simd => {
-            for eight in eights_of(simd, count) {
-                let color = eight.load_vectors(&memory.state, v.emission_color);
-                let is_usable = eight.floats(&memory.density).simd_gt(0.0) & is_lit(&color);
-                let black = eight.splat_vector([0.0; 3]);
-                eight.put_vectors(&select(is_usable, &color, &black), &mut memory.color);
-            }
-        });
     }
 
     /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
-    fn apply_alpha(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
+    fn find_alpha(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
         let Some((alpha, of, kernel)) = &class.alpha else { return };
         let count = memory.lanes.count();
         let textures = &self.scene.alpha[*alpha];
@@ -452,109 +364,12 @@ impl PathTracer<'_> {
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let instances = of.instances(&textures.objects, of_lanes);
         callee.call_for_first(kernel, count, instances, (state, scratch), None, random);
-        let v = variables();
-        dispatch!(Level::new(), simd => {
-            for eight in eights_of(simd, count) {
-                let (zero, one) = (eight.splat(0.0), eight.splat(1.0));
-                let alpha = eight.load(&memory.state, v.float_texture_value);
-                // As for hits, NaN is opaque.
-                let alpha = alpha.simd_lt(one).select(alpha.simd_gt(zero).select(alpha, zero), one);
-                let color = scaled(&eight.vectors(&memory.color), alpha);
-                eight.put_vectors(&color, &mut memory.color);
-            }
-        });
+        memory.apply_alpha();
     }
 }
 
-/// The objects that are sampled, and the times.
-struct SampledHits<'a> {
-    hits: &'a [PathHit; BATCH_LANES],
-    time: &'a Row,
-}
-
-impl HitLanes for SampledHits<'_> {
-    #[inline(always)]
-    fn hit(&self, lane: usize) -> ObjectHit {
-        self.hits[lane].object_hit()
-    }
-
-    #[inline(always)]
-    fn time(&self, lane: usize) -> f32 {
-        self.time[lane]
-    }
-}
-
-/// The shapes that are sampled, with their transforms.
-struct SampledShapes<'a> {
-    transforms: SurfaceTransforms<'a>,
-    epsilon: f32,
-}
-
-impl SampledShapes<'_> {
-    /// Sets the inputs of `generateSample`.
-    #[inline(always)]
-    fn set_origins<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
-        let v = variables();
-        for eight in eights_of(simd, memory.lanes.count()) {
-            let lanes = SampledHits { hits: &memory.hits, time: &memory.time };
-            let point = eight.vectors(&memory.point);
-            let origin = self.transforms.local_points(eight, &lanes, &point);
-            let state = &mut memory.state;
-            eight.store_vectors(state, v.ray_origin, &origin);
-            eight.store(state, v.epsilon, eight.splat(self.epsilon));
-            eight.store(state, v.time_seed, eight.floats(&memory.time));
-        }
-    }
-
-    /// Transforms the sampled points to world space, with their densities as seen from the lit points, and sets the
-    /// inputs of `emission` for rays towards them.
-    #[inline(always)]
-    fn read_points<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
-        let v = variables();
-        for eight in eights_of(simd, memory.lanes.count()) {
-            let (state, lanes) =
-                (&memory.state, SampledHits { hits: &memory.hits, time: &memory.time });
-            let local = eight.load_vectors(state, v.hit_point);
-            let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
-            let point = self.transforms.points(eight, &lanes, &local);
-            let normal = eight.load_vectors(state, v.geometric_normal);
-            let [normal] = self.transforms.normals(eight, &lanes, [normal]);
-            let normal = eight.normalized_or(&normal, &eight.splat_vector([0.0, 0.0, 1.0]));
-            let origin = eight.vectors(&memory.point);
-            let way = difference(&point, &origin);
-            let (square, local_square) = (dots(&way, &way), dots(&local_way, &local_way));
-            let distance = square.sqrt();
-            let nowhere = eight.splat_vector([0.0; 3]);
-            let direction = eight.normalized_or(&way, &nowhere);
-            // The Jacobian of directions under a linear map: its stretch along them, cubed, over its determinant.
-            let stretch = square / local_square;
-            let scale = stretch * stretch.sqrt() / self.transforms.volume_scales(eight, &lanes);
-            let density = eight.load(state, v.pdf) * scale;
-            let is_usable = density.simd_gt(0.0)
-                & density.simd_lt(f32::INFINITY)
-                & distance.simd_gt(0.0)
-                & distance.simd_lt(f32::INFINITY);
-            let density = is_usable.select(density, eight.splat(0.0));
-            eight.put(density, &mut memory.density);
-            eight.put_vectors(&direction, &mut memory.direction);
-            eight.put(distance, &mut memory.reach);
-            let sizes = sums(&sizes(&origin), &sizes(&way));
-            let sizes = self.transforms.sizes_of_points(eight, &lanes, &sizes, true);
-            let height = surface_offsets(eight, &normal, (&sizes, SURFACE_ERROR))
-                + eight.floats(&memory.offset);
-            // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
-            // grazing angles this is a longer distance along the ray.
-            let margin = height / dots(&normal, &direction).abs();
-            let most = distance * MAX_SHAPE_MARGIN;
-            let margin = margin.simd_lt(most).select(margin, most);
-            eight.put(distance - margin, &mut memory.distance);
-            let state = &mut memory.state;
-            eight.store_vectors(state, v.ray_origin, &origin);
-            eight.store_vectors(state, v.ray_direction, &direction);
-            eight.store(state, v.hit_distance, distance);
-            eight.store_vectors(state, v.hit_point, &point);
-            eight.store_vectors(state, v.geometric_normal, &normal);
-            eight.store_vectors(state, v.shading_normal, &normal);
-        }
-    }
+/// Selects the given lights for the lanes of a batch.
+fn choose(memory: &mut LightMemory, chosen: &[u32]) {
+    memory.chosen[..chosen.len()].copy_from_slice(chosen);
+    memory.probability.fill(1.0);
 }

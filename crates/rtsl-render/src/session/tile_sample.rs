@@ -2,14 +2,12 @@
 
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
-use crate::lanes::eight::LaneVectors;
-
 /// One sample of every pixel of a tile.
 pub struct TileSample {
     /// The lanes whose pixels lie inside the image.
     pub lanes: LaneMask,
     /// The colour of each; may be infinite or NaN.
-    pub colors: LaneVectors,
+    pub colors: [Lanes; 3],
 }
 
 /// Sums of the samples of a tile's pixels.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rtsl::host::Host;
 use rtsl::{
-    CallArguments, Instances, Kernel, LaneBlock, Method, Program, SurfaceForm, SurfaceNeeds,
-    SurfaceRequest, SurfaceResults, Variant,
+    CallArguments, HostQuery, Instances, Kernel, LaneBlock, Method, Program, QueryForm,
+    SurfaceNeeds,
 };
 
 use super::places::Places;
@@ -18,8 +18,6 @@ use crate::integrate::wavefront::PathHit;
 /// The kernels for shapes of a traversal class.
 pub struct SurfaceKernels {
     class: u32,
-    /// True if instances may place the shapes' groups.
-    are_grouped: bool,
     surface: Arc<Kernel>,
     density: Option<Arc<Kernel>>,
     /// The method whose name errors of calls have: the first that has a loop.
@@ -72,23 +70,19 @@ impl SurfaceKernels {
         read: ReadSurfaces,
     ) -> Option<SurfaceKernels> {
         let ReadSurfaces { needs, keeps_scratch, are_sampled, has_densities } = read;
-        let are_grouped = !scene.geometry.instances.is_empty();
+        let are_grouped = scene.has_instances();
         let shapes = scene.class(class);
         let program = shapes.program();
-        let variant = Variant::new(of.shape()).of_objects(shapes.objects.form().clone());
-        let variant = variant.knowing(program.known_choices(&shapes.objects));
-        let variant = if shapes.is_placed() { variant.placed() } else { variant };
-        let mut kernel = |results: SurfaceResults| {
+        let mut kernel = |query: HostQuery| {
             let first_column = scene.scratch_arrays as u32;
-            let form = SurfaceForm { results, are_grouped, are_sampled, first_column };
-            let (program, variant) = (program.clone(), variant.clone());
-            maker.surface(SurfaceRequest { program, form, variant })
+            let form = QueryForm { query, are_grouped, are_sampled, first_column };
+            maker.query(program, (of, &*shapes.objects), shapes.is_placed(), form)
         };
-        let density = if has_densities { kernel(SurfaceResults::Density) } else { None };
-        let surface = kernel(SurfaceResults::Surface { needs, keeps_scratch })?;
+        let density = if has_densities { kernel(HostQuery::Density) } else { None };
+        let surface = kernel(HostQuery::Surface { needs, keeps_scratch })?;
         let looping = METHODS.into_iter().find(|method| has_loop(program, *method));
         let looping = looping.unwrap_or(Method::ComputeNormal);
-        Some(SurfaceKernels { class, are_grouped, surface, density, looping })
+        Some(SurfaceKernels { class, surface, density, looping })
     }
 
     /// The traversal class.
@@ -114,7 +108,7 @@ impl SurfaceKernels {
         errors: &RuntimeErrors,
         SurfaceCall { hits, instances, state, scratch, host }: SurfaceCall<'_>,
     ) {
-        let places = Places::new(scene, self.class, self.are_grouped);
+        let places = Places::new(scene, self.class);
         places.store(hits, scratch, scene.scratch_arrays);
         let callee = Callee { class: &scene.class(self.class).name, method: self.looping, errors };
         let (count, mask, accepted) = (hits.len(), None, None);

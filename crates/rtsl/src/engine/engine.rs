@@ -19,7 +19,7 @@ use crate::codegen::options::EngineOptions;
 use crate::instance::instance::Instance;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
-use crate::program::surface_request::SurfaceRequest;
+use crate::program::query_request::QueryRequest;
 
 /// Links instances and makes their kernels, each once. Engines are cheap to clone, and threads can share them.
 ///
@@ -173,10 +173,10 @@ impl Engine {
         kernels.collect()
     }
 
-    /// Makes kernels of surfaces on all processors; the results are in the order of the requests.
-    pub fn compile_surfaces(
+    /// Makes kernels that answer queries on all processors; the results are in the order of the requests.
+    pub fn compile_queries(
         &self,
-        requests: &[SurfaceRequest],
+        requests: &[QueryRequest],
     ) -> Vec<Result<Arc<Kernel>, Diagnostic>> {
         each_on_threads(requests.len(), |index| requests[index].kernel())
     }

@@ -10,8 +10,8 @@ pub(crate) mod loop_owners;
 mod members;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 pub(crate) mod program;
+pub(crate) mod query_request;
 pub(crate) mod searched_scene;
 pub(crate) mod stage_lights;
 pub(crate) mod staged_program;
 pub(crate) mod surface_class;
-pub(crate) mod surface_request;

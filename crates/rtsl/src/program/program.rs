@@ -18,7 +18,7 @@ use rtsl_spec::Method;
 use super::elements::ElementMaker;
 use super::kernel_cache::KernelCache;
 use super::kernel_description::describe_kernel;
-use super::surface_request::SurfaceKernels;
+use super::query_request::QueryKernels;
 use crate::codegen::callback::Callback;
 use crate::codegen::emit::EmitRequest;
 use crate::codegen::kernel::Kernel;
@@ -65,7 +65,7 @@ pub struct Program {
     /// The methods that defer light: see [`Program::deferring_method`].
     deferring: MethodTable,
     kernels: KernelCache,
-    surfaces: SurfaceKernels,
+    queries: QueryKernels,
     callbacks: Mutex<BTreeMap<Callback, CompiledCallback>>,
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
@@ -86,7 +86,7 @@ impl Program {
         let deferring = deferring.filter(|it| methods.contains_key(it));
         let deferring = deferring.map(|it| (it, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
-        let surfaces = SurfaceKernels::default();
+        let queries = QueryKernels::default();
         let callbacks = Mutex::default();
         Program {
             compiler,
@@ -96,7 +96,7 @@ impl Program {
             methods,
             deferring,
             kernels,
-            surfaces,
+            queries,
             callbacks,
             elements,
         }
@@ -549,8 +549,8 @@ impl Program {
         &self.tree
     }
 
-    pub(super) fn surfaces(&self) -> &SurfaceKernels {
-        &self.surfaces
+    pub(super) fn queries(&self) -> &QueryKernels {
+        &self.queries
     }
 
     pub(super) fn compiler(&self) -> &KernelCompiler {

@@ -8,6 +8,7 @@ use rtsl_integrate::area_light::{AreaLightLink, EPSILON};
 use rtsl_integrate::chosen_light::{LightClassLink, LightMethods, light_prefix};
 use rtsl_integrate::light_selection::LightSelection;
 use rtsl_integrate::lights::{ENTRIES, LightLink, LightLinks, MAX_LIGHT_CLASSES, MAX_LIGHTS};
+use rtsl_integrate::surface::Places;
 use rtsl_spec::Method;
 
 use super::light_part::{ClassMembers, LightKey, are_copied, bound_buffers, have_same_programs};
@@ -318,6 +319,7 @@ impl StageLight<'_> {
             density,
             is_placed: self.is_placed,
             is_weighed: self.is_weighed,
+            places: Places::Members,
         }
     }
 

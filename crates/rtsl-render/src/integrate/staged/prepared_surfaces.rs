@@ -87,11 +87,6 @@ impl StagedPaths<'_> {
             let moved = requested.leaving(called.path, get(origin, lane), get(direction, lane));
             (0..3).for_each(|axis| origin[axis][lane] = moved[axis]);
         }
-        // The last vector is complete.
-        for row in origin {
-            let (count, last) = (called.len(), row[called.len() - 1]);
-            row[count..count.next_multiple_of(8)].fill(last);
-        }
     }
 
     /// Loads surfaces of one group as a batch, with the rays that hit them.
