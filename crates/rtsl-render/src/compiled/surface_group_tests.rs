@@ -59,7 +59,7 @@ fn texture_coordinates_are_computed_where_something_reads_them() {
     for (name, [of_grey, of_checked]) in [
         ("rt_GeometricNormal", [true, true]),
         ("rt_TextureUV", [false, true]),
-        ("rt_dPdu", [false, true]),
+        ("rt_du", [false, true]),
         ("rt_InverseRayDirection", [false, false]),
     ] {
         assert_eq!(stores("Sphere", name), of_grey, "{name}");

@@ -1,6 +1,6 @@
 //! One sample of every pixel of a tile, and sums of such samples.
 
-use rtsl_bvh::{LANES, LaneMask, lanes_of};
+use rtsl_bvh::{LANES, LaneMask, Lanes, lanes_of};
 
 /// One sample of every pixel of a tile.
 pub struct TileSample {
