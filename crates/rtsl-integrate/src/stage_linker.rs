@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-use rtsl_ir::{Index, Op, Value, Variable, VariableId, VariableKind};
+use rtsl_ir::{Constant, Index, Op, OpKind, Value, Variable, VariableId, VariableKind};
 use rtsl_link::{Draft, Linker, Linking, Site};
 
 use crate::chosen_light::ChosenLight;
@@ -24,6 +24,8 @@ pub(crate) struct StageLinker {
     pub known_properties: Vec<(Vec<Value>, Vec<Value>)>,
     /// The random numbers of the method that is being copied, if operations compute them.
     pub copied_numbers: Option<CopiedNumbers>,
+    /// True while a method is copied that has no random numbers: all are 0.
+    pub draws_zeros: bool,
     /// The locals with the values of a path that pass from stage to stage, by their scratch arrays.
     pub passed_values: BTreeMap<&'static str, VariableId>,
     /// The light whose methods are being copied, if each path has chosen one.
@@ -50,6 +52,9 @@ impl Linker for StageLinker {
         op: &Op,
         to: &mut Vec<Op>,
     ) -> Linking<Option<Vec<Value>>> {
+        if op.kind == OpKind::Rand && self.draws_zeros {
+            return Ok(Some(vec![self.constant(to, Constant::F32(0.0))?]));
+        }
         self.answer_stage(site, op, to)
     }
 

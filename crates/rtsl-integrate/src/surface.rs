@@ -334,7 +334,11 @@ impl<'a> SurfaceCode<'a> {
                 self.set("rt_RayOrigin", &in_group[..3]);
                 self.set("rt_RayDirection", &in_group[3..6]);
             }
-            self.call_linked(linker, Method::Intersect, to)?;
+            // Searches draw no random numbers either.
+            linker.draws_zeros = true;
+            let called = self.call_linked(linker, Method::Intersect, to);
+            linker.draws_zeros = false;
+            called?;
             self.state = state;
         }
         self.call_linked(linker, Method::ComputeNormal, to)?;

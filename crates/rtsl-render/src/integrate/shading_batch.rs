@@ -236,11 +236,6 @@ impl ShadingBatch {
     pub fn column(&self, column: usize) -> &[f32] {
         &self.kept_scratch.floats(self.first_column + column)[..self.count]
     }
-
-    /// Returns the hits of the lanes in use.
-    pub fn hits(&self) -> &[PathHit] {
-        &self.hits[..self.count]
-    }
 }
 
 /// Sets the objects of lanes by their indices. After them come valid ones, because kernels read whole vectors.
