@@ -44,11 +44,11 @@ impl QueryLink {
     ) -> Linking<Linked> {
         let (linker, mut ops) = (&mut self.linker, Vec::new());
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        let hit = code.hit_in_columns()?;
-        let mut surface = SurfaceCode::begin(code, shape, hit.hit, hit.epsilon)?;
-        surface.call_methods(linker, (hit.hit, hit.limit), &mut ops)?;
+        let HitInColumns { hit, epsilon, limit } = code.hit_in_columns()?;
+        let mut surface = SurfaceCode::begin(code, shape, hit, epsilon)?;
+        surface.call_methods(linker, (hit, limit), &mut ops)?;
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        for (name, values) in code.stored_state(&surface, hit.hit, needs)? {
+        for (name, values) in code.stored_state(&surface, hit, needs)? {
             linker.set_state(name, &values);
         }
         linker.store_scratch(scratch, &mut ops)?;
@@ -62,14 +62,16 @@ impl QueryLink {
     pub fn density(mut self, shape: &ShapeLinks) -> Linking<Linked> {
         let (linker, mut ops) = (&mut self.linker, Vec::new());
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        let hit = code.hit_in_columns()?;
-        let mut surface = SurfaceCode::begin(code, shape, hit.hit, hit.epsilon)?;
-        surface.find_normals(linker, (hit.hit, hit.limit), &mut ops)?;
+        let HitInColumns { hit, epsilon, limit } = code.hit_in_columns()?;
+        let point = code.query_columns(QueryColumns::POINT)?;
+        let hit = hit.seen_from(code, point)?;
+        let mut surface = SurfaceCode::begin(code, shape, hit, epsilon)?;
+        surface.find_normals(linker, (hit, limit), &mut ops)?;
         if let Some(method) = &shape.density {
             surface.call(linker, method, &mut ops)?;
         }
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        let density = surface.density(code, hit.hit)?;
+        let density = surface.density(code, hit)?;
         code.store_columns(QueryColumns::DENSITY, &[density]);
         Ok(self.finish(ops))
     }

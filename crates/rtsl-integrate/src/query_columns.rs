@@ -1,6 +1,8 @@
 //! The scratch arrays through which kernels that answer queries meet hosts, and the queries.
 
-use rtsl_ir::{CompareOp, Scalar, Value};
+use std::ops::Range;
+
+use rtsl_ir::{Scalar, Value};
 use rtsl_link::Linking;
 use rtsl_spec::{ATTRIBUTES, StateVariable, TO_OBJECT, TO_WORLD, lookup_state};
 
@@ -38,29 +40,30 @@ impl QueryColumns {
     /// of the axes, then that of the origin. They are read if shapes have spaces of their own. Of lights without a shape
     /// the maps from the world, and back.
     pub const MAPS: usize = 17;
-    /// 1 if an instance places the group, else 0; then the map from the world to the group, that back, and the factor by
-    /// which volumes are scaled on the way back. They are read if instances place groups.
+    /// The map from the world to the shape's group, and that back. They are read if instances place the group.
     pub const GROUP: usize = 53;
+    /// The factor by which volumes are scaled from the group's space to the world.
+    pub const GROUP_VOLUME: usize = 77;
     /// The point, in the world.
-    pub const POINT: usize = 79;
+    pub const POINT: usize = 78;
     /// The offset at which rays that leave the point begin.
-    pub const OFFSET: usize = 82;
+    pub const OFFSET: usize = 81;
     /// The geometric normal, of unit length.
-    pub const GEOMETRIC_NORMAL: usize = 83;
+    pub const GEOMETRIC_NORMAL: usize = 82;
     /// The normal for shading, of unit length.
-    pub const SHADING_NORMAL: usize = 86;
+    pub const SHADING_NORMAL: usize = 85;
     /// A density per solid angle.
-    pub const DENSITY: usize = 89;
+    pub const DENSITY: usize = 88;
     /// The length of a shadow ray.
-    pub const REACH: usize = 90;
+    pub const REACH: usize = 89;
     /// A radiance.
-    pub const RADIANCE: usize = 91;
+    pub const RADIANCE: usize = 90;
     /// The probability with which the light of a sample has been selected.
-    pub const PROBABILITY: usize = 94;
+    pub const PROBABILITY: usize = 93;
     /// The factor by which the radiance of a sample contributes.
-    pub const WEIGHT: usize = 95;
+    pub const WEIGHT: usize = 94;
     /// The number of all arrays.
-    pub const COUNT: usize = 96;
+    pub const COUNT: usize = 95;
 
     /// Returns the names of the arrays in order.
     pub fn names() -> impl Iterator<Item = String> {
@@ -84,7 +87,7 @@ pub enum HostQuery {
         /// True if the scratch of the shape's methods is read, too.
         keeps_scratch: bool,
     },
-    /// The density with which light samples find a hit: from the ray and the place of the shape.
+    /// The density with which light samples for a point find a hit: from the point, the ray and the place of the shape.
     Density,
     /// A point of a shape as a light sample, without its radiance: from the lit point with its offset, the probability and
     /// the place of the shape, to direction, distance, reach, density without the probability, and weight. The state of
@@ -166,27 +169,21 @@ impl Arithmetic<'_> {
     /// Loads the place of a shape: an `rt_Place`.
     pub fn place_in_columns(&mut self, is_placed: bool, is_grouped: bool) -> Linking<Vec<Value>> {
         let mut place = vec![self.boolean(is_placed)?];
-        self.add_maps(is_placed, QueryColumns::MAPS..QueryColumns::GROUP, &mut place)?;
+        self.add_columns(is_placed, QueryColumns::MAPS..QueryColumns::GROUP, &mut place)?;
         place.extend(self.query_columns(QueryColumns::EXTENTS)?);
         place.push(self.query_column(QueryColumns::SIDE)?);
         place.push(self.query_column(QueryColumns::VOLUME)?);
-        let volume = QueryColumns::POINT - 1;
-        if is_grouped {
-            let (is_placed, zero) = (self.query_column(QueryColumns::GROUP)?, self.float(0.0)?);
-            place.push(self.compare(CompareOp::Greater, is_placed, zero)?);
-        } else {
-            place.push(self.boolean(false)?);
-        }
-        self.add_maps(is_grouped, QueryColumns::GROUP + 1..volume, &mut place)?;
-        place.push(if is_grouped { self.query_column(volume)? } else { self.float(1.0)? });
+        place.push(self.boolean(is_grouped)?);
+        let of_group = QueryColumns::GROUP..QueryColumns::GROUP_VOLUME + 1;
+        self.add_columns(is_grouped, of_group, &mut place)?;
         Ok(place)
     }
 
-    /// Adds maps that are in columns, or zeros if nobody reads them.
-    fn add_maps(
+    /// Adds columns, or zeros if nobody reads them.
+    fn add_columns(
         &mut self,
         are_read: bool,
-        columns: std::ops::Range<usize>,
+        columns: Range<usize>,
         place: &mut Vec<Value>,
     ) -> Linking<()> {
         for column in columns {

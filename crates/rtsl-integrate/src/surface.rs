@@ -230,7 +230,7 @@ impl Hit {
     }
 
     /// Returns the hit of the ray from a point that ends at the same place: the same, if its ray begins there.
-    fn seen_from(self, code: &mut Arithmetic<'_>, point: Vector) -> Linking<Hit> {
+    pub fn seen_from(self, code: &mut Arithmetic<'_>, point: Vector) -> Linking<Hit> {
         let hit = code.call("rt_hitSeenFrom", &[&self.scalars()[..], &point].concat())?;
         Ok(Hit::of_scalars(&hit))
     }

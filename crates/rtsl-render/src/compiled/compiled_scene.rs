@@ -74,9 +74,11 @@ impl CompiledScene {
         &self.classes[index as usize]
     }
 
-    /// True if instances place groups of objects.
-    pub fn has_instances(&self) -> bool {
-        !self.geometry.instances.is_empty()
+    /// True if instances place the objects of a traversal class, all of which are in one group.
+    pub fn is_placed_by_instances(&self, class: u32) -> bool {
+        // The first items are in the world.
+        let mut members = self.items.iter().skip(1).flat_map(|items| items.members());
+        members.any(|member| member.class == class)
     }
 
     /// Returns the placement of an instance of the geometry.

@@ -34,7 +34,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Computes the densities with which light samples find a batch of hits of a group.
+    /// Computes the densities with which light samples for the points of a batch find its hits, which are of a group.
     pub fn prepare_densities(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
         let Some(surfaces) = &group.surfaces else { return };
         let Some(kernel) = surfaces.density() else { return batch.light_density.fill(0.0) };
@@ -57,7 +57,8 @@ impl PathTracer<'_> {
         let rays = batch.origin.iter().chain(&batch.direction);
         let limits = [&batch.epsilon, &batch.distance, &batch.limit];
         let limits = limits.into_iter().chain([&batch.time, &batch.width, &batch.spread]);
-        for (column, row) in (*first_column..).zip(rays.chain(limits)) {
+        let points = (*first_column + QueryColumns::POINT..).zip(&batch.point);
+        for (column, row) in (*first_column..).zip(rays.chain(limits)).chain(points) {
             kept_scratch.floats_mut(column)[..*count].copy_from_slice(&row[..*count]);
         }
         let class = self.scene.compiled.class(group.key.class);

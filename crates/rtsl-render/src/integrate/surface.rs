@@ -7,6 +7,7 @@ use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 use super::host::{SceneHost, number, store, vector};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
+use super::rows::set;
 use super::shading_batch::ShadingBatch;
 use super::wavefront::{Path, PathHit};
 use crate::compiled::RenderScene;
@@ -117,8 +118,8 @@ impl SceneHost<'_> {
         }
     }
 
-    /// Computes the properties of surfaces, as inputs of methods: for densities of light samples, as seen from the
-    /// points of the query.
+    /// Computes the properties of surfaces, as inputs of methods, or the densities of light samples for the points of the
+    /// query.
     fn prepare(&mut self, group: &SurfaceGroup, asking: &[Asking], question: Question<'_>) {
         let Question { query, operands } = question;
         let mut paths = Vec::with_capacity(MAX_LANES);
@@ -127,37 +128,29 @@ impl SceneHost<'_> {
             let state = &self.rays[*ray];
             let (origin, direction) = (vector(operands, 6, *lane), vector(operands, 9, *lane));
             let origin = state.origin_off_surface(origin, direction);
-            let distance = number(operands, 3, *lane);
-            let mut path = Path {
+            paths.push(Path {
                 origin,
                 direction,
                 epsilon: number(operands, 4, *lane),
-                distance,
+                distance: number(operands, 3, *lane),
                 limit: number(operands, 5, *lane),
                 time: state.time,
                 width: number(operands, 12, *lane),
                 spread: number(operands, 13, *lane),
                 sample: state.numbers.sample,
                 ..Path::NOWHERE
-            };
-            let seen_from =
-                (query == Query::LightPdf).then(|| vector(operands, SURFACE_SCALARS, *lane));
-            let bits = |point: [f32; 3]| point.map(f32::to_bits);
-            if let Some(point) = seen_from.filter(|point| bits(*point) != bits(origin)) {
-                let axes = [0, 1, 2];
-                path.origin = point;
-                path.direction =
-                    axes.map(|axis| origin[axis] + distance * direction[axis] - point[axis]);
-                path.distance = 1.0;
-            }
-            paths.push(path);
+            });
             hits.push(PathHit { path: place as u32, ..*hit });
         }
         let ThreadMemory { batch, .. } = &mut *self.queries;
         batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
-        match query {
-            Query::LightPdf => self.tracer.prepare_densities(group, batch),
-            _ => self.tracer.prepare_surfaces(group, batch),
+        if query == Query::LightPdf {
+            for (place, Asking { lane, .. }) in asking.iter().enumerate() {
+                set(&mut batch.point, place, vector(operands, SURFACE_SCALARS, *lane));
+            }
+            self.tracer.prepare_densities(group, batch);
+        } else {
+            self.tracer.prepare_surfaces(group, batch);
         }
         let before = asking.iter().map(|asking| self.rays[asking.ray].surfaces_before());
         batch.set_depths(before.map(|before| (self.depth, before)));

@@ -404,7 +404,7 @@ impl ShapeLightClass {
         let outputs = Outputs::ALL.without_scratch();
         let form = QueryForm {
             query: HostQuery::SampledPoint,
-            are_grouped: classes.compiled.has_instances(),
+            are_grouped: classes.compiled.is_placed_by_instances(key.class),
             are_sampled: true,
             first_column: classes.compiled.scratch_arrays as u32,
         };

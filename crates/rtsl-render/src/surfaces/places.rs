@@ -5,6 +5,7 @@ use rtsl_math::Affine;
 
 use crate::compiled::CompiledScene;
 use crate::compiled::object::Object;
+use crate::compiled::placement::Placement;
 use crate::integrate::wavefront::PathHit;
 
 /// The places of shapes of one traversal class.
@@ -29,8 +30,8 @@ impl<'a> Places<'a> {
             start = lanes.end;
             let object = &self.scene.objects[run[0].object as usize];
             self.store_object(run, object, &mut lanes);
-            if self.scene.has_instances() {
-                self.store_group(run[0].instance, &mut lanes);
+            if let Some(placement) = self.scene.placement(run[0].instance) {
+                store_group(&placement, &mut lanes);
             }
         }
     }
@@ -51,28 +52,27 @@ impl<'a> Places<'a> {
             }
         }
     }
+}
 
-    fn store_group(&self, instance: u32, lanes: &mut PlacedLanes<'_>) {
-        let placement = self.scene.placement(instance);
-        lanes.fill(QueryColumns::GROUP, if placement.is_some() { 1.0 } else { 0.0 });
-        let Some(placement) = placement else { return };
-        let store = |lanes: &mut PlacedLanes<'_>, time: f32| {
-            lanes.fill_map(QueryColumns::GROUP + 1, &placement.inverse_at(time));
-            lanes.fill_map(QueryColumns::GROUP + 13, &placement.map_at(time));
-            lanes.fill(QueryColumns::GROUP + 25, placement.volume_scale(time) as f32);
-        };
-        if !placement.moves() {
-            return store(lanes, 0.0);
-        }
-        for lane in lanes.start..lanes.end {
-            let time = lanes.columns.floats(lanes.first + QueryColumns::TIME)[lane];
-            let PlacedLanes { columns, first, .. } = lanes;
-            store(&mut PlacedLanes { columns, first: *first, start: lane, end: lane + 1 }, time);
-        }
+fn store_group(placement: &Placement<'_>, lanes: &mut PlacedLanes<'_>) {
+    if !placement.moves() {
+        return store_group_at(placement, 0.0, lanes);
+    }
+    for lane in lanes.start..lanes.end {
+        let PlacedLanes { columns, first, .. } = lanes;
+        let time = columns.floats(*first + QueryColumns::TIME)[lane];
+        let mut lane = PlacedLanes { columns, first: *first, start: lane, end: lane + 1 };
+        store_group_at(placement, time, &mut lane);
     }
 }
 
-/// PlacedLanes of columns that have the same place.
+fn store_group_at(placement: &Placement<'_>, time: f32, lanes: &mut PlacedLanes<'_>) {
+    lanes.fill_map(QueryColumns::GROUP, &placement.inverse_at(time));
+    lanes.fill_map(QueryColumns::GROUP + 12, &placement.map_at(time));
+    lanes.fill(QueryColumns::GROUP_VOLUME, placement.volume_scale(time) as f32);
+}
+
+/// Lanes of columns that have the same place.
 pub struct PlacedLanes<'a> {
     /// The block with the columns.
     pub columns: &'a mut LaneBlock,

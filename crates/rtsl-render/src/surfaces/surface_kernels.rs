@@ -70,7 +70,7 @@ impl SurfaceKernels {
         read: ReadSurfaces,
     ) -> Option<SurfaceKernels> {
         let ReadSurfaces { needs, keeps_scratch, are_sampled, has_densities } = read;
-        let are_grouped = scene.has_instances();
+        let are_grouped = scene.is_placed_by_instances(class);
         let shapes = scene.class(class);
         let program = shapes.program();
         let mut kernel = |query: HostQuery| {
