@@ -6,7 +6,7 @@
 //! references. A call through a reference that is not set gives the role's defaults.
 //!
 //! A [`Linker`] may answer further operations by code of its own: `rtsl-integrate` links the stages of integrators so.
-//! This crate knows no camera, light or surface, and makes no code for machines.
+//! This crate knows no camera, light or stage, and makes no code for machines.
 
 pub mod attributes;
 mod called_scratch;
