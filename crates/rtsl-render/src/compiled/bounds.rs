@@ -39,7 +39,7 @@ impl BoundsMaker {
         let instances = Instances::One(&instance.block);
         let mut scratch = shader.program.new_scratch(1);
         let class = &shader.program.class().name;
-        call(class, kernel, (&mut self.state, &mut scratch), 1, instances)
+        call(class, kernel, &mut self.state, &mut scratch, 1, instances)
             .then(|| read(&self.state, 0))?
     }
 }
@@ -58,8 +58,8 @@ pub fn instance_bounds(
     let kernel = program.kernel(Method::ComputeBounds, Variant::new(CallMode::Packet))?;
     let (mut state, mut scratch) = (new_state(1), program.new_scratch(1));
     let block = program.block(instance);
-    let blocks = (&mut state, &mut scratch);
-    let is_bounded = call(&program.class().name, &kernel, blocks, 1, Instances::One(&block));
+    let (class, instances) = (&program.class().name, Instances::One(&block));
+    let is_bounded = call(class, &kernel, &mut state, &mut scratch, 1, instances);
     Ok(is_bounded.then(|| read(&state, 0)).flatten())
 }
 
@@ -88,7 +88,7 @@ pub fn element_bounds(
         let elements = program.elements_in_order(instance, None, &indices)?;
         for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
             let instances = Instances::Range(&elements, (chunk * CALL) as u32);
-            if call(class, &kernel, (state, scratch), bounds.len(), instances) {
+            if call(class, &kernel, state, scratch, bounds.len(), instances) {
                 let read = |lane| read(state, lane);
                 bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
             }
@@ -103,7 +103,8 @@ pub fn element_bounds(
 fn call(
     class: &str,
     kernel: &Kernel,
-    (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+    state: &mut LaneBlock,
+    scratch: &mut LaneBlock,
     count: usize,
     instances: Instances<'_>,
 ) -> bool {

@@ -184,7 +184,7 @@ impl Planned {
                 emitter: emitter.map(|(class, _)| class),
                 alpha: alpha.map(|(class, _)| class),
                 is_sampled: emitter.is_some_and(|(emitter, _)| {
-                    is_sampled(&materials[emitter].program, (class.program(), object.elements))
+                    is_sampled(&materials[emitter].program, class.program(), object.elements)
                 }),
             },
             entry: ObjectEntry {

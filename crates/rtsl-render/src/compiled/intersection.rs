@@ -131,7 +131,7 @@ impl Objects for Intersector<'_> {
         let kernel = class.packet_kernel(space.common_origin.is_some());
         let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
         let callee = self.intersect_of(class);
-        let accepted = self.blocks.packet.intersect(simd, (kernel, callee), lanes, instances);
+        let accepted = self.blocks.packet.intersect(simd, kernel, callee, lanes, instances);
         self.has_limits = accepted == 0;
         accepted
     }
@@ -160,7 +160,7 @@ impl Objects for Intersector<'_> {
         let intersect = self.intersect_of(class);
         let IntersectionBlocks { pairs: blocks, scratch_arrays, .. } = &mut *self.blocks;
         let blocks = blocks.get_or_insert_with(|| PairBlocks::new(*scratch_arrays));
-        blocks.test((class, intersect), stream, pairs, found);
+        blocks.test(class, intersect, stream, pairs, found);
     }
 
     fn load_ray(&mut self, ray: &TraversalRay) {
@@ -186,10 +186,11 @@ impl Objects for Intersector<'_> {
     fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
         let class = self.class(leaf.class);
         let instances = Instances::Object(&class.objects, ObjectClass::item_index(leaf, index));
-        let call = (class.packet_kernel(false), self.intersect_of(class));
+        let (kernel, callee) = (class.packet_kernel(false), self.intersect_of(class));
         let blocks = self.blocks.of(ray.frame);
-        let hit =
-            dispatch!(Level::new(), simd => blocks.intersect(simd, call, 1 << ray.lane, instances));
+        let hit = dispatch!(Level::new(), simd => {
+            blocks.intersect(simd, kernel, callee, 1 << ray.lane, instances)
+        });
         let distance = blocks.take_distance(ray);
         (hit != 0).then_some(distance)
     }
@@ -201,7 +202,8 @@ impl CallBlocks {
     fn intersect<S: Simd>(
         &mut self,
         simd: S,
-        (kernel, callee): (&Kernel, Callee<'_>),
+        kernel: &Kernel,
+        callee: Callee<'_>,
         lanes: LaneMask,
         instances: Instances<'_>,
     ) -> LaneMask {

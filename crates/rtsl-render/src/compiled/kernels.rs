@@ -83,7 +83,8 @@ impl<'a> KernelMaker<'a> {
         &mut self,
         program: &Arc<Program>,
         method: Method,
-        (of, objects): (Batching, &Objects),
+        of: Batching,
+        objects: &Objects,
         outputs: Outputs,
     ) -> Option<Arc<Kernel>> {
         let variant = Variant::new(of.shape()).of_objects(objects.form().clone()).reading(outputs);

@@ -85,14 +85,15 @@ impl MaterialKernels {
     pub fn new(
         maker: &mut KernelMaker<'_>,
         program: &Arc<Program>,
-        (of, objects): (Batching, &Objects),
+        of: Batching,
+        objects: &Objects,
         queries: &BTreeSet<Query>,
     ) -> Self {
         let methods = called_methods(program, queries);
         let mut kernel = |method: Method| {
             let outputs = Outputs::ALL.without_scratch();
             let is_called = methods.contains(&method);
-            if is_called { maker.kernel(program, method, (of, objects), outputs) } else { None }
+            if is_called { maker.kernel(program, method, of, objects, outputs) } else { None }
         };
         let leaves_black = |method: Method, color: &str| {
             program.method(method).is_ok_and(|it| leaves_black(&it, color))

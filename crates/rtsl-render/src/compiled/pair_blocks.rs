@@ -37,7 +37,8 @@ impl PairBlocks {
     /// Tests pairs with objects of a class; adds those that hit to `found`.
     pub fn test(
         &mut self,
-        (class, intersect): (&ObjectClass, Callee<'_>),
+        class: &ObjectClass,
+        intersect: Callee<'_>,
         stream: &RayStream,
         pairs: &[Pair],
         found: &mut Vec<PairHit>,

@@ -99,7 +99,7 @@ impl GroupItems {
     }
 
     /// Adds an object with so many items.
-    fn push(&mut self, (object, class): (u32, u32), items: u32) {
+    fn push(&mut self, object: u32, class: u32, items: u32) {
         let index = self.members.len() as u32;
         self.has_meshes |= items != 1;
         self.members.push(GroupMember { object, first: self.count, class });
@@ -126,7 +126,7 @@ impl PlacedObjects {
                     elements: elements.map(|_| (*object, items.count)),
                 };
                 let class = indices.index(key);
-                items.push((*object, class), elements.unwrap_or(1));
+                items.push(*object, class, elements.unwrap_or(1));
             }
             items
         });
@@ -350,7 +350,7 @@ mod tests {
         let counts = [1, 0, 1, 40, 2, 16, 0, 0, 3, 1, 1, 100, 0];
         let (mut items, mut owners) = (GroupItems::default(), Vec::new());
         for (object, count) in (0..).zip(counts) {
-            items.push((object, 0), count);
+            items.push(object, 0, count);
             owners.extend(std::iter::repeat_n(object, count as usize));
         }
         let found = (0..items.count()).map(|item| items.member(item).map(|it| it.object));

@@ -112,11 +112,6 @@ impl RenderScene {
         of_methods.fold(integrator.block_sizes(), BlockSizes::max)
     }
 
-    /// The least distance of hits of further rays, and the least weight with which they are traced.
-    pub(crate) fn least_of_rays(&self) -> (f32, f32) {
-        (self.compiled.epsilon, self.compiled.settings.cutoff)
-    }
-
     /// Has the background optimise the kernels of all stages, if it has not begun. Rendering uses each as soon as it is
     /// ready.
     pub fn optimise(&self) {

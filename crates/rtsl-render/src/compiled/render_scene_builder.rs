@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    CameraProgram, Diagnostic, Diagnostics, Engine, Instance, Messages, ParameterValues,
-    ReadResults, SourceMap, diagnostic_codes as codes,
+    CameraProgram, Diagnostic, Diagnostics, Engine, Messages, ParameterValues, ReadResults,
+    SourceMap, diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
@@ -151,7 +151,7 @@ impl<'a> RenderSceneBuilder<'a> {
         };
         made.warn_of_shade(messages);
         made.select_lights(messages)?;
-        made.compile_integrator((scene, instance), (values, earlier), messages)?;
+        made.compile_integrator(scene, values, earlier, messages)?;
         made.compile_time = made.compiled.compile_time + start.elapsed();
         Ok(made)
     }
@@ -191,8 +191,9 @@ impl RenderScene {
     /// Compiles the stages of the integrator, and the methods of surfaces that these are not linked with.
     fn compile_integrator(
         &mut self,
-        (scene, instance): (&Scene, &Instance),
-        (values, earlier): (ParameterValues, Option<&RenderScene>),
+        scene: &Scene,
+        values: ParameterValues,
+        earlier: Option<&RenderScene>,
         messages: &mut Messages,
     ) -> Result<(), Messages> {
         let features = &self.aovs.features;
@@ -215,7 +216,7 @@ impl RenderScene {
         let of_methods = ShadingParts {
             scene: self,
             materials: &scene.materials,
-            integrator: (self.integrator.program(), instance),
+            integrator: (self.integrator.program(), scene.integrator()),
             lights: &lights,
             values,
             defers: false,
@@ -228,7 +229,7 @@ impl RenderScene {
         let of_surfaces = earlier.map(|earlier| &earlier.shading_methods);
         let (staged, methods) = on_all_processors(|| {
             rayon::join(
-                || self.integrator.stages(&self.engine, (instance, scene), &parts, &lights),
+                || self.integrator.stages(&self.engine, scene, &parts, &lights),
                 || ShadingMethods::new(&of_methods, is_shaded, of_surfaces),
             )
         });

@@ -112,7 +112,7 @@ impl SurfaceGroup {
         let mut kernel = |part: Option<(&Arc<Program>, &Objects)>, of, method: Method| {
             let (program, objects) = part?;
             let outputs = Outputs::ALL.without_scratch();
-            maker.kernel(program, method, (of, objects), outputs)
+            maker.kernel(program, method, of, objects, outputs)
         };
         let emitter_kernel = key.emitter.and_then(|(_, of)| kernel(emitter, of, Method::Emission));
         let alpha = key.alpha.and_then(|(_, of)| kernel(parts.alpha, of, Method::Lookup));
@@ -129,7 +129,7 @@ impl SurfaceGroup {
             key,
             surfaces,
             needs_numbers: read.any(&NUMBERS),
-            material: MaterialKernels::new(maker, material, (of, objects), queries),
+            material: MaterialKernels::new(maker, material, of, objects, queries),
             emitter: emitter_kernel,
             alpha,
             material_scratch,

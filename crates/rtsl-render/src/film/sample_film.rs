@@ -97,7 +97,8 @@ impl TileRecord {
         &mut self,
         samples: TileResults<'_>,
         time: Duration,
-        (imaging, features): (&Imaging, &Features),
+        imaging: &Imaging,
+        features: &Features,
     ) {
         let channels = samples.radiance;
         let count = channels[0].len() / LANES;
@@ -284,7 +285,7 @@ impl SampleFilm {
     /// Adds the next samples of a tile, unless it needs no more.
     fn take(&self, record: &mut TileRecord, tile: usize, samples: TileResults<'_>, time: Duration) {
         if !record.is_done {
-            record.take(samples, time, (&self.imaging, &self.features));
+            record.take(samples, time, &self.imaging, &self.features);
             // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
             if let Some(target) = self.noise_target
                 && record.count() >= MIN_SAMPLES
@@ -324,11 +325,7 @@ impl SampleFilm {
     ///
     /// # Errors
     /// If there is not enough memory.
-    pub fn aov(
-        &self,
-        (aov, ty): (&Aov, AovType),
-        classes: &[f32],
-    ) -> Result<AovImage, OutOfMemory> {
+    pub fn aov(&self, aov: &Aov, ty: AovType, classes: &[f32]) -> Result<AovImage, OutOfMemory> {
         let mut image = AovImage::new(aov.clone(), ty, self.width, self.height)?;
         if aov.renderer_type().is_some() {
             self.for_each_pixel(|record, lane, index| {
@@ -420,7 +417,7 @@ mod tests {
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
         film.add(0, 0, (&samples([0.5, 0.5])).into(), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
-        let image = |aov: &Aov| film.aov((aov, AovType::Float), &[]).unwrap();
+        let image = |aov: &Aov| film.aov(aov, AovType::Float, &[]).unwrap();
         assert_eq!(image(&Aov::Samples).values[3], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
         let variance = image(&Aov::Variance).values[3];

@@ -82,7 +82,7 @@ impl SampleSums {
                 let mut samples = [[f32x16::splat(simd, 0.0); TOGETHER]; 3];
                 for (samples, channel) in samples.iter_mut().zip(channels) {
                     let of_pixels = &channel[first * count..][..VECTOR * count];
-                    load_together(simd, of_pixels, (start, count), samples);
+                    load_together(simd, of_pixels, start, count, samples);
                 }
                 let [red, green, blue] = &samples;
                 for sample in 0..TOGETHER {
@@ -156,7 +156,8 @@ fn add<S: Simd>(simd: S, sums: &mut VectorSums<S>, [red, green, blue]: [f32x16<S
 fn load_together<S: Simd, const TOGETHER: usize>(
     simd: S,
     channel: &[f32],
-    (start, count): (usize, usize),
+    start: usize,
+    count: usize,
     rows: &mut [f32x16<S>; TOGETHER],
 ) {
     // A row of fewer than 16 samples of a pixel has samples of several pixels.

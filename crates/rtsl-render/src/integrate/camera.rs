@@ -56,7 +56,7 @@ impl Camera {
     ) {
         let mut count = 0;
         for (samples, packet) in packets {
-            self.load(scene.settings.origin(), (samples, packet), (&mut *scratch, count));
+            self.load(scene.settings.origin(), samples, packet, scratch, count);
             count += LANES;
         }
         let callee = Callee { class: self.name(), method: Method::GenerateRay, errors };
@@ -76,8 +76,10 @@ impl Camera {
     fn load(
         &self,
         origin: [usize; 2],
-        (samples, packet): (&TileSamples, usize),
-        (scratch, start): (&mut LaneBlock, usize),
+        samples: &TileSamples,
+        packet: usize,
+        scratch: &mut LaneBlock,
+        start: usize,
     ) {
         let CameraArrays { pixels: [columns, rows], sample: index, .. } = *self.program.arrays();
         let all = start..start + LANES;

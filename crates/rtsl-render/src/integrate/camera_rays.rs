@@ -3,9 +3,8 @@
 use rtsl::{LaneBlock, new_state};
 use rtsl_bvh::{LANES, Lanes, RayPacket};
 
-use super::camera::{Camera, rays_of};
-use crate::compiled::compiled_scene::CompiledScene;
-use crate::compiled::runtime_errors::RuntimeErrors;
+use super::camera::rays_of;
+use super::path_tracer::PathTracer;
 use crate::compiled::variables::variables;
 use crate::schedule::tile_samples::TileSamples;
 
@@ -30,25 +29,31 @@ pub struct CameraMemory {
     blocks: Option<(LaneBlock, LaneBlock)>,
 }
 
-/// Generates a packet of the rays of some samples of a tile.
-pub fn camera_packet(
-    camera: &Camera,
-    scene: (&CompiledScene, &RuntimeErrors),
-    memory: &mut CameraMemory,
-    (samples, packet): (&TileSamples, usize),
-) -> CameraRays {
-    let arrays = camera.program.scratch_arrays();
-    let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
-    let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
-    camera.generate(scene, std::iter::once((samples, packet)), (&mut *state, &mut *scratch));
-    let (v, at) = (variables(), camera.program.arrays());
-    let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
-    let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");
-    CameraRays {
-        rays: rays_of(state, 0),
-        keys: words(scratch.words(at.key)),
-        samples: words(scratch.words(at.sample)),
-        weights: at.weights.map(|array| floats(scratch.floats(array))),
-        footprints: [v.ray_width, v.ray_spread].map(|component| floats(state.floats(component))),
+impl PathTracer<'_> {
+    /// Generates a packet of the camera rays of some samples of a tile.
+    pub fn camera_packet(
+        &self,
+        memory: &mut CameraMemory,
+        samples: &TileSamples,
+        packet: usize,
+    ) -> CameraRays {
+        let camera = self.scene.camera();
+        let arrays = camera.program.scratch_arrays();
+        let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
+        let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
+        let of_scene = (&self.scene.compiled, self.errors);
+        let packets = std::iter::once((samples, packet));
+        camera.generate(of_scene, packets, (&mut *state, &mut *scratch));
+        let (v, at) = (variables(), camera.program.arrays());
+        let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
+        let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");
+        CameraRays {
+            rays: rays_of(state, 0),
+            keys: words(scratch.words(at.key)),
+            samples: words(scratch.words(at.sample)),
+            weights: at.weights.map(|array| floats(scratch.floats(array))),
+            footprints: [v.ray_width, v.ray_spread]
+                .map(|component| floats(state.floats(component))),
+        }
     }
 }

@@ -91,9 +91,9 @@ impl PathTracer<'_> {
             mem::swap(&mut memory.queries.spawned, &mut next.paths);
             match &self.scene.integrator.staged {
                 Some(staged) => {
-                    self.follow_in_stages(staged, memory, (level, chunk), &mut followed);
+                    self.follow_in_stages(staged, memory, level, chunk, &mut followed);
                 }
-                None => self.follow_on_interpreter(memory, (level, chunk), &mut followed),
+                None => self.follow_on_interpreter(memory, level, chunk, &mut followed),
             }
             mem::swap(&mut memory.queries.spawned, &mut next.paths);
             next.order_last(chunk.len(), |path| followed.samples[path as usize]);
@@ -113,13 +113,14 @@ impl PathTracer<'_> {
         &self,
         staged: &StagedMethod,
         memory: &mut IntegratorMemory,
-        (level, chunk): (&SpawnedPaths, &[u32]),
+        level: &SpawnedPaths,
+        chunk: &[u32],
         FollowedPaths { all, radiance, .. }: &mut FollowedPaths,
     ) {
         let depth = level.depths[chunk[0] as usize];
         let before = memory.queries.spawned.len();
         let exhausted = RuntimeErrors::default();
-        let begun = self.begin_stages((staged, &exhausted), memory, (chunk.len(), depth));
+        let begun = self.begin_stages(staged, &exhausted, memory, chunk.len(), depth);
         let Some(mut run) = begun else { return };
         let epsilon = self.scene.compiled.epsilon;
         run.wave.load_spawned(run.frames, &staged.columns, (level, chunk), epsilon);
@@ -159,7 +160,8 @@ impl PathTracer<'_> {
     fn follow_on_interpreter(
         &self,
         memory: &mut IntegratorMemory,
-        (level, chunk): (&SpawnedPaths, &[u32]),
+        level: &SpawnedPaths,
+        chunk: &[u32],
         FollowedPaths { radiance, .. }: &mut FollowedPaths,
     ) {
         let depth = level.depths[chunk[0] as usize];
@@ -170,7 +172,7 @@ impl PathTracer<'_> {
             let mut paths: Vec<Path> = indices.iter().map(path).collect();
             let all: Vec<u32> = (0..paths.len() as u32).collect();
             let before = memory.queries.spawned.len();
-            let counts = self.call_integrator((&all, &paths), memory, depth);
+            let counts = self.call_integrator(&all, &paths, memory, depth);
             memory.queries.rays += counts;
             let parents = &mut memory.queries.spawned.parents[before..];
             parents.iter_mut().for_each(|parent| *parent += start);
@@ -180,7 +182,7 @@ impl PathTracer<'_> {
             }
             for (lane, path) in paths.iter_mut().enumerate() {
                 let IntegratorMemory { state, rays, .. } = &*memory;
-                self.add_radiance(path, state, (&rays[lane], lane));
+                self.add_radiance(path, state, &rays[lane], lane);
                 let channels = radiance.iter_mut().zip(path.radiance);
                 channels.for_each(|(channel, light)| channel.push(light));
             }

@@ -24,7 +24,8 @@ impl<'a> PathTracer<'a> {
     pub fn surfaces_of_hits(
         &self,
         memory: &mut ThreadMemory,
-        (rays, lanes): (&RayPacket, LaneMask),
+        rays: &RayPacket,
+        lanes: LaneMask,
         hits: &Hits,
     ) -> HitSurfaces {
         let scene = self.scene;
@@ -66,7 +67,8 @@ impl<'a> PathTracer<'a> {
         &self,
         memory: &mut ThreadMemory,
         light: u32,
-        (surfaces, time): (&HitSurfaces, &[f32; LANES]),
+        surfaces: &HitSurfaces,
+        time: &[f32; LANES],
     ) -> [Option<([f32; 3], f32)>; LANES] {
         let lanes: Vec<usize> = (0..LANES).filter(|lane| surfaces[*lane].is_some()).collect();
         let ThreadMemory { batch, light: of_lights, .. } = memory;

@@ -19,10 +19,43 @@ use super::spawned_paths::{MAX_SPAWNED, SpawnedPath, greatest_weight};
 use super::suspect::Suspect;
 use super::tracing::IntegratorMemory;
 use super::wavefront::{NO_INSTANCE, Path, Wavefront};
+use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
 
 /// The object of a surface that no ray found.
 pub const NO_OBJECT: u32 = u32::MAX;
+
+/// A ray that a method traces, spawns or asks about, in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// The origin.
+    pub origin: [f32; 3],
+    /// The direction, of any length.
+    pub direction: [f32; 3],
+    /// The greatest ray parameter of a hit.
+    pub limit: f32,
+}
+
+impl Ray {
+    /// Returns the ray of a lane.
+    fn of_lane(rays: &RayLanes, lane: usize) -> Ray {
+        let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis: usize| from[axis][lane]);
+        Ray {
+            origin: vector(&rays.origin),
+            direction: vector(&rays.direction),
+            limit: rays.limit[lane],
+        }
+    }
+
+    /// Returns the ray that the first operands of a lane describe.
+    fn of_operands(operands: &[LaneWords], lane: usize) -> Ray {
+        Ray {
+            origin: vector(operands, 0, lane),
+            direction: vector(operands, 3, lane),
+            limit: number(operands, 6, lane),
+        }
+    }
+}
 
 /// A ray of a call, with what the integrator has asked for it so far.
 #[derive(Clone, Debug)]
@@ -101,14 +134,16 @@ impl RayOfCall {
         self.is_spoilt |= !are_finite(&color);
     }
 
-    /// Returns the path of a ray that `trace` traces, given its limit and the weight of its radiance, and the least
-    /// distance of hits; `None` if the weight in the pixel is below the cutoff.
+    /// Returns the path of a ray that `trace` traces, given the weight of its radiance and the least distance of hits;
+    /// `None` if the weight in the pixel is below the cutoff.
     pub fn begin_trace(
         &mut self,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        [limit, weight]: [f32; 2],
-        (epsilon, cutoff): (f32, f32),
+        ray: &Ray,
+        weight: f32,
+        epsilon: f32,
+        cutoff: f32,
     ) -> Option<Path> {
+        let Ray { origin, direction, limit } = *ray;
         let key = self.numbers.begin_child();
         let importance = self.importance * weight;
         is_traced(importance, cutoff).then_some(Path {
@@ -126,12 +161,8 @@ impl RayOfCall {
     }
 
     /// Returns the path of a ray that a method spawns with this weight, given the index and the depth of its parent.
-    pub fn spawn(
-        &mut self,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        (limit, weight): (f32, [f32; 3]),
-        (parent, depth): (u32, u32),
-    ) -> SpawnedPath {
+    pub fn spawn(&mut self, ray: &Ray, weight: [f32; 3], parent: u32, depth: u32) -> SpawnedPath {
+        let Ray { origin, direction, limit } = *ray;
         let weight = [0, 1, 2].map(|channel: usize| self.weight[channel] * weight[channel]);
         SpawnedPath {
             parent,
@@ -148,11 +179,8 @@ impl RayOfCall {
     }
 
     /// Returns a ray that asks whether anything is on it, with 0 as its path.
-    pub fn shadow_ray(
-        &mut self,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        distance: f32,
-    ) -> ShadowRay {
+    pub fn shadow_ray(&mut self, ray: &Ray) -> ShadowRay {
+        let Ray { origin, direction, limit: distance } = *ray;
         ShadowRay {
             origin: self.origin_off_surface(origin, direction),
             direction,
@@ -235,13 +263,12 @@ pub struct SceneHost<'a> {
 impl Host for SceneHost<'_> {
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
         for lane in lanes.iter() {
-            let ray = self.ray_of(lanes, lane);
-            let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
-            let ends = (vector(&rays.origin), vector(&rays.direction));
-            let limits = [rays.limit[lane], rays.weight[lane]];
-            let path = self.rays[ray].begin_trace(ends, limits, self.tracer.scene.least_of_rays());
+            let index = self.ray_of(lanes, lane);
+            let CompiledScene { epsilon, settings, .. } = &self.tracer.scene.compiled;
+            let (ray, weight) = (Ray::of_lane(rays, lane), rays.weight[lane]);
+            let path = self.rays[index].begin_trace(&ray, weight, *epsilon, settings.cutoff);
             let color = path.map_or([0.0; 3], |path| self.integrate_further(path));
-            self.rays[ray].note_light(color);
+            self.rays[index].note_light(color);
             (0..3).for_each(|channel| radiance[channel][lane] = color[channel]);
         }
     }
@@ -249,10 +276,8 @@ impl Host for SceneHost<'_> {
     fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
         let mut occluded = 0;
         for lane in lanes.iter() {
-            let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis| from[axis][lane]);
-            let (origin, direction) = (vector(&rays.origin), vector(&rays.direction));
-            let ray = self.ray_of(lanes, lane);
-            if !self.is_visible(ray, (origin, direction), rays.limit[lane]) {
+            let index = self.ray_of(lanes, lane);
+            if !self.is_visible(index, &Ray::of_lane(rays, lane)) {
                 occluded |= 1 << lane;
             }
         }
@@ -321,7 +346,7 @@ impl Host for SceneHost<'_> {
             Query::UnshadowedLight => self.sample_unshadowed(lanes, operands, results),
         }
         if self.notes_suspects {
-            self.note_suspects(lanes, (query, operands, results));
+            self.note_suspects(lanes, query, operands, results);
         }
     }
 }
@@ -365,7 +390,7 @@ impl SceneHost<'_> {
         for lane in lanes.iter() {
             let ray = self.ray_of(lanes, lane);
             let ray = &mut self.rays[ray];
-            let (mut origin, direction) = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let Ray { mut origin, direction, limit } = Ray::of_operands(operands, lane);
             let mut color = vector(operands, 7, lane);
             if !self.is_of_stages {
                 origin = ray.origin_off_surface(origin, direction);
@@ -380,7 +405,7 @@ impl SceneHost<'_> {
             self.queries.shadow_rays.push(&ShadowRay {
                 origin,
                 direction,
-                distance: number(operands, 6, lane),
+                distance: limit,
                 time: *time,
                 color,
                 path: lanes.base + lane as u32,
@@ -394,10 +419,8 @@ impl SceneHost<'_> {
     fn spawn(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
-            let ends = (vector(operands, 0, lane), vector(operands, 3, lane));
-            let (limit, weight) = (number(operands, 6, lane), vector(operands, 7, lane));
-            let parent = (index as u32, self.depth);
-            let path = self.rays[index].spawn(ends, (limit, weight), parent);
+            let (ray, weight) = (Ray::of_operands(operands, lane), vector(operands, 7, lane));
+            let path = self.rays[index].spawn(&ray, weight, index as u32, self.depth);
             self.follow(&path);
         }
     }
@@ -407,12 +430,13 @@ impl SceneHost<'_> {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
             let RayOfCall { importance, time, numbers, .. } = &self.rays[index];
+            let Ray { origin, direction, limit } = Ray::of_operands(operands, lane);
             let path = SpawnedPath {
                 parent: index as u32,
                 depth: self.depth + 1 + operands[12][lane],
-                origin: vector(operands, 0, lane),
-                direction: vector(operands, 3, lane),
-                limit: number(operands, 6, lane),
+                origin,
+                direction,
+                limit,
                 throughput: vector(operands, 7, lane),
                 importance: importance * number(operands, 10, lane),
                 key: operands[11][lane],
@@ -449,14 +473,9 @@ impl SceneHost<'_> {
         }
     }
 
-    /// True if nothing is on a ray before the distance.
-    fn is_visible(
-        &mut self,
-        ray: usize,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        distance: f32,
-    ) -> bool {
-        let shadow_ray = self.rays[ray].shadow_ray((origin, direction), distance);
+    /// True if nothing is on a ray before its limit, about which the ray of this index asks.
+    fn is_visible(&mut self, index: usize, ray: &Ray) -> bool {
+        let shadow_ray = self.rays[index].shadow_ray(ray);
         let memory = &mut *self.queries;
         // Contributions wait for their turn.
         let waiting = std::mem::take(&mut memory.shadow_rays);
@@ -503,7 +522,7 @@ impl Further<'_> {
             return RayCounts::default();
         }
         self.with_memory(|memory| {
-            let mut counts = self.tracer.integrate_further(paths, (memory, depth), radiance);
+            let mut counts = self.tracer.integrate_further(paths, memory, depth, radiance);
             counts.traced += paths.len() as u64;
             counts
         })
@@ -550,9 +569,9 @@ mod tests {
     /// Weights of rays that follow each other are multiplied. One that is no number is not too little.
     #[test]
     fn rays_of_little_weight_are_left_out() {
-        let ends = ([0.0; 3], [0.0, 0.0, 1.0]);
+        let ray = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], limit: f32::INFINITY };
         let begin = |path: &Path, weight: f32| {
-            RayOfCall::of_path(path).begin_trace(ends, [f32::INFINITY, weight], (1e-4, 0.125))
+            RayOfCall::of_path(path).begin_trace(&ray, weight, 1e-4, 0.125)
         };
         let first = begin(&Path::NOWHERE, 0.25).unwrap();
         assert_eq!(first.importance, 0.25);

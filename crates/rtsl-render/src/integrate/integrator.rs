@@ -77,18 +77,18 @@ impl Integrator {
         })
     }
 
-    /// Compiles the stages for a scene; returns `None` if the engine runs no packet code.
+    /// Compiles the stages for the integrator's scene; returns `None` if the engine runs no packet code.
     ///
     /// # Errors
     /// If linking, splitting or code generation fails.
     pub fn stages(
         &self,
         engine: &Engine,
-        (instance, scene): (&Instance, &Scene),
+        scene: &Scene,
         parts: &StageParts<'_>,
         lights: &StageLights<'_>,
     ) -> Result<Option<StagedMethod>, Diagnostic> {
-        let integrator = (&self.program, instance);
+        let integrator = (&self.program, &**scene.integrator());
         let staged = engine
             .runs_packets()
             .then(|| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));

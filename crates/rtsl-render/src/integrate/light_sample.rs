@@ -4,7 +4,7 @@ use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, ResumedBy};
 use rtsl_math::dot;
 
-use super::host::{RayOfCall, SceneHost};
+use super::host::{Ray, RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
 use super::path_tracer::PathTracer;
@@ -151,7 +151,7 @@ impl SceneHost<'_> {
             LightPoint::new(self.ray_of(lanes, lane) as u32, &operands)
         };
         let points: Vec<LightPoint> = lanes.iter().map(point).collect();
-        self.tracer.load_samples(&points, (self.rays, self.queries));
+        self.tracer.load_samples(&points, self.rays, self.queries);
         let batch = &self.queries.batch;
         for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
             let sample = LightAtPoint::of_batch(batch, place);
@@ -176,7 +176,7 @@ impl PathTracer<'_> {
         let mut answers = vec![None; points.len()];
         let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
         for (points, answers) in batches {
-            self.sample_batch(points, answers, (rays, queries));
+            self.sample_batch(points, answers, rays, queries);
         }
         answers
     }
@@ -186,20 +186,24 @@ impl PathTracer<'_> {
         &self,
         points: &[LightPoint],
         answers: &mut [Option<LightAtPoint>],
-        (rays, queries): (&mut [RayOfCall], &mut ThreadMemory),
+        rays: &mut [RayOfCall],
+        queries: &mut ThreadMemory,
     ) {
         if self.scene.lights.is_empty() || points.is_empty() {
             return;
         }
-        self.load_samples(points, (rays, queries));
+        self.load_samples(points, rays, queries);
         let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
         let mut samples = Vec::with_capacity(points.len());
         for (place, point) in points.iter().enumerate() {
             let sample = LightAtPoint::of_batch(batch, place);
             if point.is_lit_by(&sample, self.scene) {
                 let ray = &mut rays[point.ray as usize];
-                let ends = (point.point, sample.direction);
-                let shadow_ray = ray.shadow_ray(ends, batch.light.distance[place]);
+                let shadow_ray = ray.shadow_ray(&Ray {
+                    origin: point.point,
+                    direction: sample.direction,
+                    limit: batch.light.distance[place],
+                });
                 shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
             }
             samples.push(sample);
@@ -222,7 +226,8 @@ impl PathTracer<'_> {
     fn load_samples(
         &self,
         points: &[LightPoint],
-        (rays, queries): (&mut [RayOfCall], &mut ThreadMemory),
+        rays: &mut [RayOfCall],
+        queries: &mut ThreadMemory,
     ) {
         load_points(points, rays, queries);
         let last = self.scene.lights.entries.len() as u32 - 1;

@@ -100,7 +100,7 @@ impl PathTracer<'_> {
                 .extend(lanes_of(lanes & !hit).map(|lane| wavefront.active[start + lane]));
             for lane in lanes_of(hit) {
                 let path = wavefront.active[start + lane];
-                self.add_hit(wavefront, path, (found.distance[lane], found.id[lane]));
+                self.add_hit(wavefront, path, found.distance[lane], found.id[lane]);
             }
         }
     }
@@ -121,7 +121,7 @@ impl PathTracer<'_> {
             for place in 0..end - start {
                 let path = wavefront.active[start + place];
                 match stream.hit(place) {
-                    Some(hit) => self.add_hit(wavefront, path, hit),
+                    Some((distance, id)) => self.add_hit(wavefront, path, distance, id),
                     None => wavefront.left.push(path),
                 }
             }
@@ -130,7 +130,7 @@ impl PathTracer<'_> {
 
     /// Adds the hit of a path's ray.
     #[inline(always)]
-    fn add_hit(&self, wavefront: &mut Wavefront, path: u32, (distance, id): (f32, HitId)) {
+    fn add_hit(&self, wavefront: &mut Wavefront, path: u32, distance: f32, id: HitId) {
         wavefront.paths[path as usize].distance = distance;
         let scene = &self.scene.compiled;
         let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return };

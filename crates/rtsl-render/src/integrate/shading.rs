@@ -120,14 +120,14 @@ impl SceneHost<'_> {
     pub fn shade(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
         let methods = &self.tracer.scene.shading_methods;
         let weight = |_| [1.0; 3];
-        self.shade_by(methods, lanes, (operands, &weight), results);
+        self.shade_by(methods, lanes, operands, &weight, results);
     }
 
     /// Answers queries for the own colours of shaded surfaces, and takes the light that their methods defer.
     pub fn own_shade(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
         let methods = &self.tracer.scene.own_shades;
         let weight = |lane| operand_vector(operands, SURFACE_SCALARS, lane);
-        let mut light = self.shade_by(methods, lanes, (operands, &weight), results);
+        let mut light = self.shade_by(methods, lanes, operands, &weight, results);
         for (lane, suspect) in &light.suspects {
             let ray = self.ray_of(lanes, *lane as usize);
             self.rays[ray].suspect.get_or_insert(*suspect);
@@ -163,7 +163,8 @@ impl SceneHost<'_> {
         &mut self,
         methods: &ShadingMethods,
         lanes: LaneSet,
-        (operands, weight): (&[LaneWords], &dyn Fn(usize) -> [f32; 3]),
+        operands: &[LaneWords],
+        weight: &dyn Fn(usize) -> [f32; 3],
         results: &mut [LaneWords],
     ) -> DeferredLight {
         let operands: ShadingOperands<'_> = std::array::from_fn(|index| &operands[index][..]);
@@ -212,7 +213,7 @@ impl Further<'_> {
             colors.clear();
             colors.resize(requests.len(), [0.0; 3]);
             let method = methods.method(requests[0].method as usize);
-            counts += self.call((method, operands, requests), &mut colors, deferred);
+            counts += self.call(method, operands, requests, &mut colors, deferred);
             for (request, color) in requests.iter().zip(&colors) {
                 store(request.place as usize, *color);
             }
@@ -223,7 +224,9 @@ impl Further<'_> {
     /// Calls one method for surfaces that are sorted by group, at one depth.
     fn call(
         &self,
-        (method, operands, requests): (&ShadingMethod, &ShadingOperands<'_>, &[ShadingRequest]),
+        method: &ShadingMethod,
+        operands: &ShadingOperands<'_>,
+        requests: &[ShadingRequest],
         colors: &mut [[f32; 3]],
         deferred: &mut DeferredLight,
     ) -> RayCounts {
@@ -258,7 +261,7 @@ impl ShadingCall<'_> {
     ) {
         let count = self.requests.len();
         let exhausted = RuntimeErrors::default();
-        let begun = self.tracer.begin_stages((staged, &exhausted), memory, (count, self.depth()));
+        let begun = self.tracer.begin_stages(staged, &exhausted, memory, count, self.depth());
         let Some(mut run) = begun else { return };
         self.load(staged, &mut run);
         let all = PathSet::all(count);

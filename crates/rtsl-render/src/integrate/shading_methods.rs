@@ -105,7 +105,7 @@ impl ShadingMethods {
         let of_groups = of_groups.collect();
         let methods = wanted.par_iter().map(|(source, method, program, runs_stages)| {
             let earlier = earlier.and_then(|it| it.like(program, *method));
-            ShadingMethod::new(parts, program, (*source, *method, *runs_stages), earlier)
+            ShadingMethod::new(parts, program, *source, *method, *runs_stages, earlier)
         });
         let methods = on_all_processors(|| methods.collect::<Result<Vec<_>, _>>())?;
         let mut made = ShadingMethods { methods, of_groups, lights: None };
@@ -155,7 +155,8 @@ impl ShadingMethods {
 /// Returns a method that shades surfaces, which may defer light.
 fn shading(
     program: &Program,
-    (method, defers): (Method, bool),
+    method: Method,
+    defers: bool,
 ) -> Result<Arc<LinkedMethod>, Diagnostic> {
     match (method, defers) {
         (Method::Shade, true) => program.deferring_method(method),
@@ -183,11 +184,13 @@ impl ShadingMethod {
     fn new(
         parts: &ShadingParts<'_>,
         program: &Arc<Program>,
-        (source, method, runs_stages): (Source, Method, bool),
+        source: Source,
+        method: Method,
+        runs_stages: bool,
         earlier: Option<&StagedMethod>,
     ) -> Result<ShadingMethod, Diagnostic> {
         let ShadingParts { scene, materials, values, defers, .. } = *parts;
-        let linked = shading(program, (method, defers))?;
+        let linked = shading(program, method, defers)?;
         let adds_to_path = defers && !rtsl::waits(&linked.function);
         let own = match source {
             Source::Shapes(class) => Some(scene.compiled.class(class).objects.clone()),

@@ -96,7 +96,9 @@ impl SceneHost<'_> {
     pub fn note_suspects(
         &mut self,
         lanes: LaneSet,
-        (query, operands, results): (Query, &[LaneWords], &[LaneWords]),
+        query: Query,
+        operands: &[LaneWords],
+        results: &[LaneWords],
     ) {
         for (place, lane) in lanes.iter().enumerate() {
             let ray = self.ray_of(lanes, lane);

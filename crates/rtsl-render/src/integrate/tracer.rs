@@ -3,7 +3,7 @@
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
-use super::camera_rays::{CameraMemory, CameraRays, camera_packet};
+use super::camera_rays::CameraRays;
 use super::memory::ThreadMemory;
 use super::path_tracer::PathTracer;
 use super::rows::all_finite;
@@ -61,17 +61,6 @@ impl PathTracer<'_> {
             }
         }
         wavefront.features.reset(wavefront.paths.len(), self.features);
-    }
-
-    /// Generates a packet of the camera rays of some samples of a tile.
-    pub fn camera_packet(
-        &self,
-        memory: &mut CameraMemory,
-        samples: &TileSamples,
-        packet: usize,
-    ) -> CameraRays {
-        let of_scene = (&self.scene.compiled, self.errors);
-        camera_packet(self.scene.camera(), of_scene, memory, (samples, packet))
     }
 
     /// Returns the camera rays whose weights are not finite, and reports their number.

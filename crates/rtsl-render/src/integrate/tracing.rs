@@ -107,11 +107,11 @@ impl PathTracer<'_> {
             if self.errors.any() {
                 break;
             }
-            counts += self.call_integrator((active, &*paths), memory, depth);
+            counts += self.call_integrator(active, paths, memory, depth);
             for (lane, index) in active.iter().enumerate() {
                 let IntegratorMemory { state, rays, .. } = &*memory;
                 let path = &mut paths[*index as usize];
-                self.add_radiance(path, state, (&rays[lane], lane));
+                self.add_radiance(path, state, &rays[lane], lane);
             }
             self.keep_features(active, memory, features);
             for lane in memory.queries.spawned.lost_parents(0) {
@@ -153,9 +153,11 @@ impl PathTracer<'_> {
     /// Begins a number of paths of this depth on the stages of the integrator; they have no rays yet.
     pub(super) fn begin_stages<'a>(
         &self,
-        (staged, exhausted): (&'a StagedMethod, &'a RuntimeErrors),
+        staged: &'a StagedMethod,
+        exhausted: &'a RuntimeErrors,
         memory: &'a mut IntegratorMemory,
-        (count, depth): (usize, u32),
+        count: usize,
+        depth: u32,
     ) -> Option<StagedPaths<'a>>
     where
         Self: 'a,
@@ -182,11 +184,12 @@ impl PathTracer<'_> {
     pub(super) fn integrate_further(
         &self,
         paths: &[Path],
-        (memory, depth): (&mut IntegratorMemory, u32),
+        memory: &mut IntegratorMemory,
+        depth: u32,
         radiance: &mut [[f32; 3]],
     ) -> RayCounts {
         if let Some(staged) = &self.scene.integrator.staged {
-            return self.run_stages(staged, paths, (memory, depth), radiance);
+            return self.run_stages(staged, paths, memory, depth, radiance);
         }
         let mut wavefront = Wavefront::default();
         wavefront.paths.extend_from_slice(paths);
@@ -201,7 +204,8 @@ impl PathTracer<'_> {
         &self,
         staged: &StagedMethod,
         paths: &[Path],
-        (memory, depth): (&mut IntegratorMemory, u32),
+        memory: &mut IntegratorMemory,
+        depth: u32,
         radiance: &mut [[f32; 3]],
     ) -> RayCounts {
         let load = |run: &mut StagedPaths<'_>| {
@@ -219,7 +223,7 @@ impl PathTracer<'_> {
         radiance: &mut [[f32; 3]],
     ) -> RayCounts {
         let exhausted = RuntimeErrors::default();
-        let begun = self.begin_stages((staged, &exhausted), memory, (radiance.len(), depth));
+        let begun = self.begin_stages(staged, &exhausted, memory, radiance.len(), depth);
         let Some(mut run) = begun else { return RayCounts::default() };
         run.wave.begin_weights(run.frames, &staged.columns);
         load(&mut run);
@@ -268,7 +272,7 @@ impl PathTracer<'_> {
         let Some(own) = own else { return };
         let count = packets_of(samples).count() * LANES;
         let exhausted = RuntimeErrors::default();
-        let begun = self.begin_stages((staged, &exhausted), own, (count, 0));
+        let begun = self.begin_stages(staged, &exhausted, own, count, 0);
         let Some(mut run) = begun else { return };
         let active = run.load_samples(samples);
         run.begin_rays();
@@ -319,7 +323,7 @@ impl PathTracer<'_> {
         depth: u32,
         memory: &mut IntegratorMemory,
     ) -> Option<Suspect> {
-        self.call_integrator((&[0], std::slice::from_ref(path)), memory, depth);
+        self.call_integrator(&[0], std::slice::from_ref(path), memory, depth);
         memory.queries.spawned.clear();
         memory.rays.first()?.suspect
     }
@@ -327,7 +331,8 @@ impl PathTracer<'_> {
     /// Calls `radiance` for the rays of some paths.
     pub(super) fn call_integrator(
         &self,
-        (active, paths): (&[u32], &[Path]),
+        active: &[u32],
+        paths: &[Path],
         memory: &mut IntegratorMemory,
         depth: u32,
     ) -> RayCounts {
@@ -367,7 +372,8 @@ impl PathTracer<'_> {
         &self,
         path: &mut Path,
         state: &LaneBlock,
-        (ray, lane): (&RayOfCall, usize),
+        ray: &RayOfCall,
+        lane: usize,
     ) {
         let color = vector(state, variables().sample_color, lane);
         let lit = ray.lit;

@@ -301,7 +301,7 @@ impl Lights {
             let class = objects[object as usize].class;
             let program = compiled.class(class).program();
             let (emitter, _) = materials.place(emitter as usize);
-            if !is_sampled(&materials[emitter].program, (program, placed.elements)) {
+            if !is_sampled(&materials[emitter].program, program, placed.elements) {
                 continue;
             }
             let is_invisible = placed.is_invisible();
@@ -322,7 +322,7 @@ impl Lights {
             let index = self.shapes.len() as u32;
             self.shapes.extend(made);
             for object in members {
-                self.add_object(scene, compiled, object, (key.class, index));
+                self.add_object(scene, compiled, object, key.class, index);
             }
         }
         // Lights without a shape come first.
@@ -340,7 +340,8 @@ impl Lights {
         scene: &Scene,
         compiled: &CompiledScene,
         object: u32,
-        (class, shapes): (u32, u32),
+        class: u32,
+        shapes: u32,
     ) {
         let group = compiled
             .items
@@ -410,12 +411,12 @@ impl ShapeLightClass {
         };
         let of_shapes = (of, &*shapes.objects);
         let generate = maker.query(shapes.program(), of_shapes, shapes.is_placed(), form);
-        let objects = (of_emitter, &*emitters.objects);
-        let emission = maker.kernel(&emitters.program, Method::Emission, objects, outputs);
+        let (emitter, objects) = (&emitters.program, &emitters.objects);
+        let emission = maker.kernel(emitter, Method::Emission, of_emitter, objects, outputs);
         let textures = key.alpha.map(|class| &classes.alpha[class]);
         let lookup = textures.and_then(|textures| {
-            let objects = (of_alpha, &*textures.objects);
-            maker.kernel(&textures.program, Method::Lookup, objects, outputs)
+            let (texture, objects) = (&textures.program, &textures.objects);
+            maker.kernel(texture, Method::Lookup, of_alpha, objects, outputs)
         });
         let lookup_method = textures.and_then(|it| it.program.method(Method::Lookup).ok());
         let readers = emitters.program.method(Method::Emission).ok().into_iter();
@@ -449,7 +450,7 @@ fn is_provided(method: &LinkedMethod) -> bool {
 
 /// True if shapes of a program, with so many elements, are sampled as lights with the `emission` of another program's
 /// materials: if samples can be weighted against hits. Other emissive shapes contribute only when rays hit them.
-pub fn is_sampled(emitter: &Program, (shape, elements): (&Program, Option<u32>)) -> bool {
+pub fn is_sampled(emitter: &Program, shape: &Program, elements: Option<u32>) -> bool {
     let has_few = elements.is_none_or(|count| count <= MAX_TEXTURED_FACES);
     let is_usable = |it: &LinkedMethod| !it.reads_scratch && (has_few || is_provided(it));
     emitter.method(Method::Emission).is_ok_and(|it| is_usable(&it))

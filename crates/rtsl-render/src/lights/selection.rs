@@ -50,13 +50,13 @@ impl Selection {
         let mut leaves: Vec<Leaf> = finite.into_iter().filter_map(leaf).collect();
         if !leaves.is_empty() {
             selection.lights.nodes.push(node_over(&leaves));
-            selection.split(0, &mut leaves, (0, 0));
+            selection.split(0, &mut leaves, 0, 0);
         }
         selection
     }
 
     /// Builds the subtree below a node. Halves have equal size, so the depth is logarithmic.
-    fn split(&mut self, node: usize, leaves: &mut [Leaf], (way, steps): (u64, u32)) {
+    fn split(&mut self, node: usize, leaves: &mut [Leaf], way: u64, steps: u32) {
         if let [only] = leaves {
             let way = LightSelection::way(way, steps);
             self.ways[only.light] = way.expect("lights have numbers of 32 bits");
@@ -73,8 +73,8 @@ impl Selection {
         let children = nodes.len();
         nodes.extend([node_over(first), node_over(second)]);
         nodes[node].content = LightContent::Children(children);
-        self.split(children, first, (way, steps + 1));
-        self.split(children + 1, second, (way | 1 << steps, steps + 1));
+        self.split(children, first, way, steps + 1);
+        self.split(children + 1, second, way | 1 << steps, steps + 1);
     }
 
     /// Returns the light, if there is only one: it is always selected.

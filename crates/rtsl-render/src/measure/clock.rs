@@ -129,7 +129,7 @@ impl Clock<'_> {
     fn run(&self, count: usize, work: impl Fn(&mut ThreadMemory, usize) + Sync) -> RayCounts {
         let proceed = || !self.tracer.errors.any();
         let memory = || ThreadMemory::new(self.tracer.scene);
-        let (_, memories) = self.threads.for_each_tile((0, count), memory, proceed, work);
+        let (_, memories) = self.threads.for_each_tile(0..count, memory, proceed, work);
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays);
         rays

@@ -115,7 +115,7 @@ fn lines_of_scene(
     // What the preparation of the scene has run, such as bounds, is no work of the picture.
     drop(costs.take());
     threads.for_each_tile(
-        (0, groups.len()),
+        0..groups.len(),
         || ThreadMemory::new(scene),
         || !errors.any(),
         |memory, index| {

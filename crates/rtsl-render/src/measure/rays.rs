@@ -61,7 +61,7 @@ impl RaySets {
         let lanes = samples.lanes(0, (scene.settings.width, scene.settings.height));
         let camera = tracer.camera_packet(&mut memory.camera, &samples, 0);
         let hits = searches.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
-        let surfaces = tracer.surfaces_of_hits(memory, (&camera.rays, lanes), &hits);
+        let surfaces = tracer.surfaces_of_hits(memory, &camera.rays, lanes, &hits);
         let leaving = Leaving { tracer, surfaces: &surfaces, time: &camera.rays.time };
         self.secondary.extend(Some(leaving.secondary(index)).filter(|packet| packet.lanes != 0));
         let shadow = leaving.shadow(memory, index);
@@ -85,7 +85,7 @@ impl Leaving<'_> {
             let Some(surface) = surface else { continue };
             let (normal, sphere) = (surface.normal(), random.on_sphere());
             let direction = std::array::from_fn(|axis| normal[axis] + sphere[axis]);
-            self.add(&mut packet, (lane, surface), direction, f32::INFINITY);
+            self.add(&mut packet, lane, surface, direction, f32::INFINITY);
         }
         packet
     }
@@ -93,12 +93,12 @@ impl Leaving<'_> {
     /// Rays towards one of the lights, another for each packet, in the lanes for which the light is above the surface.
     fn shadow(&self, memory: &mut ThreadMemory, index: usize) -> Option<Packet> {
         let light = (index as u32).checked_rem(self.tracer.light_count())?;
-        let rays = self.tracer.light_rays(memory, light, (self.surfaces, self.time));
+        let rays = self.tracer.light_rays(memory, light, self.surfaces, self.time);
         let mut packet = self.no_rays();
         for (lane, (surface, ray)) in self.surfaces.iter().zip(rays).enumerate() {
             let Some((surface, (direction, limit))) = surface.as_ref().zip(ray) else { continue };
             if dot(surface.normal(), direction) > 0.0 {
-                self.add(&mut packet, (lane, surface), direction, limit);
+                self.add(&mut packet, lane, surface, direction, limit);
             }
         }
         Some(packet)
@@ -113,7 +113,8 @@ impl Leaving<'_> {
     fn add(
         &self,
         packet: &mut Packet,
-        (lane, surface): (usize, &ShadedSurface),
+        lane: usize,
+        surface: &ShadedSurface,
         direction: [f32; 3],
         limit: f32,
     ) {

@@ -143,7 +143,7 @@ impl PartialRender {
         let (scene, aovs) = (&scene.compiled, &scene.aovs.aovs);
         let classes = ObjectClasses::of(scene);
         let class_indices: Vec<f32> = scene.objects.iter().map(|it| classes.index(it)).collect();
-        let aovs = aovs.iter().map(|(aov, ty)| film.aov((aov, *ty), &class_indices));
+        let aovs = aovs.iter().map(|(aov, ty)| film.aov(aov, *ty, &class_indices));
         let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
         let rendered = Rendered {
             image: film.image().map_err(no_memory)?,

@@ -103,7 +103,7 @@ impl Job<'_> {
         let groups = tiles.div_ceil(together);
         let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * groups;
         let (next, memories) = threads.for_each_tile(
-            (0, count),
+            0..count,
             || ThreadMemory::new(self.scene),
             || {
                 if self.repays_optimising(start, count) {
@@ -115,7 +115,7 @@ impl Job<'_> {
                 // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
                 let (pass, group) = (index / groups, index % groups);
                 let first = of_part.start + pass as u32 * SAMPLES_IN_WAVEFRONT;
-                let wavefront = (first, of_part.end.min(first + SAMPLES_IN_WAVEFRONT));
+                let wavefront = first..of_part.end.min(first + SAMPLES_IN_WAVEFRONT);
                 let places = group * together..tiles.min((group + 1) * together);
                 let tiles: Vec<usize> =
                     places.map(|place| first_tile + order.tile(place)).collect();
@@ -148,12 +148,12 @@ impl Job<'_> {
         }
     }
 
-    /// Renders the samples `first..end` of those tiles that need them; returns true if any did.
+    /// Renders the samples of a wavefront of those tiles that need them; returns true if any did.
     fn render_wavefront(
         &self,
         memory: &mut ThreadMemory,
         tiles: &[usize],
-        (first, end): (u32, u32),
+        Range { start: first, end }: Range<u32>,
     ) -> bool {
         let needed = tiles.iter().filter_map(|index| {
             let first = self.film.taken(*index)?.max(first);

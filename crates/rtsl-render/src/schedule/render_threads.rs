@@ -1,5 +1,6 @@
 //! Threads that share the tiles of an image.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
@@ -42,21 +43,21 @@ impl RenderThreads {
         self.count
     }
 
-    /// Calls `render` for the tiles `first..count`, in this order, each with the memory of its thread, which `memory`
-    /// creates, as long as `proceed` returns true. Returns the first tile that was not started, and the memories.
+    /// Calls `render` for tiles, in their order, each with the memory of its thread, which `memory` creates, as long as
+    /// `proceed` returns true. Returns the first tile that was not started, and the memories.
     pub fn for_each_tile<M: Send>(
         &self,
-        (first, count): (usize, usize),
+        tiles: Range<usize>,
         memory: impl Fn() -> M + Sync,
         proceed: impl Fn() -> bool + Sync,
         render: impl Fn(&mut M, usize) + Sync,
     ) -> (usize, Vec<M>) {
-        let next = AtomicUsize::new(first);
+        let next = AtomicUsize::new(tiles.start);
         let work = || {
             let mut memory = memory();
-            while next.load(Ordering::Relaxed) < count && proceed() {
+            while next.load(Ordering::Relaxed) < tiles.end && proceed() {
                 let tile = next.fetch_add(1, Ordering::Relaxed);
-                if tile >= count {
+                if tile >= tiles.end {
                     break;
                 }
                 render(&mut memory, tile);
@@ -64,7 +65,7 @@ impl RenderThreads {
             memory
         };
         let memories = self.pool.broadcast(work);
-        (next.into_inner().min(count), memories)
+        (next.into_inner().min(tiles.end), memories)
     }
 }
 

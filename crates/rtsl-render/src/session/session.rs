@@ -531,9 +531,8 @@ impl Session {
     fn show_enlarged_frame(&self) {
         let enlargement = Enlargement::new(self.frame.preview(), self.film.size());
         let film = &self.film;
-        let tiles = (0, film.tiles().len());
         let show = |(): &mut (), index| film.show_enlarged(index, &enlargement);
-        self.threads.for_each_tile(tiles, || (), || true, show);
+        self.threads.for_each_tile(0..film.tiles().len(), || (), || true, show);
     }
 
     /// Adds samples until the deadline.
@@ -584,7 +583,7 @@ impl Session {
         let (count, threads) = (tiles.len(), self.threads.count());
         let together = if takes_one { renderer.tiles_of_visit(count, threads) } else { 1 };
         let (next, memories) = self.threads.for_each_tile(
-            (first.div_ceil(together), count.div_ceil(together)),
+            first.div_ceil(together)..count.div_ceil(together),
             || ThreadMemory::new(renderer.scene()),
             || !errors.any() && in_time(),
             |memory, place| {

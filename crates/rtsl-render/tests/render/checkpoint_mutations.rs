@@ -31,10 +31,7 @@ fn scene(aovs: &[Aov]) -> RenderScene {
         .unwrap_or_else(|it| panic!("{}", it.to_text(false)))
 }
 
-/// A kind of render: its scene, its first sample, and its noise.
-type Kind<'a> = (&'a RenderScene, u32, Option<f32>);
-
-fn begun((scene, first, noise): Kind<'_>) -> PartialRender {
+fn begun(scene: &RenderScene, first: u32, noise: Option<f32>) -> PartialRender {
     PartialRender::new(scene, first, noise).expect("there is memory")
 }
 
@@ -100,16 +97,16 @@ fn change(random: &mut Random, sections: &mut Vec<Section<'static>>) {
 fn any_checkpoint_is_restored_or_refused() {
     let all = [Aov::Distance, Aov::Object, Aov::Nodes, Aov::Albedo, Aov::Normal, Aov::Variance];
     let (plain, with_aovs) = (scene(&[]), scene(&all));
-    let kinds: [Kind<'_>; 4] = [
+    // The scenes of the renders, their first samples, and their noises.
+    let kinds = [
         (&plain, 0, None),
         (&with_aovs, 0, Some(0.01)),
         (&with_aovs, 16, None),
         (&plain, 16, None),
     ];
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    for kind in kinds {
-        let (scene, first, _) = kind;
-        let mut seed = begun(kind);
+    for (scene, first, noise) in kinds {
+        let mut seed = begun(scene, first, noise);
         go_on(&mut seed, scene, first..first + 16);
         let seed = seed.sums(scene, TILES).expect("there is memory");
         let (mut restored, mut refused) = (0, 0);
@@ -123,7 +120,7 @@ fn any_checkpoint_is_restored_or_refused() {
             }
             let mut bytes = Vec::new();
             Checkpoint { fingerprint, sections }.write_to(&mut bytes).expect("memory takes all");
-            let mut render = begun(kind);
+            let mut render = begun(scene, first, noise);
             match render.restore(scene, TILES, &bytes) {
                 Ok(()) => {
                     restored += 1;

@@ -69,12 +69,12 @@ fn files(material: &str, attributes: &str, more: &str) -> Files {
     MemoryFiles(named.into_iter().map(|(name, bytes)| (PathBuf::from(name), bytes)).collect())
 }
 
-/// The pixels of a picture with a row of `width` and `height` rows.
-fn pixels(files: &Files, (width, height): (usize, usize), samples: u32) -> Vec<[f32; 3]> {
+/// The pixels of a picture of this width and height.
+fn pixels(files: &Files, size: (usize, usize), samples: u32) -> Vec<[f32; 3]> {
     let request = RenderRequest {
         scene: "square.gltf".into(),
         load: LoadOptions::with_integrator(BATCH),
-        size: Some((width, height)),
+        size: Some(size),
         samples: Some(samples),
         ..RenderRequest::default()
     };

@@ -239,7 +239,8 @@ const COLUMNS: usize = 22;
 /// A row of shapes, apart from each other, as the camera sees it from aside.
 fn scene_of_row(
     shapes: &[fn([f64; 3], f64) -> String],
-    (place, scale): ([f64; 3], f64),
+    place: [f64; 3],
+    scale: f64,
     material: &str,
     integrator: &str,
 ) -> String {
@@ -289,7 +290,7 @@ fn check_everywhere(
         (1e6, 1e5),
     ] {
         let place = ASKEW.map(|axis| axis * away);
-        let scene = scene_of_row(shapes, (place, scale), material, integrator);
+        let scene = scene_of_row(shapes, place, scale, material, integrator);
         let pixels = render(&scene, renderer);
         for shape in 0..shapes.len() {
             let rows = pixels.chunks(COLUMNS * shapes.len());

@@ -81,7 +81,7 @@ fn render_samples(camera: &str, world: &str, renderer: &str, samples: u32) -> Re
 
 /// The number of samples that a renderer drops, all caused by one method.
 #[track_caller]
-fn check(camera: &str, world: &str, renderer: &str, (class, method): (&str, &str)) -> u64 {
+fn check(camera: &str, world: &str, renderer: &str, class: &str, method: &str) -> u64 {
     let RenderResult { statistics, warnings, image, .. } = render(camera, world, renderer);
     let (name, dropped) = (renderer, statistics.dropped_samples);
     assert!((400..625).contains(&dropped), "{name}: {dropped} of 1024 are not about half");
@@ -97,8 +97,8 @@ fn check(camera: &str, world: &str, renderer: &str, (class, method): (&str, &str
 /// Both renderers drop the same samples; the methods that they call differ.
 #[track_caller]
 fn check_both(camera: &str, world: &str, class: &str, [interactive, batch]: [&str; 2]) {
-    let one = check(camera, world, INTERACTIVE, (class, interactive));
-    let other = check(camera, world, BATCH, (class, batch));
+    let one = check(camera, world, INTERACTIVE, class, interactive);
+    let other = check(camera, world, BATCH, class, batch);
     assert_eq!(one, other);
 }
 
@@ -110,7 +110,7 @@ fn textures_count_as_their_material() {
     );
     check_both(FRONT, &format!("{SUN}{wall}"), "Lambertian", ["shade", "BSDF"]);
     // Without a light to sample, paths continue by it.
-    check(FRONT, &wall, BATCH, ("Lambertian", "sampleBSDF"));
+    check(FRONT, &wall, BATCH, "Lambertian", "sampleBSDF");
 }
 
 #[test]

@@ -147,7 +147,8 @@ fn image<'a>(result: &'a RenderResult, name: &str) -> &'a AovImage {
 /// Checks each pixel of an output against a function of its column, its row, and the coordinates of its middle.
 fn assert_is<const N: usize>(
     result: &RenderResult,
-    (name, ty): (&str, AovType),
+    name: &str,
+    ty: AovType,
     expected: impl Fn((usize, usize), [f32; 2]) -> [f32; N],
 ) {
     let image = image(result, name);
@@ -164,18 +165,18 @@ fn assert_is<const N: usize>(
 #[test]
 fn each_type_has_the_values_that_the_class_computes() {
     let result = &render("Known", FEW, &KNOWN, on(Backend::Auto, 8, 2));
-    assert_is(result, ("across", AovType::Float), |_, [x, _]| [x]);
+    assert_is(result, "across", AovType::Float, |_, [x, _]| [x]);
     // The infinite sample of four counts as 0.
-    assert_is(result, ("odd", AovType::Float), |_, _| [3.0]);
-    assert_is(result, ("cell", AovType::Integer), |(column, _), _| [column as f32 - 8.0]);
-    assert_is(result, ("row", AovType::Integer), |(_, row), _| [row as f32]);
+    assert_is(result, "odd", AovType::Float, |_, _| [3.0]);
+    assert_is(result, "cell", AovType::Integer, |(column, _), _| [column as f32 - 8.0]);
+    assert_is(result, "row", AovType::Integer, |(_, row), _| [row as f32]);
     let is_right = |column: usize| f32::from(u8::from(column > 7));
-    assert_is(result, ("isRight", AovType::Bool), |(column, _), _| [is_right(column)]);
-    assert_is(result, ("tint", AovType::Color), |_, [x, _]| [0.25 * x, 0.5 * x, x]);
-    assert_is(result, ("place", AovType::Vector(2)), |_, middle| middle);
-    assert_is(result, ("whole", AovType::Vector(4)), |_, [x, y]| [x, y, -5.0, 1.0]);
+    assert_is(result, "isRight", AovType::Bool, |(column, _), _| [is_right(column)]);
+    assert_is(result, "tint", AovType::Color, |_, [x, _]| [0.25 * x, 0.5 * x, x]);
+    assert_is(result, "place", AovType::Vector(2), |_, middle| middle);
+    assert_is(result, "whole", AovType::Vector(4), |_, [x, y]| [x, y, -5.0, 1.0]);
     let cells = |(column, _): (usize, usize), _| [column as f32 - 8.0, 70000.0];
-    assert_is(result, ("cells", AovType::IntegerVector(2)), cells);
+    assert_is(result, "cells", AovType::IntegerVector(2), cells);
     // Of the first sample, not a mean.
     let quarters = &image(result, "quarter").values;
     assert!(quarters.iter().all(|quarter| (1.0..=4.0).contains(quarter) && quarter.fract() == 0.0));
@@ -230,8 +231,8 @@ fn outputs_are_those_of_camera_rays() {
     for backend in [Backend::Interpreter, Backend::Auto] {
         let result = &render("Nested", FEW, &["depth", "origin"], on(backend, 8, 1));
         assert_eq!(result.image.pixels[0], [0.125; 3]);
-        assert_is(result, ("depth", AovType::Integer), |_, _| [5.0]);
-        assert_is(result, ("origin", AovType::Vector(3)), |_, [x, y]| [x, y, -5.0]);
+        assert_is(result, "depth", AovType::Integer, |_, _| [5.0]);
+        assert_is(result, "origin", AovType::Vector(3), |_, [x, y]| [x, y, -5.0]);
     }
 }
 

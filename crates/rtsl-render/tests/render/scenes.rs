@@ -109,7 +109,8 @@ const SAMPLES_OF_WAVE: u32 = 16;
 fn compare(
     scene: &Path,
     renderer: &str,
-    (size, samples): ((usize, usize), u32),
+    size: (usize, usize),
+    samples: u32,
     ways: &[Way],
 ) -> Vec<String> {
     let image = |way: &Way| {
@@ -137,24 +138,24 @@ fn compare(
 
 #[test]
 fn images_of_the_interactive_renderer_are_the_same_for_every_width_thread_count_and_backend() {
-    compare_scenes(INTERACTIVE, 0, ((16, 11), 1));
+    compare_scenes(INTERACTIVE, 0, (16, 11), 1);
 }
 
 /// Wavefronts fill shading batches.
 #[test]
 fn images_of_the_batch_renderer_are_the_same_for_every_width_thread_count_and_backend() {
-    compare_scenes(BATCH, 1, ((16, 8), SAMPLES_OF_WAVE));
+    compare_scenes(BATCH, 1, (16, 8), SAMPLES_OF_WAVE);
 }
 
 /// Compares a few settings for every second scene, from the first or second on, all of them over these scenes, because
 /// compiling kernels is slow in debug builds.
-fn compare_scenes(renderer: &str, first: usize, quality: ((usize, usize), u32)) {
+fn compare_scenes(renderer: &str, first: usize, size: (usize, usize), samples: u32) {
     let mut different = Vec::new();
     let widths = [1, 4, 8, 16].into_iter().cycle();
     let scenes = scenes();
     for (scene, width) in scenes.iter().skip(first).step_by(2).zip(widths) {
         let ways = [INTERPRETED, Way::compiled(width, 3)];
-        different.extend(compare(scene, renderer, quality, &ways));
+        different.extend(compare(scene, renderer, size, samples, &ways));
     }
     // All settings for the scene with the most features.
     let all = [
@@ -165,7 +166,7 @@ fn compare_scenes(renderer: &str, first: usize, quality: ((usize, usize), u32)) 
         Way::compiled(16, 3),
     ];
     let scene = root().join("scenes/three-spheres.pbrt");
-    different.extend(compare(&scene, renderer, quality, &all));
+    different.extend(compare(&scene, renderer, size, samples, &all));
     assert!(different.is_empty(), "these differ:\n{}", different.join("\n"));
 }
 
@@ -179,8 +180,7 @@ fn every_scene_has_the_same_bits_in_every_way() {
     let mut different = Vec::new();
     for scene in scenes() {
         for renderer in [INTERACTIVE, BATCH] {
-            let quality = ((96, 72), SAMPLES_OF_WAVE);
-            different.extend(compare(&scene, renderer, quality, &ways));
+            different.extend(compare(&scene, renderer, (96, 72), SAMPLES_OF_WAVE, &ways));
         }
     }
     assert!(different.is_empty(), "these differ:\n{}", different.join("\n"));
