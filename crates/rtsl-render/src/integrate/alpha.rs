@@ -1,7 +1,7 @@
 //! Alpha textures: rays pass a surface with alpha 0, stop at one with alpha 1, and stop at random for values between
 //! them.
 
-use rtsl::Method;
+use rtsl::{Method, QueryColumns};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::path_tracer::PathTracer;
@@ -49,7 +49,8 @@ impl PathTracer<'_> {
         batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
         self.prepare_surfaces(group, batch);
         // Each hit along the path has a different sequence, as below.
-        for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
+        let distances = batch.surfaces.column(QueryColumns::DISTANCE);
+        for (key, distance) in batch.keys.iter_mut().zip(distances) {
             *key ^= distance.to_bits();
         }
         batch.start_random_numbers(NUMBERS_OF_TEXTURES);

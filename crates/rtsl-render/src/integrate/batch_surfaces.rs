@@ -4,7 +4,6 @@ use rtsl::{Kernel, QueryColumns};
 use rtsl_math::dot;
 
 use super::path_tracer::PathTracer;
-use super::rows::get;
 use super::shading_batch::{ShadingBatch, set_indices};
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::kernels::Batching;
@@ -17,17 +16,13 @@ impl PathTracer<'_> {
     /// Runs the shapes' methods for a batch of hits of a group, and stores the inputs of materials and lights in the
     /// batch and its state.
     pub fn prepare_surfaces(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-        let Some(surfaces) = &group.surfaces else { return };
-        self.call_surfaces(group, surfaces, surfaces.surface(), batch);
-        let ShadingBatch { count, kept_scratch, first_column, direction, side, .. } = batch;
-        let results = batch.point.iter_mut().chain([&mut batch.offset]);
-        let normals = batch.geometric_normal.iter_mut().chain(&mut batch.shading_normal);
-        for (column, row) in (*first_column + QueryColumns::POINT..).zip(results.chain(normals)) {
-            row[..*count].copy_from_slice(&kept_scratch.floats(column)[..*count]);
-        }
-        for lane in 0..*count {
-            let is_behind = dot(get(direction, lane), get(&batch.geometric_normal, lane)) > 0.0;
-            side[lane] = if is_behind { -1.0 } else { 1.0 };
+        let Some(kernels) = &group.surfaces else { return };
+        self.call_surfaces(group, kernels, kernels.surface(), batch);
+        let ShadingBatch { count, surfaces, side, .. } = batch;
+        for (lane, side) in side.iter_mut().enumerate().take(*count) {
+            let direction = surfaces.vector(QueryColumns::DIRECTION, lane);
+            let normal = surfaces.vector(QueryColumns::GEOMETRIC_NORMAL, lane);
+            *side = if dot(direction, normal) > 0.0 { -1.0 } else { 1.0 };
         }
         if group.needs_numbers {
             store_numbers(batch);
@@ -36,40 +31,31 @@ impl PathTracer<'_> {
 
     /// Computes the densities with which light samples for the points of a batch find its hits, which are of a group.
     pub fn prepare_densities(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-        let Some(surfaces) = &group.surfaces else { return };
-        let Some(kernel) = surfaces.density() else { return batch.light_density.fill(0.0) };
-        self.call_surfaces(group, surfaces, kernel, batch);
-        let ShadingBatch { count, kept_scratch, first_column, light_density, .. } = batch;
-        let densities = kept_scratch.floats(*first_column + QueryColumns::DENSITY);
-        light_density[..*count].copy_from_slice(&densities[..*count]);
+        let kernels = group.surfaces.as_ref();
+        match kernels.and_then(|kernels| Some((kernels, kernels.density()?))) {
+            Some((kernels, density)) => self.call_surfaces(group, kernels, density, batch),
+            None => batch.surfaces.column_mut(QueryColumns::DENSITY).fill(0.0),
+        }
     }
 
     /// Calls a kernel for the rays of a batch.
     fn call_surfaces(
         &self,
         group: &SurfaceGroup,
-        surfaces: &SurfaceKernels,
+        kernels: &SurfaceKernels,
         kernel: &Kernel,
         batch: &mut ShadingBatch,
     ) {
         set_instance_indices(self.scene, group, batch);
-        let ShadingBatch { count, hits, state, kept_scratch, first_column, .. } = batch;
-        let rays = batch.origin.iter().chain(&batch.direction);
-        let limits = [&batch.epsilon, &batch.distance, &batch.limit];
-        let limits = limits.into_iter().chain([&batch.time, &batch.width, &batch.spread]);
-        let points = (*first_column + QueryColumns::POINT..).zip(&batch.point);
-        for (column, row) in (*first_column..).zip(rays.chain(limits)).chain(points) {
-            kept_scratch.floats_mut(column)[..*count].copy_from_slice(&row[..*count]);
-        }
         let class = self.scene.compiled.class(group.key.class);
         let call = SurfaceCall {
-            hits: &hits[..*count],
+            hits: &batch.hits[..batch.count],
             instances: group.key.shape.instances(&class.objects, &batch.objects),
-            state,
-            scratch: kept_scratch,
+            state: &mut batch.state,
+            columns: &mut batch.surfaces,
             host: &mut batch.random,
         };
-        surfaces.call(kernel, &self.scene.compiled, self.errors, call);
+        kernels.call(kernel, &self.scene.compiled, self.errors, call);
     }
 }
 

@@ -1,11 +1,12 @@
 //! The surfaces of a packet's hits, for measurements of rays that leave them.
 
+use rtsl::QueryColumns;
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::memory::ThreadMemory;
 use super::path_tracer::PathTracer;
-use super::rows::{get, set};
+use super::rows::get;
 use super::shaded_surface::ShadedSurface;
 use super::wavefront::{NO_INSTANCE, Path, PathHit};
 use crate::compiled::placed_objects::HitObject;
@@ -77,12 +78,12 @@ impl<'a> PathTracer<'a> {
         for (place, lane) in lanes.iter().copied().enumerate() {
             let Some(surface) = &surfaces[lane] else { continue };
             let [geometric, shading] = surface.lit_normals(None);
-            set(&mut batch.point, place, surface.point());
-            set(&mut batch.geometric_normal, place, geometric);
-            set(&mut batch.shading_normal, place, shading);
-            batch.offset[place] = surface.offset;
+            batch.surfaces.set_vector(QueryColumns::POINT, place, surface.point());
+            batch.surfaces.set_vector(QueryColumns::GEOMETRIC_NORMAL, place, geometric);
+            batch.surfaces.set_vector(QueryColumns::SHADING_NORMAL, place, shading);
+            batch.surfaces.column_mut(QueryColumns::OFFSET)[place] = surface.offset;
             batch.side[place] = 1.0;
-            batch.time[place] = time[lane];
+            batch.surfaces.column_mut(QueryColumns::TIME)[place] = time[lane];
             (batch.keys[place], batch.samples[place]) = (lane as u32, 0);
         }
         self.sample_chosen(batch, of_lights, &vec![light; lanes.len()]);

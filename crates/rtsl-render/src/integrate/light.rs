@@ -6,7 +6,7 @@ use rtsl::{Query, QueryColumns};
 use super::host::{SceneHost, number, store, vector};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
-use super::rows::{get, set};
+use super::rows::get;
 use super::wavefront::Path;
 use crate::lights::Sky;
 
@@ -27,13 +27,21 @@ impl<'a> SceneHost<'a> {
             let state = &mut self.rays[ray];
             let key = state.numbers.begin(Purpose::LightSample);
             let batch = &mut *self.queries.batch;
-            set(&mut batch.point, place, vector(operands, 0, lane));
-            set(&mut batch.geometric_normal, place, vector(operands, 3, lane));
-            set(&mut batch.shading_normal, place, vector(operands, 6, lane));
-            batch.offset[place] = number(operands, 9, lane);
+            batch.surfaces.set_vector(QueryColumns::POINT, place, vector(operands, 0, lane));
+            batch.surfaces.set_vector(
+                QueryColumns::GEOMETRIC_NORMAL,
+                place,
+                vector(operands, 3, lane),
+            );
+            batch.surfaces.set_vector(
+                QueryColumns::SHADING_NORMAL,
+                place,
+                vector(operands, 6, lane),
+            );
+            batch.surfaces.column_mut(QueryColumns::OFFSET)[place] = number(operands, 9, lane);
             batch.light_seeds[place] = number(operands, 10, lane);
             batch.side[place] = 1.0;
-            batch.time[place] = state.time;
+            batch.surfaces.column_mut(QueryColumns::TIME)[place] = state.time;
             batch.keys[place] = key;
             batch.samples[place] = state.numbers.sample;
         }
@@ -93,7 +101,8 @@ impl<'a> SceneHost<'a> {
         let batch = &mut *self.queries.batch;
         self.tracer.compute_sky(sky, batch);
         for (place, lane) in lanes.iter().enumerate() {
-            let channel = |channel: usize| batch.column(QueryColumns::RADIANCE + channel)[place];
+            let channel =
+                |channel: usize| batch.surfaces.column(QueryColumns::RADIANCE + channel)[place];
             store(results, lane, &[0, 1, 2].map(channel));
         }
     }
@@ -116,7 +125,7 @@ impl<'a> SceneHost<'a> {
         let batch = &mut *self.queries.batch;
         if self.tracer.compute_sky_densities(sky, batch) {
             for (place, lane) in lanes.iter().enumerate() {
-                store(results, lane, &[batch.light_density[place]]);
+                store(results, lane, &[batch.surfaces.column(QueryColumns::DENSITY)[place]]);
             }
         }
     }

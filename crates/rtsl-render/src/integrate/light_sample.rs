@@ -1,14 +1,14 @@
 //! Samples of a light that a material names by its index, each with a shadow ray.
 
 use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
-use rtsl::{MAX_ANSWERS, ResumedBy};
+use rtsl::{MAX_ANSWERS, QueryColumns, ResumedBy};
 use rtsl_math::dot;
 
 use super::host::{Ray, RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
 use super::path_tracer::PathTracer;
-use super::rows::{BATCH_LANES, are_finite, get, set};
+use super::rows::{BATCH_LANES, are_finite, get};
 use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRay;
 use crate::compiled::render_scene::RenderScene;
@@ -255,12 +255,13 @@ fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut Thre
         let axis = point.has_cone().then_some(point.axis);
         let up = [[0.0, 0.0, 1.0]; 2];
         let normals = ray.surface.map_or(up, |surface| surface.lit_normals(axis));
-        set(&mut batch.point, place, point.point);
-        set(&mut batch.geometric_normal, place, normals[0]);
-        set(&mut batch.shading_normal, place, normals[1]);
-        batch.offset[place] = ray.surface.map_or(0.0, |surface| surface.offset);
+        batch.surfaces.set_vector(QueryColumns::POINT, place, point.point);
+        batch.surfaces.set_vector(QueryColumns::GEOMETRIC_NORMAL, place, normals[0]);
+        batch.surfaces.set_vector(QueryColumns::SHADING_NORMAL, place, normals[1]);
+        batch.surfaces.column_mut(QueryColumns::OFFSET)[place] =
+            ray.surface.map_or(0.0, |surface| surface.offset);
         batch.side[place] = 1.0;
-        batch.time[place] = ray.time;
+        batch.surfaces.column_mut(QueryColumns::TIME)[place] = ray.time;
         batch.samples[place] = ray.numbers.sample;
         batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
     }

@@ -17,9 +17,8 @@ impl PathTracer<'_> {
         kernel: &Kernel,
         batch: &mut ShadingBatch,
     ) {
-        let ShadingBatch {
-            count, state, kept_scratch, scratch, objects, materials, random, ..
-        } = batch;
+        let ShadingBatch { count, state, surfaces, scratch, objects, materials, random, .. } =
+            batch;
         let (source, of) = group.key.material;
         let callee = Callee { class: self.material_name(group), method, errors: self.errors };
         match source {
@@ -30,7 +29,7 @@ impl PathTracer<'_> {
                     kernel,
                     *count,
                     instances,
-                    (state, kept_scratch),
+                    (state, &mut surfaces.block),
                     None,
                     random,
                 );

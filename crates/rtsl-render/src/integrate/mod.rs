@@ -24,6 +24,7 @@ pub(crate) mod memory;
 pub(crate) mod numbers;
 pub(crate) mod output_columns;
 pub(crate) mod path_tracer;
+pub(crate) mod query_block;
 pub(crate) mod random_numbers;
 pub(crate) mod rows;
 pub(crate) mod searcher;

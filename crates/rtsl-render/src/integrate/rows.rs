@@ -18,12 +18,6 @@ pub fn all_finite(numbers: &[f32]) -> bool {
     numbers.chunks(CHUNK).all(|chunk| chunk.iter().map(is_odd).sum::<u32>() == 0)
 }
 
-/// Sets a lane's vector.
-#[inline(always)]
-pub fn set(rows: &mut Rows, lane: usize, [x, y, z]: [f32; 3]) {
-    (rows[0][lane], rows[1][lane], rows[2][lane]) = (x, y, z);
-}
-
 /// Returns a lane's vector.
 #[inline(always)]
 pub fn get(rows: &Rows, lane: usize) -> [f32; 3] {

@@ -1,8 +1,8 @@
 //! The surface that a material shades, as its rays and light samples know it.
 
+use rtsl::QueryColumns;
 use rtsl_math::dot;
 
-use super::rows::{BATCH_LANES, Row, get};
 use super::shading_batch::ShadingBatch;
 
 /// The surface that a material shades, in world space.
@@ -31,27 +31,26 @@ impl ShadedSurface {
 
     /// Returns the surface of a lane of a prepared batch.
     pub fn of_lane(batch: &ShadingBatch, lane: usize) -> ShadedSurface {
-        let side = batch.side[lane];
+        let ShadingBatch { surfaces, side, .. } = batch;
+        let normal = |first: usize| surfaces.vector(first, lane).map(|it| it * side[lane]);
         ShadedSurface {
-            point: get(&batch.point, lane),
-            offset: batch.offset[lane],
-            geometric_normal: get(&batch.geometric_normal, lane).map(|it| it * side),
-            shading_normal: get(&batch.shading_normal, lane).map(|it| it * side),
+            point: surfaces.vector(QueryColumns::POINT, lane),
+            offset: surfaces.column(QueryColumns::OFFSET)[lane],
+            geometric_normal: normal(QueryColumns::GEOMETRIC_NORMAL),
+            shading_normal: normal(QueryColumns::SHADING_NORMAL),
         }
     }
 
     /// Returns the numbers of the surfaces of a prepared batch, column by column: point, offset, geometric and shading
     /// normal.
     pub fn columns(batch: &ShadingBatch) -> impl Iterator<Item = impl Iterator<Item = f32> + '_> {
-        let ShadingBatch { point, offset, geometric_normal, shading_normal, side, .. } = batch;
-        let seen = |row: &'_ Row, is_turned: bool, lane: usize| {
-            if is_turned { row[lane] * side[lane] } else { row[lane] }
-        };
-        let as_they_are = point.iter().chain([offset]).map(|row| (row, false));
-        let normals = geometric_normal.iter().chain(shading_normal).map(|row| (row, true));
-        let columns = as_they_are.chain(normals);
-        columns.map(move |(row, is_turned)| {
-            (0..BATCH_LANES).map(move |lane| seen(row, is_turned, lane))
+        // The normals come last.
+        const { assert!(QueryColumns::SHADING_NORMAL == QueryColumns::POINT + 7) };
+        let ShadingBatch { surfaces, side, .. } = batch;
+        (QueryColumns::POINT..QueryColumns::SHADING_NORMAL + 3).map(move |column| {
+            let is_turned = column >= QueryColumns::GEOMETRIC_NORMAL;
+            let numbers = surfaces.column(column).iter().zip(side);
+            numbers.map(move |(number, side)| if is_turned { number * side } else { *number })
         })
     }
 

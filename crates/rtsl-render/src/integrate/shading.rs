@@ -304,7 +304,7 @@ impl ShadingCall<'_> {
                 copy(batch.state.words(*component), state.words_mut(*component));
             }
             if self.method.shares_scratch() {
-                let kept = &batch.kept_scratch;
+                let kept = &batch.surfaces.block;
                 self.arrays().for_each(|it| copy(kept.words(it), scratch.words_mut(in_stages(it))));
             }
             for (array, numbers) in shaded.into_iter().zip(ShadedSurface::columns(batch)) {
@@ -371,7 +371,7 @@ impl ShadingCall<'_> {
             for array in self.arrays() {
                 let to = scratch.words_mut(array);
                 match self.method.shares_scratch() {
-                    true => to.copy_from_slice(batch.kept_scratch.words(array)),
+                    true => to.copy_from_slice(batch.surfaces.block.words(array)),
                     false => to.fill(0),
                 }
             }

@@ -6,8 +6,9 @@ use rtsl::{
 };
 use rtsl_math::sampling::Sampler;
 
+use super::query_block::QueryBlock;
 use super::random_numbers::RandomNumbers;
-use super::rows::{BATCH_LANES, Row, Rows, set};
+use super::rows::{BATCH_LANES, Row, Rows};
 use super::wavefront::{Path, PathHit};
 use crate::compiled::variables::variables;
 
@@ -17,38 +18,12 @@ pub struct ShadingBatch {
     pub count: usize,
     /// The hits of the rays.
     pub hits: [PathHit; BATCH_LANES],
-    /// The origins of the rays in world space.
-    pub origin: Rows,
-    /// The directions of the rays.
-    pub direction: Rows,
-    /// The least parameters of hits.
-    pub epsilon: Row,
-    /// The parameters of the hits.
-    pub distance: Row,
-    /// The greatest parameters of hits.
-    pub limit: Row,
-    /// The times within the shutter.
-    pub time: Row,
-    /// The widths of the rays at their origins.
-    pub width: Row,
-    /// The increase of width per unit of length.
-    pub spread: Row,
     /// The keys of the paths' random sequences.
     pub keys: [u32; BATCH_LANES],
     /// The sample indices of the paths.
     pub samples: [u32; BATCH_LANES],
-    /// The hit points in world space.
-    pub point: Rows,
-    /// The offsets of the origins of rays that leave the surfaces.
-    pub offset: Row,
-    /// The surfaces' normals, of unit length, in world space.
-    pub geometric_normal: Rows,
-    /// The normals for shading.
-    pub shading_normal: Rows,
     /// -1 where the ray met the surface from behind, else 1.
     pub side: Row,
-    /// The densities per solid angle with which the hits would have been sampled as lights; 0 if they cannot be.
-    pub light_density: Row,
     /// The light samples.
     pub light: LightRows,
     /// Random numbers that select lights.
@@ -57,10 +32,8 @@ pub struct ShadingBatch {
     pub selection: LaneBlock,
     /// The state of all calls for the surfaces.
     pub state: LaneBlock,
-    /// The scratch of the shapes' `intersect` for the hits, then the columns of queries.
-    pub kept_scratch: LaneBlock,
-    /// The first array of the columns of queries there.
-    pub first_column: usize,
+    /// The rays, and the surfaces that they hit. The scratch is that which `intersect` has left at the hits.
+    pub surfaces: QueryBlock,
     /// The materials' scratch.
     pub scratch: LaneBlock,
     /// The indices of the objects that were hit among those of their class.
@@ -108,22 +81,9 @@ impl ShadingBatch {
         Box::new(ShadingBatch {
             count: 0,
             hits: [PathHit::default(); BATCH_LANES],
-            origin: [NONE; 3],
-            direction: [NONE; 3],
-            epsilon: NONE,
-            distance: NONE,
-            limit: NONE,
-            time: NONE,
-            width: NONE,
-            spread: NONE,
             keys: [0; BATCH_LANES],
             samples: [0; BATCH_LANES],
-            point: [NONE; 3],
-            offset: NONE,
-            geometric_normal: [NONE; 3],
-            shading_normal: [NONE; 3],
             side: NONE,
-            light_density: NONE,
             light: LightRows {
                 direction: [NONE; 3],
                 reach: NONE,
@@ -134,8 +94,7 @@ impl ShadingBatch {
             light_seeds: NONE,
             selection: LaneBlock::new(LightSelector::ARRAYS, BATCH_LANES),
             state: new_state(BATCH_LANES),
-            kept_scratch: LaneBlock::new(scratch_arrays + QueryColumns::COUNT, BATCH_LANES),
-            first_column: scratch_arrays,
+            surfaces: QueryBlock::new(scratch_arrays),
             scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
             objects: LaneIndices::new(BATCH_LANES),
             materials: LaneIndices::new(BATCH_LANES),
@@ -160,13 +119,19 @@ impl ShadingBatch {
         self.set_hits(hits.iter().copied());
         for lane in 0..self.count {
             let path = &paths[self.hits[lane].path as usize];
-            let Path { epsilon, distance, limit, time, width, spread, key, sample, .. } = *path;
-            set(&mut self.origin, lane, path.origin);
-            set(&mut self.direction, lane, path.direction);
-            (self.epsilon[lane], self.distance[lane]) = (epsilon, distance);
-            (self.limit[lane], self.time[lane]) = (limit, time);
-            (self.width[lane], self.spread[lane]) = (width, spread);
-            (self.keys[lane], self.samples[lane]) = (key, sample);
+            self.surfaces.set_vector(QueryColumns::ORIGIN, lane, path.origin);
+            self.surfaces.set_vector(QueryColumns::DIRECTION, lane, path.direction);
+            for (column, number) in [
+                (QueryColumns::EPSILON, path.epsilon),
+                (QueryColumns::DISTANCE, path.distance),
+                (QueryColumns::LIMIT, path.limit),
+                (QueryColumns::TIME, path.time),
+                (QueryColumns::WIDTH, path.width),
+                (QueryColumns::SPREAD, path.spread),
+            ] {
+                self.surfaces.column_mut(column)[lane] = number;
+            }
+            (self.keys[lane], self.samples[lane]) = (path.key, path.sample);
         }
         self.start_random_numbers(purpose);
     }
@@ -181,21 +146,21 @@ impl ShadingBatch {
         purpose: u32,
     ) {
         self.set_hits(hits);
-        let count = self.count;
-        let ShadingBatch { origin, direction, epsilon, limit, distance, width, spread, .. } = self;
-        let [x, y, z] = origin;
-        let [u, v, n] = direction;
         // The first three operands are the hit.
-        let rows = [distance, epsilon, limit, x, y, z, u, v, n, width, spread];
+        let limits = [QueryColumns::DISTANCE, QueryColumns::EPSILON, QueryColumns::LIMIT];
+        let ends = QueryColumns::ORIGIN..QueryColumns::DIRECTION + 3;
+        let footprint = [QueryColumns::WIDTH, QueryColumns::SPREAD];
         const { assert!(SURFACE_SCALARS == 3 + 11) };
-        for (index, row) in (3..).zip(rows) {
-            for (lane, number) in row[..count].iter_mut().enumerate() {
+        for (index, column) in (3..).zip(limits.into_iter().chain(ends).chain(footprint)) {
+            let numbers = self.surfaces.column_mut(column)[..self.count].iter_mut();
+            for (lane, number) in numbers.enumerate() {
                 *number = f32::from_bits(operand(index, lane));
             }
         }
-        for lane in 0..count {
+        for lane in 0..self.count {
             let RayOfSurface { time, key, sample } = ray(lane);
-            (self.time[lane], self.keys[lane], self.samples[lane]) = (time, key, sample);
+            self.surfaces.column_mut(QueryColumns::TIME)[lane] = time;
+            (self.keys[lane], self.samples[lane]) = (key, sample);
         }
         self.start_random_numbers(purpose);
     }
@@ -213,29 +178,23 @@ impl ShadingBatch {
     pub fn start_random_numbers(&mut self, purpose: u32) {
         self.random.start((&self.keys, &self.samples), purpose, self.count);
     }
+}
 
-    /// Computes the probabilities with which lights are selected for points, one for each lane. `light` returns the
-    /// [way](rtsl::LightSelection::way) to a lane's light, and the point.
-    pub fn selection_probabilities(
-        &mut self,
-        selector: &LightSelector,
-        count: usize,
-        light: impl Fn(usize) -> (u32, [f32; 3]),
-    ) -> &[f32] {
-        let arrays = &mut self.selection;
-        for lane in 0..count {
-            let (way, point) = light(lane);
-            arrays.words_mut(0)[lane] = way;
-            (0..3).for_each(|axis| arrays.floats_mut(1 + axis)[lane] = point[axis]);
-        }
-        selector.probabilities(arrays, count);
-        &arrays.floats(4)[..count]
+/// Computes the probabilities with which lights are selected for points, one for each lane, in these arrays. `light`
+/// returns the [way](rtsl::LightSelection::way) to a lane's light, and the point.
+pub fn selection_probabilities<'a>(
+    arrays: &'a mut LaneBlock,
+    selector: &LightSelector,
+    count: usize,
+    light: impl Fn(usize) -> (u32, [f32; 3]),
+) -> &'a [f32] {
+    for lane in 0..count {
+        let (way, point) = light(lane);
+        arrays.words_mut(0)[lane] = way;
+        (0..3).for_each(|axis| arrays.floats_mut(1 + axis)[lane] = point[axis]);
     }
-
-    /// Returns the numbers of the lanes in use in a [column](QueryColumns) of a query.
-    pub fn column(&self, column: usize) -> &[f32] {
-        &self.kept_scratch.floats(self.first_column + column)[..self.count]
-    }
+    selector.probabilities(arrays, count);
+    &arrays.floats(4)[..count]
 }
 
 /// Sets the objects of lanes by their indices. After them come valid ones, because kernels read whole vectors.

@@ -1,14 +1,15 @@
 //! Queries about surfaces.
 
 use rtsl::host::{LaneSet, LaneWords, MAX_LANES};
-use rtsl::{Kernel, LightSelection, MAX_ATTRIBUTE_SCALARS, Method, Query, SURFACE_SCALARS};
+use rtsl::{
+    Kernel, LightSelection, MAX_ATTRIBUTE_SCALARS, Method, Query, QueryColumns, SURFACE_SCALARS,
+};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::host::{SceneHost, number, store, vector};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
-use super::rows::set;
-use super::shading_batch::ShadingBatch;
+use super::shading_batch::{ShadingBatch, selection_probabilities};
 use super::wavefront::{Path, PathHit};
 use crate::compiled::RenderScene;
 use crate::compiled::calls::Callee;
@@ -146,7 +147,8 @@ impl SceneHost<'_> {
         batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
         if query == Query::LightPdf {
             for (place, Asking { lane, .. }) in asking.iter().enumerate() {
-                set(&mut batch.point, place, vector(operands, SURFACE_SCALARS, *lane));
+                let point = vector(operands, SURFACE_SCALARS, *lane);
+                batch.surfaces.set_vector(QueryColumns::POINT, place, point);
             }
             self.tracer.prepare_densities(group, batch);
         } else {
@@ -225,17 +227,17 @@ impl SceneHost<'_> {
         if ways.iter().all(Option::is_none) {
             return;
         }
-        let batch = &mut *self.queries.batch;
-        let density = batch.light_density;
+        let ShadingBatch { surfaces, selection, .. } = &mut *self.queries.batch;
         let light = |place: usize| {
             let way = ways[place].unwrap_or(LightSelection::INFINITE);
             (way, vector(operands, SURFACE_SCALARS, asking[place].lane))
         };
         let selector = lights.selector(engine);
-        let probabilities = batch.selection_probabilities(selector, asking.len(), light);
-        for (place, probability) in probabilities.iter().enumerate() {
+        let probabilities = selection_probabilities(selection, selector, asking.len(), light);
+        let densities = surfaces.column(QueryColumns::DENSITY).iter().zip(probabilities);
+        for (place, (density, probability)) in densities.enumerate() {
             if ways[place].is_some() {
-                store(results, asking[place].lane, &[density[place] * probability]);
+                store(results, asking[place].lane, &[density * probability]);
             }
         }
     }
@@ -285,7 +287,8 @@ impl SceneHost<'_> {
 /// Returns the properties of the surfaces in a batch, as the results of their query.
 pub fn property_rows(batch: &ShadingBatch) -> impl Iterator<Item = &[f32]> {
     let v = variables();
-    let vectors = [&batch.point, &batch.geometric_normal, &batch.shading_normal];
+    let vectors =
+        [QueryColumns::POINT, QueryColumns::GEOMETRIC_NORMAL, QueryColumns::SHADING_NORMAL];
     let components = [(v.texture_uv, 2), (v.texture_uvw, 3), (v.dpdu, 3), (v.dpdv, 3)];
     let components = components.into_iter().chain([(v.du, 1), (v.dv, 1)]);
     let components = components.flat_map(|(first, count)| first..first + count);
@@ -293,8 +296,9 @@ pub fn property_rows(batch: &ShadingBatch) -> impl Iterator<Item = &[f32]> {
     let attributes = v.attributes..v.attributes + MAX_ATTRIBUTE_SCALARS as usize;
     let of_materials = [v.dsdu, v.dsdv, v.dtdu, v.dtdv].into_iter();
     let of_materials = of_materials.chain(attributes).chain(maps.into_iter().flatten());
-    let rows = vectors.into_iter().flatten().map(|row| &row[..]);
+    let vectors = vectors.into_iter().flat_map(|first| first..first + 3);
+    let rows = vectors.map(|column| batch.surfaces.column(column));
     let rows = rows.chain(components.map(|component| batch.state.floats(component)));
-    let rows = rows.chain([&batch.offset[..]]);
+    let rows = rows.chain([batch.surfaces.column(QueryColumns::OFFSET)]);
     rows.chain(of_materials.map(|component| batch.state.floats(component)))
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use rtsl::QueryColumns;
 use rtsl_bvh::{Bounds, Bvh8, Leaf};
 use rtsl_math::sampling::{hash, unit_float};
 use rtsl_memory::on_all_processors;
@@ -12,7 +13,7 @@ use super::sample::LightMemory;
 use super::selection::LightProbe;
 use crate::compiled::render_scene::RenderScene;
 use crate::integrate::path_tracer::PathTracer;
-use crate::integrate::rows::{get, set};
+use crate::integrate::rows::get;
 use crate::integrate::shading_batch::ShadingBatch;
 
 /// Samples of each light.
@@ -122,11 +123,12 @@ fn set_points(batch: &mut ShadingBatch, lights: &[u32], place: Bounds) {
         let random =
             |axis: u32| unit_float(hash(hash(NUMBERS_OF_PROBES, (lane % SAMPLES) as u32), axis));
         let [x, y, z] = [0, 1, 2].map(random);
-        set(&mut batch.point, lane, place.at([x, y, z]));
-        set(&mut batch.geometric_normal, lane, [0.0, 0.0, 1.0]);
-        set(&mut batch.shading_normal, lane, [0.0, 0.0, 1.0]);
+        batch.surfaces.set_vector(QueryColumns::POINT, lane, place.at([x, y, z]));
+        batch.surfaces.set_vector(QueryColumns::GEOMETRIC_NORMAL, lane, [0.0, 0.0, 1.0]);
+        batch.surfaces.set_vector(QueryColumns::SHADING_NORMAL, lane, [0.0, 0.0, 1.0]);
         batch.side[lane] = 1.0;
-        batch.time[lane] = (lane % SAMPLES) as f32 / SAMPLES as f32;
+        batch.surfaces.column_mut(QueryColumns::TIME)[lane] =
+            (lane % SAMPLES) as f32 / SAMPLES as f32;
         batch.keys[lane] = hash(NUMBERS_OF_PROBES, lane as u32);
         batch.samples[lane] = (lane % SAMPLES) as u32;
     }
@@ -143,7 +145,8 @@ fn probe(batch: &ShadingBatch, start: usize) -> LightProbe {
         if distance.is_nan() || distance == f32::INFINITY {
             return LightProbe { bounds: None, strength: 1.0, is_near };
         }
-        let (point, direction) = (get(&batch.point, lane), get(&batch.light.direction, lane));
+        let (point, direction) =
+            (batch.surfaces.vector(QueryColumns::POINT, lane), get(&batch.light.direction, lane));
         let place: [f32; 3] = std::array::from_fn(|axis| point[axis] + direction[axis] * distance);
         if let Some(place) = Bounds::new(place, place) {
             bounds = bounds.union(&place);

@@ -9,11 +9,12 @@ use crate::compiled::calls::Callee;
 use crate::compiled::kernels::Batching;
 use crate::compiled::variables::{variables, vector};
 use crate::integrate::path_tracer::PathTracer;
+use crate::integrate::query_block::QueryBlock;
 use crate::integrate::random_numbers::RandomNumbers;
 use crate::integrate::rows::{BATCH_LANES, Row};
 use crate::integrate::shading_batch::{LightRows, ShadingBatch, set_indices};
 use crate::integrate::wavefront::PathHit;
-use crate::surfaces::{PlacedLanes, Places, SurfaceCall, SurfaceKernels};
+use crate::surfaces::{Places, SurfaceCall, SurfaceKernels};
 
 /// The memory of one thread for light samples: the lanes whose points are lit by lights of one class.
 pub struct LightMemory {
@@ -27,10 +28,8 @@ pub struct LightMemory {
     keys: [u32; BATCH_LANES],
     samples: [u32; BATCH_LANES],
     state: LaneBlock,
-    /// The scratch of lights and their shapes, then the columns of queries.
-    scratch: LaneBlock,
-    /// The first array of the columns.
-    first_column: usize,
+    /// The lit points, and the samples.
+    block: QueryBlock,
     objects: LaneIndices,
     emitters: LaneIndices,
     alpha: LaneIndices,
@@ -48,8 +47,7 @@ impl LightMemory {
             keys: [0; BATCH_LANES],
             samples: [0; BATCH_LANES],
             state: new_state(BATCH_LANES),
-            scratch: LaneBlock::new(scratch_arrays + QueryColumns::COUNT, BATCH_LANES),
-            first_column: scratch_arrays,
+            block: QueryBlock::new(scratch_arrays),
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
@@ -59,21 +57,17 @@ impl LightMemory {
 
     /// Loads the points of the lanes that are lit, with their normals on the side from which their rays come.
     fn load(&mut self, batch: &ShadingBatch) {
-        let LightMemory { lanes, scratch, first_column, .. } = self;
-        let others = [
-            (QueryColumns::OFFSET, &batch.offset),
-            (QueryColumns::TIME, &batch.time),
-            (QueryColumns::PROBABILITY, &self.probability),
-        ];
-        let points = (QueryColumns::ORIGIN..).zip(&batch.point);
-        for (column, row) in points.chain(others) {
-            lanes.gather(row, scratch.floats_mut(*first_column + column));
+        let LightMemory { lanes, block, .. } = self;
+        let points = (QueryColumns::POINT..).zip(QueryColumns::ORIGIN..).take(3);
+        let others = [QueryColumns::OFFSET, QueryColumns::TIME].map(|column| (column, column));
+        for (from, to) in points.chain(others) {
+            lanes.gather(batch.surfaces.column(from), block.column_mut(to));
         }
-        let normals = batch.geometric_normal.iter().chain(&batch.shading_normal);
-        for (column, row) in (QueryColumns::GEOMETRIC_NORMAL..).zip(normals) {
-            let column = scratch.floats_mut(*first_column + column);
-            for (to, lane) in column.iter_mut().zip(lanes.iter()) {
-                *to = row[lane] * batch.side[lane];
+        lanes.gather(&self.probability, block.column_mut(QueryColumns::PROBABILITY));
+        for column in QueryColumns::GEOMETRIC_NORMAL..QueryColumns::SHADING_NORMAL + 3 {
+            let normals = batch.surfaces.column(column);
+            for (to, lane) in block.column_mut(column).iter_mut().zip(lanes.iter()) {
+                *to = normals[lane] * batch.side[lane];
             }
         }
         lanes.gather(&batch.keys, &mut self.keys);
@@ -95,18 +89,14 @@ impl LightMemory {
         }
     }
 
-    fn column(&mut self, column: usize) -> &mut [f32] {
-        self.scratch.floats_mut(self.first_column + column)
-    }
-
     /// Sets the radiance of samples that have a density; of others it is black.
     fn set_emission(&mut self) {
         for lane in 0..self.lanes.count() {
-            let is_usable = self.column(QueryColumns::DENSITY)[lane] > 0.0;
+            let is_usable = self.block.column_mut(QueryColumns::DENSITY)[lane] > 0.0;
             let emission = vector(&self.state, variables().emission_color, lane);
             for (channel, number) in emission.into_iter().enumerate() {
                 let radiance = if is_usable { number } else { 0.0 };
-                self.column(QueryColumns::RADIANCE + channel)[lane] = radiance;
+                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] = radiance;
             }
         }
     }
@@ -117,7 +107,7 @@ impl LightMemory {
             let alpha = self.state.floats(variables().float_texture_value)[lane];
             let alpha = if alpha < 1.0 { alpha.max(0.0) } else { 1.0 };
             for channel in 0..3 {
-                self.column(QueryColumns::RADIANCE + channel)[lane] *= alpha;
+                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= alpha;
             }
         }
     }
@@ -129,16 +119,18 @@ impl LightMemory {
             let is_found = match found {
                 Found::All => true,
                 Found::None => false,
-                Found::AtInfinity => self.column(QueryColumns::DISTANCE)[lane] == f32::INFINITY,
+                Found::AtInfinity => {
+                    self.block.column_mut(QueryColumns::DISTANCE)[lane] == f32::INFINITY
+                }
             };
-            let weight = self.column(QueryColumns::WEIGHT)[lane];
+            let weight = self.block.column_mut(QueryColumns::WEIGHT)[lane];
             if weights == Weights::Divided || !is_found {
                 for channel in 0..3 {
-                    self.column(QueryColumns::RADIANCE + channel)[lane] *= weight;
+                    self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= weight;
                 }
             }
-            let probability = self.column(QueryColumns::PROBABILITY)[lane];
-            let density = &mut self.column(QueryColumns::DENSITY)[lane];
+            let probability = self.block.column_mut(QueryColumns::PROBABILITY)[lane];
+            let density = &mut self.block.column_mut(QueryColumns::DENSITY)[lane];
             *density = if is_found { *density * probability } else { 0.0 };
         }
     }
@@ -150,7 +142,7 @@ impl LightMemory {
 
     /// Stores the samples in the batch.
     fn store(&self, light: &mut LightRows) {
-        let column = |column: usize| self.scratch.floats(self.first_column + column);
+        let column = |column: usize| self.block.column(column);
         for axis in 0..3 {
             let direction = column(QueryColumns::DIRECTION + axis);
             self.lanes.scatter(direction, &mut light.direction[axis]);
@@ -188,8 +180,9 @@ impl PathTracer<'_> {
             chosen[..batch.count].fill(only);
             probability[..batch.count].fill(1.0);
         } else {
-            let ShadingBatch { count, selection: arrays, point, light_seeds, .. } = batch;
-            for (array, row) in point.iter().chain([&*light_seeds]).enumerate() {
+            let ShadingBatch { count, selection: arrays, surfaces, light_seeds, .. } = batch;
+            let points = (QueryColumns::POINT..).take(3).map(|column| surfaces.column(column));
+            for (array, row) in points.chain([&light_seeds[..]]).enumerate() {
                 arrays.floats_mut(array)[..*count].copy_from_slice(&row[..*count]);
             }
             self.scene.lights.selector(&self.scene.engine).select(arrays, *count);
@@ -259,28 +252,25 @@ impl PathTracer<'_> {
         if class.is_placed {
             self.store_maps(class, memory);
         }
-        let LightMemory { lanes, state, scratch, objects, random, .. } = memory;
+        let LightMemory { lanes, state, block, objects, random, .. } = memory;
         let name = &class.program.class().name;
         let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
-        let (count, blocks) = (lanes.count(), (state, scratch));
+        let (count, blocks) = (lanes.count(), (state, &mut block.block));
         callee.call_for_first(&class.illumination, count, instances, blocks, None, random);
     }
 
     /// Stores the maps between the world and the spaces of lights.
     fn store_maps(&self, class: &LightClass, memory: &mut LightMemory) {
-        let LightMemory { lanes, objects, scratch, first_column, .. } = memory;
+        let LightMemory { lanes, objects, block, .. } = memory;
         for lane in 0..lanes.count() {
             let index = match class.of {
                 Batching::One(index) => index,
                 Batching::Each => objects.as_slice()[lane],
             };
             let light = &self.scene.compiled.lights[class.lights[index as usize] as usize];
-            let first = *first_column;
-            let mut lane =
-                PlacedLanes { columns: &mut *scratch, first, start: lane, end: lane + 1 };
-            lane.fill_map(QueryColumns::MAPS, &light.inverse);
-            lane.fill_map(QueryColumns::MAPS + 12, &light.forward);
+            block.set_map(QueryColumns::MAPS, lane..lane + 1, &light.inverse);
+            block.set_map(QueryColumns::MAPS + 12, lane..lane + 1, &light.forward);
         }
     }
 
@@ -290,16 +280,23 @@ impl PathTracer<'_> {
         if class.of == Batching::Each {
             memory.set_light_indices(&lights.entries);
         }
-        memory.column(QueryColumns::EPSILON).fill(self.scene.compiled.epsilon);
+        memory.block.column_mut(QueryColumns::EPSILON).fill(self.scene.compiled.epsilon);
         let count = memory.lanes.count();
         let shapes = self.scene.compiled.class(class.class);
-        let LightMemory { hits, state, scratch, first_column, objects, random, .. } = memory;
+        let LightMemory { hits, state, block, objects, random, .. } = memory;
         let places = Places::new(&self.scene.compiled, class.class);
-        places.store(&hits[..count], scratch, *first_column);
+        places.store(&hits[..count], block);
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
-        callee.call_for_first(&class.generate, count, instances, (state, scratch), None, random);
+        callee.call_for_first(
+            &class.generate,
+            count,
+            instances,
+            (state, &mut block.block),
+            None,
+            random,
+        );
         if let Some(surfaces) = &class.surface {
             self.prepare_sampled_surfaces(surfaces, class.of, memory);
         }
@@ -316,17 +313,17 @@ impl PathTracer<'_> {
         of: Batching,
         memory: &mut LightMemory,
     ) {
-        memory.column(QueryColumns::LIMIT).fill(f32::INFINITY);
+        memory.block.column_mut(QueryColumns::LIMIT).fill(f32::INFINITY);
         // Light samples have no footprint.
-        memory.column(QueryColumns::WIDTH).fill(0.0);
-        memory.column(QueryColumns::SPREAD).fill(0.0);
+        memory.block.column_mut(QueryColumns::WIDTH).fill(0.0);
+        memory.block.column_mut(QueryColumns::SPREAD).fill(0.0);
         let shapes = self.scene.compiled.class(surfaces.class());
-        let LightMemory { lanes, hits, state, scratch, objects, random, .. } = memory;
+        let LightMemory { lanes, hits, state, block, objects, random, .. } = memory;
         let call = SurfaceCall {
             hits: &hits[..lanes.count()],
             instances: of.instances(&shapes.objects, objects),
             state,
-            scratch,
+            columns: block,
             host: random,
         };
         surfaces.call(surfaces.surface(), &self.scene.compiled, self.errors, call);
@@ -342,11 +339,18 @@ impl PathTracer<'_> {
             let indices = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
             set_indices(&mut memory.emitters, indices);
         }
-        let LightMemory { state, scratch, emitters: of_lanes, random, .. } = memory;
+        let LightMemory { state, block, emitters: of_lanes, random, .. } = memory;
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call_for_first(&class.emission, count, instances, (state, scratch), None, random);
+        callee.call_for_first(
+            &class.emission,
+            count,
+            instances,
+            (state, &mut block.block),
+            None,
+            random,
+        );
     }
 
     /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
@@ -359,11 +363,11 @@ impl PathTracer<'_> {
             let indices = hits.map(|hit| self.scene.objects[hit.object as usize].alpha);
             set_indices(&mut memory.alpha, indices);
         }
-        let LightMemory { state, scratch, alpha: of_lanes, random, .. } = memory;
+        let LightMemory { state, block, alpha: of_lanes, random, .. } = memory;
         let name = &textures.program.class().name;
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let instances = of.instances(&textures.objects, of_lanes);
-        callee.call_for_first(kernel, count, instances, (state, scratch), None, random);
+        callee.call_for_first(kernel, count, instances, (state, &mut block.block), None, random);
         memory.apply_alpha();
     }
 }

@@ -4,5 +4,5 @@
 mod places;
 mod surface_kernels;
 
-pub use places::{PlacedLanes, Places};
+pub use places::Places;
 pub use surface_kernels::{ReadSurfaces, SurfaceCall, SurfaceKernels};

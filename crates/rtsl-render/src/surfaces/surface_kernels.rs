@@ -13,6 +13,7 @@ use crate::compiled::CompiledScene;
 use crate::compiled::calls::Callee;
 use crate::compiled::kernels::{Batching, KernelMaker};
 use crate::compiled::runtime_errors::RuntimeErrors;
+use crate::integrate::query_block::QueryBlock;
 use crate::integrate::wavefront::PathHit;
 
 /// The kernels for shapes of a traversal class.
@@ -45,8 +46,8 @@ pub struct SurfaceCall<'a> {
     pub instances: Instances<'a>,
     /// The state that the kernels store.
     pub state: &'a mut LaneBlock,
-    /// The scratch of the shapes, then the columns.
-    pub scratch: &'a mut LaneBlock,
+    /// The columns, with the scratch of the shapes.
+    pub columns: &'a mut QueryBlock,
     /// The random numbers of methods.
     pub host: &'a mut dyn Host,
 }
@@ -106,12 +107,13 @@ impl SurfaceKernels {
         kernel: &Kernel,
         scene: &CompiledScene,
         errors: &RuntimeErrors,
-        SurfaceCall { hits, instances, state, scratch, host }: SurfaceCall<'_>,
+        SurfaceCall { hits, instances, state, columns, host }: SurfaceCall<'_>,
     ) {
         let places = Places::new(scene, self.class);
-        places.store(hits, scratch, scene.scratch_arrays);
+        places.store(hits, columns);
         let callee = Callee { class: &scene.class(self.class).name, method: self.looping, errors };
         let (count, mask, accepted) = (hits.len(), None, None);
+        let scratch = &mut columns.block;
         callee
             .call(kernel, CallArguments { state, scratch, count, mask, accepted, instances, host });
     }

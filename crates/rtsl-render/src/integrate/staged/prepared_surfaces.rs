@@ -1,6 +1,6 @@
 //! Properties of surfaces with whose shapes a stage is not linked, for all paths of a call together.
 
-use rtsl::{PreparedOperand, PreparedSurface, SURFACE_SCALARS, StageKernel};
+use rtsl::{PreparedOperand, PreparedSurface, QueryColumns, SURFACE_SCALARS, StageKernel};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::frames::Frames;
@@ -8,8 +8,8 @@ use super::path_set::PathSet;
 use super::requests::Requested;
 use super::run::StagedPaths;
 use crate::integrate::memory::ThreadMemory;
-use crate::integrate::rows::{BATCH_LANES, get};
-use crate::integrate::shading_batch::{RayOfSurface, ShadingBatch};
+use crate::integrate::rows::BATCH_LANES;
+use crate::integrate::shading_batch::RayOfSurface;
 use crate::integrate::surface::property_rows;
 use crate::integrate::wavefront::PathHit;
 
@@ -82,10 +82,12 @@ impl StagedPaths<'_> {
     /// Moves the origins of the rays of a batch off the surfaces that materials shade, as those of their searches.
     fn leave_shaded_surfaces(&mut self, called: &[PathHit]) {
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
-        let ShadingBatch { origin, direction, .. } = &mut *self.queries.batch;
+        let surfaces = &mut self.queries.batch.surfaces;
         for (lane, called) in called.iter().enumerate() {
-            let moved = requested.leaving(called.path, get(origin, lane), get(direction, lane));
-            (0..3).for_each(|axis| origin[axis][lane] = moved[axis]);
+            let origin = surfaces.vector(QueryColumns::ORIGIN, lane);
+            let direction = surfaces.vector(QueryColumns::DIRECTION, lane);
+            let moved = requested.leaving(called.path, origin, direction);
+            surfaces.set_vector(QueryColumns::ORIGIN, lane, moved);
         }
     }
 
