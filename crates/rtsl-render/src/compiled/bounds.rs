@@ -111,7 +111,7 @@ fn call(
     set_defaults(state, Role::Primitive);
     let errors = RuntimeErrors::default();
     let callee = Callee { class, method: Method::ComputeBounds, errors: &errors };
-    callee.call_for_first(kernel, count, instances, (state, scratch), None, &mut NoHost);
+    callee.call_for_first(kernel, count, instances, state, scratch, &mut NoHost);
     !errors.any()
 }
 

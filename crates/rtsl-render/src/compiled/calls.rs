@@ -35,17 +35,17 @@ impl Callee<'_> {
         self.check(kernel.call(arguments));
     }
 
-    /// Calls a kernel for the first `count` lanes.
+    /// Calls a kernel for the first `count` lanes, without a record of those that accept hits.
     pub fn call_for_first(
         &self,
         kernel: &Kernel,
         count: usize,
         instances: Instances<'_>,
-        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
-        accepted: Option<&mut MaskBlock>,
+        state: &mut LaneBlock,
+        scratch: &mut LaneBlock,
         host: &mut dyn Host,
     ) {
-        let mask = None;
+        let (mask, accepted) = (None, None);
         self.call(kernel, CallArguments { state, scratch, count, mask, accepted, instances, host });
     }
 

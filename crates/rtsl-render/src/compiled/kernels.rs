@@ -113,7 +113,8 @@ impl<'a> KernelMaker<'a> {
     pub fn query(
         &mut self,
         program: &Arc<Program>,
-        (of, objects): (Batching, &Objects),
+        of: Batching,
+        objects: &Objects,
         is_placed: bool,
         form: QueryForm,
     ) -> Option<Arc<Kernel>> {

@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 use rtsl::host::NoHost;
-use rtsl::{Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
+use rtsl::{CallArguments, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state};
 use rtsl_bvh::{Pair, PairHit, RayStream};
 use rtsl_math::SIMD_LANES;
 
@@ -53,9 +53,11 @@ impl PairBlocks {
                 Some(kernel) => (kernel, Instances::Many(objects, &self.objects)),
                 None => (class.packet_kernel(false), Instances::Object(objects, pairs[0].object)),
             };
-            let blocks = (&mut self.state, &mut self.scratch);
-            let accepted = Some(&mut self.accepted);
-            intersect.call_for_first(kernel, pairs.len(), instances, blocks, accepted, &mut NoHost);
+            let (state, scratch) = (&mut self.state, &mut self.scratch);
+            let (count, mask, accepted) = (pairs.len(), None, Some(&mut self.accepted));
+            let host = &mut NoHost;
+            let call = CallArguments { state, scratch, count, mask, accepted, instances, host };
+            intersect.call(kernel, call);
             dispatch!(Level::new(), simd => self.add_accepted(simd, start, pairs.len(), found));
         }
     }

@@ -62,7 +62,7 @@ impl PathTracer<'_> {
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;
         let instances = of.instances(&textures.objects, alpha);
-        callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
+        callee.call_for_first(kernel, *count, instances, state, scratch, random);
         let values = batch.state.floats(variables().float_texture_value);
         for (hit, value) in hits.iter().zip(values) {
             let path = &mut wavefront.paths[hit.path as usize];

@@ -50,9 +50,11 @@ impl Camera {
     /// Computes the rays of packets of samples, one after another, in arrays of state and of stages' scratch.
     pub fn generate<'a>(
         &self,
-        (scene, errors): (&CompiledScene, &RuntimeErrors),
+        scene: &CompiledScene,
+        errors: &RuntimeErrors,
         packets: impl Iterator<Item = (&'a TileSamples, usize)>,
-        (state, scratch): (&mut LaneBlock, &mut LaneBlock),
+        state: &mut LaneBlock,
+        scratch: &mut LaneBlock,
     ) {
         let mut count = 0;
         for (samples, packet) in packets {
@@ -62,7 +64,7 @@ impl Camera {
         let callee = Callee { class: self.name(), method: Method::GenerateRay, errors };
         let (kernel, instances) = (self.kernel.get(), Instances::One(&self.block));
         let called = if scene.is_traced { count.min(1) } else { count };
-        callee.call_for_first(kernel, called, instances, (&mut *state, scratch), None, &mut NoHost);
+        callee.call_for_first(kernel, called, instances, state, scratch, &mut NoHost);
         if let Some(motion) = &scene.camera_motion {
             for start in (0..count).step_by(LANES) {
                 let rays = rays_of(state, start);

@@ -41,9 +41,8 @@ impl PathTracer<'_> {
         let arrays = camera.program.scratch_arrays();
         let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
         let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
-        let of_scene = (&self.scene.compiled, self.errors);
         let packets = std::iter::once((samples, packet));
-        camera.generate(of_scene, packets, (&mut *state, &mut *scratch));
+        camera.generate(&self.scene.compiled, self.errors, packets, state, scratch);
         let (v, at) = (variables(), camera.program.arrays());
         let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
         let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");

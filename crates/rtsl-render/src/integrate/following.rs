@@ -5,12 +5,11 @@ use std::mem;
 use super::path_tracer::PathTracer;
 use super::rows::{all_finite, are_finite};
 use super::spawned_paths::{MAX_SPAWNED, SpawnedPaths};
-use super::staged::{PathSet, StagedMethod, Wave};
+use super::staged::{PathSet, StagedMethod};
 use super::tracing::{IntegratorMemory, RAYS_OF_CALL};
 use super::waiting_paths::WaitingPaths;
 use super::wavefront::Path;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::compiled::variables::variables;
 
 /// The greatest number of paths that run through the stages together: about as many as those of samples.
 const PATHS_OF_WAVE: usize = 1 << 10;
@@ -123,13 +122,12 @@ impl PathTracer<'_> {
         let begun = self.begin_stages(staged, &exhausted, memory, chunk.len(), depth);
         let Some(mut run) = begun else { return };
         let epsilon = self.scene.compiled.epsilon;
-        run.wave.load_spawned(run.frames, &staged.columns, (level, chunk), epsilon);
+        run.wave.load_spawned(run.frames, &staged.columns, level, chunk, epsilon);
         run.begin_rays();
         all.set_all(chunk.len());
         run.run(all);
-        let colors = (&*run.frames, &staged.columns, variables().sample_color);
         radiance.iter_mut().for_each(|channel| channel.resize(chunk.len(), 0.0));
-        Wave::radiance_of(colors, all, radiance);
+        run.radiance_of(all, radiance);
         // A second evaluation spawns paths, too.
         let spawned = mem::take(&mut run.queries.spawned);
         if exhausted.any() {

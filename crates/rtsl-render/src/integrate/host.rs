@@ -198,14 +198,9 @@ impl RayOfCall {
         self.surface.map_or(origin, |surface| surface.leave(origin, direction))
     }
 
-    /// Returns the path of a search with a ray of this origin, direction, least and greatest distance. A least distance
-    /// of 0 means that of the scene.
-    pub fn search_path(
-        &self,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        [epsilon, limit]: [f32; 2],
-        epsilon_of_scene: f32,
-    ) -> Path {
+    /// Returns the path of a search along a ray, given the least distance of hits: 0 means that of the scene.
+    pub fn search_path(&self, ray: &Ray, epsilon: f32, epsilon_of_scene: f32) -> Path {
+        let Ray { origin, direction, limit } = *ray;
         Path {
             origin: self.origin_off_surface(origin, direction),
             direction,
@@ -221,7 +216,7 @@ impl RayOfCall {
 
     /// Notes what the first search has found: the distance and the object of a hit.
     pub fn note_first_hit(&mut self, direction: [f32; 3], hit: Option<(f32, u32)>) {
-        self.first_hit = hit.map(|hit| first_hit(direction, hit));
+        self.first_hit = hit.map(|(parameter, object)| first_hit(direction, parameter, object));
     }
 }
 
@@ -237,7 +232,7 @@ pub fn is_followed(importance: f32, cutoff: f32) -> bool {
 }
 
 /// Returns distance and object of a surface that a ray with this direction hits at a parameter.
-pub fn first_hit(direction: [f32; 3], (parameter, object): (f32, u32)) -> (f32, f32) {
+pub fn first_hit(direction: [f32; 3], parameter: f32, object: u32) -> (f32, f32) {
     (parameter * dot(direction, direction).sqrt(), object as f32)
 }
 
@@ -362,9 +357,10 @@ impl SceneHost<'_> {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
             let state = &mut self.rays[index];
-            let ray = (vector(operands, 0, lane), vector(operands, 3, lane));
-            let limits = [number(operands, 6, lane), number(operands, 7, lane)];
-            let path = state.search_path(ray, limits, self.tracer.scene.compiled.epsilon);
+            let (origin, direction) = (vector(operands, 0, lane), vector(operands, 3, lane));
+            let (epsilon, limit) = (number(operands, 6, lane), number(operands, 7, lane));
+            let ray = Ray { origin, direction, limit };
+            let path = state.search_path(&ray, epsilon, self.tracer.scene.compiled.epsilon);
             let ThreadMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
             begin(wavefront, path);
             searcher.are_together = false;

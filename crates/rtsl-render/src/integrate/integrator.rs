@@ -88,10 +88,10 @@ impl Integrator {
         parts: &StageParts<'_>,
         lights: &StageLights<'_>,
     ) -> Result<Option<StagedMethod>, Diagnostic> {
-        let integrator = (&self.program, &**scene.integrator());
-        let staged = engine
-            .runs_packets()
-            .then(|| StagedMethod::of_integrator(engine, integrator, scene, (parts, lights)));
+        let (program, integrator) = (&self.program, scene.integrator());
+        let staged = engine.runs_packets().then(|| {
+            StagedMethod::of_integrator(engine, program, integrator, scene, parts, lights)
+        });
         staged.transpose()
     }
 

@@ -25,14 +25,8 @@ impl PathTracer<'_> {
             MaterialSource::Own => {
                 let class = self.scene.compiled.class(group.key.class);
                 let instances = of.instances(&class.objects, objects);
-                callee.call_for_first(
-                    kernel,
-                    *count,
-                    instances,
-                    (state, &mut surfaces.block),
-                    None,
-                    random,
-                );
+                let scratch = &mut surfaces.block;
+                callee.call_for_first(kernel, *count, instances, state, scratch, random);
             }
             MaterialSource::Class(class) => {
                 let class = &self.scene.materials[class];
@@ -40,7 +34,7 @@ impl PathTracer<'_> {
                     scratch.words_mut(array).fill(0);
                 }
                 let instances = of.instances(&class.objects, materials);
-                callee.call_for_first(kernel, *count, instances, (state, scratch), None, random);
+                callee.call_for_first(kernel, *count, instances, state, scratch, random);
             }
         }
     }

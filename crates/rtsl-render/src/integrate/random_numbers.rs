@@ -27,7 +27,8 @@ impl RandomNumbers {
     /// lanes' sample indices.
     pub fn start(
         &mut self,
-        (keys, samples): (&[u32; BATCH_LANES], &[u32; BATCH_LANES]),
+        keys: &[u32; BATCH_LANES],
+        samples: &[u32; BATCH_LANES],
         purpose: u32,
         count: usize,
     ) {
@@ -69,7 +70,7 @@ mod tests {
         let sampler = Sampler { kind: SamplerKind::Sobol, columns: 4, rows: 4, seed: 1 };
         let (keys, samples) = (std::array::from_fn(|lane| lane as u32 / 2), [7; BATCH_LANES]);
         let mut numbers = RandomNumbers::new(sampler);
-        numbers.start((&keys, &samples), 5, 43);
+        numbers.start(&keys, &samples, 5, 43);
         let mut draw = |active: u32| {
             let mut values = [0.0; MAX_LANES];
             numbers.rand(LaneSet { base: 16, active }, &mut values);

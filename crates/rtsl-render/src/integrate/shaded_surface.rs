@@ -57,7 +57,7 @@ impl ShadedSurface {
     /// Returns the origin of a ray: if it begins on the surface, within rounding, off it on the side that the ray leads
     /// to. Materials may have moved it along the surface. Other origins stay unchanged.
     pub fn leave(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        leaving((self.point, self.geometric_normal, self.offset), origin, direction)
+        leaving(self.point, self.geometric_normal, self.offset, origin, direction)
     }
 
     /// Returns the geometric and the shading normal on the side for which light is requested: that from which the ray
@@ -72,7 +72,9 @@ impl ShadedSurface {
 /// As [`ShadedSurface::leave`], given the point, the geometric normal and the offset.
 #[inline(always)]
 pub fn leaving(
-    (point, normal, offset): ([f32; 3], [f32; 3], f32),
+    point: [f32; 3],
+    normal: [f32; 3],
+    offset: f32,
     origin: [f32; 3],
     direction: [f32; 3],
 ) -> [f32; 3] {

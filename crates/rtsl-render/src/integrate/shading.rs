@@ -19,7 +19,7 @@ use super::shading_batch::{RayOfSurface, ShadingBatch, set_indices};
 use super::shading_methods::{ShadingMethod, ShadingMethods};
 use super::shadow_rays::{ShadowRay, ShadowRays};
 use super::spawned_paths::SpawnedPaths;
-use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths, Wave};
+use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths};
 use super::suspect::Suspect;
 use super::tracing::IntegratorMemory;
 use super::wavefront::PathHit;
@@ -86,7 +86,8 @@ impl ShadingRequest {
     pub fn new(
         scene: &RenderScene,
         methods: &ShadingMethods,
-        (operands, place): (&ShadingOperands<'_>, usize),
+        operands: &ShadingOperands<'_>,
+        place: usize,
         ray: RayOfShading,
     ) -> Option<ShadingRequest> {
         let [object, instance, element] = [0, 1, 2].map(|index: usize| operands[index][place]);
@@ -184,13 +185,13 @@ impl SceneHost<'_> {
                 notes_suspects: self.notes_suspects,
             };
             let scene = self.tracer.scene;
-            requests.extend(ShadingRequest::new(scene, methods, (&operands, lane), ray));
+            requests.extend(ShadingRequest::new(scene, methods, &operands, lane, ray));
         }
         let further = Further { tracer: &self.tracer, free: self.free };
         let mut deferred = DeferredLight::default();
         let mut keep = |place: usize, color: [f32; 3]| store(results, place, &color);
-        let to: (_, &mut dyn FnMut(usize, [f32; 3])) = (&mut deferred, &mut keep);
-        self.queries.rays += further.shade((methods, &operands), &mut requests, to);
+        self.queries.rays +=
+            further.shade(methods, &operands, &mut requests, &mut deferred, &mut keep);
         deferred
     }
 }
@@ -199,9 +200,11 @@ impl Further<'_> {
     /// Shades surfaces, and returns the number of rays traced. `store` is called with the place and the light of each.
     pub fn shade(
         &self,
-        (methods, operands): (&ShadingMethods, &ShadingOperands<'_>),
+        methods: &ShadingMethods,
+        operands: &ShadingOperands<'_>,
         requests: &mut [ShadingRequest],
-        (deferred, store): (&mut DeferredLight, &mut dyn FnMut(usize, [f32; 3])),
+        deferred: &mut DeferredLight,
+        store: &mut dyn FnMut(usize, [f32; 3]),
     ) -> RayCounts {
         // The order of places keeps what is adjacent in memory adjacent in calls.
         requests.sort_unstable_by_key(|it| (it.method, it.depth(), it.group, it.place));
@@ -267,11 +270,10 @@ impl ShadingCall<'_> {
         let all = PathSet::all(count);
         match self.method.adds_to_path {
             // It is one stage, whose contributions wait for those of the paths.
-            true => run.call_stage(staged, (0, 0), &all),
+            true => run.call_kernel(staged, 0, &all),
             false => run.run(&all),
         }
-        let sums = (&*run.frames, &staged.columns, self.method.color());
-        Wave::colors(sums, colors);
+        run.light(self.method.color(), colors);
         if !all_finite(colors.as_flattened()) {
             let by_lights = |index: usize| run.wave.rays.get(index).is_some_and(|it| it.is_spoilt);
             let is_spoilt = |index: usize| run.wave.spawning.is_spoilt[index] || by_lights(index);
@@ -391,9 +393,9 @@ impl ShadingCall<'_> {
                 is_of_stages: false,
             };
             let instances = Instances::Many(&self.method.objects, &objects);
-            let (count, blocks) = (surfaces.len(), (&mut state, &mut scratch));
+            let (count, callee) = (surfaces.len(), self.callee());
             let before = (host.queries.shadow_rays.len(), host.queries.spawned.len());
-            self.callee().call_for_first(kernel, count, instances, blocks, None, host);
+            callee.call_for_first(kernel, count, instances, &mut state, &mut scratch, host);
             if self.method.adds_to_path {
                 let rays = &mut host.queries.shadow_rays.paths[before.0..];
                 rays.iter_mut().for_each(|path| *path += surfaces.start as u32);

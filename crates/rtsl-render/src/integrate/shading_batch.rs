@@ -176,7 +176,7 @@ impl ShadingBatch {
 
     /// Restarts the lanes' random numbers with those that `purpose` selects.
     pub fn start_random_numbers(&mut self, purpose: u32) {
-        self.random.start((&self.keys, &self.samples), purpose, self.count);
+        self.random.start(&self.keys, &self.samples, purpose, self.count);
     }
 }
 

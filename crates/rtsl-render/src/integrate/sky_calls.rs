@@ -40,8 +40,7 @@ impl PathTracer<'_> {
         let callee = Callee { class: name, method, errors: self.errors };
         let (objects, index) = &sky.objects;
         let instances = Instances::Object(objects, *index);
-        let blocks = (state, &mut surfaces.block);
-        callee.call_for_first(kernel, *count, instances, blocks, None, random);
+        callee.call_for_first(kernel, *count, instances, state, &mut surfaces.block, random);
     }
 }
 

@@ -205,10 +205,10 @@ impl SceneHost<'_> {
         if group.emitter_draws {
             self.start_random_numbers(asking);
         }
-        let batch = &mut *self.queries.batch;
-        let instances = of.instances(&emitters.objects, &batch.emitters);
-        let blocks = (&mut batch.state, &mut batch.scratch);
-        callee.call_for_first(kernel, batch.count, instances, blocks, None, &mut batch.random);
+        let ShadingBatch { count, state, scratch, emitters: of_lanes, random, .. } =
+            &mut *self.queries.batch;
+        let instances = of.instances(&emitters.objects, of_lanes);
+        callee.call_for_first(kernel, *count, instances, state, scratch, random);
         self.store_vectors(asking, results, variables().emission_color);
     }
 

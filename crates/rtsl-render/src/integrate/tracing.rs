@@ -165,7 +165,7 @@ impl PathTracer<'_> {
         let IntegratorMemory { stages, queries, free, .. } = memory;
         let StageMemory { frames, wave } = stages.as_mut()?;
         frames.make_room(count);
-        wave.begin(frames, staged, (count, depth), self.keeps_first_hits());
+        wave.begin(frames, staged, count, depth, self.keeps_first_hits());
         let (tracer, are_together) = (*self, depth == 0);
         Some(StagedPaths {
             tracer,
@@ -211,7 +211,7 @@ impl PathTracer<'_> {
         let load = |run: &mut StagedPaths<'_>| {
             run.wave.load_paths(run.frames, &staged.columns, paths);
         };
-        self.run_loaded(staged, load, (memory, depth), radiance)
+        self.run_loaded(staged, load, memory, depth, radiance)
     }
 
     /// Runs the stages of the integrator for as many paths as there is `radiance`, which `load` loads.
@@ -219,7 +219,8 @@ impl PathTracer<'_> {
         &self,
         staged: &StagedMethod,
         load: impl FnOnce(&mut StagedPaths<'_>),
-        (memory, depth): (&mut IntegratorMemory, u32),
+        memory: &mut IntegratorMemory,
+        depth: u32,
         radiance: &mut [[f32; 3]],
     ) -> RayCounts {
         let exhausted = RuntimeErrors::default();
@@ -230,8 +231,7 @@ impl PathTracer<'_> {
         run.begin_rays();
         let all = PathSet::all(radiance.len());
         run.run(&all);
-        let colors = (&*run.frames, &staged.columns, variables().sample_color);
-        Wave::radiance(colors, radiance);
+        run.radiance(radiance);
         let spawned = std::mem::take(&mut run.queries.spawned);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
@@ -286,8 +286,7 @@ impl PathTracer<'_> {
             return self.report_exhausted(&all, 0, own);
         }
         let scratch = &run.frames.paths.scratch;
-        let colors = (&*run.frames, &staged.columns, variables().sample_color);
-        Wave::radiance_of(colors, &active, &mut results.radiance);
+        run.radiance_of(&active, &mut results.radiance);
         let paths = || active.paths().iter().map(|path| *path as usize);
         let FeatureValues { first_hits, outputs } = &mut results.features;
         if !first_hits.is_empty() {
@@ -299,8 +298,7 @@ impl PathTracer<'_> {
             let columns = columns.map(|column| column.in_stages(staged));
             copy_outputs(columns, scratch, paths().map(|path| (path, path)), outputs);
         }
-        let of = (&*run.frames, &staged.columns);
-        let lost = Wave::lost(of, &active, &results.radiance);
+        let lost = run.lost(&active, &results.radiance);
         let lost: Vec<Path> = run.paths(lost.chain(spawned.lost_parents(0))).collect();
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
         own.queries.spawned = spawned;

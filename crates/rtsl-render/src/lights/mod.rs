@@ -248,7 +248,7 @@ impl Lights {
         let mut kernel = |method: Method, of: Batching, query: HostQuery| {
             let first_column = compiled.scratch_arrays as u32;
             let form = QueryForm { query, are_grouped: false, are_sampled: false, first_column };
-            program.has(method).then(|| maker.query(program, (of, &objects), false, form)).flatten()
+            program.has(method).then(|| maker.query(program, of, &objects, false, form)).flatten()
         };
         let illumination = kernel(Method::Illumination, of, HostQuery::Illumination { is_placed });
         let one = Batching::One(0);
@@ -409,8 +409,8 @@ impl ShapeLightClass {
             are_sampled: true,
             first_column: classes.compiled.scratch_arrays as u32,
         };
-        let of_shapes = (of, &*shapes.objects);
-        let generate = maker.query(shapes.program(), of_shapes, shapes.is_placed(), form);
+        let is_placed = shapes.is_placed();
+        let generate = maker.query(shapes.program(), of, &shapes.objects, is_placed, form);
         let (emitter, objects) = (&emitters.program, &emitters.objects);
         let emission = maker.kernel(emitter, Method::Emission, of_emitter, objects, outputs);
         let textures = key.alpha.map(|class| &classes.alpha[class]);

@@ -72,7 +72,7 @@ impl LightMemory {
         }
         lanes.gather(&batch.keys, &mut self.keys);
         lanes.gather(&batch.samples, &mut self.samples);
-        self.random.start((&self.keys, &self.samples), NUMBERS_OF_LIGHTS, lanes.count());
+        self.random.start(&self.keys, &self.samples, NUMBERS_OF_LIGHTS, lanes.count());
     }
 
     /// Sets the indices of their lights among those of the class.
@@ -256,8 +256,8 @@ impl PathTracer<'_> {
         let name = &class.program.class().name;
         let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
-        let (count, blocks) = (lanes.count(), (state, &mut block.block));
-        callee.call_for_first(&class.illumination, count, instances, blocks, None, random);
+        let (kernel, scratch) = (&class.illumination, &mut block.block);
+        callee.call_for_first(kernel, lanes.count(), instances, state, scratch, random);
     }
 
     /// Stores the maps between the world and the spaces of lights.
@@ -289,14 +289,8 @@ impl PathTracer<'_> {
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
-        callee.call_for_first(
-            &class.generate,
-            count,
-            instances,
-            (state, &mut block.block),
-            None,
-            random,
-        );
+        let scratch = &mut block.block;
+        callee.call_for_first(&class.generate, count, instances, state, scratch, random);
         if let Some(surfaces) = &class.surface {
             self.prepare_sampled_surfaces(surfaces, class.of, memory);
         }
@@ -343,14 +337,8 @@ impl PathTracer<'_> {
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
-        callee.call_for_first(
-            &class.emission,
-            count,
-            instances,
-            (state, &mut block.block),
-            None,
-            random,
-        );
+        let scratch = &mut block.block;
+        callee.call_for_first(&class.emission, count, instances, state, scratch, random);
     }
 
     /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
@@ -367,7 +355,7 @@ impl PathTracer<'_> {
         let name = &textures.program.class().name;
         let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
         let instances = of.instances(&textures.objects, of_lanes);
-        callee.call_for_first(kernel, count, instances, (state, &mut block.block), None, random);
+        callee.call_for_first(kernel, count, instances, state, &mut block.block, random);
         memory.apply_alpha();
     }
 }

@@ -77,7 +77,7 @@ impl SurfaceKernels {
         let mut kernel = |query: HostQuery| {
             let first_column = scene.scratch_arrays as u32;
             let form = QueryForm { query, are_grouped, are_sampled, first_column };
-            maker.query(program, (of, &*shapes.objects), shapes.is_placed(), form)
+            maker.query(program, of, &shapes.objects, shapes.is_placed(), form)
         };
         let density = if has_densities { kernel(HostQuery::Density) } else { None };
         let surface = kernel(HostQuery::Surface { needs, keeps_scratch })?;

@@ -136,7 +136,8 @@ impl Frames {
 /// the vectors of `count` lanes.
 pub fn set_objects(
     objects: &mut LaneIndices,
-    (lanes, count): (&PathSet, usize),
+    lanes: &PathSet,
+    count: usize,
     index: impl Fn(u32) -> u32,
 ) {
     let objects = &mut objects.as_mut_slice()[..count.next_multiple_of(VECTOR_PATHS)];
@@ -147,7 +148,7 @@ pub fn set_objects(
 }
 
 /// The same for a column with the indices of so many objects. Paths of other kernels have those of other objects there.
-pub fn take_objects(objects: &mut LaneIndices, (indices, count): (&[u32], usize)) {
+pub fn take_objects(objects: &mut LaneIndices, indices: &[u32], count: usize) {
     let last = count as u32 - 1;
     // No list of the lanes is needed, nor a scattered store.
     let objects = objects.as_mut_slice().iter_mut();
@@ -164,11 +165,11 @@ mod tests {
         objects.as_mut_slice().fill(9);
         let mut lanes = PathSet::default();
         lanes.set_range(1, 17);
-        set_objects(&mut objects, (&lanes, 18), |lane| lane % 2);
+        set_objects(&mut objects, &lanes, 18, |lane| lane % 2);
         let expected = (0..32).map(|lane| u32::from(lane < 18 && lane % 2 == 1));
         assert!(objects.as_slice()[..32].iter().copied().eq(expected));
         objects.as_mut_slice().fill(9);
-        take_objects(&mut objects, (&[5; 3 * VECTOR_PATHS], 3));
+        take_objects(&mut objects, &[5; 3 * VECTOR_PATHS], 3);
         assert_eq!(objects.as_slice(), [2; 3 * VECTOR_PATHS]);
     }
 }

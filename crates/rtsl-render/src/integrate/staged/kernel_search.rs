@@ -9,7 +9,7 @@ use super::frames::{Blocks, CALL_RAYS, Frames};
 use super::path_set::PathSet;
 use super::run::StagedPaths;
 use crate::compiled::calls::Callee;
-use crate::integrate::host::first_hit;
+use crate::integrate::host::{Ray, first_hit};
 use crate::integrate::memory::ThreadMemory;
 
 /// The operands of a request for visibility.
@@ -103,8 +103,8 @@ impl StagedPaths<'_> {
         for slot in slots {
             let at = *slot as usize;
             if self.searches_of(*slot) == 1 && found[at] != 0 {
-                let (_, direction, _) = self.requested(*slot);
-                let hit = first_hit(direction, (distances[at], objects[at]));
+                let (Ray { direction, .. }, _) = self.requested(*slot);
+                let hit = first_hit(direction, distances[at], objects[at]);
                 self.wave.first_hits[self.frames.path_in(*slot)] = Some(hit);
             }
         }

@@ -7,6 +7,7 @@
 
 mod answers;
 mod columns;
+mod ended_paths;
 mod frames;
 mod kernel_search;
 mod moved_columns;

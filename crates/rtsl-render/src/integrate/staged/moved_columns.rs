@@ -22,8 +22,10 @@ impl MovedColumns {
     /// Returns the columns of paths on their way from the first of some stages, whose kernels are `first`, through the
     /// others.
     pub fn new(
-        (program, columns): (&StagedProgram, &Columns),
-        (first, others): (&[StageKernel], &[StageKernel]),
+        program: &StagedProgram,
+        columns: &Columns,
+        first: &[StageKernel],
+        others: &[StageKernel],
     ) -> MovedColumns {
         let all = || first.iter().chain(others);
         let is_lit_by_hosts = |kernel: &StageKernel| {
@@ -40,7 +42,7 @@ impl MovedColumns {
         let mut read: BTreeSet<usize> =
             others.iter().flat_map(|it| it.reads.iter().copied()).collect();
         read.extend(&sums);
-        read.extend(read_by_hosts((program, columns), others));
+        read.extend(read_by_hosts(program, columns, others));
         let outputs = all().flat_map(|it| it.outputs.iter().copied());
         let results: BTreeSet<usize> = outputs.chain(sums).collect();
         let state: BTreeSet<usize> = all().flat_map(|it| it.state.iter().copied()).collect();
@@ -55,7 +57,8 @@ impl MovedColumns {
 
 /// Returns the columns that hosts read after paths were moved.
 fn read_by_hosts(
-    (program, columns): (&StagedProgram, &Columns),
+    program: &StagedProgram,
+    columns: &Columns,
     kernels: &[StageKernel],
 ) -> BTreeSet<usize> {
     let mut read = BTreeSet::new();

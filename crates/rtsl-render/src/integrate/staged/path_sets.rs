@@ -1,5 +1,7 @@
 //! Sets of paths by what they wait for.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::LaneBlock;
 
@@ -23,13 +25,12 @@ impl PathSets {
         self.sets[..keys].iter_mut().for_each(PathSet::clear);
     }
 
-    /// Sorts paths by their keys in a column, of which those below `keys` stand for the sets from `first` on. Paths with
-    /// other keys are in no set.
-    pub fn sort(&mut self, paths: &PathSet, column: &[u32], (first, keys): (usize, usize)) {
-        let sets = &mut self.sets[first..first + keys];
-        if keys <= MAX_COMPARED_KEYS {
-            let keys = 0..keys as u32;
-            sets.iter_mut().zip(keys).for_each(|(set, key)| set.set_equal(paths, column, key));
+    /// Sorts paths into the sets of some keys. A column has the index of each path's set among these; paths with other
+    /// indices are in no set.
+    pub fn sort(&mut self, paths: &PathSet, column: &[u32], keys: Range<usize>) {
+        let sets = &mut self.sets[keys];
+        if sets.len() <= MAX_COMPARED_KEYS {
+            sets.iter_mut().zip(0..).for_each(|(set, index)| set.set_equal(paths, column, index));
             return;
         }
         for path in paths.paths() {
@@ -78,7 +79,7 @@ impl PathSets {
         from: &LaneBlock,
         to: &mut LaneBlock,
     ) {
-        dispatch!(Level::new(), simd => self.copy_arrays(simd, starts, arrays, (from, to)));
+        dispatch!(Level::new(), simd => self.copy_arrays(simd, starts, arrays, from, to));
     }
 
     /// Makes the sets that are not empty those of as many adjacent paths, from their starts on.
@@ -93,7 +94,8 @@ impl PathSets {
         simd: S,
         starts: &[usize],
         arrays: impl Iterator<Item = usize>,
-        (from, to): (&LaneBlock, &mut LaneBlock),
+        from: &LaneBlock,
+        to: &mut LaneBlock,
     ) {
         for array in arrays {
             let (from, to) = (from.words(array), to.words_mut(array));
@@ -115,7 +117,7 @@ mod tests {
         let mut sets = PathSets::default();
         for keys in [3, 10] {
             sets.begin(keys + 1);
-            sets.sort(&paths, &column, (1, keys));
+            sets.sort(&paths, &column, 1..keys + 1);
             let found: Vec<(usize, &[u32])> =
                 sets.sets().map(|(key, set)| (key, set.paths())).collect();
             assert_eq!(found.len(), keys);
@@ -125,7 +127,7 @@ mod tests {
             }
         }
         sets.begin(9);
-        sets.sort(&paths, &[9; 50], (0, 9));
+        sets.sort(&paths, &[9; 50], 0..9);
         assert_eq!(sets.sets().count(), 0);
     }
 
@@ -140,7 +142,7 @@ mod tests {
         for (lanes, expected) in [(LANES, [0, 16]), (30, [0, 14])] {
             let mut sets = PathSets::default();
             sets.begin(4);
-            sets.sort(&PathSet::all(keys.len()), &keys, (0, 2));
+            sets.sort(&PathSet::all(keys.len()), &keys, 0..2);
             let before: Vec<Vec<u32>> = sets.sets().map(|(_, set)| set.paths().to_vec()).collect();
             let starts = sets.starts(lanes);
             assert_eq!(starts, expected);

@@ -11,7 +11,7 @@ use super::run::StagedPaths;
 use super::staged_method::StagedMethod;
 use super::wave::ray_components;
 use crate::compiled::variables::variables;
-use crate::integrate::host::{Further, is_traced};
+use crate::integrate::host::{Further, Ray, is_traced};
 use crate::integrate::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::Purpose;
@@ -101,12 +101,12 @@ impl<'a> Requested<'a> {
         let Some(columns) = &self.shaded else { return origin };
         let shaded = |index: usize| columns[index][slot as usize];
         let vector = |first: usize| [0, 1, 2].map(|axis: usize| shaded(first + axis));
-        leaving((vector(0), vector(NORMAL), shaded(OFFSET)), origin, direction)
+        leaving(vector(0), vector(NORMAL), shaded(OFFSET), origin, direction)
     }
 
     /// Loads the rays of some paths as paths of other stages, without their keys.
-    fn load(&self, slots: &[u32], epsilon: f32, to: (&mut Frames, &Columns)) {
-        let (Frames { paths: Blocks { state, scratch }, .. }, columns) = to;
+    fn load(&self, slots: &[u32], epsilon: f32, frames: &mut Frames, columns: &Columns) {
+        let Blocks { state, scratch } = &mut frames.paths;
         let v = variables();
         let mut ends: [Vec<f32>; ENDS] = Default::default();
         let of = array::from_fn(|index| self.columns.requests[index]);
@@ -133,12 +133,13 @@ impl<'a> Requested<'a> {
 }
 
 impl StagedPaths<'_> {
-    /// Returns the origin and the direction of a requested ray, and its last two operands.
-    pub fn requested(&self, slot: u32) -> ([f32; 3], [f32; 3], [f32; 2]) {
+    /// Returns the ray along which a path searches, and the least distance of hits.
+    pub fn requested(&self, slot: u32) -> (Ray, f32) {
         let requests = &self.staged.columns.requests;
         let scratch = &self.frames.paths.scratch;
         let number = |index: usize| scratch.floats(requests[index])[slot as usize];
-        ([0, 1, 2].map(number), [3, 4, 5].map(number), [6, 7].map(number))
+        let (origin, direction) = ([0, 1, 2].map(number), [3, 4, 5].map(number));
+        (Ray { origin, direction, limit: number(7) }, number(6))
     }
 
     /// Finds out which of the requested rays are blocked.
@@ -184,18 +185,18 @@ impl StagedPaths<'_> {
             let epsilon = self.tracer.scene.compiled.epsilon;
             let counts = further.with_memory(|memory| {
                 let load = |run: &mut StagedPaths<'_>| {
-                    requested.load(&traced, epsilon, (run.frames, &staged.columns));
+                    requested.load(&traced, epsilon, run.frames, &staged.columns);
                     let own_keys = run.frames.paths.scratch.words_mut(staged.columns.key);
                     own_keys[..keys.len()].copy_from_slice(&keys);
                     run.wave.spawning.importance.copy_from_slice(&importance);
                 };
-                let mut counts = self.tracer.run_loaded(staged, load, (memory, depth), &mut colors);
+                let mut counts = self.tracer.run_loaded(staged, load, memory, depth, &mut colors);
                 counts.traced += traced.len() as u64;
                 counts
             });
             self.queries.rays += counts;
         }
-        self.store_colors(slots, (&traced, &colors));
+        self.store_colors(slots, &traced, &colors);
         for (slot, color) in traced.iter().zip(&colors) {
             let is_spoilt = color.iter().any(|channel| !channel.is_finite());
             self.wave.spawning.is_spoilt[self.frames.path_in(*slot)] |= is_spoilt;
@@ -252,7 +253,7 @@ impl StagedPaths<'_> {
                 notes_suspects: false,
             };
             let methods = &tracer.scene.shading_methods;
-            requests.extend(ShadingRequest::new(tracer.scene, methods, (&operands, at), ray));
+            requests.extend(ShadingRequest::new(tracer.scene, methods, &operands, at, ray));
         }
         let further = Further { tracer, free: self.free };
         let (mut places, mut colors) = (Vec::new(), Vec::new());
@@ -261,16 +262,16 @@ impl StagedPaths<'_> {
             colors.push(color);
         };
         // These methods wait for all their light.
-        let (of, to) = ((&tracer.scene.shading_methods, &operands), &mut DeferredLight::default());
-        self.queries.rays += further.shade(of, &mut requests, (to, &mut store));
-        self.store_colors(slots, (&places, &colors));
+        let (methods, deferred) = (&tracer.scene.shading_methods, &mut DeferredLight::default());
+        self.queries.rays += further.shade(methods, &operands, &mut requests, deferred, &mut store);
+        self.store_colors(slots, &places, &colors);
     }
 
     /// Samples the requested lights.
     pub fn sample_lights(&mut self, paths: &PathSet) {
         match self.tracer.scene.light_stage() {
             Some(lights) => {
-                self.call_stage(lights, (0, 0), paths);
+                self.call_kernel(lights, 0, paths);
                 self.find_reached(paths.paths());
             }
             None => self.ask_for_lights(paths.paths()),
@@ -329,7 +330,7 @@ impl StagedPaths<'_> {
     }
 
     /// Answers requests of paths with the colours of some of them; the others get black.
-    fn store_colors(&mut self, slots: &[u32], (places, colors): (&[u32], &[[f32; 3]])) {
+    fn store_colors(&mut self, slots: &[u32], places: &[u32], colors: &[[f32; 3]]) {
         for (channel, array) in self.staged.columns.answers[..3].iter().enumerate() {
             let answers = self.frames.paths.scratch.floats_mut(*array);
             if places.len() < slots.len() {

@@ -43,8 +43,8 @@ impl StagedPaths<'_> {
     pub fn load_samples(&mut self, samples: &[TileSamples]) -> PathSet {
         let scene = &self.tracer.scene.compiled;
         let Blocks { state, scratch } = &mut self.frames.paths;
-        let of_scene = (scene, self.tracer.errors);
-        self.tracer.scene.camera().generate(of_scene, packets_of(samples), (state, scratch));
+        let (camera, errors) = (self.tracer.scene.camera(), self.tracer.errors);
+        camera.generate(scene, errors, packets_of(samples), state, scratch);
         let size = (scene.settings.width, scene.settings.height);
         let lanes = packets_of(samples).map(|(samples, packet)| samples.lanes(packet, size));
         let active: Vec<LaneMask> = lanes.collect();
@@ -105,7 +105,7 @@ impl StagedPaths<'_> {
         // The mark of paths that have ended is above all stages.
         const { assert!(END < 0) };
         by_stage.begin(stages);
-        by_stage.sort(paths, next, (0, stages));
+        by_stage.sort(paths, next, 0..stages);
         by_stage.sets().next().is_some()
     }
 
@@ -119,11 +119,11 @@ impl StagedPaths<'_> {
                 by_kernel.set(kernels.start, paths);
             } else if self.staged.finds_surfaces(stage) {
                 let groups = self.frames.paths.scratch.words(self.staged.columns.group);
-                by_kernel.sort(paths, groups, (kernels.start, kernels.len()));
+                by_kernel.sort(paths, groups, kernels);
             } else {
                 let mut groups = std::mem::take(&mut self.frames.groups);
                 self.find_groups(surface, paths, &mut groups);
-                by_kernel.sort(paths, &groups, (kernels.start, kernels.len()));
+                by_kernel.sort(paths, &groups, kernels);
                 self.frames.groups = groups;
             }
         }
@@ -244,16 +244,16 @@ impl StagedPaths<'_> {
 
     /// Runs a kernel, which is for the surfaces of one group, for paths.
     fn call(&mut self, kernel: usize, paths: &PathSet) {
-        self.call_stage(self.staged, self.staged.stage_and_group(kernel), paths);
+        self.call_kernel(self.staged, kernel, paths);
     }
 
-    /// Runs a stage of any program.
-    pub fn call_stage(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
-        let (kernel, _) = staged.kernel(at);
-        self.set_surfaces(staged, at, paths);
+    /// Runs the kernel with this index among those of the stages of any program.
+    pub fn call_kernel(&mut self, staged: &StagedMethod, index: usize, paths: &PathSet) {
+        let kernel = staged.kernel(index);
+        self.set_surfaces(staged, index, paths);
         self.prepare_surfaces(kernel, paths);
         self.set_mask(paths);
-        self.call_kernel(staged, at, paths);
+        self.call_prepared(staged, index, paths);
         (0..kernel.contributions).for_each(|place| self.take_contributions(place, paths));
         (0..kernel.spawns).for_each(|place| self.take_spawned(place, paths));
     }
@@ -309,33 +309,33 @@ impl StagedPaths<'_> {
     }
 
     /// Sets the index of each path's surface among those of its group, if the group has several.
-    fn set_surfaces(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
-        let (stage, _) = at;
-        let (_, objects) = staged.kernel(at);
+    fn set_surfaces(&mut self, staged: &StagedMethod, kernel: usize, paths: &PathSet) {
+        let (stage, objects) = (staged.stage_of(kernel), staged.objects_of(kernel));
         if objects.len() < 2 {
             return;
         }
         let Frames { paths: Blocks { scratch, .. }, surfaces, moved, .. } = &mut *self.frames;
-        let lanes = (paths, self.wave.lanes);
+        let lanes = self.wave.lanes;
         let surface = staged.program.stages()[stage].surface;
         if surface == StageSurface::None || staged.is_of_material() {
             let indices = &self.wave.objects;
-            return set_objects(surfaces, lanes, |lane| indices[moved.path_in(lane)]);
+            return set_objects(surfaces, paths, lanes, |lane| indices[moved.path_in(lane)]);
         }
         if staged.finds_surfaces(stage) {
             let indices = scratch.words(staged.columns.surface_index);
-            return take_objects(surfaces, (indices, objects.len()));
+            return take_objects(surfaces, indices, objects.len());
         }
         let [objects, _, elements] = staged.columns.surface(surface);
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
-        set_objects(surfaces, lanes, |lane| {
+        set_objects(surfaces, paths, lanes, |lane| {
             let lane = lane as usize;
             staged.surface_of(objects[lane]).index_of(elements[lane])
         });
     }
 
-    fn call_kernel(&mut self, staged: &StagedMethod, at: (usize, usize), paths: &PathSet) {
-        let (kernel, objects) = staged.kernel(at);
+    /// Calls a kernel once surfaces and mask are set.
+    fn call_prepared(&mut self, staged: &StagedMethod, kernel: usize, paths: &PathSet) {
+        let (kernel, objects) = (staged.kernel(kernel), staged.objects_of(kernel));
         let is_masked = self.is_masked(paths);
         let StagedPaths { tracer, exhausted, frames, wave, queries, free, depth, .. } = self;
         let rays = &mut *wave.rays;

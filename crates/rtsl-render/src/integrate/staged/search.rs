@@ -12,7 +12,7 @@ use super::run::StagedPaths;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::Tracer;
-use crate::integrate::host::first_hit;
+use crate::integrate::host::{Ray, first_hit};
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::count_after;
 use crate::integrate::path_tracer::PathTracer;
@@ -86,7 +86,8 @@ impl StagedPaths<'_> {
         let hits = found.lanes(lanes);
         let hit = |lane: usize| {
             let is_hit = hits >> lane & 1 != 0;
-            answered_hit(tracer.scene, is_hit.then(|| (found.distance[lane], found.id[lane]))?)
+            let answer = || answered_hit(tracer.scene, found.distance[lane], found.id[lane]);
+            is_hit.then(answer).flatten()
         };
         self.frames.answers.set(slots.len(), hit);
         self.note_cut_hits(slots);
@@ -107,7 +108,10 @@ impl StagedPaths<'_> {
         }
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         tracer.search_stream(memory, stream, Search::Closest);
-        let hit = |place: usize| answered_hit(tracer.scene, stream.hit(place)?);
+        let hit = |place: usize| {
+            let (distance, id) = stream.hit(place)?;
+            answered_hit(tracer.scene, distance, id)
+        };
         self.frames.answers.set(end - start, hit);
         self.note_cut_hits(&slots[start..end]);
         self.store_answers(&slots[start..end]);
@@ -137,9 +141,9 @@ impl StagedPaths<'_> {
         let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
         paths.clear();
         for (slot, [.., distance]) in &cut {
-            let (origin, direction, limits) = self.requested(*slot);
-            let ray = &self.wave.rays[self.frames.path_in(*slot)];
-            let path = ray.search_path((origin, direction), limits, epsilon_of_scene);
+            let (ray, epsilon) = self.requested(*slot);
+            let state = &self.wave.rays[self.frames.path_in(*slot)];
+            let path = state.search_path(&ray, epsilon, epsilon_of_scene);
             paths.push(Path { distance: f32::from_bits(*distance), ..path });
         }
         let ThreadMemory { wavefront, searcher, batch, .. } = &mut *self.queries;
@@ -179,9 +183,9 @@ impl StagedPaths<'_> {
         }
         for (ray, slot) in slots.iter().enumerate() {
             if self.searches_of(*slot) == 0 {
-                let (_, direction, _) = self.requested(*slot);
+                let (Ray { direction, .. }, _) = self.requested(*slot);
                 let hit = self.frames.answers.hit(ray).map(|[object, .., distance]| {
-                    first_hit(direction, (f32::from_bits(distance), object))
+                    first_hit(direction, f32::from_bits(distance), object)
                 });
                 self.wave.first_hits[self.frames.path_in(*slot)] = hit;
             }
@@ -263,7 +267,7 @@ impl StagedPaths<'_> {
 
 /// Returns the answer for a hit at a distance.
 #[inline(always)]
-fn answered_hit(scene: &CompiledScene, (distance, id): (f32, HitId)) -> Option<AnsweredHit> {
+fn answered_hit(scene: &CompiledScene, distance: f32, id: HitId) -> Option<AnsweredHit> {
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
     let instance = hit.instance.unwrap_or(NO_INSTANCE);
     Some([hit.member.object, instance, hit.element, distance.to_bits()])

@@ -34,8 +34,6 @@ pub struct StagedMethod {
     pub columns: Columns,
     /// Those that are moved with paths.
     pub moved: MovedColumns,
-    /// The groups that stages distinguish: none first, then those of surfaces.
-    groups: Vec<StageGroup>,
     kernels: KernelTable,
     /// For each object of the scene its surface.
     surfaces: Vec<Surface>,
@@ -119,9 +117,11 @@ impl StagedMethod {
     /// If linking, splitting or code generation fails.
     pub fn of_integrator(
         engine: &Engine,
-        (program, integrator): (&Arc<Program>, &Instance),
+        program: &Arc<Program>,
+        integrator: &Instance,
         scene: &Scene,
-        (parts, lights): (&StageParts<'_>, &StageLights<'_>),
+        parts: &StageParts<'_>,
+        lights: &StageLights<'_>,
     ) -> Result<StagedMethod, Diagnostic> {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
@@ -130,7 +130,7 @@ impl StagedMethod {
         for (group, (key, members)) in (1..).zip(by_class(scene, parts)) {
             let class = Arc::new(key.class(classes));
             class.link_methods()?;
-            let made = surfaces_of(scene, (parts, &class), &members, |object, index| {
+            let made = surfaces_of(scene, parts, &class, &members, |object, index| {
                 let is_mesh = scene.objects[object as usize].elements.is_some();
                 let has_elements = is_mesh && class.shape.is_some();
                 surfaces[object as usize] = Surface { group, index, has_elements };
@@ -148,8 +148,8 @@ impl StagedMethod {
             let objects = program.objects(integrator, Some(&class), surfaces);
             StageGroup { class: Some(class), objects: Arc::new(objects) }
         }));
-        let table = KernelTable::new(engine, &program, &groups, (parts.read, parts.earlier))?;
-        Ok(StagedMethod::with_kernels(program, groups, table, surfaces))
+        let table = KernelTable::new(engine, &program, &groups, parts.read, parts.earlier)?;
+        Ok(StagedMethod::with_kernels(program, table, surfaces))
     }
 
     /// Compiles stages that know no surfaces, called for these objects.
@@ -162,33 +162,31 @@ impl StagedMethod {
         objects: Arc<Objects>,
         earlier: Option<&StagedMethod>,
     ) -> Result<StagedMethod, Diagnostic> {
-        let groups = vec![StageGroup { class: None, objects }];
-        let of = (ReadResults::default(), earlier);
-        let table = KernelTable::new(engine, &program, &groups, of)?;
-        Ok(StagedMethod::with_kernels(program, groups, table, Vec::new()))
+        let groups = [StageGroup { class: None, objects }];
+        let table = KernelTable::new(engine, &program, &groups, ReadResults::default(), earlier)?;
+        Ok(StagedMethod::with_kernels(program, table, Vec::new()))
     }
 
     fn with_kernels(
         program: StagedProgram,
-        groups: Vec<StageGroup>,
         table: KernelTable,
         surfaces: Vec<Surface>,
     ) -> StagedMethod {
         let kernels = table.all();
         let columns = Columns::new(&program);
-        let moved = MovedColumns::new((&program, &columns), table.split_after_first());
+        let (first, others) = table.split_after_first();
+        let moved = MovedColumns::new(&program, &columns, first, others);
         let reads = |array: &usize| kernels.iter().any(|it| it.reads.contains(array));
         let [reads_depths, reads_ray_types] = [&columns.depth, &columns.ray_type].map(&reads);
         let read_counts = columns.counts.into_iter().filter(reads).collect();
         let asks_host = kernels.iter().any(|it| it.asks_host);
         let queries = queries(&program, kernels);
         let has_elements = surfaces.iter().any(|surface| surface.has_elements);
-        let read_answers = read_answers(&program, (&columns, has_elements), kernels);
+        let read_answers = read_answers(&program, &columns, has_elements, kernels);
         StagedMethod {
             program,
             columns,
             moved,
-            groups,
             kernels: table,
             surfaces,
             reads_depths,
@@ -293,12 +291,22 @@ impl StagedMethod {
         &self.queries
     }
 
-    /// Returns the kernel of a stage for a group, 0 for none, and its objects.
-    pub fn kernel(&self, (stage, group): (usize, usize)) -> (&StageKernel, &Objects) {
-        (self.kernels.get(stage, group), &self.groups[group].objects)
+    /// Returns a kernel by its index: kernels are in the order of stages and groups.
+    pub fn kernel(&self, kernel: usize) -> &StageKernel {
+        &self.kernels.all()[kernel]
     }
 
-    /// Returns the indices of the kernels of a stage.
+    /// Returns the objects for which a kernel is called.
+    pub fn objects_of(&self, kernel: usize) -> &Objects {
+        &self.kernels.requests[kernel].objects
+    }
+
+    /// Returns the stage of a kernel.
+    pub fn stage_of(&self, kernel: usize) -> usize {
+        self.kernels.requests[kernel].stage
+    }
+
+    /// Returns the indices of the kernels of a stage: one for each group of surfaces after that for none.
     pub fn kernels_of(&self, stage: usize) -> Range<usize> {
         self.kernels.firsts[stage]..self.kernels.firsts[stage + 1]
     }
@@ -308,20 +316,14 @@ impl StagedMethod {
         self.kernels.requests.len()
     }
 
-    /// Returns the stage and the group of a kernel.
-    pub fn stage_and_group(&self, kernel: usize) -> (usize, usize) {
-        let stage = self.kernels.requests[kernel].stage;
-        (stage, kernel - self.kernels.firsts[stage])
-    }
-
     /// True if all paths end after a kernel.
     pub fn ends_paths(&self, kernel: usize) -> bool {
-        self.kernels.all()[kernel].ends
+        self.kernel(kernel).ends
     }
 
     /// Returns the number of operations of a kernel.
     pub fn operations_of(&self, kernel: usize) -> usize {
-        self.kernels.all()[kernel].operations
+        self.kernel(kernel).operations
     }
 
     /// Has the background optimise the kernels, if it has not begun.
@@ -353,7 +355,7 @@ impl StagedMethod {
 
     /// The reads of state by the first stage, which is for no group.
     pub fn first_reads(&self) -> &[usize] {
-        &self.kernels.get(0, 0).reads_state
+        &self.kernel(0).reads_state
     }
 
     /// Returns the surface of an object of the scene.
@@ -444,7 +446,8 @@ impl SurfaceKey {
 /// surface.
 fn surfaces_of<'a>(
     scene: &'a Scene,
-    (parts, class): (&StageParts<'_>, &SurfaceClass),
+    parts: &StageParts<'_>,
+    class: &SurfaceClass,
     objects: &[u32],
     mut assign: impl FnMut(u32, u32),
 ) -> Vec<SurfaceObject<'a>> {
@@ -496,7 +499,8 @@ fn queries(program: &StagedProgram, kernels: &[StageKernel]) -> BTreeSet<Query> 
 /// arrays.
 fn read_answers(
     program: &StagedProgram,
-    (columns, has_elements): (&Columns, bool),
+    columns: &Columns,
+    has_elements: bool,
     kernels: &[StageKernel],
 ) -> Vec<(usize, usize)> {
     let surfaces = program.stages().iter().map(|stage| columns.surface(stage.surface));
@@ -522,7 +526,8 @@ impl KernelTable {
         engine: &Engine,
         program: &StagedProgram,
         groups: &[StageGroup],
-        (read, earlier): (ReadResults<'_>, Option<&StagedMethod>),
+        read: ReadResults<'_>,
+        earlier: Option<&StagedMethod>,
     ) -> Result<KernelTable, Diagnostic> {
         let requests: Vec<Vec<StageRequest>> =
             (0..program.stages().len()).map(|stage| requests(program, groups, stage)).collect();
@@ -564,10 +569,6 @@ impl KernelTable {
     fn split_after_first(&self) -> (&[StageKernel], &[StageKernel]) {
         let (first, end) = (self.firsts[1], self.requests.len());
         (&self.all()[..first], &self.all()[first..end])
-    }
-
-    fn get(&self, stage: usize, group: usize) -> &StageKernel {
-        &self.made.kernels[self.firsts[stage] + group]
     }
 }
 

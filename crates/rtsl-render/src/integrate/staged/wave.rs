@@ -4,12 +4,10 @@ use rtsl::{END, RayType};
 
 use super::columns::Columns;
 use super::frames::{Blocks, Frames};
-use super::path_set::PathSet;
 use super::spawning::Spawning;
 use super::staged_method::StagedMethod;
 use crate::compiled::variables::variables;
 use crate::integrate::host::RayOfCall;
-use crate::integrate::rows::{all_finite, are_finite};
 use crate::integrate::spawned_paths::SpawnedPaths;
 use crate::integrate::wavefront::Path;
 
@@ -51,28 +49,6 @@ pub fn ray_components() -> [RayComponent; 11] {
     ]
 }
 
-/// Returns a channel of the light of paths, whose colours are at component `first` of the state.
-fn light_of<'a>(
-    (frames, columns, first): (&'a Frames, &'a Columns, usize),
-    channel: usize,
-) -> impl Iterator<Item = f32> + 'a {
-    let Blocks { state, scratch } = &frames.paths;
-    let colors = state.floats(first + channel).iter();
-    let lights = scratch.floats(columns.lit[channel]);
-    colors.zip(lights).map(|(color, light)| color + light)
-}
-
-/// Returns a channel of the radiance of paths: their light, weighted.
-fn channel_of<'a>(
-    of: (&'a Frames, &'a Columns, usize),
-    channel: usize,
-) -> impl Iterator<Item = f32> + 'a {
-    let (frames, columns, _) = of;
-    let weights = frames.paths.scratch.floats(columns.weights[channel]);
-    // A sum with 0 has no negative zeros.
-    light_of(of, channel).zip(weights).map(|(light, weight)| 0.0 + weight * light)
-}
-
 /// Copies the items with these indices.
 fn gather<T: Copy>(from: &[T], indices: &[u32], to: &mut [T]) {
     to.iter_mut().zip(indices).for_each(|(to, index)| *to = from[*index as usize]);
@@ -84,7 +60,8 @@ impl Wave {
         &mut self,
         frames: &mut Frames,
         staged: &StagedMethod,
-        (count, depth): (usize, u32),
+        count: usize,
+        depth: u32,
         keeps_first_hits: bool,
     ) {
         let columns = &staged.columns;
@@ -150,28 +127,13 @@ impl Wave {
         self.rays.extend((0..self.count).map(ray));
     }
 
-    /// Returns in `radiance` that of all paths, which have ended, whose colours are at component `first` of the state.
-    pub fn radiance(of: (&Frames, &Columns, usize), radiance: &mut [[f32; 3]]) {
-        for channel in 0..3 {
-            let all = radiance.iter_mut().map(|radiance| &mut radiance[channel]);
-            all.zip(channel_of(of, channel)).for_each(|(to, radiance)| *to = radiance);
-        }
-    }
-
-    /// Returns in `colors` the light of all paths, which have ended, without their weights.
-    pub fn colors(of: (&Frames, &Columns, usize), colors: &mut [[f32; 3]]) {
-        for channel in 0..3 {
-            let all = colors.iter_mut().map(|color| &mut color[channel]);
-            all.zip(light_of(of, channel)).for_each(|(to, light)| *to = 0.0 + light);
-        }
-    }
-
     /// Loads the rays of spawned paths, of which these are the indices, for hits at this distance at least.
     pub fn load_spawned(
         &mut self,
         frames: &mut Frames,
         columns: &Columns,
-        (spawned, indices): (&SpawnedPaths, &[u32]),
+        spawned: &SpawnedPaths,
+        indices: &[u32],
         epsilon: f32,
     ) {
         let Blocks { state, scratch } = &mut frames.paths;
@@ -194,36 +156,6 @@ impl Wave {
         words(&spawned.keys, scratch.words_mut(columns.key));
         words(&spawned.samples, scratch.words_mut(columns.sample));
         floats(&spawned.importance, &mut self.spawning.importance);
-    }
-
-    /// Returns in `radiance` that of some paths, channel by channel; black for the others.
-    pub fn radiance_of(
-        of: (&Frames, &Columns, usize),
-        paths: &PathSet,
-        radiance: &mut [Vec<f32>; 3],
-    ) {
-        for (channel, to) in radiance.iter_mut().enumerate() {
-            let all = to.iter_mut().zip(channel_of(of, channel));
-            all.for_each(|(to, radiance)| *to = radiance);
-            paths.clear_others(to);
-        }
-    }
-
-    /// Returns the paths whose radiance, channel by channel, is not finite though their weights are.
-    pub fn lost<'a>(
-        (frames, columns): (&'a Frames, &'a Columns),
-        paths: &'a PathSet,
-        radiance: &'a [Vec<f32>; 3],
-    ) -> impl Iterator<Item = u32> + 'a {
-        let is_any = !radiance.iter().all(|channel| all_finite(channel));
-        let is_lost = |path: &u32| {
-            let path = *path as usize;
-            let weight = columns.weights.map(|array| frames.paths.scratch.floats(array)[path]);
-            let radiance = radiance.each_ref().map(|channel| channel[path]);
-            !are_finite(&radiance) && are_finite(&weight)
-        };
-        let paths = is_any.then(|| paths.paths());
-        paths.unwrap_or_default().iter().copied().filter(is_lost)
     }
 
     /// Returns the path of a loaded ray, without its weight.
