@@ -1,7 +1,7 @@
 //! Queries of hosts as kernels of their own: what stages have in them, for methods that a host calls by itself.
 //!
-//! Rays, lit points and the places of shapes are in [columns](QueryColumns). A kernel stores its results in columns, and
-//! the state that methods of materials read which are called next.
+//! Rays, lit points and the places of shapes are in [columns](QueryColumns). A kernel stores its results in columns,
+//! and the state that methods of materials read which are called next.
 
 use std::sync::Arc;
 

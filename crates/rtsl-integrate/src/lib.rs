@@ -11,9 +11,9 @@
 //! | `surface.rtsl`, `space.rtsl` | [`surface`] |
 //! | `lights.rtsl` | [`light_selection`], [`lights`], [`area_light`], [`indexed_lights`] |
 //!
-//! [`host_query`] makes kernels of the same for hosts. [`search`] tests rays against the objects of small scenes, [`stage_search`] at the ends of stages. Requests that
-//! wait for a host are kept in columns ([`kept_requests`], [`contribution`], [`spawning`]). This crate makes no code for
-//! machines, and binds no data of instances.
+//! [`host_query`] makes kernels of the same for hosts. [`search`] tests rays against the objects of small scenes,
+//! [`stage_search`] at the ends of stages. Requests that wait for a host are kept in columns ([`kept_requests`],
+//! [`contribution`], [`spawning`]). This crate makes no code for machines, and binds no data of instances.
 
 pub mod area_light;
 mod arithmetic;

@@ -1,8 +1,8 @@
 //! The renderer's texts: what surrounds an integrator, in RTSL, for one ray. They are parsed and checked once per
 //! process, and each function is lowered and optimised when it is first used.
 //!
-//! Linking [copies](crate::text_call) their bodies into stages, and [`link_alone`](crate::text_call::link_alone) makes them functions that hosts call
-//! for many rays. Their operations are precise: all give the same bits.
+//! Linking [copies](crate::text_call) their bodies into stages, and [`link_alone`](crate::text_call::link_alone) makes
+//! functions of them that hosts call for many rays. Their operations are precise: all give the same bits.
 
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, OnceLock};

@@ -23,8 +23,8 @@ use crate::site::{Site, find_override};
 const SURFACE_METHODS: [Method; 3] =
     [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
 
-/// Links a function that tests for a hit and sets what of `outputs` the class's methods set; `None` if the class does not
-/// test for hits.
+/// Links a function that tests for a hit and sets what of `outputs` the class's methods set; `None` if the class does
+/// not test for hits.
 pub fn link_hit(
     tree: &ClassTree,
     record: &RayRecord,

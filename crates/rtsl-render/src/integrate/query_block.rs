@@ -1,12 +1,14 @@
 //! The arrays of kernels that answer queries.
 
+use std::ops::Range;
+
 use rtsl::{LaneBlock, QueryColumns};
 use rtsl_math::Affine;
 
 use super::rows::BATCH_LANES;
 
-/// The scratch of shapes and lights, then the [columns](QueryColumns) through which kernels that answer queries about them
-/// meet the renderer.
+/// The scratch of shapes and lights, then the [columns](QueryColumns) through which kernels that answer queries about
+/// them meet the renderer.
 pub struct QueryBlock {
     /// All arrays.
     pub block: LaneBlock,
@@ -42,7 +44,7 @@ impl QueryBlock {
     }
 
     /// Sets the map of some lanes in the twelve columns from `first` on.
-    pub fn set_map(&mut self, first: usize, lanes: std::ops::Range<usize>, map: &Affine) {
+    pub fn set_map(&mut self, first: usize, lanes: Range<usize>, map: &Affine) {
         for (column, number) in (first..).zip(map.columns.as_flattened()) {
             self.column_mut(column)[lanes.clone()].fill(*number);
         }
