@@ -86,8 +86,8 @@ impl StageLinker {
         to: &mut Vec<Op>,
     ) -> Linking<SampledColor> {
         let moment = Arithmetic { linker: &mut *self, to: &mut *to }.moment()?;
-        let sampled = self.sampled_point((&light.shape, &light.generate), lit, &moment, to)?;
-        let emission = self.sampled_emission(light, (lit, &sampled), to)?;
+        let sampled = self.sampled_point(&light.shape, &light.generate, lit, &moment, to)?;
+        let emission = self.sampled_emission(light, lit, &sampled, to)?;
         let code = &mut Arithmetic { linker: self, to };
         let operands = [&emission[..], &[sampled.sample.density]].concat();
         let color = vector_at(&code.call("rt_usableEmission", &operands)?, 0);
@@ -97,7 +97,8 @@ impl StageLinker {
     /// Samples a point of a shape by `generateSample`, which has the state of all methods.
     pub(crate) fn sampled_point(
         &mut self,
-        (shape, generate): (&ShapeLinks, &LinkedMethod),
+        shape: &ShapeLinks,
+        generate: &LinkedMethod,
         lit: &LitPoint,
         moment: &[(&str, Vec<Value>)],
         to: &mut Vec<Op>,
@@ -111,7 +112,7 @@ impl StageLinker {
         let set = self.light_method(&shape.prefix, generate, state, to)?;
         let mut operands = [&place[..], &lit.point, &[lit.offset]].concat();
         for name in OUTPUTS {
-            operands.extend(self.results((&set, Role::Primitive), name, to)?);
+            operands.extend(self.results(&set, Role::Primitive, name, to)?);
         }
         let seen = Arithmetic { linker: self, to }.call("rt_seenFrom", &operands)?;
         let (point, normal) = (vector_at(&seen, 0), vector_at(&seen, 3));
@@ -122,7 +123,8 @@ impl StageLinker {
     fn sampled_emission(
         &mut self,
         light: &AreaLightLink,
-        (lit, sampled): (&LitPoint, &SampledPoint),
+        lit: &LitPoint,
+        sampled: &SampledPoint,
         to: &mut Vec<Op>,
     ) -> Linking<Vector> {
         let SampledPoint { point, normal, sample } = sampled;
@@ -135,9 +137,8 @@ impl StageLinker {
         if light.needs_surface() {
             let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
             let properties = self.surface_properties(&light.shape, &operands, to)?;
-            let known = (operands.as_slice(), properties.as_slice());
             let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-            state.extend(code.inputs_of_emission(&light.emission.reads, known)?);
+            state.extend(code.inputs_of_emission(&light.emission.reads, &operands, &properties)?);
         } else {
             for (name, values) in [
                 ("rt_RayOrigin", &lit.point[..]),
@@ -151,7 +152,7 @@ impl StageLinker {
             }
         }
         let set = self.light_method(&light.emitter, &light.emission, state, to)?;
-        Ok(vector_at(&self.results((&set, Role::Material), "rt_EmissionColor", to)?, 0))
+        Ok(vector_at(&self.results(&set, Role::Material, "rt_EmissionColor", to)?, 0))
     }
 }
 
@@ -195,7 +196,8 @@ impl Arithmetic<'_> {
     fn inputs_of_emission(
         &mut self,
         reads: &[&'static StateVariable],
-        known: (&[Value], &[Value]),
+        operands: &[Value],
+        properties: &[Value],
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let query = Query::LightEmission;
         let is_footprint = |variable: &StateVariable| ["rt_du", "rt_dv"].contains(&variable.name);
@@ -205,7 +207,7 @@ impl Arithmetic<'_> {
             .copied()
             .filter(|variable| !is_column(variable))
             .partition(|variable| is_footprint(variable));
-        let mut state = self.inputs(query, &others, known)?;
+        let mut state = self.inputs(query, &others, operands, properties)?;
         for variable in footprint {
             let zero = self.float(0.0)?;
             state.push((StateComponent { variable: variable.index, component: 0 }, zero));

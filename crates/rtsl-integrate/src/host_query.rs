@@ -46,7 +46,7 @@ impl QueryLink {
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
         let HitInColumns { hit, epsilon, limit } = code.hit_in_columns()?;
         let mut surface = SurfaceCode::begin(code, shape, hit, epsilon)?;
-        surface.call_methods(linker, (hit, limit), &mut ops)?;
+        surface.call_methods(linker, hit, limit, &mut ops)?;
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
         for (name, values) in code.stored_state(&surface, hit, needs)? {
             linker.set_state(name, &values);
@@ -66,7 +66,7 @@ impl QueryLink {
         let point = code.query_columns(QueryColumns::POINT)?;
         let hit = hit.seen_from(code, point)?;
         let mut surface = SurfaceCode::begin(code, shape, hit, epsilon)?;
-        surface.find_normals(linker, (hit, limit), &mut ops)?;
+        surface.find_normals(linker, hit, limit, &mut ops)?;
         if let Some(method) = &shape.density {
             surface.call(linker, method, &mut ops)?;
         }
@@ -89,7 +89,7 @@ impl QueryLink {
         let (linker, mut ops) = (&mut self.linker, Vec::new());
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
         let (lit, moment) = (code.lit_point_in_columns()?, code.moment_in_columns()?);
-        let sampled = linker.sampled_point((shape, generate), &lit, &moment, &mut ops)?;
+        let sampled = linker.sampled_point(shape, generate, &lit, &moment, &mut ops)?;
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
         code.store_sample(&sampled.sample)?;
         let SampledColor { direction, distance, .. } = sampled.sample;

@@ -31,7 +31,7 @@ pub const SHADOW_LIMIT: Port = Port::Answer(MAX_ANSWERS as u32);
 ///
 /// # Errors
 /// If linking passes a limit.
-pub fn link_lights((links, sampler): (&LightLinks, Sampler)) -> Result<Linked, Diagnostic> {
+pub fn link_lights(links: &LightLinks, sampler: Sampler) -> Result<Linked, Diagnostic> {
     let mut linker = StageLinker::new("illuminance");
     linker.surface = Some(Arc::new(SurfaceLinks { sampler: Some(sampler), ..Default::default() }));
     let mut body = Region::default();
@@ -43,8 +43,8 @@ pub fn link_lights((links, sampler): (&LightLinks, Sampler)) -> Result<Linked, D
     }
     let code = &mut Arithmetic { linker: &mut linker, to: &mut body.ops };
     let (surface, key) = (code.shaded_columns()?, code.begin_sequence(Purpose::LightSample)?);
-    let of = (&surface, key);
-    let sample = linker.light_with_limit((links, &sampler), of, &operands, &mut body.ops)?;
+    let sample =
+        linker.light_with_limit(links, &sampler, &surface, key, &operands, &mut body.ops)?;
     let [light @ .., limit] = sample.as_slice() else { unreachable!("samples have limits") };
     let answers = (0..).map(Port::Answer).zip(ANSWERS).zip(light);
     let limit = ((SHADOW_LIMIT, &Scalar::F32), limit);
@@ -64,26 +64,28 @@ impl StageLinker {
     /// answers to a request, then the limit of the shadow ray.
     pub(crate) fn light_with_limit(
         &mut self,
-        (links, sampler): (&LightLinks, &Sampler),
-        (surface, key): (&ShadedSurface, Value),
+        links: &LightLinks,
+        sampler: &Sampler,
+        surface: &ShadedSurface,
+        key: Value,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         let vector = |first: usize| [operands[first], operands[first + 1], operands[first + 2]];
-        let (index, point, cone) = (operands[0], vector(1), (vector(4), operands[7]));
+        let (index, point, axis, cosine) = (operands[0], vector(1), vector(4), operands[7]);
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let lit = code.lit_point(surface, point, cone)?;
+        let lit = code.lit_point(surface, point, axis, cosine)?;
         if links.entries.is_empty() {
             return code.no_light();
         }
         let number = code.number_of_entry(links, index)?;
         let sample = self.sample_by_class(links, number, to, &mut |linker, class, to| {
-            linker.undivided_sample(class, (&lit, key, sampler), to)
+            linker.undivided_sample(class, &lit, key, sampler, to)
         })?;
         let code = &mut Arithmetic { linker: self, to };
         let [x, y, z, distance, limit, red, green, blue, density] =
             sample.try_into().expect("a sample has nine scalars");
-        let operands = [&[x, y, z, red, green, blue][..], &cone.0, &[cone.1]].concat();
+        let operands = [&[x, y, z, red, green, blue][..], &axis, &[cosine]].concat();
         let is_usable = code.call("rt_isSampleInCone", &operands)?[0];
         Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
     }
@@ -93,10 +95,12 @@ impl StageLinker {
     fn undivided_sample(
         &mut self,
         class: &LightClassLink,
-        of: (&LitPoint, Value, &Sampler),
+        lit: &LitPoint,
+        key: Value,
+        sampler: &Sampler,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
-        let (sample, weighed) = self.sampled_color(class, of, to)?;
+        let (sample, weighed) = self.sampled_color(class, lit, key, sampler, to)?;
         let code = &mut Arithmetic { linker: self, to };
         let (mut color, mut density) = (sample.color, sample.density);
         if !matches!(weighed, Weighed::All) {
@@ -122,7 +126,8 @@ impl Arithmetic<'_> {
         &mut self,
         surface: &ShadedSurface,
         point: Vector,
-        (axis, cosine): (Vector, Value),
+        axis: Vector,
+        cosine: Value,
     ) -> Linking<LitPoint> {
         let ShadedSurface { normals, offset, .. } = *surface;
         let operands = [&normals[0][..], &axis, &[cosine]].concat();

@@ -200,7 +200,8 @@ impl StageLinker {
     /// Computes a query about lights.
     pub(crate) fn ask_lights(
         &mut self,
-        (links, sampler): (&LightLinks, &Sampler),
+        links: &LightLinks,
+        sampler: &Sampler,
         query: Query,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -212,8 +213,7 @@ impl StageLinker {
             }
             Query::SampleLight => match &links.selection {
                 Some(selection) if links.is_complete => {
-                    let links = (links, selection);
-                    Ok(Some(self.light_sample((links, sampler), operands, to)?))
+                    Ok(Some(self.light_sample(links, selection, sampler, operands, to)?))
                 }
                 _ => Ok(None),
             },
@@ -224,7 +224,7 @@ impl StageLinker {
                 for (index, sky) in (0..).zip(&links.skies) {
                     let mut then = Region::default();
                     then.yields = self.nested(|linker| {
-                        linker.sky((links, *sky), query, &operands[1..], &mut then.ops)
+                        linker.sky(links, *sky, query, &operands[1..], &mut then.ops)
                     })?;
                     let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
                     let index = code.linker.constant(code.to, rtsl_ir::Constant::I32(index))?;
@@ -254,7 +254,8 @@ impl StageLinker {
     /// The radiance of a light for a ray that leaves the scene, or the density of its direction.
     fn sky(
         &mut self,
-        (links, index): (&LightLinks, usize),
+        links: &LightLinks,
+        index: usize,
         query: Query,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -263,7 +264,7 @@ impl StageLinker {
         let LightMethods::Shapeless(light) = &class.methods else { return Ok(Vec::new()) };
         let place = self.constant(to, rtsl_ir::Constant::I32(place as i32))?;
         self.chosen_light = Some(Arc::new(ChosenLight::of(class, place)));
-        let results = self.shapeless_sky(links, (light, index), query, operands, to);
+        let results = self.shapeless_sky(links, light, index, query, operands, to);
         self.chosen_light = None;
         results
     }
@@ -272,7 +273,8 @@ impl StageLinker {
     fn shapeless_sky(
         &mut self,
         links: &LightLinks,
-        (light, index): (&LightLink, usize),
+        light: &LightLink,
+        index: usize,
         query: Query,
         operands: &[Value],
         to: &mut Vec<Op>,
@@ -305,7 +307,7 @@ impl StageLinker {
         };
         let state = Arithmetic { linker: &mut *self, to: &mut *to }.sky_state(light, ray)?;
         let set = self.light_method(&light.prefix, emission, state, to)?;
-        self.results((&set, Role::Light), "rt_EmissionColor", to)
+        self.results(&set, Role::Light, "rt_EmissionColor", to)
     }
 
     /// The density with which samples of a light find a ray that leaves the scene, for a surface with these normals at its
@@ -330,13 +332,15 @@ impl StageLinker {
             set(&mut state, name, &normal);
         }
         let set = self.light_method(&light.prefix, density, state, to)?;
-        Ok(self.results((&set, Role::Light), "rt_PDF", to)?[0])
+        Ok(self.results(&set, Role::Light, "rt_PDF", to)?[0])
     }
 
     /// Selects and samples a light.
     fn light_sample(
         &mut self,
-        ((links, selection), sampler): ((&LightLinks, &LightSelection), &Sampler),
+        links: &LightLinks,
+        selection: &LightSelection,
+        sampler: &Sampler,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
@@ -353,8 +357,7 @@ impl StageLinker {
         let selected = self.choose_light(selection, lit.point, operands[10], to)?;
         let sample =
             self.sample_by_class(links, selected.number, to, &mut |linker, class, to| {
-                let of = (&lit, key, sampler);
-                let (sample, weighed) = linker.sampled_color(class, of, to)?;
+                let (sample, weighed) = linker.sampled_color(class, &lit, key, sampler, to)?;
                 Arithmetic { linker, to }.weighed(&sample, selected.probability, weighed)
             })?;
         let code = &mut Arithmetic { linker: self, to };
@@ -405,7 +408,9 @@ impl StageLinker {
     pub(crate) fn sampled_color(
         &mut self,
         class: &LightClassLink,
-        (lit, key, sampler): (&LitPoint, Value, &Sampler),
+        lit: &LitPoint,
+        key: Value,
+        sampler: &Sampler,
         to: &mut Vec<Op>,
     ) -> Linking<(SampledColor, Weighed)> {
         let outer = self.copied_numbers;
@@ -472,7 +477,7 @@ impl StageLinker {
             set(&mut state, name, values);
         }
         let set = self.light_method(&light.prefix, illumination, state, to)?;
-        let mut result = |name: &str| self.results((&set, Role::Light), name, to);
+        let mut result = |name: &str| self.results(&set, Role::Light, name, to);
         let (direction, color) = (result("rt_LightDirection")?, result("rt_LightColor")?);
         let (distance, density) = (result("rt_LightDistance")?[0], result("rt_PDF")?[0]);
         let code = &mut Arithmetic { linker: self, to };
@@ -500,7 +505,8 @@ impl StageLinker {
     /// Returns the values of a state variable that a method of a light's part with this role has set.
     pub(crate) fn results(
         &mut self,
-        (set, role): (&[(StateComponent, Value)], Role),
+        set: &[(StateComponent, Value)],
+        role: Role,
         name: &str,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {

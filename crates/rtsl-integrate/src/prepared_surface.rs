@@ -52,7 +52,7 @@ pub fn prepare(function: &mut Function) -> Option<PreparedSurface> {
     let operands = operands.collect::<Option<Vec<Operand>>>()?;
     let results = function.body.ops[at].results;
     let mut body = std::mem::take(&mut function.body);
-    let properties = load_properties(function, &mut body, (at, results));
+    let properties = load_properties(function, &mut body, at, results);
     function.body = body;
     dce::run(function);
     function.renumber();
@@ -63,7 +63,8 @@ pub fn prepare(function: &mut Function) -> Option<PreparedSurface> {
 fn load_properties(
     function: &mut Function,
     body: &mut Region,
-    (at, results): (usize, Values),
+    at: usize,
+    results: Values,
 ) -> Vec<usize> {
     let mut used: BTreeMap<Value, Option<Value>> = results.iter().map(|it| (it, None)).collect();
     let mut loads = Vec::new();

@@ -310,7 +310,7 @@ impl SearchCode<'_, '_> {
         let links = self.links;
         self.linker.nested(|linker| {
             let mut code = SearchCode { linker, links, search };
-            let nearest = code.hit(class, element, (ray, entry), nearest, &mut then.ops)?;
+            let nearest = code.hit(class, element, ray, entry, nearest, &mut then.ops)?;
             then.yields = vec![nearest.distance, nearest.item];
             Ok(())
         })?;
@@ -332,10 +332,11 @@ impl SearchCode<'_, '_> {
         to: &mut Vec<Op>,
     ) -> Linking<(Value, Value)> {
         let (slack, search) = (self.links.slack, self.search);
-        let name = format!("{}{BOX}", class.prefix);
+        let (kind, name) = (VariableKind::Member, format!("{}{BOX}", class.prefix));
+        let member = Variable { kind, name, scalar: Scalar::F32, len: BOX_SCALARS };
         let mut planes = Vec::new();
         for plane in 0..BOX_SCALARS {
-            planes.push(self.load_of(element, &name, (Scalar::F32, BOX_SCALARS), plane, to)?);
+            planes.push(self.load_of(element, &member, plane, to)?);
         }
         let code = &mut self.code(to);
         let mut ends = [[None; 2]; 3];
@@ -375,13 +376,15 @@ impl SearchCode<'_, '_> {
         &mut self,
         class: &SearchedClassLink,
         element: Option<ArrayElement>,
-        (ray, entry): (&Ray, Value),
+        ray: &Ray,
+        entry: Value,
         nearest: Nearest,
         to: &mut Vec<Op>,
     ) -> Linking<Nearest> {
         let (accepted, distance) = self.intersect(class, element, ray, to)?;
-        let name = format!("{}{ITEM}", class.prefix);
-        let item = self.load_of(element, &name, (Scalar::I32, 1), 0, to)?;
+        let (kind, name) = (VariableKind::Member, format!("{}{ITEM}", class.prefix));
+        let member = Variable { kind, name, scalar: Scalar::I32, len: 1 };
+        let item = self.load_of(element, &member, 0, to)?;
         let search = self.search;
         let code = &mut self.code(to);
         let is_inside = code.compare(CompareOp::LessEqual, entry, distance)?;
@@ -442,17 +445,14 @@ impl SearchCode<'_, '_> {
     fn load_of(
         &mut self,
         element: Option<ArrayElement>,
-        name: &str,
-        (scalar, len): (Scalar, u32),
+        member: &Variable,
         index: u32,
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
-        let (kind, name) = (VariableKind::Member, name.to_owned());
-        let member = Variable { kind, name, scalar, len };
         if let Some(element) = element {
-            return self.linker.load_of_element(element, &member, Index::Constant(index), to);
+            return self.linker.load_of_element(element, member, Index::Constant(index), to);
         }
-        let member = self.linker.intern_variable(member);
+        let member = self.linker.intern_variable(member.clone());
         self.linker.load(member, Index::Constant(index), to)
     }
 

@@ -100,14 +100,15 @@ impl Places {
     /// colour of a shaded surface.
     pub fn of(query: Query, function: &Function, inlined: Option<&Function>) -> Places {
         let mut places = Places::default();
-        places.add(query, (&function.body, inlined), false);
+        places.add(query, &function.body, inlined, false);
         places
     }
 
     fn add(
         &mut self,
         query: Query,
-        (region, inlined): (&Region, Option<&Function>),
+        region: &Region,
+        inlined: Option<&Function>,
         is_repeated: bool,
     ) {
         for op in &region.ops {
@@ -118,13 +119,13 @@ impl Places {
                 }
                 OpKind::Query(Query::OwnShade, _) => {
                     if let Some(method) = inlined {
-                        self.add(query, (&method.body, None), is_repeated);
+                        self.add(query, &method.body, None, is_repeated);
                     }
                 }
                 _ => {}
             }
             let is_repeated = is_repeated || matches!(op.kind, OpKind::Loop { .. });
-            op.kind.regions().for_each(|region| self.add(query, (region, inlined), is_repeated));
+            op.kind.regions().for_each(|region| self.add(query, region, inlined, is_repeated));
         }
     }
 

@@ -151,7 +151,7 @@ impl SurfaceMethod {
         prefix: &'static str,
     ) -> Option<SurfaceMethod> {
         let may_ask = |kind: &OpKind| *kind == OpKind::Rand;
-        Self::asking(query, method, prefix, (may_ask, results_of(query)))
+        Self::asking(query, method, prefix, may_ask, results_of(query))
     }
 
     /// Returns the method as the answer to a query for the colour of a shaded surface, which is this state; `None` if it
@@ -168,7 +168,7 @@ impl SurfaceMethod {
             }
             _ => false,
         };
-        Self::asking(Query::OwnShade, method, prefix, (may_ask, color))
+        Self::asking(Query::OwnShade, method, prefix, may_ask, color)
     }
 
     /// Returns the method as an answer, if it asks a host only for what it may, and has its inputs.
@@ -176,7 +176,8 @@ impl SurfaceMethod {
         query: Query,
         method: &Arc<LinkedMethod>,
         prefix: &'static str,
-        (may_ask, results): (fn(&OpKind) -> bool, &'static [&'static str]),
+        may_ask: fn(&OpKind) -> bool,
+        results: &'static [&'static str],
     ) -> Option<SurfaceMethod> {
         let mut is_plain = true;
         method.function.body.for_each_op(&mut |op| {
@@ -259,19 +260,21 @@ impl StageLinker {
                 let Some((lights, sampler)) = links.linked_lights() else { return Ok(None) };
                 let Some(call) = self.shade_call(to)? else { return Ok(None) };
                 let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-                let of = (&call.surface, call.begin_light_sample(code)?);
-                let of_scene = (&**lights, sampler);
-                Ok(Some(self.light_with_limit(of_scene, of, operands, to)?))
+                let key = call.begin_light_sample(code)?;
+                let surface = &call.surface;
+                Ok(Some(self.light_with_limit(lights, sampler, surface, key, operands, to)?))
             }
             Query::SurfaceProperties => Ok(Some(self.properties(links, operands, to)?)),
             Query::LightPdf => {
                 let selection = links.lights.iter().find_map(|lights| lights.selection.as_ref());
-                let Some(links) = links.shape.as_ref().zip(selection) else { return Ok(None) };
-                self.light_density(links, operands, to)
+                let (Some(shape), Some(selection)) = (&links.shape, selection) else {
+                    return Ok(None);
+                };
+                self.light_density(shape, selection, operands, to)
             }
             _ => match (&links.lights, &links.sampler) {
                 (Some(lights), Some(sampler)) => {
-                    self.ask_lights((lights, sampler), query, operands, to)
+                    self.ask_lights(lights, sampler, query, operands, to)
                 }
                 _ => Ok(None),
             },
@@ -375,7 +378,7 @@ impl StageLinker {
             Some(_) => self.properties(links, operands, to)?,
             None => Vec::new(),
         };
-        Arithmetic { linker: self, to }.inputs(query, reads, (operands, &properties))
+        Arithmetic { linker: self, to }.inputs(query, reads, operands, &properties)
     }
 
     /// Returns the properties of the surface that operands name.
@@ -410,7 +413,8 @@ impl Arithmetic<'_> {
         &mut self,
         query: Query,
         reads: &[&'static StateVariable],
-        (operands, properties): (&[Value], &[Value]),
+        operands: &[Value],
+        properties: &[Value],
     ) -> Linking<Vec<(StateComponent, Value)>> {
         let mut inputs = Vec::new();
         for variable in reads {

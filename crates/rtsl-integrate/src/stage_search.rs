@@ -140,7 +140,7 @@ impl StageLinker {
         }
         let mut code = SearchCode { linker: &mut *self, links, search: Search::Nearest };
         for (name, count) in code.counts(to)? {
-            self.replace_column(&name, (searches, count), to)?;
+            self.replace_column(&name, searches, count, to)?;
         }
         Ok(())
     }
@@ -178,7 +178,8 @@ impl StageLinker {
     fn replace_column(
         &mut self,
         name: &str,
-        (condition, value): (Value, Value),
+        condition: Value,
+        value: Value,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
         let scalar = self.out.scalar(value);

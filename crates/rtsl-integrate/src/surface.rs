@@ -182,7 +182,7 @@ impl StageLinker {
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
-        let called = surface.call_methods(self, (hit, operand("limit")), to);
+        let called = surface.call_methods(self, hit, operand("limit"), to);
         self.scratch = scratch;
         called?;
         let code = &mut Arithmetic { linker: self, to };
@@ -192,7 +192,8 @@ impl StageLinker {
     /// Computes the result of [`Query::LightPdf`] for a surface with these operands; `None` if the host does.
     pub(crate) fn light_density(
         &mut self,
-        (shape, selection): (&ShapeLinks, &LightSelection),
+        shape: &ShapeLinks,
+        selection: &LightSelection,
         operands: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<Option<Vec<Value>>> {
@@ -204,7 +205,7 @@ impl StageLinker {
         let mut surface = SurfaceCode::begin(code, shape, hit, operand("epsilon"))?;
         let scratch = self.scratch.replace(Vec::new());
         let called = surface
-            .find_normals(self, (hit, operand("limit")), to)
+            .find_normals(self, hit, operand("limit"), to)
             .and_then(|()| surface.call(self, method, to));
         self.scratch = scratch;
         called?;
@@ -307,10 +308,11 @@ impl<'a> SurfaceCode<'a> {
     pub fn call_methods(
         &mut self,
         linker: &mut StageLinker,
-        (hit, limit): (Hit, Value),
+        hit: Hit,
+        limit: Value,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        self.find_normals(linker, (hit, limit), to)?;
+        self.find_normals(linker, hit, limit, to)?;
         self.call_linked(linker, Method::ComputeTextureCoordinates, to)?;
         self.call_linked(linker, Method::ComputeDerivatives, to)
     }
@@ -319,7 +321,8 @@ impl<'a> SurfaceCode<'a> {
     pub fn find_normals(
         &mut self,
         linker: &mut StageLinker,
-        (hit, limit): (Hit, Value),
+        hit: Hit,
+        limit: Value,
         to: &mut Vec<Op>,
     ) -> Linking<()> {
         let shape = self.shape;

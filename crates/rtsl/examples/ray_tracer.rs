@@ -94,7 +94,7 @@ fn normalize(vectors: [&mut [f32]; 3]) {
 
 /// The colours of `RAYS` pixels in a row from `x` on.
 #[rustfmt::skip]
-fn render(primitive: &Object, material: &Object, (x, y): (usize, usize)) -> Result<Vec<u8>, Box<dyn Error>> {
+fn render(primitive: &Object, material: &Object, x: usize, y: usize) -> Result<Vec<u8>, Box<dyn Error>> {
     let state = &mut new_state(RAYS);
     [Role::Primitive, Role::Material].into_iter().for_each(|role| set_defaults(state, role));
     let v = ((HEIGHT / 2) as f32 - y as f32 - 0.5) / HEIGHT as f32;
@@ -141,7 +141,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let start = Instant::now();
         let mut picture = format!("P6\n{WIDTH} {HEIGHT}\n255\n").into_bytes();
         for pixel in (0..WIDTH * HEIGHT).step_by(RAYS) {
-            picture.extend(render(&objects[0], &objects[1], (pixel % WIDTH, pixel / WIDTH))?);
+            picture.extend(render(&objects[0], &objects[1], pixel % WIDTH, pixel / WIDTH)?);
         }
         println!("{action}: {:.1?}", start.elapsed());
         std::fs::write(action, picture)?;

@@ -98,23 +98,18 @@ impl Entries {
     }
 
     /// Adds the start of a call.
-    pub fn begin(&mut self, of: (&Arc<str>, u32), place: Option<Place>, kind: TraceKind) {
-        self.push(of, place, kind);
+    pub fn begin(&mut self, method: &Arc<str>, lane: u32, place: Option<Place>, kind: TraceKind) {
+        self.push(method, lane, place, kind);
         self.depth += 1;
     }
 
     /// Adds the end of a call.
-    pub fn end(&mut self, of: (&Arc<str>, u32), place: Option<Place>, kind: TraceKind) {
+    pub fn end(&mut self, method: &Arc<str>, lane: u32, place: Option<Place>, kind: TraceKind) {
         self.depth = self.depth.saturating_sub(1);
-        self.push(of, place, kind);
+        self.push(method, lane, place, kind);
     }
 
-    pub fn push(
-        &mut self,
-        (method, lane): (&Arc<str>, u32),
-        place: Option<Place>,
-        kind: TraceKind,
-    ) {
+    pub fn push(&mut self, method: &Arc<str>, lane: u32, place: Option<Place>, kind: TraceKind) {
         self.count += 1;
         let is_kept = self.kept_before + self.recording.entries.len() < self.limits.keep;
         if self.count > self.limits.skip && !is_kept {

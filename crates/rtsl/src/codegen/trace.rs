@@ -107,7 +107,7 @@ impl Trace {
     /// Records a remark of the host, if calls are recorded.
     pub fn note(&self, text: impl FnOnce() -> String) {
         if self.is_on() && self.has_calls() {
-            self.entries().push((&"".into(), 0), None, TraceKind::Note(text()));
+            self.entries().push(&"".into(), 0, None, TraceKind::Note(text()));
         }
     }
 
@@ -145,23 +145,24 @@ impl Trace {
     /// Records the start of a method that a host calls, with the state and the members that it reads.
     pub(crate) fn begin_call(
         &self,
-        of: (&Arc<str>, u32),
+        method: &Arc<str>,
+        lane: u32,
         state: Vec<TracedValue>,
         members: Vec<TracedValue>,
     ) {
         if self.has_calls() {
             let mut entries = self.entries();
-            entries.begin(of, None, TraceKind::Call(None, state));
+            entries.begin(method, lane, None, TraceKind::Call(None, state));
             if self.0.detail >= TraceDetail::Steps && !members.is_empty() {
-                entries.push(of, None, TraceKind::Known(members));
+                entries.push(method, lane, None, TraceKind::Known(members));
             }
         }
     }
 
     /// Records its end.
-    pub(crate) fn end_call(&self, of: (&Arc<str>, u32), values: Vec<TracedValue>) {
+    pub(crate) fn end_call(&self, method: &Arc<str>, lane: u32, values: Vec<TracedValue>) {
         if self.has_calls() {
-            self.entries().end(of, None, TraceKind::Return(values));
+            self.entries().end(method, lane, None, TraceKind::Return(values));
         }
     }
 
@@ -196,18 +197,18 @@ impl Observer for Observing<'_> {
         if self.trace.0.detail < detail_of(&event.kind) {
             return;
         }
-        let of = (&event.method, self.ray);
+        let (method, lane) = (&event.method, self.ray);
         let place = event.place.clone();
         let mut values = event.reported(words);
         let mut entries = self.trace.entries();
         match &event.kind {
             EventKind::Print(_) => {
                 let kind = TraceKind::Print(event.text(words), values.collect());
-                entries.push(of, place, kind);
+                entries.push(method, lane, place, kind);
             }
             EventKind::Assignment => {
                 if let Some(part) = values.next() {
-                    entries.push(of, place, TraceKind::Assignment(part, values.next()));
+                    entries.push(method, lane, place, TraceKind::Assignment(part, values.next()));
                 }
             }
             EventKind::Call(reference) => {
@@ -215,26 +216,28 @@ impl Observer for Observing<'_> {
                 self.called.get_or_insert_with(|| event.method.clone());
                 let reference = (!reference.is_empty()).then(|| reference.clone());
                 let kind = TraceKind::Call(reference, values.collect());
-                entries.begin(of, None, kind);
+                entries.begin(method, lane, None, kind);
             }
             EventKind::Return => {
                 self.depth -= 1;
                 if self.depth == 0 {
                     self.called = None;
                 }
-                entries.end(of, None, TraceKind::Return(values.collect()));
+                entries.end(method, lane, None, TraceKind::Return(values.collect()));
             }
-            EventKind::Statement => entries.push(of, place, TraceKind::Statement),
+            EventKind::Statement => entries.push(method, lane, place, TraceKind::Statement),
             EventKind::Condition => {
                 let is_true = words.first().is_some_and(|word| *word != 0);
-                entries.push(of, place, TraceKind::Condition(is_true));
+                entries.push(method, lane, place, TraceKind::Condition(is_true));
             }
-            EventKind::Known => entries.push(of, place, TraceKind::Known(values.collect())),
+            EventKind::Known => {
+                entries.push(method, lane, place, TraceKind::Known(values.collect()));
+            }
             EventKind::Enter(function) => {
                 let kind = TraceKind::Enter(function.as_str().into(), values.collect());
-                entries.begin(of, place, kind);
+                entries.begin(method, lane, place, kind);
             }
-            EventKind::Leave => entries.end(of, place, TraceKind::Leave(values.next())),
+            EventKind::Leave => entries.end(method, lane, place, TraceKind::Leave(values.next())),
         }
     }
 
@@ -243,7 +246,7 @@ impl Observer for Observing<'_> {
             && self.trace.0.detail >= TraceDetail::Steps
         {
             let kind = TraceKind::Made(value, number);
-            self.trace.entries().push((method, self.ray), place, kind);
+            self.trace.entries().push(method, self.ray, place, kind);
         }
     }
 
@@ -252,7 +255,7 @@ impl Observer for Observing<'_> {
             && self.trace.has_calls()
         {
             let kind = TraceKind::NotFinite(value, number);
-            self.trace.entries().push((method, self.ray), place, kind);
+            self.trace.entries().push(method, self.ray, place, kind);
         }
     }
 }

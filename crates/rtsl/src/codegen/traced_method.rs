@@ -109,10 +109,10 @@ impl TracedMethod {
         if !self.trace.is_on() {
             return interpreter.run(lane, storage, host);
         }
-        let of = (&self.name, lane);
         if self.trace.has_calls() {
             let load = |it: &HostVariable, component| storage.load(it.id, component);
-            self.trace.begin_call(of, values(&self.inputs, load), values(&self.members, load));
+            let (state, members) = (values(&self.inputs, load), values(&self.members, load));
+            self.trace.begin_call(&self.name, lane, state, members);
         }
         let mut kept = KeptOutputs { storage, outputs: Vec::new() };
         let observer = &mut self.trace.observer(Some(&self.name), lane);
@@ -130,7 +130,7 @@ impl TracedMethod {
             }
             outputs.insert(0, hit(outcome.accepted));
         }
-        self.trace.end_call(of, outputs);
+        self.trace.end_call(&self.name, lane, outputs);
         outcome
     }
 }

@@ -101,10 +101,11 @@ impl Compiler {
         if diagnostics.has_errors() {
             return Compilation { unit: None, diagnostics, sources };
         }
-        // The trees are dropped on the deep stack, too: dropping recurses.
         let tracing = self.options.traced.then(|| tracing(&sources));
-        let given = (tree, modules, tracing.as_ref());
-        let classes = deep_stack::run(|| self.classes(given, prelude, &mut diagnostics));
+        let tracing = tracing.as_ref();
+        // The trees are dropped on the deep stack, too: dropping recurses.
+        let classes =
+            deep_stack::run(|| self.classes(tree, modules, tracing, prelude, &mut diagnostics));
         let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
         Compilation { unit, diagnostics, sources }
     }
@@ -112,7 +113,9 @@ impl Compiler {
     /// Checks a syntax tree and lowers its classes. Of classes with errors there is only a diagnostic.
     fn classes(
         &self,
-        (tree, modules, tracing): (TranslationUnit, Modules, Option<&Tracing>),
+        tree: TranslationUnit,
+        modules: Modules,
+        tracing: Option<&Tracing>,
         prelude: &CheckedPrelude,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Arc<Class>> {

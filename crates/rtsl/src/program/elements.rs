@@ -86,7 +86,7 @@ impl ElementMaker {
         let constructor = class.constructor.as_ref();
         let linked =
             constructor.map(|it| KernelCompiler::link_constructor(tree, it)).transpose()?;
-        let draft = linked.map(|function| Draft::new(function, (kind, name)));
+        let draft = linked.map(|function| Draft::new(function, kind, name));
         let draft = draft.filter(|draft| !draft.function.outputs.is_empty());
         let made = draft.iter().flat_map(Draft::members).flat_map(|variable| {
             let first = layout.members[&variable.name];
@@ -105,7 +105,8 @@ impl ElementMaker {
     /// If the constructor has no code, or runs past its budget.
     pub fn make(
         &self,
-        (instance, block): (&Instance, InstanceBlock),
+        instance: &Instance,
+        block: InstanceBlock,
         count: usize,
         number: impl Fn(usize) -> u32,
         compiler: &KernelCompiler,
@@ -191,7 +192,7 @@ struct Draft {
 impl Draft {
     /// Makes the constructor read the element from a lane array and store members to others. Outputs that are the same
     /// for all elements are removed.
-    fn new(mut function: Function, (element, parameter): (VariableKind, &str)) -> Draft {
+    fn new(mut function: Function, element: VariableKind, parameter: &str) -> Draft {
         for variable in &mut function.variables {
             if variable.kind == element && variable.name == parameter {
                 (variable.kind, variable.name) = (VariableKind::Scratch, NUMBER.to_owned());

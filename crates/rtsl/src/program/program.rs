@@ -268,7 +268,7 @@ impl Program {
             nesting::with_deep_stack(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new))
         });
         let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make((instance, block), count, number, &self.compiler)
+        maker.make(instance, block, count, number, &self.compiler)
     }
 
     /// Returns the form of objects that share nothing, with placements or without.

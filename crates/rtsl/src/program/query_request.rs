@@ -126,8 +126,8 @@ impl QueryRequest {
         for method in DESCRIBING.into_iter().filter(|method| program.has(*method)) {
             program.method(method)?;
         }
-        let of = (variant.placed, form.are_sampled);
-        let shapes = ShapeClass::with_prefix(program, String::new(), of);
+        let shapes =
+            ShapeClass::with_prefix(program, String::new(), variant.placed, form.are_sampled);
         let shapes = shapes.expect("the methods are linked").links().clone();
         Ok(ShapeLinks { places: Places::Columns { are_grouped: form.are_grouped }, ..shapes })
     }

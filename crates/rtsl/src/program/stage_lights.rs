@@ -279,7 +279,7 @@ impl StageAreaLight<'_> {
     /// Returns the shape's class, and the methods; the names of members begin with `prefix`.
     fn link(&self, prefix: String) -> Option<(ShapeClass, AreaLightLink)> {
         let of_shape = format!("{prefix}shape.");
-        let shapes = ShapeClass::with_prefix(&self.program, of_shape, (self.is_placed, true))?;
+        let shapes = ShapeClass::with_prefix(&self.program, of_shape, self.is_placed, true)?;
         let link = AreaLightLink {
             shape: shapes.links().clone(),
             generate: self.program.method(Method::GenerateSample).ok()?,

@@ -558,8 +558,7 @@ impl StagedProgram {
         may_draw: bool,
     ) -> Result<Function, Diagnostic> {
         if let (Method::Illumination, Some(lights)) = (self.method, &self.lights) {
-            let lights = (&*lights.links, self.sampler);
-            return Ok(link_lights(lights)?.function);
+            return Ok(link_lights(&lights.links, self.sampler)?.function);
         }
         let stage = &self.stages.stages[stage];
         // A stage after a search that has no queries about surfaces is the same whatever was found.

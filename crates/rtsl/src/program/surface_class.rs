@@ -40,8 +40,7 @@ impl ShapeClass {
     /// Returns the shapes of a program, which are placed in the world or in it; `None` if their methods need more than
     /// the ray and the hit. `is_sampled` is true if light samples may choose them.
     pub fn new(program: &Arc<Program>, is_placed: bool, is_sampled: bool) -> Option<ShapeClass> {
-        let prefix = SHAPE.to_owned();
-        let class = ShapeClass::with_prefix(program, prefix, (is_placed, is_sampled))?;
+        let class = ShapeClass::with_prefix(program, SHAPE.to_owned(), is_placed, is_sampled)?;
         class.links.is_complete().then_some(class)
     }
 
@@ -49,7 +48,8 @@ impl ShapeClass {
     pub(crate) fn with_prefix(
         program: &Arc<Program>,
         prefix: String,
-        (is_placed, is_sampled): (bool, bool),
+        is_placed: bool,
+        is_sampled: bool,
     ) -> Option<ShapeClass> {
         let linked = |method: Method| Some((method, program.method(method).ok()?));
         let mut methods: BTreeMap<Method, Arc<LinkedMethod>> =

@@ -31,7 +31,7 @@ fn component(name: &str) -> usize {
 }
 
 /// Returns the rays of a camera: origin, direction, width, spread, then the weights and the keys.
-fn rays(text: &str, options: EngineOptions, (sampler, filter): (Sampler, &PixelFilter)) -> Columns {
+fn rays(text: &str, options: EngineOptions, sampler: Sampler, filter: &PixelFilter) -> Columns {
     let (engine, _) = Engine::new(options).expect("there is such an engine");
     let unit = Compiler::default().compile("probe.rtsl", text).unit.expect("it compiles");
     let class = unit.classes().first().expect("it has a class");
@@ -127,7 +127,7 @@ fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
             lanes.push(words);
         }
         for options in engines() {
-            let found = rays(PROBE, options, (sampler, &filter));
+            let found = rays(PROBE, options, sampler, &filter);
             for (column, found) in found.iter().enumerate().filter(|(it, _)| !(6..8).contains(it)) {
                 let expected: Vec<u32> = lanes.iter().map(|words| words[column]).collect();
                 assert_eq!(*found, expected, "{sampler:?}, {filter:?}, column {column}");
@@ -156,7 +156,7 @@ fn footprints_are_the_distances_to_the_rays_beside() {
 /// Returns the rays of a camera, on which every engine agrees.
 fn agreed_rays(text: &str, sampler: Sampler) -> Columns {
     let filter = PixelFilter::default();
-    let mut all = engines().map(|options| rays(text, options, (sampler, &filter)));
+    let mut all = engines().map(|options| rays(text, options, sampler, &filter));
     let first = all.next().expect("there is an interpreter");
     all.for_each(|other| assert_eq!(other, first, "{sampler:?}"));
     first

@@ -40,7 +40,9 @@ impl Arrays {
         &mut self,
         program: &Arc<Program>,
         variant: &Variant,
-        (instance, count, mask): (&Instance, usize, &[i32]),
+        instance: &Instance,
+        count: usize,
+        mask: &[i32],
         accepted: &mut [i32],
     ) -> Result<CallStatus, CallError> {
         let kernel = program.kernel(Method::Intersect, variant.clone()).unwrap();
@@ -109,7 +111,7 @@ fn host_arrays_are_worked_on_where_they_are() {
             let lanes = count.next_multiple_of(width as usize);
             let mask: Vec<i32> = (0..lanes).map(|lane| -i32::from(lane % 5 != 2)).collect();
             let (mut arrays, mut accepted) = (Arrays::new(lanes), vec![7; lanes]);
-            let status = arrays.call(&program, &variant, (&ball, count, &mask), &mut accepted);
+            let status = arrays.call(&program, &variant, &ball, count, &mask, &mut accepted);
             assert_eq!(status, Ok(CallStatus::default()));
             let (expected, hits) = expected(&program, &ball, count, &mask);
             for (found, expected) in arrays.state.iter().zip(&expected.state) {
@@ -132,14 +134,14 @@ fn calls_that_do_not_fit_are_errors() {
     let program = engine.program(&ball);
     let variant = Variant::new(CallMode::Packet).with_width(8);
     let mut arrays = Arrays::new(7);
-    let too_few = arrays.call(&program, &variant, (&ball, 5, &[-1; 8]), &mut [0; 8]);
+    let too_few = arrays.call(&program, &variant, &ball, 5, &[-1; 8], &mut [0; 8]);
     if engine.llvm().is_some() {
         assert_eq!(too_few, Err(CallError::TooFewLanes { rays: 5, needed: 8, given: 7 }));
     }
     arrays = Arrays::new(8);
-    let short_mask = arrays.call(&program, &variant, (&ball, 5, &[-1; 4]), &mut [0; 8]);
+    let short_mask = arrays.call(&program, &variant, &ball, 5, &[-1; 4], &mut [0; 8]);
     assert!(matches!(short_mask, Err(CallError::TooFewLanes { .. })));
-    let many = arrays.call(&program, &variant, (&ball, usize::MAX, &[-1; 8]), &mut [0; 8]);
+    let many = arrays.call(&program, &variant, &ball, usize::MAX, &[-1; 8], &mut [0; 8]);
     assert_eq!(many, Err(CallError::TooManyRays(usize::MAX)));
     let wrong_width =
         program.kernel(Method::Intersect, Variant::new(CallMode::Packet).with_width(3));

@@ -157,7 +157,9 @@ fn call(
     engine: &Engine,
     class: &Arc<Class>,
     method: Method,
-    (shape, code, masked): (CallMode, Code, bool),
+    shape: CallMode,
+    code: Code,
+    masked: bool,
 ) -> Vec<u32> {
     let instance = instance(class);
     let program = engine.program(&instance);
@@ -254,7 +256,7 @@ fn call_all(
         calls.map(move |(method, masked)| {
             let (shape_name, mask) = (shape.name(), if masked { ", masked" } else { "" });
             let name = format!("{}.{} {shape_name}{mask}", class.name, method.name());
-            (name, call(engine, class, method, (shape, code, masked)))
+            (name, call(engine, class, method, shape, code, masked))
         })
     });
     each.collect()

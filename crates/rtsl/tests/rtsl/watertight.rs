@@ -331,8 +331,8 @@ impl Searches {
 
 /// Tests rays towards `count` corners, in every call mode of many rays and of many objects.
 #[track_caller]
-fn check(faces: Faces, (backend, width): (Backend, u32), count: usize, seed: u64) {
-    let options = EngineOptions { backend, width: Some(width), ..Default::default() };
+fn check(faces: Faces, width: u32, count: usize, seed: u64) {
+    let options = EngineOptions { backend: Backend::Jit, width: Some(width), ..Default::default() };
     let Ok((engine, _)) = Engine::new(options) else { return };
     let searches = Searches::new(&engine, faces, Fans::new(faces, count, seed));
     let (expected, lost) = searches.distances(CallMode::Leaf);
@@ -359,7 +359,7 @@ fn no_ray_passes_between_faces() {
         for (index, faces) in ALL.into_iter().enumerate() {
             for width in ways(&[8, 1, 4, 16], index) {
                 let seed = 1000 * round + 16 * index as u64 + u64::from(width);
-                check(faces, (Backend::Jit, width), corners, seed);
+                check(faces, width, corners, seed);
             }
         }
     }

@@ -104,8 +104,8 @@ fn standard(classes: &[Arc<Class>], prefix: &str, bindings: Bindings) -> AotLibr
 }
 
 fn of_library(library: &AotLibrary) -> Vec<Subject> {
-    let headers = (library.cpp(), Some(library.header().into()));
-    subjects(library.description(), &library.code(), headers)
+    let c_header = Some(library.header().into());
+    subjects(library.description(), &library.code(), library.cpp(), c_header)
 }
 
 /// Functions of every operation, each the only method of a class.
@@ -127,7 +127,7 @@ fn generated() -> Vec<Subject> {
         })
         .collect();
     let text = rtsl_cpp::emit(&library, &code);
-    subjects(&library, &code, (text, None))
+    subjects(&library, &code, text, None)
 }
 
 /// A class with the places of a generated function.
@@ -182,7 +182,8 @@ fn describe(number: usize, function: &Function) -> ClassDescription {
 fn subjects(
     library: &LibraryDescription,
     code: &[ClassCode<'_>],
-    (header, c_header): (String, Option<Arc<str>>),
+    header: String,
+    c_header: Option<Arc<str>>,
 ) -> Vec<Subject> {
     let functions = code.iter().flat_map(|code| {
         let methods = code.methods.iter().map(|(_, function)| *function);

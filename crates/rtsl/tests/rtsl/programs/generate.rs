@@ -156,8 +156,8 @@ impl Generator<'_> {
         match self.entropy.below(16) {
             0..=2 => self.declaration(),
             3..=6 => {
-                let target = self.target();
-                Statement::Expression(self.assignment(target, 0))
+                let (target, ty) = self.target();
+                Statement::Expression(self.assignment(target, ty, 0))
             }
             7..=9 if nested => {
                 let condition = self.expression(Type::BOOL, 1);
@@ -189,8 +189,8 @@ impl Generator<'_> {
                 })
             }
             _ => {
-                let target = self.target();
-                Statement::Expression(self.assignment(target, 0))
+                let (target, ty) = self.target();
+                Statement::Expression(self.assignment(target, ty, 0))
             }
         }
     }
@@ -368,7 +368,7 @@ impl Generator<'_> {
 
     // Expressions.
 
-    fn assignment(&mut self, (target, ty): (Target, Type), depth: u32) -> Expression {
+    fn assignment(&mut self, target: Target, ty: Type, depth: u32) -> Expression {
         let op = if self.entropy.chance(90) { self.operator(ty.scalar) } else { None };
         let value = Box::new(self.expression(ty, depth + 1));
         Expression { ty, kind: Kind::Assign(Box::new(target), op, value) }
@@ -421,7 +421,7 @@ impl Generator<'_> {
                 None => self.leaf(ty),
             },
             11 => match self.target_of(ty, true) {
-                Some(target) => self.assignment((target, ty), next).kind,
+                Some(target) => self.assignment(target, ty, next).kind,
                 None => self.leaf(ty),
             },
             12 if ty.scalar != Scalar::Bool => match self.target_of(ty, true) {
