@@ -27,10 +27,9 @@ use super::{BuildStep, SceneBuilder};
 use crate::film::aov_plan::AovPlan;
 use crate::integrate::camera::Camera;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::shading_methods::{ShadingMethods, ShadingParts};
 use crate::integrate::staged::{StageParts, StagedMethod, Surface, searched_objects, stage_lights};
-use crate::lights::Lights;
+use crate::lights::{Lights, probe_lights};
 
 /// Prepares scenes for path tracing.
 #[derive(Clone, Copy)]
@@ -177,7 +176,7 @@ impl RenderScene {
     /// Finds out how much light the lights send, by which they are selected, and which of them rays cannot find.
     fn select_lights(&mut self, messages: &mut Messages) -> Result<(), Messages> {
         let errors = RuntimeErrors::default();
-        let probes = PathTracer::new(self, &errors).probe_lights();
+        let probes = probe_lights(self, &errors);
         if errors.any() {
             return Err(exhausted_budgets(&self.compiled, &errors));
         }

@@ -47,7 +47,7 @@ impl PathTracer<'_> {
         batch: &mut ShadingBatch,
     ) {
         batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
-        self.prepare_surfaces(group, batch);
+        group.prepare_surfaces(self.scene, self.errors, batch);
         // Each hit along the path has a different sequence, as below.
         let distances = batch.surfaces.column(QueryColumns::DISTANCE);
         for (key, distance) in batch.keys.iter_mut().zip(distances) {

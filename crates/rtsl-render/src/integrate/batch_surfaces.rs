@@ -3,37 +3,48 @@
 use rtsl::{Kernel, QueryColumns};
 use rtsl_math::dot;
 
-use super::path_tracer::PathTracer;
 use super::shading_batch::{ShadingBatch, set_indices};
 use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::kernels::Batching;
 use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::surface_group::SurfaceGroup;
 use crate::compiled::variables::variables;
 use crate::surfaces::{SurfaceCall, SurfaceKernels};
 
-impl PathTracer<'_> {
-    /// Runs the shapes' methods for a batch of hits of a group, and stores the inputs of materials and lights in the
+impl SurfaceGroup {
+    /// Runs the shapes' methods for a batch of hits of the group, and stores the inputs of materials and lights in the
     /// batch and its state.
-    pub fn prepare_surfaces(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-        let Some(kernels) = &group.surfaces else { return };
-        self.call_surfaces(group, kernels, kernels.surface(), batch);
+    pub fn prepare_surfaces(
+        &self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) {
+        let Some(kernels) = &self.surfaces else { return };
+        self.call_surfaces(kernels, kernels.surface(), scene, errors, batch);
         let ShadingBatch { count, surfaces, side, .. } = batch;
         for (lane, side) in side.iter_mut().enumerate().take(*count) {
             let direction = surfaces.vector(QueryColumns::DIRECTION, lane);
             let normal = surfaces.vector(QueryColumns::GEOMETRIC_NORMAL, lane);
             *side = if dot(direction, normal) > 0.0 { -1.0 } else { 1.0 };
         }
-        if group.needs_numbers {
+        if self.needs_numbers {
             store_numbers(batch);
         }
     }
 
-    /// Computes the densities with which light samples for the points of a batch find its hits, which are of a group.
-    pub fn prepare_densities(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) {
-        let kernels = group.surfaces.as_ref();
+    /// Computes the densities with which light samples for the points of a batch find its hits, which are of the
+    /// group.
+    pub fn prepare_densities(
+        &self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) {
+        let kernels = self.surfaces.as_ref();
         match kernels.and_then(|kernels| Some((kernels, kernels.density()?))) {
-            Some((kernels, density)) => self.call_surfaces(group, kernels, density, batch),
+            Some((kernels, density)) => self.call_surfaces(kernels, density, scene, errors, batch),
             None => batch.surfaces.column_mut(QueryColumns::DENSITY).fill(0.0),
         }
     }
@@ -41,21 +52,22 @@ impl PathTracer<'_> {
     /// Calls a kernel for the rays of a batch.
     fn call_surfaces(
         &self,
-        group: &SurfaceGroup,
         kernels: &SurfaceKernels,
         kernel: &Kernel,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
     ) {
-        set_instance_indices(self.scene, group, batch);
-        let class = self.scene.compiled.class(group.key.class);
+        set_instance_indices(scene, self, batch);
+        let class = scene.compiled.class(self.key.class);
         let call = SurfaceCall {
             hits: &batch.hits[..batch.count],
-            instances: group.key.shape.instances(&class.objects, &batch.objects),
+            instances: self.key.shape.instances(&class.objects, &batch.objects),
             state: &mut batch.state,
             columns: &mut batch.surfaces,
             host: &mut batch.random,
         };
-        kernels.call(kernel, &self.scene.compiled, self.errors, call);
+        kernels.call(kernel, &scene.compiled, errors, call);
     }
 }
 

@@ -49,7 +49,7 @@ impl<'a> PathTracer<'a> {
         let batch = &mut *memory.batch;
         for hits in found.chunk_by(|one, other| group(one) == group(other)) {
             batch.load(&paths, hits, NUMBERS_OF_SHAPES);
-            self.prepare_surfaces(&self.groups[group(&hits[0]) as usize], batch);
+            self.groups[group(&hits[0]) as usize].prepare_surfaces(scene, self.errors, batch);
             for (place, hit) in hits.iter().enumerate() {
                 surfaces[hit.path as usize] = Some(ShadedSurface::of_lane(batch, place));
             }
@@ -86,7 +86,7 @@ impl<'a> PathTracer<'a> {
             batch.surfaces.column_mut(QueryColumns::TIME)[place] = time[lane];
             (batch.keys[place], batch.samples[place]) = (lane as u32, 0);
         }
-        self.sample_chosen(batch, of_lights, &vec![light; lanes.len()]);
+        of_lights.sample_chosen(self.scene, self.errors, batch, &vec![light; lanes.len()]);
         for (place, lane) in lanes.iter().enumerate() {
             let is_lit = get(&batch.light.color, place) != [0.0; 3];
             let ray = (get(&batch.light.direction, place), batch.light.distance[place]);

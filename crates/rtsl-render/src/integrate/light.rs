@@ -47,7 +47,7 @@ impl<'a> SceneHost<'a> {
         }
         let ThreadMemory { batch, light, .. } = &mut *self.queries;
         batch.count = count;
-        self.tracer.sample_lights(batch, light);
+        light.sample_lights(self.tracer.scene, self.tracer.errors, batch);
         for (place, lane) in lanes.iter().enumerate() {
             let color = get(&batch.light.color, place);
             if color == [0.0; 3] {
@@ -99,7 +99,7 @@ impl<'a> SceneHost<'a> {
             ..Path::NOWHERE
         });
         let batch = &mut *self.queries.batch;
-        self.tracer.compute_sky(sky, batch);
+        sky.compute_radiance(self.tracer.scene, self.tracer.errors, batch);
         for (place, lane) in lanes.iter().enumerate() {
             let channel =
                 |channel: usize| batch.surfaces.column(QueryColumns::RADIANCE + channel)[place];
@@ -123,7 +123,7 @@ impl<'a> SceneHost<'a> {
             ..Path::NOWHERE
         });
         let batch = &mut *self.queries.batch;
-        if self.tracer.compute_sky_densities(sky, batch) {
+        if sky.compute_densities(self.tracer.scene, self.tracer.errors, batch) {
             for (place, lane) in lanes.iter().enumerate() {
                 store(results, lane, &[batch.surfaces.column(QueryColumns::DENSITY)[place]]);
             }

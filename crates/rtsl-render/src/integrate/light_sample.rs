@@ -233,7 +233,7 @@ impl PathTracer<'_> {
         let last = self.scene.lights.entries.len() as u32 - 1;
         let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
         let ThreadMemory { batch, light, .. } = &mut *queries;
-        self.sample_undivided(batch, light, &chosen);
+        light.sample_undivided(self.scene, self.errors, batch, &chosen);
     }
 
     /// Reports a light whose samples are not finite, if causes are reported.

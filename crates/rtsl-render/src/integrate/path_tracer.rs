@@ -2,7 +2,6 @@
 
 use rtsl::Method;
 
-use crate::compiled::material::MaterialSource;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::surface_group::SurfaceGroup;
@@ -40,14 +39,6 @@ impl<'a> PathTracer<'a> {
     /// True if first hits are kept.
     pub fn keeps_first_hits(&self) -> bool {
         self.features.is_some_and(|features| features.first_hits)
-    }
-
-    /// Returns the name of the class whose methods are a group's material.
-    pub fn material_name(&self, group: &SurfaceGroup) -> &'a str {
-        match group.key.material.0 {
-            MaterialSource::Own => &self.scene.compiled.class(group.key.class).name,
-            MaterialSource::Class(class) => &self.scene.materials[class].program.class().name,
-        }
     }
 
     /// Reports the number of paths for which a method of a class returned values that are not finite.

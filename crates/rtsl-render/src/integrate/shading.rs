@@ -439,7 +439,7 @@ impl ShadingCall<'_> {
             NUMBERS_OF_SHAPES,
         );
         let Some(group) = self.tracer.groups.get(requests[0].group as usize) else { return };
-        self.tracer.prepare_surfaces(group, batch);
+        group.prepare_surfaces(self.tracer.scene, self.tracer.errors, batch);
         batch.set_depths(requests.iter().map(|it| (it.ray.depth, it.ray.before)));
     }
 

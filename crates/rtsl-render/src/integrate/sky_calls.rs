@@ -2,43 +2,61 @@
 
 use rtsl::{Instances, Kernel, Method, QueryColumns};
 
-use super::path_tracer::PathTracer;
 use super::rows::BATCH_LANES;
 use super::shading_batch::{ShadingBatch, selection_probabilities};
 use super::wavefront::Path;
 use crate::compiled::calls::Callee;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::lights::Sky;
 
-impl PathTracer<'_> {
-    /// Computes the radiance of an environment light along the rays of a batch, in the column for it.
-    pub fn compute_sky(&self, sky: &Sky, batch: &mut ShadingBatch) {
-        self.call_sky(sky, Method::Emission, &sky.emission, batch);
+impl Sky {
+    /// Computes the radiance of the light along the rays of a batch, in the column for it.
+    pub fn compute_radiance(
+        &self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) {
+        self.call(Method::Emission, &self.emission, scene, errors, batch);
     }
 
     /// Computes the densities with which light samples at the origins of a batch's rays choose their directions, in the
     /// column for them. Returns false if the light is never sampled.
-    pub fn compute_sky_densities(&self, sky: &Sky, batch: &mut ShadingBatch) -> bool {
-        let Some((kernel, entry)) = &sky.density else { return false };
-        self.call_sky(sky, Method::EvaluatePdf, kernel, batch);
-        let lights = &self.scene.lights;
+    pub fn compute_densities(
+        &self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) -> bool {
+        let Some((kernel, entry)) = &self.density else { return false };
+        self.call(Method::EvaluatePdf, kernel, scene, errors, batch);
+        let lights = &scene.lights;
         let way = lights.way_to_entry(*entry);
         let ShadingBatch { count, surfaces, selection, .. } = batch;
         let origin = |lane: usize| surfaces.vector(QueryColumns::ORIGIN, lane);
-        let selector = lights.selector(&self.scene.engine);
+        let selector = lights.selector(&scene.engine);
         let parts = selection_probabilities(selection, selector, *count, |it| (way, origin(it)));
         let densities = surfaces.column_mut(QueryColumns::DENSITY).iter_mut();
         densities.zip(parts).for_each(|(density, part)| *density *= part);
         true
     }
 
-    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, batch: &mut ShadingBatch) {
-        let light = &self.scene.compiled.lights[sky.light as usize];
+    fn call(
+        &self,
+        method: Method,
+        kernel: &Kernel,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) {
+        let light = &scene.compiled.lights[self.light as usize];
         let ShadingBatch { count, state, surfaces, random, .. } = batch;
         surfaces.set_map(QueryColumns::MAPS, 0..*count, &light.inverse);
         surfaces.set_map(QueryColumns::MAPS + 12, 0..*count, &light.forward);
-        let name = &sky.program.class().name;
-        let callee = Callee { class: name, method, errors: self.errors };
-        let (objects, index) = &sky.objects;
+        let name = &self.program.class().name;
+        let callee = Callee { class: name, method, errors };
+        let (objects, index) = &self.objects;
         let instances = Instances::Object(objects, *index);
         callee.call_for_first(kernel, *count, instances, state, &mut surfaces.block, random);
     }

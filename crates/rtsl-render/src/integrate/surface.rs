@@ -9,6 +9,7 @@ use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 use super::host::{SceneHost, number, store, vector};
 use super::memory::ThreadMemory;
 use super::numbers::Purpose;
+use super::path_tracer::PathTracer;
 use super::shading_batch::{ShadingBatch, selection_probabilities};
 use super::wavefront::{Path, PathHit};
 use crate::compiled::RenderScene;
@@ -143,6 +144,7 @@ impl SceneHost<'_> {
             });
             hits.push(PathHit { path: place as u32, ..*hit });
         }
+        let PathTracer { scene, errors, .. } = self.tracer;
         let ThreadMemory { batch, .. } = &mut *self.queries;
         batch.load(&paths, &hits, NUMBERS_OF_SHAPES);
         if query == Query::LightPdf {
@@ -150,9 +152,9 @@ impl SceneHost<'_> {
                 let point = vector(operands, SURFACE_SCALARS, *lane);
                 batch.surfaces.set_vector(QueryColumns::POINT, place, point);
             }
-            self.tracer.prepare_densities(group, batch);
+            group.prepare_densities(scene, errors, batch);
         } else {
-            self.tracer.prepare_surfaces(group, batch);
+            group.prepare_surfaces(scene, errors, batch);
         }
         let before = asking.iter().map(|asking| self.rays[asking.ray].surfaces_before());
         batch.set_depths(before.map(|before| (self.depth, before)));
@@ -178,7 +180,8 @@ impl SceneHost<'_> {
         if group.drawing.contains(&method) {
             self.start_random_numbers(asking);
         }
-        self.tracer.call_material(group, method, kernel, &mut self.queries.batch);
+        let PathTracer { scene, errors, .. } = self.tracer;
+        group.call_material(scene, errors, method, kernel, &mut self.queries.batch);
     }
 
     /// Begins the sequences of the next call, from which it takes its random numbers.

@@ -23,6 +23,7 @@ use crate::compiled::surface_group::needs_of;
 use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
 use crate::surfaces::{ReadSurfaces, SurfaceKernels};
 
+pub use probe::probe_lights;
 pub use sample::LightMemory;
 use selection::{LightProbe, Selection};
 

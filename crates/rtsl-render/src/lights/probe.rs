@@ -1,7 +1,5 @@
 //! Probing: a few samples of each light, from which its strength and position are estimated.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 use rtsl::QueryColumns;
 use rtsl_bvh::{Bounds, Bvh8, Leaf};
@@ -11,8 +9,9 @@ use smallvec::SmallVec;
 
 use super::sample::LightMemory;
 use super::selection::LightProbe;
+use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::render_scene::RenderScene;
-use crate::integrate::path_tracer::PathTracer;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::integrate::rows::get;
 use crate::integrate::shading_batch::ShadingBatch;
 
@@ -25,6 +24,27 @@ const LIGHTS_IN_BATCH: usize = 16;
 
 /// The key of the random numbers of probes.
 const NUMBERS_OF_PROBES: u32 = 0x7072_6F62;
+
+/// Samples every light from some points distributed over the scene, in parallel.
+pub fn probe_lights(scene: &RenderScene, errors: &RuntimeErrors) -> Vec<LightProbe> {
+    let place = place_of_probes(&scene.compiled);
+    let count = scene.lights.entries.len();
+    let chunks = (0..count.div_ceil(LIGHTS_IN_BATCH)).into_par_iter();
+    let probes = chunks.map_init(
+        || ProbeMemory::new(scene),
+        |ProbeMemory { batch, light }, index| {
+            let first = index * LIGHTS_IN_BATCH;
+            let lights = first..count.min(first + LIGHTS_IN_BATCH);
+            let chosen = lights.flat_map(|light| std::iter::repeat_n(light as u32, SAMPLES));
+            let chosen: SmallVec<[u32; LIGHTS_IN_BATCH * SAMPLES]> = chosen.collect();
+            set_points(batch, &chosen, place);
+            light.sample_chosen(scene, errors, batch, &chosen);
+            let starts = (0..chosen.len()).step_by(SAMPLES);
+            starts.map(|start| probe(batch, start)).collect::<SmallVec<[_; LIGHTS_IN_BATCH]>>()
+        },
+    );
+    on_all_processors(|| probes.flatten_iter().collect())
+}
 
 /// Memory of a thread that samples lights.
 struct ProbeMemory {
@@ -42,47 +62,11 @@ impl ProbeMemory {
     }
 }
 
-impl PathTracer<'_> {
-    /// Samples every light from some points distributed over the scene, in parallel.
-    pub fn probe_lights(&self) -> Vec<LightProbe> {
-        let place = self.place_of_probes();
-        let count = self.scene.lights.entries.len();
-        let chunks = (0..count.div_ceil(LIGHTS_IN_BATCH)).into_par_iter();
-        let probes = chunks.map_init(
-            || ProbeMemory::new(self.scene),
-            |memory, index| {
-                let first = index * LIGHTS_IN_BATCH;
-                self.probe_batch(memory, first..count.min(first + LIGHTS_IN_BATCH), place)
-            },
-        );
-        on_all_processors(|| probes.flatten_iter().collect())
-    }
-
-    /// Samples the lights of one batch.
-    fn probe_batch(
-        &self,
-        memory: &mut ProbeMemory,
-        lights: Range<usize>,
-        place: Bounds,
-    ) -> SmallVec<[LightProbe; LIGHTS_IN_BATCH]> {
-        let ProbeMemory { batch, light } = memory;
-        let chosen = lights.flat_map(|light| std::iter::repeat_n(light as u32, SAMPLES));
-        let chosen: SmallVec<[u32; LIGHTS_IN_BATCH * SAMPLES]> = chosen.collect();
-        set_points(batch, &chosen, place);
-        self.sample_chosen(batch, light, &chosen);
-        (0..chosen.len()).step_by(SAMPLES).map(|start| probe(batch, start)).collect()
-    }
-
-    /// The box from whose points lights are sampled: that of the scene's bounded objects, without a few huge ones.
-    fn place_of_probes(&self) -> Bounds {
-        let groups = &self.scene.compiled.geometry.groups;
-        let place = groups.first().map(|group| most_of(&group.tree));
-        let is_usable = |bounds: &Bounds| bounds.diagonal().is_finite() && bounds.diagonal() > 0.0;
-        place
-            .filter(is_usable)
-            .or_else(|| Bounds::new([-1.0; 3], [1.0; 3]))
-            .unwrap_or(Bounds::EMPTY)
-    }
+/// The box from whose points lights are sampled: that of the scene's bounded objects, without a few huge ones.
+fn place_of_probes(scene: &CompiledScene) -> Bounds {
+    let place = scene.geometry.groups.first().map(|group| most_of(&group.tree));
+    let is_usable = |bounds: &Bounds| bounds.diagonal().is_finite() && bounds.diagonal() > 0.0;
+    place.filter(is_usable).or_else(|| Bounds::new([-1.0; 3], [1.0; 3])).unwrap_or(Bounds::EMPTY)
 }
 
 /// The greatest number of leaves whose items are looked at.
@@ -170,7 +154,6 @@ mod tests {
     use rtsl_scene::{LoadOptions, load_scene};
 
     use super::*;
-    use crate::compiled::runtime_errors::RuntimeErrors;
 
     fn cube(at: [f32; 3], size: f32) -> Option<Bounds> {
         Bounds::new(at, at.map(|it| it + size))
@@ -217,7 +200,7 @@ mod tests {
         let scene =
             RenderScene::new(&loaded.scene, &engine, &[], &mut Messages::default(), &|_| {});
         let scene = scene.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
-        let probes = PathTracer::new(&scene, &RuntimeErrors::default()).probe_lights();
+        let probes = probe_lights(&scene, &RuntimeErrors::default());
         [probes[0].strength, probes[1].strength]
     }
 

@@ -4,11 +4,13 @@ use rtsl::{LaneBlock, LaneIndices, Method, QueryColumns, new_state};
 use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
 
 use super::lit_lanes::LitLanes;
-use super::{LightClass, LightEntry, Lights, ShapeLightClass};
+use super::{LightClass, LightEntry, ShapeLightClass};
 use crate::compiled::calls::Callee;
+use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::kernels::Batching;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::{variables, vector};
-use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::query_block::QueryBlock;
 use crate::integrate::random_numbers::RandomNumbers;
 use crate::integrate::rows::{BATCH_LANES, Row};
@@ -171,11 +173,16 @@ enum Found {
     All,
 }
 
-impl PathTracer<'_> {
+impl LightMemory {
     /// Samples a light for each lane of a batch.
-    pub fn sample_lights(&self, batch: &mut ShadingBatch, memory: &mut LightMemory) {
-        let selection = &self.scene.lights.selection;
-        let LightMemory { chosen, probability, .. } = memory;
+    pub fn sample_lights(
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        batch: &mut ShadingBatch,
+    ) {
+        let selection = &scene.lights.selection;
+        let LightMemory { chosen, probability, .. } = self;
         if let Some(only) = selection.only() {
             chosen[..batch.count].fill(only);
             probability[..batch.count].fill(1.0);
@@ -185,134 +192,142 @@ impl PathTracer<'_> {
             for (array, row) in points.chain([&light_seeds[..]]).enumerate() {
                 arrays.floats_mut(array)[..*count].copy_from_slice(&row[..*count]);
             }
-            self.scene.lights.selector(&self.scene.engine).select(arrays, *count);
+            scene.lights.selector(&scene.engine).select(arrays, *count);
             chosen[..*count].copy_from_slice(&arrays.words(4)[..*count]);
             probability[..*count].copy_from_slice(&arrays.floats(5)[..*count]);
         }
-        self.sample_by_class(batch, memory, Weights::Divided);
+        self.sample_by_class(scene, errors, batch, Weights::Divided);
     }
 
     /// Samples the given lights, one for each lane of a batch, as if they were the only ones.
     pub fn sample_chosen(
-        &self,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
-        memory: &mut LightMemory,
         chosen: &[u32],
     ) {
-        choose(memory, chosen);
-        self.sample_by_class(batch, memory, Weights::Divided);
+        self.choose(chosen);
+        self.sample_by_class(scene, errors, batch, Weights::Divided);
     }
 
     /// The same, but the colours of light that rays find as well are not divided by their densities.
     pub fn sample_undivided(
-        &self,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
-        memory: &mut LightMemory,
         chosen: &[u32],
     ) {
-        choose(memory, chosen);
-        self.sample_by_class(batch, memory, Weights::Left);
+        self.choose(chosen);
+        self.sample_by_class(scene, errors, batch, Weights::Left);
     }
 
     /// Samples the selected lights, class by class.
     fn sample_by_class(
-        &self,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
-        memory: &mut LightMemory,
         weights: Weights,
     ) {
-        let lights = &self.scene.lights;
+        let lights = &scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
-            let LightMemory { lanes, chosen, .. } = memory;
+            let LightMemory { lanes, chosen, .. } = self;
             let entry_of = |lane: u32| &lights.entries[chosen[lane as usize] as usize];
             lanes.select(batch.count, |lane| entry_of(lane).class == class);
             if lanes.count() == 0 {
                 continue;
             }
-            memory.load(batch);
+            self.load(batch);
             let class = class as usize;
             let found = if let Some(class) = lights.classes.get(class) {
-                self.sample_class(class, lights, memory);
+                self.sample_class(class, scene, errors);
                 if class.is_weighed { Found::AtInfinity } else { Found::None }
             } else {
                 let shapes = &lights.shapes[class - lights.classes.len()];
-                self.sample_shapes(shapes, lights, memory);
+                self.sample_shapes(shapes, scene, errors);
                 if shapes.is_invisible { Found::None } else { Found::All }
             };
-            memory.weigh(found, weights);
-            memory.store(&mut batch.light);
+            self.weigh(found, weights);
+            self.store(&mut batch.light);
         }
     }
 
     /// Samples lights without a shape.
-    fn sample_class(&self, class: &LightClass, lights: &Lights, memory: &mut LightMemory) {
+    fn sample_class(&mut self, class: &LightClass, scene: &RenderScene, errors: &RuntimeErrors) {
         if class.of == Batching::Each {
-            memory.set_light_indices(&lights.entries);
+            self.set_light_indices(&scene.lights.entries);
         }
         if class.is_placed {
-            self.store_maps(class, memory);
+            self.store_maps(class, &scene.compiled);
         }
-        let LightMemory { lanes, state, block, objects, random, .. } = memory;
+        let LightMemory { lanes, state, block, objects, random, .. } = self;
         let name = &class.program.class().name;
-        let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
+        let callee = Callee { class: name, method: Method::Illumination, errors };
         let instances = class.of.instances(&class.objects, objects);
         let (kernel, scratch) = (&class.illumination, &mut block.block);
         callee.call_for_first(kernel, lanes.count(), instances, state, scratch, random);
     }
 
     /// Stores the maps between the world and the spaces of lights.
-    fn store_maps(&self, class: &LightClass, memory: &mut LightMemory) {
-        let LightMemory { lanes, objects, block, .. } = memory;
+    fn store_maps(&mut self, class: &LightClass, scene: &CompiledScene) {
+        let LightMemory { lanes, objects, block, .. } = self;
         for lane in 0..lanes.count() {
             let index = match class.of {
                 Batching::One(index) => index,
                 Batching::Each => objects.as_slice()[lane],
             };
-            let light = &self.scene.compiled.lights[class.lights[index as usize] as usize];
+            let light = &scene.lights[class.lights[index as usize] as usize];
             block.set_map(QueryColumns::MAPS, lane..lane + 1, &light.inverse);
             block.set_map(QueryColumns::MAPS + 12, lane..lane + 1, &light.forward);
         }
     }
 
     /// Samples area lights.
-    fn sample_shapes(&self, class: &ShapeLightClass, lights: &Lights, memory: &mut LightMemory) {
-        memory.load_hits(&lights.entries);
+    fn sample_shapes(
+        &mut self,
+        class: &ShapeLightClass,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+    ) {
+        self.load_hits(&scene.lights.entries);
         if class.of == Batching::Each {
-            memory.set_light_indices(&lights.entries);
+            self.set_light_indices(&scene.lights.entries);
         }
-        memory.block.column_mut(QueryColumns::EPSILON).fill(self.scene.compiled.epsilon);
-        let count = memory.lanes.count();
-        let shapes = self.scene.compiled.class(class.class);
-        let LightMemory { hits, state, block, objects, random, .. } = memory;
-        let places = Places::new(&self.scene.compiled, class.class);
+        self.block.column_mut(QueryColumns::EPSILON).fill(scene.compiled.epsilon);
+        let count = self.lanes.count();
+        let shapes = scene.compiled.class(class.class);
+        let LightMemory { hits, state, block, objects, random, .. } = self;
+        let places = Places::new(&scene.compiled, class.class);
         places.store(&hits[..count], block);
-        let callee =
-            Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
+        let callee = Callee { class: &shapes.name, method: Method::GenerateSample, errors };
         let instances = class.of.instances(&shapes.objects, objects);
         let scratch = &mut block.block;
         callee.call_for_first(&class.generate, count, instances, state, scratch, random);
         if let Some(surfaces) = &class.surface {
-            self.prepare_sampled_surfaces(surfaces, class.of, memory);
+            self.prepare_surfaces(surfaces, class.of, &scene.compiled, errors);
         }
-        self.sample_emission(class, memory);
-        memory.set_emission();
-        self.find_alpha(class, memory);
+        self.sample_emission(class, scene, errors);
+        self.set_emission();
+        self.find_alpha(class, scene, errors);
     }
 
     /// Computes what emitters and alpha textures read of sampled points besides points and normals, such as the texture
     /// coordinates that an image on a light needs: as for hits of rays towards the points.
-    fn prepare_sampled_surfaces(
-        &self,
+    fn prepare_surfaces(
+        &mut self,
         surfaces: &SurfaceKernels,
         of: Batching,
-        memory: &mut LightMemory,
+        scene: &CompiledScene,
+        errors: &RuntimeErrors,
     ) {
-        memory.block.column_mut(QueryColumns::LIMIT).fill(f32::INFINITY);
+        self.block.column_mut(QueryColumns::LIMIT).fill(f32::INFINITY);
         // Light samples have no footprint.
-        memory.block.column_mut(QueryColumns::WIDTH).fill(0.0);
-        memory.block.column_mut(QueryColumns::SPREAD).fill(0.0);
-        let shapes = self.scene.compiled.class(surfaces.class());
-        let LightMemory { lanes, hits, state, block, objects, random, .. } = memory;
+        self.block.column_mut(QueryColumns::WIDTH).fill(0.0);
+        self.block.column_mut(QueryColumns::SPREAD).fill(0.0);
+        let shapes = scene.class(surfaces.class());
+        let LightMemory { lanes, hits, state, block, objects, random, .. } = self;
         let call = SurfaceCall {
             hits: &hits[..lanes.count()],
             instances: of.instances(&shapes.objects, objects),
@@ -320,48 +335,53 @@ impl PathTracer<'_> {
             columns: block,
             host: random,
         };
-        surfaces.call(surfaces.surface(), &self.scene.compiled, self.errors, call);
+        surfaces.call(surfaces.surface(), scene, errors, call);
     }
 
     /// Calls `emission` for sampled points of area lights.
-    fn sample_emission(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
-        let count = memory.lanes.count();
+    fn sample_emission(
+        &mut self,
+        class: &ShapeLightClass,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+    ) {
+        let count = self.lanes.count();
         let (emitter, of) = class.emitter;
-        let emitters = &self.scene.materials[emitter];
+        let emitters = &scene.materials[emitter];
         if of == Batching::Each {
-            let hits = memory.hits[..count].iter();
-            let indices = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
-            set_indices(&mut memory.emitters, indices);
+            let hits = self.hits[..count].iter();
+            let indices = hits.map(|hit| scene.objects[hit.object as usize].emitter);
+            set_indices(&mut self.emitters, indices);
         }
-        let LightMemory { state, block, emitters: of_lanes, random, .. } = memory;
+        let LightMemory { state, block, emitters: of_lanes, random, .. } = self;
         let name = &emitters.program.class().name;
-        let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
+        let callee = Callee { class: name, method: Method::Emission, errors };
         let instances = of.instances(&emitters.objects, of_lanes);
         let scratch = &mut block.block;
         callee.call_for_first(&class.emission, count, instances, state, scratch, random);
     }
 
     /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
-    fn find_alpha(&self, class: &ShapeLightClass, memory: &mut LightMemory) {
+    fn find_alpha(&mut self, class: &ShapeLightClass, scene: &RenderScene, errors: &RuntimeErrors) {
         let Some((alpha, of, kernel)) = &class.alpha else { return };
-        let count = memory.lanes.count();
-        let textures = &self.scene.alpha[*alpha];
+        let count = self.lanes.count();
+        let textures = &scene.alpha[*alpha];
         if *of == Batching::Each {
-            let hits = memory.hits[..count].iter();
-            let indices = hits.map(|hit| self.scene.objects[hit.object as usize].alpha);
-            set_indices(&mut memory.alpha, indices);
+            let hits = self.hits[..count].iter();
+            let indices = hits.map(|hit| scene.objects[hit.object as usize].alpha);
+            set_indices(&mut self.alpha, indices);
         }
-        let LightMemory { state, block, alpha: of_lanes, random, .. } = memory;
+        let LightMemory { state, block, alpha: of_lanes, random, .. } = self;
         let name = &textures.program.class().name;
-        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let callee = Callee { class: name, method: Method::Lookup, errors };
         let instances = of.instances(&textures.objects, of_lanes);
         callee.call_for_first(kernel, count, instances, state, &mut block.block, random);
-        memory.apply_alpha();
+        self.apply_alpha();
     }
-}
 
-/// Selects the given lights for the lanes of a batch.
-fn choose(memory: &mut LightMemory, chosen: &[u32]) {
-    memory.chosen[..chosen.len()].copy_from_slice(chosen);
-    memory.probability.fill(1.0);
+    /// Selects the given lights for the lanes of a batch.
+    fn choose(&mut self, chosen: &[u32]) {
+        self.chosen[..chosen.len()].copy_from_slice(chosen);
+        self.probability.fill(1.0);
+    }
 }

@@ -8,6 +8,7 @@ use super::path_set::PathSet;
 use super::requests::Requested;
 use super::run::StagedPaths;
 use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::rows::BATCH_LANES;
 use crate::integrate::shading_batch::RayOfSurface;
 use crate::integrate::surface::property_rows;
@@ -40,16 +41,16 @@ impl StagedPaths<'_> {
             if self.staged.is_of_material() {
                 self.clear_missing(surface, &mut called);
             }
-            let objects = &self.tracer.scene.objects;
-            let group = |hit: &PathHit| objects[hit.object as usize].group;
+            let PathTracer { scene, errors, groups, .. } = self.tracer;
+            let group = |hit: &PathHit| scene.objects[hit.object as usize].group;
             called.sort_by_key(group);
             for called in called.chunk_by(|one, other| group(one) == group(other)) {
                 self.load_surfaces(surface, called);
                 if self.staged.is_of_material() {
                     self.leave_shaded_surfaces(called);
                 }
-                let group = &self.tracer.groups[group(&called[0]) as usize];
-                self.tracer.prepare_surfaces(group, &mut self.queries.batch);
+                let group = &groups[group(&called[0]) as usize];
+                group.prepare_surfaces(scene, errors, &mut self.queries.batch);
                 self.store_properties(surface, called);
             }
         }
