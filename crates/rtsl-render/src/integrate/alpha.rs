@@ -4,12 +4,13 @@
 use rtsl::{Method, QueryColumns};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
-use super::path_tracer::PathTracer;
 use super::random_numbers::lone_random_number;
 use super::rows::BATCH_LANES;
 use super::shading_batch::ShadingBatch;
 use super::wavefront::{PathHit, Wavefront};
 use crate::compiled::calls::Callee;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::surface_group::SurfaceGroup;
 use crate::compiled::variables::variables;
 
@@ -19,35 +20,37 @@ const NUMBERS_OF_ALPHA: u32 = 0x106;
 /// Selects the random numbers of alpha textures.
 const NUMBERS_OF_TEXTURES: u32 = 0x109;
 
-impl PathTracer<'_> {
-    /// Removes the wavefront's hits from `first` on that rays pass and continues these rays behind them.
+impl Wavefront {
+    /// Removes the hits from `first` on that rays pass and continues these rays behind them.
     pub fn pass_transparent_hits(
-        &self,
-        wavefront: &mut Wavefront,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         first: usize,
         batch: &mut ShadingBatch,
     ) {
-        let mut candidates = wavefront.hits.split_off(first);
-        let group = |hit: &PathHit| self.scene.objects[hit.object as usize].group as usize;
-        let is_solid = |hit: &mut PathHit| self.groups[group(hit)].alpha.is_none();
-        wavefront.hits.extend(candidates.extract_if(.., is_solid));
+        let mut candidates = self.hits.split_off(first);
+        let group = |hit: &PathHit| scene.objects[hit.object as usize].group as usize;
+        let is_solid = |hit: &mut PathHit| scene.groups[group(hit)].alpha.is_none();
+        self.hits.extend(candidates.extract_if(.., is_solid));
         candidates.sort_by_key(group);
         for hits in candidates.chunk_by(|one, other| group(one) == group(other)) {
             for hits in hits.chunks(BATCH_LANES) {
-                self.cut(&self.groups[group(&hits[0])], hits, wavefront, batch);
+                self.cut(&scene.groups[group(&hits[0])], hits, scene, errors, batch);
             }
         }
     }
 
     fn cut(
-        &self,
+        &mut self,
         group: &SurfaceGroup,
         hits: &[PathHit],
-        wavefront: &mut Wavefront,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
     ) {
-        batch.load(&wavefront.paths, hits, NUMBERS_OF_SHAPES);
-        group.prepare_surfaces(self.scene, self.errors, batch);
+        batch.load(&self.paths, hits, NUMBERS_OF_SHAPES);
+        group.prepare_surfaces(scene, errors, batch);
         // Each hit along the path has a different sequence, as below.
         let distances = batch.surfaces.column(QueryColumns::DISTANCE);
         for (key, distance) in batch.keys.iter_mut().zip(distances) {
@@ -57,23 +60,23 @@ impl PathTracer<'_> {
         let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
             return;
         };
-        let textures = &self.scene.alpha[class];
+        let textures = &scene.alpha[class];
         let name = &textures.program.class().name;
-        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let callee = Callee { class: name, method: Method::Lookup, errors };
         let ShadingBatch { count, state, scratch, alpha, random, .. } = batch;
         let instances = of.instances(&textures.objects, alpha);
         callee.call_for_first(kernel, *count, instances, state, scratch, random);
         let values = batch.state.floats(variables().float_texture_value);
         for (hit, value) in hits.iter().zip(values) {
-            let path = &mut wavefront.paths[hit.path as usize];
+            let path = &mut self.paths[hit.path as usize];
             let key = path.key ^ path.distance.to_bits();
             // NaN is opaque.
             if *value <= lone_random_number(key, NUMBERS_OF_ALPHA, path.sample) {
                 path.epsilon = path.distance;
                 path.distance = path.limit;
-                wavefront.active.push(hit.path);
+                self.active.push(hit.path);
             } else {
-                wavefront.hits.push(*hit);
+                self.hits.push(*hit);
             }
         }
     }

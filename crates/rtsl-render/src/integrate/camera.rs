@@ -7,9 +7,10 @@ use rtsl::{
     CameraArrays, CameraProgram, CameraView, InstanceBlock, Instances, LaneBlock, Method,
     TieredKernel,
 };
-use rtsl_bvh::{LANES, LaneMask, RayPacket, moved_packet_by};
+use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of, moved_packet_by};
 use rtsl_math::Affine;
 
+use super::rows::all_finite;
 use crate::compiled::calls::Callee;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -61,10 +62,9 @@ impl Camera {
             self.load(scene.settings.origin(), samples, packet, scratch, count);
             count += LANES;
         }
-        let callee = Callee { class: self.name(), method: Method::GenerateRay, errors };
         let (kernel, instances) = (self.kernel.get(), Instances::One(&self.block));
         let called = if scene.is_traced { count.min(1) } else { count };
-        callee.call_for_first(kernel, called, instances, state, scratch, &mut NoHost);
+        self.callee(errors).call_for_first(kernel, called, instances, state, scratch, &mut NoHost);
         if let Some(motion) = &scene.camera_motion {
             for start in (0..count).step_by(LANES) {
                 let rays = rays_of(state, start);
@@ -72,6 +72,26 @@ impl Camera {
                 set_rays(state, start, &moved);
             }
         }
+    }
+
+    /// Returns the rays whose weights are not finite, and reports their number.
+    pub fn lost_rays(
+        &self,
+        errors: &RuntimeErrors,
+        weights: [&[f32]; 3],
+        lanes: LaneMask,
+    ) -> LaneMask {
+        if weights.iter().all(|channel| all_finite(channel)) {
+            return 0;
+        }
+        let is_lost = |lane: &usize| !weights.iter().all(|channel| channel[*lane].is_finite());
+        let lost = lanes_of(lanes).filter(is_lost).fold(0, |lost, lane| lost | 1 << lane);
+        self.callee(errors).report_not_finite(u64::from(LaneMask::count_ones(lost)));
+        lost
+    }
+
+    fn callee<'a>(&'a self, errors: &'a RuntimeErrors) -> Callee<'a> {
+        Callee { class: self.name(), method: Method::GenerateRay, errors }
     }
 
     /// Loads the pixels and the indices of a packet's samples, from the lane `start` on.

@@ -4,7 +4,8 @@ use rtsl::{LaneBlock, new_state};
 use rtsl_bvh::{LANES, Lanes, RayPacket};
 
 use super::camera::rays_of;
-use super::path_tracer::PathTracer;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
 use crate::schedule::tile_samples::TileSamples;
 
@@ -29,20 +30,21 @@ pub struct CameraMemory {
     blocks: Option<(LaneBlock, LaneBlock)>,
 }
 
-impl PathTracer<'_> {
+impl CameraMemory {
     /// Generates a packet of the camera rays of some samples of a tile.
-    pub fn camera_packet(
-        &self,
-        memory: &mut CameraMemory,
+    pub fn generate_packet(
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         samples: &TileSamples,
         packet: usize,
     ) -> CameraRays {
-        let camera = self.scene.camera();
+        let camera = scene.camera();
         let arrays = camera.program.scratch_arrays();
         let blocks = || (new_state(LANES), LaneBlock::new(arrays, LANES));
-        let (state, scratch) = memory.blocks.get_or_insert_with(blocks);
+        let (state, scratch) = self.blocks.get_or_insert_with(blocks);
         let packets = std::iter::once((samples, packet));
-        camera.generate(&self.scene.compiled, self.errors, packets, state, scratch);
+        camera.generate(&scene.compiled, errors, packets, state, scratch);
         let (v, at) = (variables(), camera.program.arrays());
         let floats = |lanes: &[f32]| *lanes.first_chunk().expect("blocks have all lanes");
         let words = |lanes: &[u32]| *lanes.first_chunk().expect("blocks have all lanes");

@@ -365,7 +365,7 @@ impl SceneHost<'_> {
             begin(wavefront, path);
             searcher.are_together = false;
             rays.traced += u64::from(state.searches > 0 || state.surface.is_some());
-            self.tracer.find_hits(wavefront, searcher, batch);
+            searcher.find_hits(self.tracer.scene, self.tracer.errors, wavefront, batch);
             let distance = wavefront.paths[0].distance;
             let hit = wavefront.hits.first();
             self.tracer.scene.note_hit(hit.map(|hit| (hit.object, distance)));
@@ -476,14 +476,14 @@ impl SceneHost<'_> {
         // Contributions wait for their turn.
         let waiting = std::mem::take(&mut memory.shadow_rays);
         memory.shadow_rays.push(&shadow_ray);
-        self.tracer.trace_shadow_rays(memory);
+        memory.trace_shadow_rays(self.tracer.scene, self.tracer.errors);
         memory.shadow_rays = waiting;
         !memory.reached.is_empty()
     }
 
     /// Adds the contributions that nothing blocks.
     pub fn add_contributions(&mut self) {
-        self.tracer.trace_shadow_rays(self.queries);
+        self.queries.trace_shadow_rays(self.tracer.scene, self.tracer.errors);
         let ThreadMemory { shadow_rays, reached, .. } = &mut *self.queries;
         for index in reached {
             let index = *index as usize;

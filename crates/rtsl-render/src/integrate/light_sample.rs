@@ -208,7 +208,7 @@ impl PathTracer<'_> {
             }
             samples.push(sample);
         }
-        self.trace_shadow_rays(queries);
+        queries.trace_shadow_rays(self.scene, self.errors);
         let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
         for index in reached {
             let place = shadow_rays.paths[*index as usize] as usize;

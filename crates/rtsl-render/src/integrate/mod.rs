@@ -14,7 +14,6 @@ pub(crate) mod camera;
 pub(crate) mod camera_rays;
 pub(crate) mod evaluation;
 pub(crate) mod following;
-pub(crate) mod hit_surfaces;
 pub(crate) mod host;
 pub(crate) mod integrator;
 pub(crate) mod light;

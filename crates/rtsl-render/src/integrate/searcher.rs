@@ -2,11 +2,12 @@
 
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
 
-use super::path_tracer::PathTracer;
 use super::shading_batch::ShadingBatch;
 use super::wavefront::{NO_INSTANCE, PathHit, Wavefront};
+use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::{SearchMemory, Tracer};
 
 /// The state of searches besides the rays.
@@ -31,58 +32,59 @@ impl Searcher {
             are_together: false,
         }
     }
-}
 
-impl PathTracer<'_> {
     /// Finds the hits of a wavefront's active rays. Each becomes a hit or leaves the scene; none is active afterwards.
     pub fn find_hits(
-        &self,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         wavefront: &mut Wavefront,
-        searcher: &mut Searcher,
         batch: &mut ShadingBatch,
     ) {
+        let tracer = Tracer { scene: &scene.compiled, errors };
         wavefront.hits.clear();
         wavefront.left.clear();
-        self.search_active(wavefront, searcher);
-        if self.scene.has_alpha() {
-            self.pass_transparent(wavefront, searcher, batch);
+        self.search_active(&tracer, wavefront);
+        if scene.has_alpha() {
+            self.pass_transparent(scene, errors, wavefront, batch);
         }
     }
 
     /// Continues the rays of a wavefront's hits behind surfaces that they pass, until all have hit one that they do not
     /// pass, or have left the scene.
     pub fn pass_transparent(
-        &self,
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         wavefront: &mut Wavefront,
-        searcher: &mut Searcher,
         batch: &mut ShadingBatch,
     ) {
+        let tracer = Tracer { scene: &scene.compiled, errors };
         let mut known = 0;
         loop {
-            self.pass_transparent_hits(wavefront, known, batch);
+            wavefront.pass_transparent_hits(scene, errors, known, batch);
             if wavefront.active.is_empty() {
                 return;
             }
             known = wavefront.hits.len();
-            self.search_active(wavefront, searcher);
+            self.search_active(&tracer, wavefront);
         }
     }
 
     /// Finds the closest hits of the active rays, of which none is active then.
-    fn search_active(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
-        let geometry = &self.scene.compiled.geometry;
-        if !searcher.are_together && geometry.suits_stream(wavefront.active.len()) {
-            self.search_with_streams(wavefront, searcher);
+    fn search_active(&mut self, tracer: &Tracer<'_>, wavefront: &mut Wavefront) {
+        let geometry = &tracer.scene.geometry;
+        if !self.are_together && geometry.suits_stream(wavefront.active.len()) {
+            self.search_with_streams(tracer, wavefront);
         } else {
-            self.search_with_packets(wavefront, searcher);
+            self.search_with_packets(tracer, wavefront);
         }
         wavefront.active.clear();
     }
 
     /// Finds the closest hits of the active rays in packets.
-    fn search_with_packets(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
-        let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
-        let Searcher { memory, packet, .. } = searcher;
+    fn search_with_packets(&mut self, tracer: &Tracer<'_>, wavefront: &mut Wavefront) {
+        let Searcher { memory, packet, .. } = self;
         for start in (0..wavefront.active.len()).step_by(LANES) {
             let count = (wavefront.active.len() - start).min(LANES);
             for lane in 0..count {
@@ -100,15 +102,14 @@ impl PathTracer<'_> {
                 .extend(lanes_of(lanes & !hit).map(|lane| wavefront.active[start + lane]));
             for lane in lanes_of(hit) {
                 let path = wavefront.active[start + lane];
-                self.add_hit(wavefront, path, found.distance[lane], found.id[lane]);
+                wavefront.add_hit(tracer.scene, path, found.distance[lane], found.id[lane]);
             }
         }
     }
 
     /// Finds them in streams.
-    fn search_with_streams(&self, wavefront: &mut Wavefront, searcher: &mut Searcher) {
-        let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
-        let Searcher { memory, stream, .. } = searcher;
+    fn search_with_streams(&mut self, tracer: &Tracer<'_>, wavefront: &mut Wavefront) {
+        let Searcher { memory, stream, .. } = self;
         for start in (0..wavefront.active.len()).step_by(RAYS_OF_STREAM) {
             let end = (start + RAYS_OF_STREAM).min(wavefront.active.len());
             stream.clear();
@@ -121,21 +122,22 @@ impl PathTracer<'_> {
             for place in 0..end - start {
                 let path = wavefront.active[start + place];
                 match stream.hit(place) {
-                    Some((distance, id)) => self.add_hit(wavefront, path, distance, id),
+                    Some((distance, id)) => wavefront.add_hit(tracer.scene, path, distance, id),
                     None => wavefront.left.push(path),
                 }
             }
         }
     }
+}
 
+impl Wavefront {
     /// Adds the hit of a path's ray.
     #[inline(always)]
-    fn add_hit(&self, wavefront: &mut Wavefront, path: u32, distance: f32, id: HitId) {
-        wavefront.paths[path as usize].distance = distance;
-        let scene = &self.scene.compiled;
+    fn add_hit(&mut self, scene: &CompiledScene, path: u32, distance: f32, id: HitId) {
+        self.paths[path as usize].distance = distance;
         let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return };
         let object = hit.member.object;
         let instance = hit.instance.unwrap_or(NO_INSTANCE);
-        wavefront.hits.push(PathHit { path, object, element: hit.element, instance });
+        self.hits.push(PathHit { path, object, element: hit.element, instance });
     }
 }

@@ -2,8 +2,11 @@
 
 use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
+use super::memory::ThreadMemory;
 use super::searcher::Searcher;
 use super::wavefront::Path;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 
 /// A shadow ray.
@@ -131,52 +134,78 @@ impl ShadowRays {
         epsilons.fill(epsilon);
         LaneMask::MAX >> (LANES - count)
     }
-}
 
-/// Traces shadow rays, and returns in `reached` the indices of those that nothing blocks, in order.
-pub fn trace_shadow_rays(
-    tracer: &Tracer<'_>,
-    rays: &ShadowRays,
-    searcher: &mut Searcher,
-    reached: &mut Vec<u32>,
-) {
-    if tracer.scene.geometry.suits_stream(rays.len()) {
-        trace_with_streams(tracer, rays, searcher, reached);
-    } else {
-        trace_with_packets(tracer, rays, searcher, reached);
-    }
-}
-
-fn trace_with_streams(
-    tracer: &Tracer<'_>,
-    rays: &ShadowRays,
-    searcher: &mut Searcher,
-    reached: &mut Vec<u32>,
-) {
-    let Searcher { memory, stream, .. } = searcher;
-    for start in (0..rays.len()).step_by(RAYS_OF_STREAM) {
-        let end = rays.len().min(start + RAYS_OF_STREAM);
-        stream.clear();
-        for index in start..end {
-            let limits = (tracer.scene.epsilon, rays.ends[6][index]);
-            stream.push(rays.origin(index), rays.direction(index), limits, rays.times[index]);
+    /// Traces the rays, and returns in `reached` the indices of those that nothing blocks, in order.
+    pub fn trace(&self, tracer: &Tracer<'_>, searcher: &mut Searcher, reached: &mut Vec<u32>) {
+        if tracer.scene.geometry.suits_stream(self.len()) {
+            self.trace_with_streams(tracer, searcher, reached);
+        } else {
+            self.trace_with_packets(tracer, searcher, reached);
         }
-        tracer.search_stream(memory, stream, Search::Any);
-        let free = (start..end).filter(|index| stream.hit(index - start).is_none());
-        reached.extend(free.map(|index| index as u32));
+    }
+
+    fn trace_with_streams(
+        &self,
+        tracer: &Tracer<'_>,
+        searcher: &mut Searcher,
+        reached: &mut Vec<u32>,
+    ) {
+        let Searcher { memory, stream, .. } = searcher;
+        for start in (0..self.len()).step_by(RAYS_OF_STREAM) {
+            let end = self.len().min(start + RAYS_OF_STREAM);
+            stream.clear();
+            for index in start..end {
+                let limits = (tracer.scene.epsilon, self.ends[6][index]);
+                stream.push(self.origin(index), self.direction(index), limits, self.times[index]);
+            }
+            tracer.search_stream(memory, stream, Search::Any);
+            let free = (start..end).filter(|index| stream.hit(index - start).is_none());
+            reached.extend(free.map(|index| index as u32));
+        }
+    }
+
+    fn trace_with_packets(
+        &self,
+        tracer: &Tracer<'_>,
+        searcher: &mut Searcher,
+        reached: &mut Vec<u32>,
+    ) {
+        let Searcher { memory, packet, .. } = searcher;
+        for start in (0..self.len()).step_by(LANES) {
+            let lanes = self.load(start, tracer.scene.epsilon, packet);
+            let occluded = tracer.any_hit(memory, packet, lanes);
+            reached.extend(lanes_of(lanes & !occluded).map(|lane| (start + lane) as u32));
+        }
     }
 }
 
-fn trace_with_packets(
-    tracer: &Tracer<'_>,
-    rays: &ShadowRays,
-    searcher: &mut Searcher,
-    reached: &mut Vec<u32>,
-) {
-    let Searcher { memory, packet, .. } = searcher;
-    for start in (0..rays.len()).step_by(LANES) {
-        let lanes = rays.load(start, tracer.scene.epsilon, packet);
-        let occluded = tracer.any_hit(memory, packet, lanes);
-        reached.extend(lanes_of(lanes & !occluded).map(|lane| (start + lane) as u32));
+impl ThreadMemory {
+    /// Traces the waiting shadow rays, and notes those that nothing blocks. The rays stay until someone clears them.
+    pub fn trace_shadow_rays(&mut self, scene: &RenderScene, errors: &RuntimeErrors) {
+        self.rays.shadow += self.shadow_rays.len() as u64;
+        self.reached.clear();
+        if scene.has_alpha() {
+            self.trace_shadows_through_alpha(scene, errors);
+        } else {
+            let tracer = Tracer { scene: &scene.compiled, errors };
+            let ThreadMemory { shadow_rays, reached, searcher, .. } = self;
+            shadow_rays.trace(&tracer, searcher, reached);
+        }
+    }
+
+    /// The same if alpha textures may let rays pass surfaces: the rays form another wavefront.
+    fn trace_shadows_through_alpha(&mut self, scene: &RenderScene, errors: &RuntimeErrors) {
+        let ThreadMemory { shadows, shadow_rays, reached, batch, searcher, .. } = self;
+        let epsilon = scene.compiled.epsilon;
+        let count = shadow_rays.len();
+        shadows.paths.clear();
+        shadows.paths.extend((0..count).map(|index| shadow_rays.ray(index).path_of(epsilon)));
+        shadows.active.clear();
+        shadows.active.extend(0..count as u32);
+        searcher.are_together = false;
+        searcher.find_hits(scene, errors, shadows, batch);
+        reached.extend_from_slice(&shadows.left);
+        // Passing surfaces changes the order, on which sums depend.
+        reached.sort_unstable();
     }
 }

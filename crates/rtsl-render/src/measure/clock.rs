@@ -8,6 +8,8 @@ use rtsl_bvh::LaneMask;
 use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::spread::Spread;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::path_tracer::PathTracer;
@@ -28,7 +30,8 @@ pub struct Effort {
 
 /// The subject and the effort of a measurement.
 pub struct Clock<'a> {
-    pub tracer: PathTracer<'a>,
+    pub scene: &'a RenderScene,
+    pub errors: &'a RuntimeErrors,
     pub threads: RenderThreads,
     /// The tiles of the image.
     pub tiles: Vec<Tile>,
@@ -42,13 +45,13 @@ const BATCH: usize = 16;
 impl Clock<'_> {
     /// Measures each kind of ray that the scene supports.
     pub fn rays(&self) -> Vec<RayMeasurement> {
-        let sets = RaySets::new(&self.tracer.asking_everything(), &self.tiles);
+        let sets = RaySets::new(self.scene, self.errors, &self.tiles);
         let tracer = self.searches();
         let primary = self.measure("primary", self.tiles.len(), |memory, index| {
             let samples = TileSamples { tile: self.tiles[index], first: 0, count: 1 };
             let settings = &tracer.scene.settings;
             let lanes = samples.lanes(0, (settings.width, settings.height));
-            let camera = self.tracer.camera_packet(&mut memory.camera, &samples, 0);
+            let camera = memory.camera.generate_packet(self.scene, self.errors, &samples, 0);
             let hits = tracer.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
             (lanes, hits.lanes(lanes))
         });
@@ -78,7 +81,8 @@ impl Clock<'_> {
                 let tiles = &self.tiles[index * together..tiles.min((index + 1) * together)];
                 let samples =
                     tiles.iter().map(|tile| TileSamples { tile: *tile, first: 0, count: 1 });
-                self.tracer.trace_samples(memory, &samples.collect::<Vec<_>>());
+                PathTracer::new(self.scene, self.errors)
+                    .trace_samples(memory, &samples.collect::<Vec<_>>());
             });
         });
         let milliseconds = Spread::of(times.iter().map(|time| time * 1e3));
@@ -91,7 +95,7 @@ impl Clock<'_> {
     }
 
     fn searches(&self) -> Tracer<'_> {
-        Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors }
+        Tracer { scene: &self.scene.compiled, errors: self.errors }
     }
 
     /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit. Returns `None` if
@@ -127,8 +131,8 @@ impl Clock<'_> {
     }
 
     fn run(&self, count: usize, work: impl Fn(&mut ThreadMemory, usize) + Sync) -> RayCounts {
-        let proceed = || !self.tracer.errors.any();
-        let memory = || ThreadMemory::new(self.tracer.scene);
+        let proceed = || !self.errors.any();
+        let memory = || ThreadMemory::new(self.scene);
         let (_, memories) = self.threads.for_each_tile(0..count, memory, proceed, work);
         let mut rays = RayCounts::default();
         memories.iter().for_each(|memory| rays += memory.rays);

@@ -11,6 +11,7 @@
 //! incoherent. A frame is one sample of every pixel, including shading and secondary rays.
 
 mod clock;
+mod hit_surfaces;
 mod integrator;
 mod lines;
 mod rays;
@@ -22,7 +23,6 @@ use rtsl_scene::Settings;
 use rtsl_scene::reader::DiskFiles;
 
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
-use crate::integrate::path_tracer::PathTracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::schedule::render_threads::RenderThreads;
 use crate::schedule::tile::tiles_of;
@@ -57,7 +57,8 @@ pub fn measure_scene(
     let Settings { width, height, .. } = scene.compiled.settings;
     let size = [width, height];
     let clock = Clock {
-        tracer: PathTracer::new(&scene, &errors),
+        scene: &scene,
+        errors: &errors,
         threads: RenderThreads::new(request.execution.threads)?,
         tiles: tiles_of(size[0], size[1]),
         effort,

@@ -4,10 +4,12 @@ use rtsl_bvh::{Bounds, LANES, LaneMask, RayPacket};
 use rtsl_math::dot;
 use rtsl_math::sampling::{hash, unit_float};
 
+use super::hit_surfaces::{HitSurfaces, light_rays, surfaces_of_hits};
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
-use crate::integrate::hit_surfaces::HitSurfaces;
 use crate::integrate::memory::ThreadMemory;
-use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::shaded_surface::ShadedSurface;
 use crate::schedule::tile::Tile;
 use crate::schedule::tile_samples::TileSamples;
@@ -30,17 +32,16 @@ pub struct RaySets {
 const MAX_PACKETS: usize = 4096;
 
 impl RaySets {
-    /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset. The tracer has kernels
-    /// for all queries.
-    pub fn new(tracer: &PathTracer<'_>, tiles: &[Tile]) -> Self {
-        let mut memory = ThreadMemory::new(tracer.scene);
+    /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset.
+    pub fn new(scene: &RenderScene, errors: &RuntimeErrors, tiles: &[Tile]) -> Self {
+        let mut memory = ThreadMemory::new(scene);
         let mut sets = RaySets::default();
         let count = tiles.len().min(MAX_PACKETS);
         for index in 0..count {
             let tile = tiles[index * tiles.len() / count];
-            sets.add_tile(tracer, &mut memory, tile, index);
+            sets.add_tile(scene, errors, &mut memory, tile, index);
         }
-        let compiled = &tracer.scene.compiled;
+        let compiled = &scene.compiled;
         let world = compiled.geometry.groups.first().and_then(|world| world.bounds());
         if let Some(world) = world {
             sets.random = (0..count).map(|index| random(world, compiled.epsilon, index)).collect();
@@ -50,28 +51,30 @@ impl RaySets {
 
     fn add_tile(
         &mut self,
-        tracer: &PathTracer<'_>,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
         memory: &mut ThreadMemory,
         tile: Tile,
         index: usize,
     ) {
-        let scene = &tracer.scene.compiled;
-        let searches = Tracer { scene, errors: tracer.errors };
+        let CompiledScene { settings, epsilon, .. } = &scene.compiled;
+        let searches = Tracer { scene: &scene.compiled, errors };
         let samples = TileSamples { tile, first: 0, count: 1 };
-        let lanes = samples.lanes(0, (scene.settings.width, scene.settings.height));
-        let camera = tracer.camera_packet(&mut memory.camera, &samples, 0);
+        let lanes = samples.lanes(0, (settings.width, settings.height));
+        let camera = memory.camera.generate_packet(scene, errors, &samples, 0);
         let hits = searches.nearest(&mut memory.searcher.memory, &camera.rays, lanes);
-        let surfaces = tracer.surfaces_of_hits(memory, &camera.rays, lanes, &hits);
-        let leaving = Leaving { tracer, surfaces: &surfaces, time: &camera.rays.time };
+        let surfaces =
+            surfaces_of_hits(scene, errors, &mut memory.batch, &camera.rays, lanes, &hits);
+        let leaving = Leaving { epsilon: *epsilon, surfaces: &surfaces, time: &camera.rays.time };
         self.secondary.extend(Some(leaving.secondary(index)).filter(|packet| packet.lanes != 0));
-        let shadow = leaving.shadow(memory, index);
+        let shadow = leaving.shadow(scene, errors, memory, index);
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
     }
 }
 
 /// Rays that leave the surfaces that a packet's rays hit.
 struct Leaving<'a> {
-    tracer: &'a PathTracer<'a>,
+    epsilon: f32,
     surfaces: &'a HitSurfaces,
     time: &'a [f32; LANES],
 }
@@ -91,9 +94,15 @@ impl Leaving<'_> {
     }
 
     /// Rays towards one of the lights, another for each packet, in the lanes for which the light is above the surface.
-    fn shadow(&self, memory: &mut ThreadMemory, index: usize) -> Option<Packet> {
-        let light = (index as u32).checked_rem(self.tracer.light_count())?;
-        let rays = self.tracer.light_rays(memory, light, self.surfaces, self.time);
+    fn shadow(
+        &self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        memory: &mut ThreadMemory,
+        index: usize,
+    ) -> Option<Packet> {
+        let light = (index as u32).checked_rem(scene.lights.entries.len() as u32)?;
+        let rays = light_rays(scene, errors, memory, light, self.surfaces, self.time);
         let mut packet = self.no_rays();
         for (lane, (surface, ray)) in self.surfaces.iter().zip(rays).enumerate() {
             let Some((surface, (direction, limit))) = surface.as_ref().zip(ray) else { continue };
@@ -105,7 +114,7 @@ impl Leaving<'_> {
     }
 
     fn no_rays(&self) -> Packet {
-        let epsilon = [self.tracer.scene.compiled.epsilon; LANES];
+        let epsilon = [self.epsilon; LANES];
         let rays = RayPacket { time: *self.time, epsilon, ..RayPacket::default() };
         Packet { rays, lanes: 0 }
     }

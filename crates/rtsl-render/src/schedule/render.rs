@@ -13,6 +13,7 @@ use super::render_threads::RenderThreads;
 use super::tile::TILE;
 use super::tile_order::TileOrder;
 use super::tile_samples::TileSamples;
+use super::visits::count_visits;
 use crate::checkpoint::CheckpointError;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -177,7 +178,7 @@ impl Job<'_> {
             for (index, samples) in indices.into_iter().zip(&samples) {
                 let end = start + samples.packets() * LANES;
                 if scene.aovs.counts_work() {
-                    let visits = tracer.count_visits(memory, samples);
+                    let visits = count_visits(scene, errors, memory, samples);
                     let work = TileWork { visits, samples: samples.count, lane_use };
                     self.film.add_work(index, &work);
                 }

@@ -15,6 +15,7 @@ use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::integrate::wavefront::tiles_of_wavefront;
 use crate::schedule::tile_samples::TileSamples;
+use crate::schedule::visits::count_visits;
 use crate::statistics::LaneUse;
 
 /// A renderer with its scene.
@@ -74,7 +75,7 @@ impl SessionRenderer {
         memory: &mut ThreadMemory,
         samples: &TileSamples,
     ) -> CameraRays {
-        self.tracer(errors).camera_packet(&mut memory.camera, samples, 0)
+        memory.camera.generate_packet(&self.scene, errors, samples, 0)
     }
 
     /// The name of the integrator, or of the interactive renderer.
@@ -130,7 +131,7 @@ impl SessionRenderer {
         memory: &mut ThreadMemory,
         samples: TileSamples,
     ) -> [u32; LANES] {
-        self.tracer(errors).count_visits(memory, &samples)
+        count_visits(&self.scene, errors, memory, &samples)
     }
 
     fn tracer<'a>(&'a self, errors: &'a RuntimeErrors) -> PathTracer<'a> {

@@ -11,6 +11,7 @@ use super::run::StagedPaths;
 use crate::compiled::calls::Callee;
 use crate::integrate::host::{Ray, first_hit};
 use crate::integrate::memory::ThreadMemory;
+use crate::integrate::path_tracer::PathTracer;
 
 /// The operands of a request for visibility.
 const ENDS: usize = ResumedBy::Occluded.request().len();
@@ -52,7 +53,8 @@ impl StagedPaths<'_> {
     pub fn trace_shadow_rays(&mut self) {
         let staged = self.staged;
         let Some((kernel, objects)) = staged.any_search().zip(staged.searched_objects()) else {
-            return self.tracer.trace_shadow_rays(self.queries);
+            let PathTracer { scene, errors, .. } = self.tracer;
+            return self.queries.trace_shadow_rays(scene, errors);
         };
         let count = self.queries.shadow_rays.len();
         self.queries.rays.shadow += count as u64;

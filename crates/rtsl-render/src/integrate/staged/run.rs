@@ -50,7 +50,7 @@ impl StagedPaths<'_> {
         let active: Vec<LaneMask> = lanes.collect();
         let weights = self.staged.columns.weights.map(|array| scratch.floats(array));
         for (start, lanes) in (0..).step_by(LANES).zip(&active) {
-            self.tracer.lost_by_camera(weights.map(|it| &it[start..start + LANES]), *lanes);
+            camera.lost_rays(errors, weights.map(|it| &it[start..start + LANES]), *lanes);
         }
         PathSet::of_packets(&active)
     }

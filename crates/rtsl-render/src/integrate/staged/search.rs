@@ -119,13 +119,13 @@ impl StagedPaths<'_> {
 
     /// Notes the answered hits of objects with alpha textures.
     fn note_cut_hits(&mut self, slots: &[u32]) {
-        let PathTracer { scene, groups, .. } = self.tracer;
+        let scene = self.tracer.scene;
         if !scene.has_alpha() {
             return;
         }
         let Frames { answers, cut, .. } = &mut *self.frames;
         let is_cut = |[object, ..]: &AnsweredHit| {
-            groups[scene.objects[*object as usize].group as usize].alpha.is_some()
+            scene.groups[scene.objects[*object as usize].group as usize].alpha.is_some()
         };
         let hits = slots.iter().enumerate().filter_map(|(ray, slot)| {
             let hit = answers.hit(ray).filter(is_cut)?;
@@ -157,7 +157,8 @@ impl StagedPaths<'_> {
             wavefront.hits.push(PathHit { path, object, element, instance });
         }
         searcher.are_together = false;
-        self.tracer.pass_transparent(wavefront, searcher, batch);
+        let PathTracer { scene, errors, .. } = self.tracer;
+        searcher.pass_transparent(scene, errors, wavefront, batch);
         let mut hits = vec![None; cut.len()];
         for hit in &wavefront.hits {
             let bits = wavefront.paths[hit.path as usize].distance.to_bits();
