@@ -176,13 +176,17 @@ fn trace_pixel(
     let film = SampleFilm::new((1, 1), scene.features().clone(), None).map_err(no_memory)?;
     let film = film.with_imaging(scene.compiled.settings.imaging);
     let errors = RuntimeErrors::default();
-    let tracer = PathTracer::new(scene, &errors).with_features();
+    let tracer = PathTracer::new(scene, &errors);
     let mut memory = ThreadMemory::new(scene);
     let (tile, first) = (film.tiles()[0], samples.start);
     let mut traced = Vec::new();
     for index in samples {
         trace.start();
-        tracer.trace_samples(&mut memory, &[TileSamples { tile, first: index, count: 1 }]);
+        tracer.trace_samples(
+            &mut memory,
+            &[TileSamples { tile, first: index, count: 1 }],
+            Some(scene.features()),
+        );
         let recording = trace.take();
         if errors.any() {
             return Err(exhausted_budgets(&scene.compiled, &errors));

@@ -21,6 +21,9 @@ use crate::integrate::staged::{BlockSizes, StagedMethod};
 use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
 use crate::lights::Lights;
 
+/// The greatest depth of rays that `trace` traces: each level takes a level of the thread's stack.
+const MAX_DEPTH: u32 = 64;
+
 /// A scene ready for path tracing.
 pub struct RenderScene {
     /// The compiled scene with the acceleration structure.
@@ -143,6 +146,11 @@ impl RenderScene {
     pub(crate) fn needs_rays(&self, staged: &StagedMethod) -> bool {
         let asks_for_lights = staged.samples_lights() && self.light_stage().is_none();
         staged.asks_host() || asks_for_lights || self.has_alpha()
+    }
+
+    /// True if rays of this depth are traced.
+    pub(crate) fn is_traced_at(&self, depth: u32) -> bool {
+        depth <= MAX_DEPTH.min(self.compiled.settings.max_depth)
     }
 
     /// Returns the hit of a surface by the indices of its object, instance and element, if the scene has such a surface.

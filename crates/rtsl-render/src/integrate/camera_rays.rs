@@ -1,13 +1,15 @@
 //! Camera rays of a tile, packet by packet.
 
 use rtsl::{LaneBlock, new_state};
-use rtsl_bvh::{LANES, Lanes, RayPacket};
+use rtsl_bvh::{LANES, Lanes, RayPacket, lanes_of};
 
 use super::camera::rays_of;
+use super::memory::ThreadMemory;
+use super::wavefront::Path;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
-use crate::schedule::tile_samples::TileSamples;
+use crate::schedule::tile_samples::{TileSamples, packets_of};
 
 /// Camera rays with their random numbers and weights.
 pub struct CameraRays {
@@ -55,6 +57,40 @@ impl CameraMemory {
             weights: at.weights.map(|array| floats(scratch.floats(array))),
             footprints: [v.ray_width, v.ray_spread]
                 .map(|component| floats(state.floats(component))),
+        }
+    }
+}
+
+impl ThreadMemory {
+    /// Begins the wavefront with the camera rays of samples of some tiles.
+    pub fn begin_samples(
+        &mut self,
+        scene: &RenderScene,
+        errors: &RuntimeErrors,
+        samples: &[TileSamples],
+    ) {
+        let settings = &scene.compiled.settings;
+        let ThreadMemory { wavefront, camera: camera_memory, rays: counts, .. } = self;
+        wavefront.paths.clear();
+        wavefront.active.clear();
+        for (samples, packet) in packets_of(samples) {
+            let lanes = samples.lanes(packet, (settings.width, settings.height));
+            let of_packet = camera_memory.generate_packet(scene, errors, samples, packet);
+            let CameraRays { rays, keys, samples, weights, footprints } = &of_packet;
+            let begun = wavefront.paths.len() as u32;
+            wavefront.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
+            counts.camera += u64::from(lanes.count_ones());
+            wavefront.paths.extend((0..LANES).map(|lane| Path {
+                throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
+                width: footprints[0][lane],
+                spread: footprints[1][lane],
+                ..Path::from_ray(rays, lane, keys[lane], samples[lane])
+            }));
+            let weights = weights.each_ref().map(|it| &it[..]);
+            for lane in lanes_of(scene.camera().lost_rays(errors, weights, lanes)) {
+                let path = &mut wavefront.paths[begun as usize + lane];
+                (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
+            }
         }
     }
 }

@@ -6,9 +6,10 @@ use rtsl::{CallArguments, CallStatus, Engine, Instance, Instances, LaneBlock, Me
 use rtsl_math::sampling::hash;
 use rtsl_scene::Scene;
 
+use super::following::Following;
 use super::host::{RayOfCall, SceneHost};
+use super::integrator_memory::IntegratorMemory;
 use super::path_tracer::PathTracer;
-use super::tracing::IntegratorMemory;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::variables::variables;
@@ -84,13 +85,14 @@ impl Evaluation {
                 state.floats_mut(v.sample_color + channel)[lane] += light;
             }
         }
-        tracer.follow(&mut memory, count, &mut |lanes, radiance| {
+        let mut add = |lanes: &[u32], radiance: &[Vec<f32>; 3]| {
             for (channel, column) in radiance.iter().enumerate() {
                 let colors = state.floats_mut(v.sample_color + channel);
                 let all = lanes.iter().zip(column);
                 all.for_each(|(lane, light)| colors[*lane as usize] += light);
             }
-        });
+        };
+        Following { tracer: &tracer, memory: &mut memory, add: &mut add }.follow(count);
         status
     }
 }

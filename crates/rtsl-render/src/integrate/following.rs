@@ -2,11 +2,12 @@
 
 use std::mem;
 
+use super::integrator_memory::{IntegratorMemory, RAYS_OF_CALL};
 use super::path_tracer::PathTracer;
 use super::rows::{all_finite, are_finite};
 use super::spawned_paths::{MAX_SPAWNED, SpawnedPaths};
 use super::staged::{PathSet, StagedMethod};
-use super::tracing::{IntegratorMemory, RAYS_OF_CALL};
+use super::suspect::report_suspect;
 use super::waiting_paths::WaitingPaths;
 use super::wavefront::Path;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -17,7 +18,7 @@ const PATHS_OF_WAVE: usize = 1 << 10;
 /// The number of paths above which those of some samples wait until those of the others have ended.
 pub const MAX_WAITING: usize = 1 << 16;
 
-/// Receives the samples of paths, and the radiance of the paths, channel by channel.
+/// A function that receives the samples of paths, and the radiance of the paths, channel by channel.
 pub type AddRadiance<'a> = dyn FnMut(&[u32], &[Vec<f32>; 3]) + 'a;
 
 /// The memory of paths that run together.
@@ -30,78 +31,78 @@ pub struct FollowedPaths {
     radiance: [Vec<f32>; 3],
 }
 
-impl PathTracer<'_> {
-    /// Follows the paths in the memory that so many samples have spawned. `add` gets the radiance of each path, that of the
-    /// paths of one sample in the order in which the light of the sample is defined.
-    pub(super) fn follow(
-        &self,
-        memory: &mut IntegratorMemory,
-        samples: usize,
-        add: &mut AddRadiance<'_>,
-    ) {
+/// The integration of spawned paths.
+pub struct Following<'a> {
+    pub tracer: &'a PathTracer<'a>,
+    pub memory: &'a mut IntegratorMemory,
+    /// Gets the radiance of each path, that of the paths of one sample in the order in which the light of the sample is
+    /// defined.
+    pub add: &'a mut AddRadiance<'a>,
+}
+
+impl Following<'_> {
+    /// Follows the paths in the memory that so many samples have spawned.
+    pub fn follow(&mut self, samples: usize) {
+        let memory = &mut *self.memory;
         if memory.queries.spawned.is_empty() {
             return;
         }
         let mut waiting = memory.new_waiting();
         mem::swap(&mut memory.queries.spawned, &mut waiting.paths);
         waiting.order_last(samples, |sample| sample);
-        self.follow_waiting(memory, waiting, add);
+        self.follow_waiting(waiting);
     }
 
-    fn follow_waiting(
-        &self,
-        memory: &mut IntegratorMemory,
-        mut waiting: WaitingPaths,
-        add: &mut AddRadiance<'_>,
-    ) {
-        let [mut level, mut next] = [memory.new_waiting(), memory.new_waiting()];
-        while let Some(depth) = waiting.least_depth().filter(|depth| self.is_traced_at(*depth)) {
-            if self.errors.any() {
+    fn follow_waiting(&mut self, mut waiting: WaitingPaths) {
+        let PathTracer { scene, errors, .. } = *self.tracer;
+        let [mut level, mut next] = [self.memory.new_waiting(), self.memory.new_waiting()];
+        while let Some(depth) = waiting.least_depth().filter(|depth| scene.is_traced_at(*depth)) {
+            if errors.any() {
                 break;
             }
             if waiting.len() > MAX_WAITING
                 && let Some(later) = waiting.split_off_samples()
             {
-                self.follow_waiting(memory, mem::replace(&mut waiting, later), add);
+                self.follow_waiting(mem::replace(&mut waiting, later));
                 continue;
             }
             waiting.take_depth(depth, &mut level);
-            self.follow_level(memory, &level, &mut next, add);
+            self.follow_level(&level, &mut next);
             waiting.append(&mut next);
             level.clear();
         }
-        memory.keep_waiting([waiting, level, next]);
+        self.memory.keep_waiting([waiting, level, next]);
     }
 
     /// Follows paths of one depth, and leaves what they spawn in `next`.
     fn follow_level(
-        &self,
-        memory: &mut IntegratorMemory,
+        &mut self,
         WaitingPaths { paths: level, order, .. }: &WaitingPaths,
         next: &mut WaitingPaths,
-        add: &mut AddRadiance<'_>,
     ) {
+        let PathTracer { scene, errors, .. } = *self.tracer;
         for chunk in order.chunks(PATHS_OF_WAVE) {
+            let memory = &mut *self.memory;
             memory.queries.rays.traced += chunk.len() as u64;
             let mut followed = mem::take(&mut memory.followed);
             followed.samples.clear();
             followed.samples.extend(chunk.iter().map(|index| level.parents[*index as usize]));
             // What these paths spawn is appended to what those before them have.
             mem::swap(&mut memory.queries.spawned, &mut next.paths);
-            match &self.scene.integrator.staged {
+            match &scene.integrator.staged {
                 Some(staged) => {
-                    self.follow_in_stages(staged, memory, level, chunk, &mut followed);
+                    self.follow_in_stages(staged, level, chunk, &mut followed);
                 }
-                None => self.follow_on_interpreter(memory, level, chunk, &mut followed),
+                None => self.follow_on_interpreter(level, chunk, &mut followed),
             }
-            mem::swap(&mut memory.queries.spawned, &mut next.paths);
+            mem::swap(&mut self.memory.queries.spawned, &mut next.paths);
             next.order_last(chunk.len(), |path| followed.samples[path as usize]);
-            add(&followed.samples, &followed.radiance);
-            memory.followed = followed;
+            (self.add)(&followed.samples, &followed.radiance);
+            self.memory.followed = followed;
             if next.len() > MAX_SPAWNED {
-                self.errors.report_many_paths();
+                errors.report_many_paths();
             }
-            if self.errors.any() {
+            if errors.any() {
                 return;
             }
         }
@@ -109,19 +110,19 @@ impl PathTracer<'_> {
 
     /// Runs some of the paths of one depth on the stages. What they spawn is appended in the memory.
     fn follow_in_stages(
-        &self,
+        &mut self,
         staged: &StagedMethod,
-        memory: &mut IntegratorMemory,
         level: &SpawnedPaths,
         chunk: &[u32],
         FollowedPaths { all, radiance, .. }: &mut FollowedPaths,
     ) {
+        let Following { tracer, memory, .. } = self;
         let depth = level.depths[chunk[0] as usize];
         let before = memory.queries.spawned.len();
         let exhausted = RuntimeErrors::default();
-        let begun = self.begin_stages(staged, &exhausted, memory, chunk.len(), depth);
+        let begun = tracer.begin_stages(staged, &exhausted, memory, chunk.len(), depth);
         let Some(mut run) = begun else { return };
-        let epsilon = self.scene.compiled.epsilon;
+        let epsilon = tracer.scene.compiled.epsilon;
         run.wave.load_spawned(run.frames, &staged.columns, level, chunk, epsilon);
         run.begin_rays();
         all.set_all(chunk.len());
@@ -132,7 +133,7 @@ impl PathTracer<'_> {
         let spawned = mem::take(&mut run.queries.spawned);
         if exhausted.any() {
             let paths: Vec<Path> = run.paths(all.paths().iter().copied()).collect();
-            self.report_exhausted(&paths, depth, memory);
+            tracer.report_exhausted(&paths, depth, memory);
             memory.queries.spawned = spawned;
             return;
         }
@@ -150,37 +151,37 @@ impl PathTracer<'_> {
         let weightless =
             weightless.filter(|path| are_finite(&level.weights(chunk[*path as usize] as usize)));
         let lost: Vec<Path> = run.paths(lost.into_iter().chain(weightless)).collect();
-        lost.iter().for_each(|path| self.report_cause(path, depth, memory));
+        lost.iter().for_each(|path| tracer.report_cause(path, depth, memory));
         memory.queries.spawned = spawned;
     }
 
     /// Calls the whole method for some of the paths of one depth. What they spawn is appended in the memory.
     fn follow_on_interpreter(
-        &self,
-        memory: &mut IntegratorMemory,
+        &mut self,
         level: &SpawnedPaths,
         chunk: &[u32],
         FollowedPaths { radiance, .. }: &mut FollowedPaths,
     ) {
+        let Following { tracer, memory, .. } = self;
+        let PathTracer { scene, errors, .. } = **tracer;
         let depth = level.depths[chunk[0] as usize];
         radiance.iter_mut().for_each(Vec::clear);
-        let epsilon = self.scene.compiled.epsilon;
+        let epsilon = tracer.scene.compiled.epsilon;
         for (start, indices) in (0_u32..).step_by(RAYS_OF_CALL).zip(chunk.chunks(RAYS_OF_CALL)) {
             let path = |index: &u32| level.get(*index as usize).path(epsilon);
             let mut paths: Vec<Path> = indices.iter().map(path).collect();
             let all: Vec<u32> = (0..paths.len() as u32).collect();
             let before = memory.queries.spawned.len();
-            let counts = self.call_integrator(&all, &paths, memory, depth);
+            let counts = tracer.call_integrator(&all, &paths, memory, depth);
             memory.queries.rays += counts;
             let parents = &mut memory.queries.spawned.parents[before..];
             parents.iter_mut().for_each(|parent| *parent += start);
             let lost = memory.queries.spawned.lost_parents(before).into_iter();
             for lane in lost.filter_map(|parent| parent.checked_sub(start)) {
-                self.report_suspect(memory.rays[lane as usize].suspect);
+                report_suspect(scene, errors, memory.rays[lane as usize].suspect);
             }
             for (lane, path) in paths.iter_mut().enumerate() {
-                let IntegratorMemory { state, rays, .. } = &*memory;
-                self.add_radiance(path, state, &rays[lane], lane);
+                memory.add_radiance(scene, errors, lane, path);
                 let channels = radiance.iter_mut().zip(path.radiance);
                 channels.for_each(|(channel, light)| channel.push(light));
             }

@@ -9,6 +9,7 @@ use rtsl::host::{
 };
 use rtsl_math::dot;
 
+use super::integrator_memory::IntegratorMemory;
 use super::memory::ThreadMemory;
 use super::numbers::{PathNumbers, Purpose, pairs, singles};
 use super::path_tracer::PathTracer;
@@ -17,7 +18,6 @@ use super::shaded_surface::ShadedSurface;
 use super::shadow_rays::ShadowRay;
 use super::spawned_paths::{MAX_SPAWNED, SpawnedPath, greatest_weight};
 use super::suspect::Suspect;
-use super::tracing::IntegratorMemory;
 use super::wavefront::{NO_INSTANCE, Path, Wavefront};
 use crate::compiled::CompiledScene;
 use crate::statistics::RayCounts;
@@ -514,7 +514,7 @@ impl Further<'_> {
     /// Computes the radiance along the rays of paths, whose depth is given, and returns the number of rays traced. Beyond
     /// the greatest depth `radiance` keeps its values.
     pub fn integrate(&self, paths: &[Path], depth: u32, radiance: &mut [[f32; 3]]) -> RayCounts {
-        if paths.is_empty() || !self.tracer.is_traced_at(depth) {
+        if paths.is_empty() || !self.tracer.scene.is_traced_at(depth) {
             return RayCounts::default();
         }
         self.with_memory(|memory| {

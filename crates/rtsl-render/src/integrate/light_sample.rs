@@ -12,6 +12,7 @@ use super::rows::{BATCH_LANES, are_finite, get};
 use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRay;
 use crate::compiled::render_scene::RenderScene;
+use crate::compiled::runtime_errors::RuntimeErrors;
 
 /// The number of operands of a request.
 pub const LIGHT_SCALARS: usize = ResumedBy::LightSample.request().len();
@@ -124,7 +125,9 @@ impl SceneHost<'_> {
             LightPoint::of_lane(ray, index, query, lane)
         };
         let points: Vec<LightPoint> = lanes.iter().map(point).collect();
-        let samples = self.tracer.sample_for_shade(&points, self.rays, self.queries);
+        let PathTracer { scene, errors, finds_causes, .. } = self.tracer;
+        let samples =
+            sample_for_shade(scene, errors, finds_causes, &points, self.rays, self.queries);
         let mut reached = 0;
         for (lane, sample) in lanes.iter().zip(samples) {
             let Some(sample) = sample else { continue };
@@ -143,7 +146,8 @@ impl SceneHost<'_> {
         operands: &[LaneWords],
         results: &mut [LaneWords],
     ) {
-        if self.tracer.scene.lights.is_empty() {
+        let PathTracer { scene, errors, .. } = self.tracer;
+        if scene.lights.is_empty() {
             return;
         }
         let point = |lane: usize| {
@@ -151,11 +155,11 @@ impl SceneHost<'_> {
             LightPoint::new(self.ray_of(lanes, lane) as u32, &operands)
         };
         let points: Vec<LightPoint> = lanes.iter().map(point).collect();
-        self.tracer.load_samples(&points, self.rays, self.queries);
+        load_samples(scene, errors, &points, self.rays, self.queries);
         let batch = &self.queries.batch;
         for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
             let sample = LightAtPoint::of_batch(batch, place);
-            if point.is_lit_by(&sample, self.tracer.scene) {
+            if point.is_lit_by(&sample, scene) {
                 let limit = batch.light.distance[place].to_bits();
                 let [_, light @ ..] = LightAtPoint::answer(&Some(sample));
                 let words = [1].into_iter().chain(light).chain([limit]);
@@ -165,85 +169,88 @@ impl SceneHost<'_> {
     }
 }
 
-impl PathTracer<'_> {
-    /// Samples lights for points; returns the light that reaches each of them.
-    pub fn sample_for_shade(
-        &self,
-        points: &[LightPoint],
-        rays: &mut [RayOfCall],
-        queries: &mut ThreadMemory,
-    ) -> Vec<Option<LightAtPoint>> {
-        let mut answers = vec![None; points.len()];
-        let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
-        for (points, answers) in batches {
-            self.sample_batch(points, answers, rays, queries);
-        }
-        answers
+/// Samples lights for points; returns the light that reaches each of them. Lights whose samples are not finite are
+/// reported if causes are.
+pub fn sample_for_shade(
+    scene: &RenderScene,
+    errors: &RuntimeErrors,
+    finds_causes: bool,
+    points: &[LightPoint],
+    rays: &mut [RayOfCall],
+    queries: &mut ThreadMemory,
+) -> Vec<Option<LightAtPoint>> {
+    let mut answers = vec![None; points.len()];
+    let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
+    for (points, answers) in batches {
+        sample_batch(scene, errors, finds_causes, points, answers, rays, queries);
     }
+    answers
+}
 
-    /// Samples lights for points of one batch.
-    fn sample_batch(
-        &self,
-        points: &[LightPoint],
-        answers: &mut [Option<LightAtPoint>],
-        rays: &mut [RayOfCall],
-        queries: &mut ThreadMemory,
-    ) {
-        if self.scene.lights.is_empty() || points.is_empty() {
-            return;
+/// Reports a light whose samples are not finite.
+pub fn report_light(scene: &RenderScene, errors: &RuntimeErrors, entry: u32) {
+    let (class, method) = scene.lights.sampled_method(entry, &scene.materials);
+    errors.report_not_finite(class, method, 1);
+}
+
+/// Samples lights for points of one batch.
+fn sample_batch(
+    scene: &RenderScene,
+    errors: &RuntimeErrors,
+    finds_causes: bool,
+    points: &[LightPoint],
+    answers: &mut [Option<LightAtPoint>],
+    rays: &mut [RayOfCall],
+    queries: &mut ThreadMemory,
+) {
+    if scene.lights.is_empty() || points.is_empty() {
+        return;
+    }
+    load_samples(scene, errors, points, rays, queries);
+    let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
+    let mut samples = Vec::with_capacity(points.len());
+    for (place, point) in points.iter().enumerate() {
+        let sample = LightAtPoint::of_batch(batch, place);
+        if point.is_lit_by(&sample, scene) {
+            let ray = &mut rays[point.ray as usize];
+            let shadow_ray = ray.shadow_ray(&Ray {
+                origin: point.point,
+                direction: sample.direction,
+                limit: batch.light.distance[place],
+            });
+            shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
         }
-        self.load_samples(points, rays, queries);
-        let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
-        let mut samples = Vec::with_capacity(points.len());
-        for (place, point) in points.iter().enumerate() {
-            let sample = LightAtPoint::of_batch(batch, place);
-            if point.is_lit_by(&sample, self.scene) {
-                let ray = &mut rays[point.ray as usize];
-                let shadow_ray = ray.shadow_ray(&Ray {
-                    origin: point.point,
-                    direction: sample.direction,
-                    limit: batch.light.distance[place],
-                });
-                shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
+        samples.push(sample);
+    }
+    queries.trace_shadow_rays(scene, errors);
+    let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
+    for index in reached {
+        let place = shadow_rays.paths[*index as usize] as usize;
+        answers[place] = Some(samples[place]);
+        let color = samples[place].color;
+        if !are_finite(&color) {
+            rays[points[place].ray as usize].note_light(color);
+            if finds_causes {
+                report_light(scene, errors, points[place].light);
             }
-            samples.push(sample);
         }
-        queries.trace_shadow_rays(self.scene, self.errors);
-        let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
-        for index in reached {
-            let place = shadow_rays.paths[*index as usize] as usize;
-            answers[place] = Some(samples[place]);
-            let color = samples[place].color;
-            if !are_finite(&color) {
-                rays[points[place].ray as usize].note_light(color);
-                self.report_light(points[place].light);
-            }
-        }
-        shadow_rays.clear();
     }
+    shadow_rays.clear();
+}
 
-    /// Samples the lights of points, which are not too many for a batch.
-    fn load_samples(
-        &self,
-        points: &[LightPoint],
-        rays: &mut [RayOfCall],
-        queries: &mut ThreadMemory,
-    ) {
-        load_points(points, rays, queries);
-        let last = self.scene.lights.entries.len() as u32 - 1;
-        let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
-        let ThreadMemory { batch, light, .. } = &mut *queries;
-        light.sample_undivided(self.scene, self.errors, batch, &chosen);
-    }
-
-    /// Reports a light whose samples are not finite, if causes are reported.
-    pub fn report_light(&self, entry: u32) {
-        if self.finds_causes {
-            let scene = self.scene;
-            let (class, method) = scene.lights.sampled_method(entry, &scene.materials);
-            self.report_lost(class, method, 1);
-        }
-    }
+/// Samples the lights of points, which are not too many for a batch.
+fn load_samples(
+    scene: &RenderScene,
+    errors: &RuntimeErrors,
+    points: &[LightPoint],
+    rays: &mut [RayOfCall],
+    queries: &mut ThreadMemory,
+) {
+    load_points(points, rays, queries);
+    let last = scene.lights.entries.len() as u32 - 1;
+    let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
+    let ThreadMemory { batch, light, .. } = &mut *queries;
+    light.sample_undivided(scene, errors, batch, &chosen);
 }
 
 /// Loads points as a batch.

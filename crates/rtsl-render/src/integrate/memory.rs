@@ -1,12 +1,12 @@
 //! The memory of one thread.
 
 use super::camera_rays::CameraMemory;
+use super::integrator_memory::IntegratorMemory;
 use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRays;
 use super::spawned_paths::SpawnedPaths;
 use super::suspect::Suspect;
-use super::tracing::IntegratorMemory;
 use super::wavefront::Wavefront;
 use crate::compiled::render_scene::RenderScene;
 use crate::film::samples::Samples;

@@ -16,6 +16,7 @@ pub(crate) mod evaluation;
 pub(crate) mod following;
 pub(crate) mod host;
 pub(crate) mod integrator;
+pub(crate) mod integrator_memory;
 pub(crate) mod light;
 pub(crate) mod light_sample;
 pub(crate) mod material_calls;
@@ -37,8 +38,6 @@ pub(crate) mod spawned_paths;
 pub(crate) mod staged;
 pub(crate) mod surface;
 pub(crate) mod suspect;
-pub(crate) mod tracer;
-pub(crate) mod tracing;
 pub(crate) mod waiting_paths;
 pub(crate) mod wavefront;
 

@@ -10,6 +10,7 @@ use rtsl::{Instances, LaneBlock, LaneIndices, SURFACE_SCALARS, new_state};
 use rtsl_math::sampling::NUMBERS_OF_SHAPES;
 
 use super::host::{Further, RayOfCall, SceneHost, store};
+use super::integrator_memory::IntegratorMemory;
 use super::memory::ThreadMemory;
 use super::numbers::{PathNumbers, Purpose};
 use super::path_tracer::PathTracer;
@@ -21,7 +22,6 @@ use super::shadow_rays::{ShadowRay, ShadowRays};
 use super::spawned_paths::SpawnedPaths;
 use super::staged::{Blocks, Columns, PathSet, StagedMethod, StagedPaths};
 use super::suspect::Suspect;
-use super::tracing::IntegratorMemory;
 use super::wavefront::PathHit;
 use crate::compiled::calls::Callee;
 use crate::compiled::render_scene::RenderScene;

@@ -8,10 +8,8 @@ use rtsl::host::{LaneSet, LaneWords};
 use rtsl::{Method, Query};
 
 use super::host::SceneHost;
-use super::path_tracer::PathTracer;
-use super::tracing::IntegratorMemory;
-use super::wavefront::Path;
 use crate::compiled::material::shading_method;
+use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 
 /// A method whose values were not finite.
@@ -29,66 +27,29 @@ pub enum Suspect {
     Shade,
 }
 
-impl PathTracer<'_> {
-    /// Reports the cause of a path's radiance that is not finite.
-    #[cold]
-    pub fn report_cause(&self, path: &Path, depth: u32, memory: &mut IntegratorMemory) {
-        if self.finds_causes && self.errors.may_find_cause() {
-            // What the second evaluation calls was reported by the first.
-            let errors = RuntimeErrors::default();
-            self.report_suspect(self.again(&errors).interpret(path, depth, memory));
+/// Reports a suspect; the integrator if there is none.
+pub fn report_suspect(scene: &RenderScene, errors: &RuntimeErrors, suspect: Option<Suspect>) {
+    let material = |object: u32| {
+        let key = &scene.keys[scene.objects[object as usize].group as usize];
+        (key, scene.classes().material_of(key).class().name.as_str())
+    };
+    let (class, method) = match suspect {
+        None => (scene.integrator.name(), Method::Radiance),
+        Some(Suspect::Shade) => return,
+        Some(Suspect::Material { object, method }) => (material(object).1, method),
+        Some(Suspect::AreaLight { object }) => {
+            let (key, own) = material(object);
+            let emitter = key.emitter.map(|(class, _)| &scene.materials[class].program);
+            (emitter.map_or(own, |it| &it.class().name), Method::Emission)
         }
-    }
-
-    /// Reports the method that exceeds its loop budget in one of these paths: the integrator's if no other is found.
-    #[cold]
-    pub fn report_exhausted(&self, paths: &[Path], depth: u32, memory: &mut IntegratorMemory) {
-        let again = self.again(self.errors);
-        for path in paths {
-            if self.errors.any() {
-                return;
-            }
-            again.interpret(path, depth, memory);
+        Some(Suspect::LightSample { entry }) => {
+            scene.lights.sampled_method(entry, &scene.materials)
         }
-        if !self.errors.any() {
-            self.errors.report(self.scene.integrator.name(), Method::Radiance);
+        Some(Suspect::Sky { sky, method }) => {
+            (scene.lights.skies[sky as usize].program.class().name.as_str(), method)
         }
-    }
-
-    /// Returns the tracer for a second evaluation, in which the host is asked for everything.
-    fn again<'a>(&self, errors: &'a RuntimeErrors) -> PathTracer<'a>
-    where
-        Self: 'a,
-    {
-        let groups = self.scene.full_groups();
-        PathTracer { groups, errors, features: None, finds_causes: false, ..*self }
-    }
-
-    /// Reports a suspect; the integrator if there is none.
-    pub fn report_suspect(&self, suspect: Option<Suspect>) {
-        let scene = self.scene;
-        let material = |object: u32| {
-            let key = &scene.keys[scene.objects[object as usize].group as usize];
-            (key, scene.classes().material_of(key).class().name.as_str())
-        };
-        let (class, method) = match suspect {
-            None => (scene.integrator.name(), Method::Radiance),
-            Some(Suspect::Shade) => return,
-            Some(Suspect::Material { object, method }) => (material(object).1, method),
-            Some(Suspect::AreaLight { object }) => {
-                let (key, own) = material(object);
-                let emitter = key.emitter.map(|(class, _)| &scene.materials[class].program);
-                (emitter.map_or(own, |it| &it.class().name), Method::Emission)
-            }
-            Some(Suspect::LightSample { entry }) => {
-                scene.lights.sampled_method(entry, &scene.materials)
-            }
-            Some(Suspect::Sky { sky, method }) => {
-                (scene.lights.skies[sky as usize].program.class().name.as_str(), method)
-            }
-        };
-        self.report_lost(class, method, 1);
-    }
+    };
+    errors.report_not_finite(class, method, 1);
 }
 
 impl SceneHost<'_> {

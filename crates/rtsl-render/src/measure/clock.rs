@@ -81,8 +81,11 @@ impl Clock<'_> {
                 let tiles = &self.tiles[index * together..tiles.min((index + 1) * together)];
                 let samples =
                     tiles.iter().map(|tile| TileSamples { tile: *tile, first: 0, count: 1 });
-                PathTracer::new(self.scene, self.errors)
-                    .trace_samples(memory, &samples.collect::<Vec<_>>());
+                PathTracer::new(self.scene, self.errors).trace_samples(
+                    memory,
+                    &samples.collect::<Vec<_>>(),
+                    None,
+                );
             });
         });
         let milliseconds = Spread::of(times.iter().map(|time| time * 1e3));

@@ -121,7 +121,7 @@ fn lines_of_scene(
         |memory, index| {
             let samples = |tile: &Tile| TileSamples { tile: *tile, first: 0, count: 1 };
             let samples: Vec<TileSamples> = groups[index].iter().map(samples).collect();
-            PathTracer::new(scene, &errors).trace_samples(memory, &samples);
+            PathTracer::new(scene, &errors).trace_samples(memory, &samples, None);
         },
     );
     if errors.any() {

@@ -168,8 +168,8 @@ impl Job<'_> {
         let _span = tracing::trace_span!("wavefront", ?indices, first, end).entered();
         let begun = Instant::now();
         let Job { scene, errors, .. } = self;
-        let tracer = PathTracer::new(scene, errors).with_features();
-        tracer.trace_samples(memory, &samples);
+        let features = Some(scene.features());
+        PathTracer::new(scene, errors).trace_samples(memory, &samples, features);
         // Samples that were aborted are not added.
         if !self.errors.any() {
             let time = begun.elapsed() / samples.len() as u32;

@@ -106,9 +106,9 @@ impl SessionRenderer {
         samples: &[TileSamples],
         keeps_objects: bool,
     ) -> Vec<TakenSamples> {
-        let tracer = self.tracer(errors);
-        let tracer = if keeps_objects { tracer.with_features() } else { tracer };
-        tracer.trace_samples(memory, samples);
+        // Nobody reads the causes of samples that are not finite.
+        let tracer = PathTracer { finds_causes: false, ..PathTracer::new(&self.scene, errors) };
+        tracer.trace_samples(memory, samples, keeps_objects.then(|| self.scene.features()));
         let lane_use = std::mem::take(&mut memory.lane_use);
         let mut start = 0;
         let of_tile = |samples: &TileSamples| {
@@ -132,11 +132,6 @@ impl SessionRenderer {
         samples: TileSamples,
     ) -> [u32; LANES] {
         count_visits(&self.scene, errors, memory, &samples)
-    }
-
-    fn tracer<'a>(&'a self, errors: &'a RuntimeErrors) -> PathTracer<'a> {
-        // Nobody reads the causes of samples that are not finite.
-        PathTracer { finds_causes: false, ..PathTracer::new(&self.scene, errors) }
     }
 }
 

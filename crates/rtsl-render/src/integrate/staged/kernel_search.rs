@@ -19,7 +19,7 @@ const ENDS: usize = ResumedBy::Occluded.request().len();
 impl StagedPaths<'_> {
     /// Notes the searches of paths that the stages before have made.
     pub fn note_stage_searches(&mut self, paths: &PathSet) {
-        if self.tracer.keeps_first_hits() {
+        if !self.wave.first_hits.is_empty() {
             self.note_first_hits(paths.paths());
         }
         if self.is_anyone_told_of_searches() {
@@ -43,7 +43,7 @@ impl StagedPaths<'_> {
         self.set_mask(paths);
         let is_masked = self.is_masked(paths);
         self.call_search(kernel, objects, CalledRays::All { is_masked });
-        if self.tracer.keeps_first_hits() {
+        if !self.wave.first_hits.is_empty() {
             self.note_first_hits(paths.paths());
         }
         self.note_searches(paths.paths());

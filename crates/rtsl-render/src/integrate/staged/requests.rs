@@ -12,9 +12,12 @@ use super::staged_method::StagedMethod;
 use super::wave::ray_components;
 use crate::compiled::variables::variables;
 use crate::integrate::host::{Further, Ray, is_traced};
-use crate::integrate::light_sample::{LIGHT_SCALARS, LightAtPoint, LightPoint};
+use crate::integrate::light_sample::{
+    LIGHT_SCALARS, LightAtPoint, LightPoint, report_light, sample_for_shade,
+};
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::Purpose;
+use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::rows::are_finite;
 use crate::integrate::shaded_surface::leaving;
 use crate::integrate::shading::{DeferredLight, RayOfShading, ShadingRequest};
@@ -178,7 +181,7 @@ impl StagedPaths<'_> {
         let further = Further { tracer: &self.tracer, free: self.free };
         let mut colors = vec![[0.0; 3]; traced.len()];
         if let Some(staged) = &self.tracer.scene.integrator.staged
-            && self.tracer.is_traced_at(depth)
+            && self.tracer.scene.is_traced_at(depth)
             && !traced.is_empty()
         {
             let requested = Requested::of(&self.frames.paths.scratch, self.staged);
@@ -292,6 +295,7 @@ impl StagedPaths<'_> {
         requested.append_rays(&lit, &ray, &mut self.queries.shadow_rays);
         self.count_shadow_rays(&lit);
         self.trace_shadow_rays();
+        let PathTracer { scene, errors, finds_causes, .. } = self.tracer;
         let Frames { paths: Blocks { scratch, .. }, moved, .. } = &mut *self.frames;
         slots.iter().for_each(|slot| scratch.words_mut(answers[0])[*slot as usize] = 0);
         let ThreadMemory { shadow_rays, reached, .. } = &mut *self.queries;
@@ -302,7 +306,9 @@ impl StagedPaths<'_> {
             if !are_finite(&color) {
                 self.wave.spawning.is_spoilt[moved.path_in(slot)] = true;
                 let index = self.staged.columns.requests[LIGHT_INDEX];
-                self.tracer.report_light(scratch.words(index)[slot as usize]);
+                if finds_causes {
+                    report_light(scene, errors, scratch.words(index)[slot as usize]);
+                }
             }
         }
         shadow_rays.clear();
@@ -318,7 +324,9 @@ impl StagedPaths<'_> {
             LightPoint::new(path, &operands.map(|column| column[*slot as usize]))
         };
         let points: Vec<LightPoint> = slots.iter().map(point).collect();
-        let samples = self.tracer.sample_for_shade(&points, &mut self.wave.rays, self.queries);
+        let PathTracer { scene, errors, finds_causes, .. } = self.tracer;
+        let rays = &mut self.wave.rays;
+        let samples = sample_for_shade(scene, errors, finds_causes, &points, rays, self.queries);
         let words: Vec<[u32; MAX_ANSWERS]> = samples.iter().map(LightAtPoint::answer).collect();
         for (index, array) in self.staged.columns.answers.iter().enumerate() {
             let answers = self.frames.paths.scratch.words_mut(*array);

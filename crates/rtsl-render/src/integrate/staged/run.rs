@@ -13,10 +13,10 @@ use super::wave::Wave;
 use crate::compiled::calls::Callee;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::integrate::host::{NO_OBJECT, SceneHost};
+use crate::integrate::integrator_memory::IntegratorMemory;
 use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::Purpose;
 use crate::integrate::path_tracer::PathTracer;
-use crate::integrate::tracing::IntegratorMemory;
 use crate::integrate::wavefront::Path;
 use crate::schedule::tile_samples::{TileSamples, packets_of};
 

@@ -179,7 +179,7 @@ impl StagedPaths<'_> {
         for (word, array) in read {
             answers.store(*word, slots, scratch.words_mut(*array));
         }
-        if !self.tracer.keeps_first_hits() {
+        if self.wave.first_hits.is_empty() {
             return;
         }
         for (ray, slot) in slots.iter().enumerate() {

@@ -18,7 +18,7 @@ pub struct Wave {
     pub count: usize,
     /// The number of lanes in which they are.
     pub lanes: usize,
-    /// The distances and the objects of the first surfaces; `None` without a hit.
+    /// The distances and the objects of the first surfaces, if they are kept; `None` without a hit.
     pub first_hits: Vec<Option<(f32, f32)>>,
     /// The state of requests, which hosts answer; empty if no kernel asks a host.
     pub rays: Vec<RayOfCall>,
@@ -56,18 +56,10 @@ fn gather<T: Copy>(from: &[T], indices: &[u32], to: &mut [T]) {
 
 impl Wave {
     /// Begins a number of paths of this depth, which have no rays and no weights yet.
-    pub fn begin(
-        &mut self,
-        frames: &mut Frames,
-        staged: &StagedMethod,
-        count: usize,
-        depth: u32,
-        keeps_first_hits: bool,
-    ) {
+    pub fn begin(&mut self, frames: &mut Frames, staged: &StagedMethod, count: usize, depth: u32) {
         let columns = &staged.columns;
         let Wave { first_hits, rays, spawning, objects, .. } = self;
         first_hits.clear();
-        first_hits.resize(if keeps_first_hits { count } else { 0 }, None);
         rays.clear();
         spawning.begin(if staged.spawns() || depth > 0 { count } else { 0 });
         objects.clear();
@@ -80,6 +72,11 @@ impl Wave {
         let state = &mut frames.paths.state;
         state.floats_mut(variables().ray_depth)[..count].fill(depth as f32);
         state.floats_mut(variables().ray_type)[..count].fill(RayType::of(depth, 0).value());
+    }
+
+    /// Has the first hits of the paths kept.
+    pub fn keep_first_hits(&mut self) {
+        self.first_hits.resize(self.count, None);
     }
 
     /// Sets the weights of all paths to 1.
