@@ -6,7 +6,7 @@ use rtsl::{CallArguments, CallStatus, Engine, Instance, Instances, LaneBlock, Me
 use rtsl_math::sampling::hash;
 use rtsl_scene::Scene;
 
-use super::following::Following;
+use super::following::follow;
 use super::host::{RayOfCall, SceneHost};
 use super::integrator_memory::IntegratorMemory;
 use super::path_tracer::PathTracer;
@@ -85,14 +85,13 @@ impl Evaluation {
                 state.floats_mut(v.sample_color + channel)[lane] += light;
             }
         }
-        let mut add = |lanes: &[u32], radiance: &[Vec<f32>; 3]| {
+        follow(&tracer, &mut memory, count, &mut |lanes, radiance| {
             for (channel, column) in radiance.iter().enumerate() {
                 let colors = state.floats_mut(v.sample_color + channel);
                 let all = lanes.iter().zip(column);
                 all.for_each(|(lane, light)| colors[*lane as usize] += light);
             }
-        };
-        Following { tracer: &tracer, memory: &mut memory, add: &mut add }.follow(count);
+        });
         status
     }
 }

@@ -31,28 +31,32 @@ pub struct FollowedPaths {
     radiance: [Vec<f32>; 3],
 }
 
+/// Follows the paths in the memory that so many samples have spawned. `add` gets the radiance of each path, that of the
+/// paths of one sample in the order in which the light of the sample is defined.
+pub fn follow(
+    tracer: &PathTracer<'_>,
+    memory: &mut IntegratorMemory,
+    samples: usize,
+    add: &mut AddRadiance<'_>,
+) {
+    if memory.queries.spawned.is_empty() {
+        return;
+    }
+    let mut waiting = memory.new_waiting();
+    mem::swap(&mut memory.queries.spawned, &mut waiting.paths);
+    waiting.order_last(samples, |sample| sample);
+    Following { tracer, memory, add }.follow_waiting(waiting);
+}
+
 /// The integration of spawned paths.
-pub struct Following<'a> {
-    pub tracer: &'a PathTracer<'a>,
-    pub memory: &'a mut IntegratorMemory,
-    /// Gets the radiance of each path, that of the paths of one sample in the order in which the light of the sample is
-    /// defined.
-    pub add: &'a mut AddRadiance<'a>,
+struct Following<'a> {
+    tracer: &'a PathTracer<'a>,
+    memory: &'a mut IntegratorMemory,
+    /// The function that gets the radiance of paths.
+    add: &'a mut AddRadiance<'a>,
 }
 
 impl Following<'_> {
-    /// Follows the paths in the memory that so many samples have spawned.
-    pub fn follow(&mut self, samples: usize) {
-        let memory = &mut *self.memory;
-        if memory.queries.spawned.is_empty() {
-            return;
-        }
-        let mut waiting = memory.new_waiting();
-        mem::swap(&mut memory.queries.spawned, &mut waiting.paths);
-        waiting.order_last(samples, |sample| sample);
-        self.follow_waiting(waiting);
-    }
-
     fn follow_waiting(&mut self, mut waiting: WaitingPaths) {
         let PathTracer { scene, errors, .. } = *self.tracer;
         let [mut level, mut next] = [self.memory.new_waiting(), self.memory.new_waiting()];
@@ -90,9 +94,7 @@ impl Following<'_> {
             // What these paths spawn is appended to what those before them have.
             mem::swap(&mut memory.queries.spawned, &mut next.paths);
             match &scene.integrator.staged {
-                Some(staged) => {
-                    self.follow_in_stages(staged, level, chunk, &mut followed);
-                }
+                Some(staged) => self.follow_in_stages(staged, level, chunk, &mut followed),
                 None => self.follow_on_interpreter(level, chunk, &mut followed),
             }
             mem::swap(&mut self.memory.queries.spawned, &mut next.paths);

@@ -13,6 +13,7 @@ use super::shading_batch::ShadingBatch;
 use super::shadow_rays::ShadowRay;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
+use crate::lights::Weights;
 
 /// The number of operands of a request.
 pub const LIGHT_SCALARS: usize = ResumedBy::LightSample.request().len();
@@ -136,9 +137,7 @@ impl SceneHost<'_> {
         }
         reached
     }
-}
 
-impl SceneHost<'_> {
     /// Samples lights by their indices, whether anything blocks them or not.
     pub fn sample_unshadowed(
         &mut self,
@@ -180,9 +179,41 @@ pub fn sample_for_shade(
     queries: &mut ThreadMemory,
 ) -> Vec<Option<LightAtPoint>> {
     let mut answers = vec![None; points.len()];
+    if scene.lights.is_empty() {
+        return answers;
+    }
     let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
     for (points, answers) in batches {
-        sample_batch(scene, errors, finds_causes, points, answers, rays, queries);
+        load_samples(scene, errors, points, rays, queries);
+        let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
+        let mut samples = Vec::with_capacity(points.len());
+        for (place, point) in points.iter().enumerate() {
+            let sample = LightAtPoint::of_batch(batch, place);
+            if point.is_lit_by(&sample, scene) {
+                let ray = &mut rays[point.ray as usize];
+                let shadow_ray = ray.shadow_ray(&Ray {
+                    origin: point.point,
+                    direction: sample.direction,
+                    limit: batch.light.distance[place],
+                });
+                shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
+            }
+            samples.push(sample);
+        }
+        queries.trace_shadow_rays(scene, errors);
+        let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
+        for index in reached {
+            let place = shadow_rays.paths[*index as usize] as usize;
+            answers[place] = Some(samples[place]);
+            let color = samples[place].color;
+            if !are_finite(&color) {
+                rays[points[place].ray as usize].note_light(color);
+                if finds_causes {
+                    report_light(scene, errors, points[place].light);
+                }
+            }
+        }
+        shadow_rays.clear();
     }
     answers
 }
@@ -193,52 +224,7 @@ pub fn report_light(scene: &RenderScene, errors: &RuntimeErrors, entry: u32) {
     errors.report_not_finite(class, method, 1);
 }
 
-/// Samples lights for points of one batch.
-fn sample_batch(
-    scene: &RenderScene,
-    errors: &RuntimeErrors,
-    finds_causes: bool,
-    points: &[LightPoint],
-    answers: &mut [Option<LightAtPoint>],
-    rays: &mut [RayOfCall],
-    queries: &mut ThreadMemory,
-) {
-    if scene.lights.is_empty() || points.is_empty() {
-        return;
-    }
-    load_samples(scene, errors, points, rays, queries);
-    let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
-    let mut samples = Vec::with_capacity(points.len());
-    for (place, point) in points.iter().enumerate() {
-        let sample = LightAtPoint::of_batch(batch, place);
-        if point.is_lit_by(&sample, scene) {
-            let ray = &mut rays[point.ray as usize];
-            let shadow_ray = ray.shadow_ray(&Ray {
-                origin: point.point,
-                direction: sample.direction,
-                limit: batch.light.distance[place],
-            });
-            shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
-        }
-        samples.push(sample);
-    }
-    queries.trace_shadow_rays(scene, errors);
-    let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
-    for index in reached {
-        let place = shadow_rays.paths[*index as usize] as usize;
-        answers[place] = Some(samples[place]);
-        let color = samples[place].color;
-        if !are_finite(&color) {
-            rays[points[place].ray as usize].note_light(color);
-            if finds_causes {
-                report_light(scene, errors, points[place].light);
-            }
-        }
-    }
-    shadow_rays.clear();
-}
-
-/// Samples the lights of points, which are not too many for a batch.
+/// Loads points as a batch, for which they are not too many, and samples their lights.
 fn load_samples(
     scene: &RenderScene,
     errors: &RuntimeErrors,
@@ -246,16 +232,7 @@ fn load_samples(
     rays: &mut [RayOfCall],
     queries: &mut ThreadMemory,
 ) {
-    load_points(points, rays, queries);
-    let last = scene.lights.entries.len() as u32 - 1;
-    let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
     let ThreadMemory { batch, light, .. } = &mut *queries;
-    light.sample_undivided(scene, errors, batch, &chosen);
-}
-
-/// Loads points as a batch.
-fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut ThreadMemory) {
-    let batch = &mut *queries.batch;
     batch.count = points.len();
     for (place, point) in points.iter().enumerate() {
         let ray = &mut rays[point.ray as usize];
@@ -272,4 +249,7 @@ fn load_points(points: &[LightPoint], rays: &mut [RayOfCall], queries: &mut Thre
         batch.samples[place] = ray.numbers.sample;
         batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
     }
+    let last = scene.lights.entries.len() as u32 - 1;
+    let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
+    light.sample_chosen(scene, errors, batch, &chosen, Weights::Left);
 }

@@ -1,9 +1,9 @@
 //! The tracing of paths by the integrator of a scene.
 
-use rtsl::{CallArguments, Instances, LaneBlock, Method, RayType};
+use rtsl::{Instances, LaneBlock, Method, RayType};
 use rtsl_bvh::LANES;
 
-use super::following::Following;
+use super::following::follow;
 use super::host::{RayOfCall, SceneHost};
 use super::integrator_memory::{IntegratorMemory, RAYS_OF_CALL, StageMemory};
 use super::memory::ThreadMemory;
@@ -35,16 +35,13 @@ pub struct PathTracer<'a> {
     pub finds_causes: bool,
 }
 
-impl<'a> PathTracer<'a> {
+impl<'t> PathTracer<'t> {
     /// Creates the tracer of paths that are traced for the first time.
-    pub fn new(scene: &'a RenderScene, errors: &'a RuntimeErrors) -> Self {
+    pub fn new(scene: &'t RenderScene, errors: &'t RuntimeErrors) -> Self {
         PathTracer { scene, groups: &scene.groups, errors, finds_causes: true }
     }
-}
 
-impl PathTracer<'_> {
-    /// Traces a path for each sample of some tiles, and leaves the results in the memory, with these
-    /// features.
+    /// Traces a path for each sample of some tiles, and leaves the results in the memory, with these features.
     pub fn trace_samples(
         &self,
         memory: &mut ThreadMemory,
@@ -125,14 +122,13 @@ impl PathTracer<'_> {
             for lane in memory.queries.spawned.lost_parents(0) {
                 report_suspect(self.scene, self.errors, memory.rays[lane as usize].suspect);
             }
-            let mut add = |lanes: &[u32], radiance: &[Vec<f32>; 3]| {
+            follow(self, memory, active.len(), &mut |lanes, radiance| {
                 for (channel, column) in radiance.iter().enumerate() {
                     for (lane, light) in lanes.iter().zip(column) {
                         paths[active[*lane as usize] as usize].radiance[channel] += light;
                     }
                 }
-            };
-            Following { tracer: self, memory, add: &mut add }.follow(active.len());
+            });
             counts += memory.take_ray_counts();
         }
         active.clear();
@@ -223,15 +219,13 @@ impl PathTracer<'_> {
         };
         lost.iter().for_each(|path| self.report_cause(path, depth, memory));
         memory.queries.spawned = spawned;
-        let count = radiance.len();
-        let mut add = |paths: &[u32], light: &[Vec<f32>; 3]| {
+        follow(self, memory, radiance.len(), &mut |paths, light| {
             for (channel, column) in light.iter().enumerate() {
                 for (path, light) in paths.iter().zip(column) {
                     radiance[*path as usize][channel] += light;
                 }
             }
-        };
-        Following { tracer: self, memory, add: &mut add }.follow(count);
+        });
         memory.take_ray_counts()
     }
 
@@ -280,14 +274,13 @@ impl PathTracer<'_> {
         lost.iter().for_each(|path| self.report_cause(path, 0, own));
         own.queries.spawned = spawned;
         let channels = &mut results.radiance;
-        let mut add = |paths: &[u32], light: &[Vec<f32>; 3]| {
+        follow(self, own, count, &mut |paths, light| {
             for (channel, column) in channels.iter_mut().zip(light) {
                 for (path, light) in paths.iter().zip(column) {
                     channel[*path as usize] += light;
                 }
             }
-        };
-        Following { tracer: self, memory: own, add: &mut add }.follow(count);
+        });
         *counts += own.take_ray_counts();
         *lane_use += std::mem::take(&mut own.queries.lane_use);
     }
@@ -326,28 +319,12 @@ impl PathTracer<'_> {
         }
         let callee =
             Callee { class: integrator.name(), method: Method::Radiance, errors: self.errors };
-        let mut host = SceneHost {
-            tracer: *self,
-            rays,
-            slots: None,
-            queries,
-            free,
-            depth,
-            notes_suspects: true,
-            is_of_stages: false,
-        };
-        callee.call(
-            &integrator.kernel,
-            CallArguments {
-                state,
-                scratch,
-                count: active.len(),
-                mask: None,
-                accepted: None,
-                instances: Instances::One(&integrator.block),
-                host: &mut host,
-            },
-        );
+        let (tracer, slots) = (*self, None);
+        let (notes_suspects, is_of_stages) = (true, false);
+        let mut host =
+            SceneHost { tracer, rays, slots, queries, free, depth, notes_suspects, is_of_stages };
+        let (kernel, instances) = (&integrator.kernel, Instances::One(&integrator.block));
+        callee.call_for_first(kernel, active.len(), instances, state, scratch, &mut host);
         host.add_contributions();
         std::mem::take(&mut queries.rays)
     }

@@ -24,7 +24,7 @@ use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
 use crate::surfaces::{ReadSurfaces, SurfaceKernels};
 
 pub use probe::probe_lights;
-pub use sample::LightMemory;
+pub use sample::{LightMemory, Weights};
 use selection::{LightProbe, Selection};
 
 /// The lights of a scene.

@@ -7,7 +7,7 @@ use rtsl_math::sampling::{hash, unit_float};
 use rtsl_memory::on_all_processors;
 use smallvec::SmallVec;
 
-use super::sample::LightMemory;
+use super::sample::{LightMemory, Weights};
 use super::selection::LightProbe;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::render_scene::RenderScene;
@@ -38,7 +38,7 @@ pub fn probe_lights(scene: &RenderScene, errors: &RuntimeErrors) -> Vec<LightPro
             let chosen = lights.flat_map(|light| std::iter::repeat_n(light as u32, SAMPLES));
             let chosen: SmallVec<[u32; LIGHTS_IN_BATCH * SAMPLES]> = chosen.collect();
             set_points(batch, &chosen, place);
-            light.sample_chosen(scene, errors, batch, &chosen);
+            light.sample_chosen(scene, errors, batch, &chosen, Weights::Divided);
             let starts = (0..chosen.len()).step_by(SAMPLES);
             starts.map(|start| probe(batch, start)).collect::<SmallVec<[_; LIGHTS_IN_BATCH]>>()
         },

@@ -38,6 +38,15 @@ pub struct LightMemory {
     random: RandomNumbers,
 }
 
+/// The treatment of the densities of light that rays find as well.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Weights {
+    /// Colours are divided by them.
+    Divided,
+    /// Colours are radiances.
+    Left,
+}
+
 impl LightMemory {
     /// For shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
@@ -57,123 +66,11 @@ impl LightMemory {
         })
     }
 
-    /// Loads the points of the lanes that are lit, with their normals on the side from which their rays come.
-    fn load(&mut self, batch: &ShadingBatch) {
-        let LightMemory { lanes, block, .. } = self;
-        let points = (QueryColumns::POINT..).zip(QueryColumns::ORIGIN..).take(3);
-        let others = [QueryColumns::OFFSET, QueryColumns::TIME].map(|column| (column, column));
-        for (from, to) in points.chain(others) {
-            lanes.gather(batch.surfaces.column(from), block.column_mut(to));
-        }
-        lanes.gather(&self.probability, block.column_mut(QueryColumns::PROBABILITY));
-        for column in QueryColumns::GEOMETRIC_NORMAL..QueryColumns::SHADING_NORMAL + 3 {
-            let normals = batch.surfaces.column(column);
-            for (to, lane) in block.column_mut(column).iter_mut().zip(lanes.iter()) {
-                *to = normals[lane] * batch.side[lane];
-            }
-        }
-        lanes.gather(&batch.keys, &mut self.keys);
-        lanes.gather(&batch.samples, &mut self.samples);
-        self.random.start(&self.keys, &self.samples, NUMBERS_OF_LIGHTS, lanes.count());
-    }
-
-    /// Sets the indices of their lights among those of the class.
-    fn set_light_indices(&mut self, entries: &[LightEntry]) {
-        let LightMemory { lanes, chosen, objects, .. } = self;
-        set_indices(objects, lanes.iter().map(|lane| entries[chosen[lane] as usize].index));
-    }
-
-    /// Sets the objects to be sampled.
-    fn load_hits(&mut self, entries: &[LightEntry]) {
-        let LightMemory { lanes, chosen, hits, .. } = self;
-        for (hit, lane) in hits.iter_mut().zip(lanes.iter()) {
-            *hit = entries[chosen[lane] as usize].hit;
-        }
-    }
-
-    /// Sets the radiance of samples that have a density; of others it is black.
-    fn set_emission(&mut self) {
-        for lane in 0..self.lanes.count() {
-            let is_usable = self.block.column_mut(QueryColumns::DENSITY)[lane] > 0.0;
-            let emission = vector(&self.state, variables().emission_color, lane);
-            for (channel, number) in emission.into_iter().enumerate() {
-                let radiance = if is_usable { number } else { 0.0 };
-                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] = radiance;
-            }
-        }
-    }
-
-    /// Multiplies the radiance of samples by the alpha that textures have set. As for hits, NaN is opaque.
-    fn apply_alpha(&mut self) {
-        for lane in 0..self.lanes.count() {
-            let alpha = self.state.floats(variables().float_texture_value)[lane];
-            let alpha = if alpha < 1.0 { alpha.max(0.0) } else { 1.0 };
-            for channel in 0..3 {
-                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= alpha;
-            }
-        }
-    }
-
-    /// Multiplies the radiance of samples by their weights, and densities by the probabilities of lights. Samples that no
-    /// ray finds have no density then. `weights` tells whether samples that rays find as well are weighted, too.
-    fn weigh(&mut self, found: Found, weights: Weights) {
-        for lane in 0..self.lanes.count() {
-            let is_found = match found {
-                Found::All => true,
-                Found::None => false,
-                Found::AtInfinity => {
-                    self.block.column_mut(QueryColumns::DISTANCE)[lane] == f32::INFINITY
-                }
-            };
-            let weight = self.block.column_mut(QueryColumns::WEIGHT)[lane];
-            if weights == Weights::Divided || !is_found {
-                for channel in 0..3 {
-                    self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= weight;
-                }
-            }
-            let probability = self.block.column_mut(QueryColumns::PROBABILITY)[lane];
-            let density = &mut self.block.column_mut(QueryColumns::DENSITY)[lane];
-            *density = if is_found { *density * probability } else { 0.0 };
-        }
-    }
-
     /// Returns the light selected for a lane of the batch.
     pub fn chosen(&self, lane: usize) -> u32 {
         self.chosen[lane]
     }
 
-    /// Stores the samples in the batch.
-    fn store(&self, light: &mut LightRows) {
-        let column = |column: usize| self.block.column(column);
-        for axis in 0..3 {
-            let direction = column(QueryColumns::DIRECTION + axis);
-            self.lanes.scatter(direction, &mut light.direction[axis]);
-            self.lanes.scatter(column(QueryColumns::RADIANCE + axis), &mut light.color[axis]);
-        }
-        self.lanes.scatter(column(QueryColumns::REACH), &mut light.distance);
-        self.lanes.scatter(column(QueryColumns::DISTANCE), &mut light.reach);
-        self.lanes.scatter(column(QueryColumns::DENSITY), &mut light.density);
-    }
-}
-
-/// The treatment of the densities of light that rays find as well.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Weights {
-    /// Colours are divided by them.
-    Divided,
-    /// Colours are radiances.
-    Left,
-}
-
-/// The samples of a class of lights that rays find as well.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Found {
-    None,
-    AtInfinity,
-    All,
-}
-
-impl LightMemory {
     /// Samples a light for each lane of a batch.
     pub fn sample_lights(
         &mut self,
@@ -206,21 +103,11 @@ impl LightMemory {
         errors: &RuntimeErrors,
         batch: &mut ShadingBatch,
         chosen: &[u32],
+        weights: Weights,
     ) {
-        self.choose(chosen);
-        self.sample_by_class(scene, errors, batch, Weights::Divided);
-    }
-
-    /// The same, but the colours of light that rays find as well are not divided by their densities.
-    pub fn sample_undivided(
-        &mut self,
-        scene: &RenderScene,
-        errors: &RuntimeErrors,
-        batch: &mut ShadingBatch,
-        chosen: &[u32],
-    ) {
-        self.choose(chosen);
-        self.sample_by_class(scene, errors, batch, Weights::Left);
+        self.chosen[..chosen.len()].copy_from_slice(chosen);
+        self.probability.fill(1.0);
+        self.sample_by_class(scene, errors, batch, weights);
     }
 
     /// Samples the selected lights, class by class.
@@ -379,9 +266,104 @@ impl LightMemory {
         self.apply_alpha();
     }
 
-    /// Selects the given lights for the lanes of a batch.
-    fn choose(&mut self, chosen: &[u32]) {
-        self.chosen[..chosen.len()].copy_from_slice(chosen);
-        self.probability.fill(1.0);
+    /// Loads the points of the lanes that are lit, with their normals on the side from which their rays come.
+    fn load(&mut self, batch: &ShadingBatch) {
+        let LightMemory { lanes, block, .. } = self;
+        let points = (QueryColumns::POINT..).zip(QueryColumns::ORIGIN..).take(3);
+        let others = [QueryColumns::OFFSET, QueryColumns::TIME].map(|column| (column, column));
+        for (from, to) in points.chain(others) {
+            lanes.gather(batch.surfaces.column(from), block.column_mut(to));
+        }
+        lanes.gather(&self.probability, block.column_mut(QueryColumns::PROBABILITY));
+        for column in QueryColumns::GEOMETRIC_NORMAL..QueryColumns::SHADING_NORMAL + 3 {
+            let normals = batch.surfaces.column(column);
+            for (to, lane) in block.column_mut(column).iter_mut().zip(lanes.iter()) {
+                *to = normals[lane] * batch.side[lane];
+            }
+        }
+        lanes.gather(&batch.keys, &mut self.keys);
+        lanes.gather(&batch.samples, &mut self.samples);
+        self.random.start(&self.keys, &self.samples, NUMBERS_OF_LIGHTS, lanes.count());
     }
+
+    /// Sets the indices of their lights among those of the class.
+    fn set_light_indices(&mut self, entries: &[LightEntry]) {
+        let LightMemory { lanes, chosen, objects, .. } = self;
+        set_indices(objects, lanes.iter().map(|lane| entries[chosen[lane] as usize].index));
+    }
+
+    /// Sets the objects to be sampled.
+    fn load_hits(&mut self, entries: &[LightEntry]) {
+        let LightMemory { lanes, chosen, hits, .. } = self;
+        for (hit, lane) in hits.iter_mut().zip(lanes.iter()) {
+            *hit = entries[chosen[lane] as usize].hit;
+        }
+    }
+
+    /// Sets the radiance of samples that have a density; of others it is black.
+    fn set_emission(&mut self) {
+        for lane in 0..self.lanes.count() {
+            let is_usable = self.block.column_mut(QueryColumns::DENSITY)[lane] > 0.0;
+            let emission = vector(&self.state, variables().emission_color, lane);
+            for (channel, number) in emission.into_iter().enumerate() {
+                let radiance = if is_usable { number } else { 0.0 };
+                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] = radiance;
+            }
+        }
+    }
+
+    /// Multiplies the radiance of samples by the alpha that textures have set. As for hits, NaN is opaque.
+    fn apply_alpha(&mut self) {
+        for lane in 0..self.lanes.count() {
+            let alpha = self.state.floats(variables().float_texture_value)[lane];
+            let alpha = if alpha < 1.0 { alpha.max(0.0) } else { 1.0 };
+            for channel in 0..3 {
+                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= alpha;
+            }
+        }
+    }
+
+    /// Multiplies the radiance of samples by their weights, and densities by the probabilities of lights. Samples that no
+    /// ray finds have no density then. `weights` tells whether samples that rays find as well are weighted, too.
+    fn weigh(&mut self, found: Found, weights: Weights) {
+        for lane in 0..self.lanes.count() {
+            let is_found = match found {
+                Found::All => true,
+                Found::None => false,
+                Found::AtInfinity => {
+                    self.block.column_mut(QueryColumns::DISTANCE)[lane] == f32::INFINITY
+                }
+            };
+            let weight = self.block.column_mut(QueryColumns::WEIGHT)[lane];
+            if weights == Weights::Divided || !is_found {
+                for channel in 0..3 {
+                    self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= weight;
+                }
+            }
+            let probability = self.block.column_mut(QueryColumns::PROBABILITY)[lane];
+            let density = &mut self.block.column_mut(QueryColumns::DENSITY)[lane];
+            *density = if is_found { *density * probability } else { 0.0 };
+        }
+    }
+
+    /// Stores the samples in the batch.
+    fn store(&self, light: &mut LightRows) {
+        let column = |column: usize| self.block.column(column);
+        for axis in 0..3 {
+            let direction = column(QueryColumns::DIRECTION + axis);
+            self.lanes.scatter(direction, &mut light.direction[axis]);
+            self.lanes.scatter(column(QueryColumns::RADIANCE + axis), &mut light.color[axis]);
+        }
+        self.lanes.scatter(column(QueryColumns::REACH), &mut light.distance);
+        self.lanes.scatter(column(QueryColumns::DISTANCE), &mut light.reach);
+        self.lanes.scatter(column(QueryColumns::DENSITY), &mut light.density);
+    }
+}
+
+/// The samples of a class of lights that rays find as well.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Found {
+    None,
+    AtInfinity,
+    All,
 }

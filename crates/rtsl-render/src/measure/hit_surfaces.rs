@@ -12,6 +12,7 @@ use crate::integrate::rows::get;
 use crate::integrate::shaded_surface::ShadedSurface;
 use crate::integrate::shading_batch::ShadingBatch;
 use crate::integrate::wavefront::{NO_INSTANCE, Path, PathHit};
+use crate::lights::Weights;
 
 /// The surfaces that the rays of a packet hit, by lanes.
 pub type HitSurfaces = [Option<ShadedSurface>; LANES];
@@ -75,7 +76,7 @@ pub fn light_rays(
         batch.surfaces.column_mut(QueryColumns::TIME)[place] = time[lane];
         (batch.keys[place], batch.samples[place]) = (lane as u32, 0);
     }
-    of_lights.sample_chosen(scene, errors, batch, &vec![light; lanes.len()]);
+    of_lights.sample_chosen(scene, errors, batch, &vec![light; lanes.len()], Weights::Divided);
     for (place, lane) in lanes.iter().enumerate() {
         let is_lit = get(&batch.light.color, place) != [0.0; 3];
         let ray = (get(&batch.light.direction, place), batch.light.distance[place]);
