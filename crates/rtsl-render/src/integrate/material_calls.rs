@@ -22,8 +22,8 @@ impl SurfaceGroup {
         let ShadingBatch { count, state, surfaces, scratch, objects, materials, random, .. } =
             batch;
         let (source, of) = self.key.material;
-        let callee =
-            Callee { class: &scene.classes().material_of(&self.key).class().name, method, errors };
+        let name = &scene.classes().material_of(&self.key).class().name;
+        let callee = Callee { class: name, method, errors };
         match source {
             MaterialSource::Own => {
                 let class = scene.compiled.class(self.key.class);

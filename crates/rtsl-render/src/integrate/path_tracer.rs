@@ -102,7 +102,7 @@ impl<'t> PathTracer<'t> {
     }
 
     /// Computes the radiance of a wavefront's active paths, whose rays have this depth.
-    pub fn integrate(
+    fn integrate(
         &self,
         wavefront: &mut Wavefront,
         memory: &mut IntegratorMemory,

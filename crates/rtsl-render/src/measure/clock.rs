@@ -79,13 +79,9 @@ impl Clock<'_> {
         let times = self.repeat(|| {
             rays = self.run(tiles.div_ceil(together), |memory, index| {
                 let tiles = &self.tiles[index * together..tiles.min((index + 1) * together)];
-                let samples =
-                    tiles.iter().map(|tile| TileSamples { tile: *tile, first: 0, count: 1 });
-                PathTracer::new(self.scene, self.errors).trace_samples(
-                    memory,
-                    &samples.collect::<Vec<_>>(),
-                    None,
-                );
+                let sample = |tile: &Tile| TileSamples { tile: *tile, first: 0, count: 1 };
+                let samples: Vec<TileSamples> = tiles.iter().map(sample).collect();
+                PathTracer::new(self.scene, self.errors).trace_samples(memory, &samples, None);
             });
         });
         let milliseconds = Spread::of(times.iter().map(|time| time * 1e3));
