@@ -199,16 +199,29 @@ fn direct<'a>(
     uses.iter().filter(move |it| !uses.iter().any(|other| other != *it && reaches(other, it)))
 }
 
-/// The column of each crate in the picture: renderers on the left, the compiler on the right. Crates that are not here
-/// go into the last one.
+/// The column of each crate in the picture: renderers on the left, the compiler on the right.
 const COLUMNS: &[&[&str]] = &[
     &["rtsl-math", "rtsl-bvh", "rtsl-render", "rtsl-view"],
     &["rtsl-memory", "rtsl-image", "rtsl-scene", "rtsl-python"],
     &["rtsl-source", "rtsl-syntax", "rtsl-sema", "rtsl-lower", "rtsl-cli"],
-    &["rtsl-opt", "rtsl-stages", "rtsl"],
-    &["rtsl-spec", "rtsl-ir", "rtsl-cpp", "rtsl-contract"],
+    &["rtsl-opt", "rtsl-stages", "rtsl-integrate", "rtsl"],
+    &["rtsl-spec", "rtsl-ir", "rtsl-link", "rtsl-contract"],
     &["rtsl-abi", "rtsl-packet", "rtsl-llvm", "rtsl-jit", "rtsl-capi"],
 ];
+
+/// The column of each crate: its own, or for crates without one the last that is free in their layer.
+fn columns(layers: &BTreeMap<&str, usize>) -> Vec<usize> {
+    let own = |name: &str| COLUMNS.iter().position(|names| names.contains(&name));
+    let mut taken: BTreeSet<(usize, usize)> =
+        layers.iter().filter_map(|(name, layer)| Some((*layer, own(name)?))).collect();
+    let mut column_of = |(name, layer): (&&str, &usize)| {
+        own(name).unwrap_or_else(|| {
+            let free = (0..COLUMNS.len()).rev().find(|column| taken.insert((*layer, *column)));
+            free.expect("a layer has a column for each of its crates")
+        })
+    };
+    layers.iter().map(&mut column_of).collect()
+}
 
 /// The crates as boxes, a row for each layer, users above what they use.
 fn picture(found: &BTreeMap<String, BTreeSet<String>>) -> String {
@@ -220,12 +233,13 @@ fn picture(found: &BTreeMap<String, BTreeSet<String>>) -> String {
     let layers = layers(&found);
     let rows = 1 + layers.values().copied().max().unwrap_or(0);
     let (width, height) = (COLUMNS.len() * STEP.0, rows * STEP.1);
-    let center = |(name, layer): (&&'_ str, &usize)| {
-        let column = COLUMNS.iter().position(|names| names.contains(name));
-        let x = column.unwrap_or(COLUMNS.len() - 1) * STEP.0 + STEP.0 / 2;
-        (name.to_string(), (x, (rows - 1 - layer) * STEP.1 + STEP.1 / 2))
+    let center = |(name, column): (&&'_ str, usize)| {
+        let (x, y) =
+            (column * STEP.0 + STEP.0 / 2, (rows - 1 - layers[name]) * STEP.1 + STEP.1 / 2);
+        (name.to_string(), (x, y))
     };
-    let centers: BTreeMap<String, (usize, usize)> = layers.iter().map(center).collect();
+    let centers: BTreeMap<String, (usize, usize)> =
+        layers.keys().zip(columns(&layers)).map(center).collect();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
          font-size=\"13\" text-anchor=\"middle\">\n<title>The crates of RTSL; lines lead down to the crates that a crate \

@@ -303,7 +303,7 @@ impl LightMemory {
     /// Sets the radiance of samples that have a density; of others it is black.
     fn set_emission(&mut self) {
         for lane in 0..self.lanes.count() {
-            let is_usable = self.block.column_mut(QueryColumns::DENSITY)[lane] > 0.0;
+            let is_usable = self.block.column(QueryColumns::DENSITY)[lane] > 0.0;
             let emission = vector(&self.state, variables().emission_color, lane);
             for (channel, number) in emission.into_iter().enumerate() {
                 let radiance = if is_usable { number } else { 0.0 };
@@ -331,16 +331,16 @@ impl LightMemory {
                 Found::All => true,
                 Found::None => false,
                 Found::AtInfinity => {
-                    self.block.column_mut(QueryColumns::DISTANCE)[lane] == f32::INFINITY
+                    self.block.column(QueryColumns::DISTANCE)[lane] == f32::INFINITY
                 }
             };
-            let weight = self.block.column_mut(QueryColumns::WEIGHT)[lane];
+            let weight = self.block.column(QueryColumns::WEIGHT)[lane];
             if weights == Weights::Divided || !is_found {
                 for channel in 0..3 {
                     self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= weight;
                 }
             }
-            let probability = self.block.column_mut(QueryColumns::PROBABILITY)[lane];
+            let probability = self.block.column(QueryColumns::PROBABILITY)[lane];
             let density = &mut self.block.column_mut(QueryColumns::DENSITY)[lane];
             *density = if is_found { *density * probability } else { 0.0 };
         }
