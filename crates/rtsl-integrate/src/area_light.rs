@@ -44,28 +44,50 @@ pub struct AreaLightLink {
     pub emitter: String,
     /// `emission`.
     pub emission: Arc<LinkedMethod>,
+    /// The texture that cuts the shape out, if there is one.
+    pub alpha: Option<AlphaLink>,
     /// True if rays can hit the shape, so that samples have densities.
     pub is_weighed: bool,
+}
+
+/// A texture that cuts a shape out.
+#[derive(Clone, Debug)]
+pub struct AlphaLink {
+    /// The path to its members.
+    pub prefix: String,
+    /// `lookup`.
+    pub lookup: Arc<LinkedMethod>,
 }
 
 impl AreaLightLink {
     /// True if the methods need nothing but the lit point and random numbers.
     pub fn is_complete(&self) -> bool {
-        let AreaLightLink { shape, generate, emission, .. } = self;
+        let AreaLightLink { shape, generate, .. } = self;
         let sets = |name: &str| generate.writes.iter().any(|it| it.name == name);
         let is_readable =
             |it: &StateVariable| input(Query::LightEmission, it).is_some_and(Input::is_of_surface);
         may_draw_only(generate)
-            && may_draw_only(emission)
+            && self.readers().all(|it| may_draw_only(it))
             && generate.reads.iter().all(|it| INPUTS.contains(&it.name))
             && OUTPUTS.into_iter().all(sets)
-            && emission.reads.iter().all(|it| is_readable(it))
+            && self.reads().all(is_readable)
             && (!self.needs_surface() || shape.is_complete())
     }
 
-    /// True if the emitter reads what methods of the shape compute.
+    /// The methods that read sampled points.
+    fn readers(&self) -> impl Iterator<Item = &LinkedMethod> {
+        let lookup = self.alpha.iter().map(|alpha| &*alpha.lookup);
+        std::iter::once(&*self.emission).chain(lookup)
+    }
+
+    /// The state that they read.
+    fn reads(&self) -> impl Iterator<Item = &'static StateVariable> {
+        self.readers().flat_map(|method| method.reads.iter().copied())
+    }
+
+    /// True if any of it is computed by methods of the shape.
     fn needs_surface(&self) -> bool {
-        !self.emission.reads.iter().all(|it| PROVIDED_BY_LIGHT_SAMPLES.contains(&it.name))
+        !self.reads().all(|it| PROVIDED_BY_LIGHT_SAMPLES.contains(&it.name))
     }
 }
 
@@ -87,11 +109,18 @@ impl StageLinker {
     ) -> Linking<SampledColor> {
         let moment = Arithmetic { linker: &mut *self, to: &mut *to }.moment()?;
         let sampled = self.sampled_point(&light.shape, &light.generate, lit, &moment, to)?;
-        let emission = self.sampled_emission(light, lit, &sampled, to)?;
-        let code = &mut Arithmetic { linker: self, to };
+        let state = self.sampled_state(light, lit, &sampled, to)?;
+        let set = self.light_method(&light.emitter, &light.emission, state.clone(), to)?;
+        let emission = self.results(&set, Role::Material, "rt_EmissionColor", to)?;
+        let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
         let operands = [&emission[..], &[sampled.sample.density]].concat();
-        let color = vector_at(&code.call("rt_usableEmission", &operands)?, 0);
-        Ok(SampledColor { color, ..sampled.sample })
+        let mut color = code.call("rt_usableEmission", &operands)?;
+        if let Some(AlphaLink { prefix, lookup }) = &light.alpha {
+            let set = self.light_method(prefix, lookup, state, to)?;
+            color.extend(self.results(&set, Role::Texture, "rt_FloatTextureValue", to)?);
+            color = Arithmetic { linker: self, to }.call("rt_emissionWithAlpha", &color)?;
+        }
+        Ok(SampledColor { color: vector_at(&color, 0), ..sampled.sample })
     }
 
     /// Samples a point of a shape by `generateSample`, which has the state of all methods.
@@ -119,14 +148,14 @@ impl StageLinker {
         Ok(SampledPoint { point, normal, sample: SampledColor::of_scalars(&seen[6..]) })
     }
 
-    /// Returns the emission of a sampled point towards the lit point.
-    fn sampled_emission(
+    /// Returns the state that emitter and alpha texture may read of a sampled point, seen from the lit point.
+    fn sampled_state(
         &mut self,
         light: &AreaLightLink,
         lit: &LitPoint,
         sampled: &SampledPoint,
         to: &mut Vec<Op>,
-    ) -> Linking<Vector> {
+    ) -> Linking<Vec<(StateComponent, Value)>> {
         let SampledPoint { point, normal, sample } = sampled;
         let SampledColor { direction, distance, .. } = sample;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
@@ -138,7 +167,7 @@ impl StageLinker {
             let operands = code.operands_of_ray(lit.point, *direction, *distance)?;
             let properties = self.surface_properties(&light.shape, &operands, to)?;
             let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-            state.extend(code.inputs_of_emission(&light.emission.reads, &operands, &properties)?);
+            state.extend(code.inputs_of_emission(light.reads(), &operands, &properties)?);
         } else {
             for (name, values) in [
                 ("rt_RayOrigin", &lit.point[..]),
@@ -151,8 +180,7 @@ impl StageLinker {
                 set(&mut state, name, values);
             }
         }
-        let set = self.light_method(&light.emitter, &light.emission, state, to)?;
-        Ok(vector_at(&self.results(&set, Role::Material, "rt_EmissionColor", to)?, 0))
+        Ok(state)
     }
 }
 
@@ -191,11 +219,11 @@ impl Arithmetic<'_> {
         Ok(operands)
     }
 
-    /// The state that `emission` reads of a surface, given operands of queries and the properties. The time is known, and
-    /// paths of light samples have no depth.
+    /// The state that is read of a surface, given operands of queries and the properties. The time is known, and paths of
+    /// light samples have no depth.
     fn inputs_of_emission(
         &mut self,
-        reads: &[&'static StateVariable],
+        reads: impl Iterator<Item = &'static StateVariable>,
         operands: &[Value],
         properties: &[Value],
     ) -> Linking<Vec<(StateComponent, Value)>> {
@@ -203,8 +231,6 @@ impl Arithmetic<'_> {
         let is_footprint = |variable: &StateVariable| ["rt_du", "rt_dv"].contains(&variable.name);
         let is_column = |variable| matches!(input(query, variable), Some(Input::Column(_)));
         let (footprint, others): (Vec<_>, Vec<_>) = reads
-            .iter()
-            .copied()
             .filter(|variable| !is_column(variable))
             .partition(|variable| is_footprint(variable));
         let mut state = self.inputs(query, &others, operands, properties)?;

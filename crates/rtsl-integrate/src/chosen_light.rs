@@ -55,8 +55,12 @@ impl LightClassLink {
     /// True if classes of the same programs have the same code.
     pub fn is_like(&self, other: &LightClassLink) -> bool {
         let form = |class: &LightClassLink| match &class.methods {
-            LightMethods::Shapeless(light) => (false, light.is_placed, light.is_weighed),
-            LightMethods::Area(light) => (true, light.shape.is_placed, light.is_weighed),
+            LightMethods::Shapeless(light) => {
+                (false, light.is_placed, light.is_weighed, light.places)
+            }
+            LightMethods::Area(light) => {
+                (true, light.shape.is_placed, light.is_weighed, light.shape.places)
+            }
         };
         form(self) == form(other)
             && (&self.lights, &self.prefix, &self.differing)

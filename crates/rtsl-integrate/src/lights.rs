@@ -120,7 +120,7 @@ impl LightLink {
     /// Loads the map from the world to the light's space, and the map back.
     fn maps(&self, code: &mut Arithmetic<'_>) -> Linking<[Map; 2]> {
         match self.places {
-            Places::Members => Ok([code.map(&self.inverse())?, code.map(&self.forward())?]),
+            Places::Members { .. } => Ok([code.map(&self.inverse())?, code.map(&self.forward())?]),
             Places::Columns { .. } => {
                 let first = QueryColumns::MAPS;
                 Ok([code.query_map(first)?, code.query_map(first + 12)?])

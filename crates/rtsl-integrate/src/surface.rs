@@ -14,7 +14,7 @@ use crate::light_selection::LightSelection;
 use crate::stage::{TIME_COLUMN, asks_host, first_of};
 use crate::stage_linker::StageLinker;
 
-/// The map from the space of a shape to the world.
+/// The map from the space of a shape to that of its group, or the world.
 const FORWARD: &str = "rt_Forward";
 /// The map of magnitudes, from the world to the space of the shape and back.
 const SIZES: &str = "rt_Sizes";
@@ -22,6 +22,10 @@ const SIZES: &str = "rt_Sizes";
 const EXTENTS: &str = "rt_Extents";
 /// The factor by which volumes are scaled from the space of the shape to the world.
 const VOLUME: &str = "rt_Volume";
+/// The map from the world to the space of the shape's group, and that back.
+const GROUP: &str = "rt_Group";
+/// The factor by which volumes are scaled from the space of the group to the world.
+const GROUP_VOLUME: &str = "rt_GroupVolume";
 /// The [way](LightSelection::way) to the shape in the light hierarchy.
 const LIGHT: &str = "rt_Light";
 
@@ -45,8 +49,11 @@ pub struct ShapeLinks {
 /// The data with the places of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Places {
-    /// Members beside those of the shapes, which are in the world.
-    Members,
+    /// Members beside those of the shapes.
+    Members {
+        /// True if instances that do not move place groups of shapes.
+        are_grouped: bool,
+    },
     /// [Scratch arrays](crate::query_columns::QueryColumns) that hosts set.
     Columns {
         /// True if instances place groups of shapes.
@@ -96,7 +103,9 @@ impl ShapeLinks {
         let maps = [PLACEMENT, FORWARD, SIZES].map(|name| (name, 12));
         let maps = maps.into_iter().filter(|_| self.is_placed);
         let of_samples = [(VOLUME, 1), (LIGHT, 1)].into_iter().filter(|_| self.is_sampled);
-        let members = maps.chain([(EXTENTS, 4)]).chain(of_samples);
+        let of_groups = [(GROUP, 24), (GROUP_VOLUME, 1)].into_iter();
+        let of_groups = of_groups.filter(|_| self.places == Places::Members { are_grouped: true });
+        let members = maps.chain([(EXTENTS, 4)]).chain(of_samples).chain(of_groups);
         members.map(|(name, scalars)| (self.member(name), scalars)).collect()
     }
 
@@ -106,9 +115,12 @@ impl ShapeLinks {
 
     /// Loads the place of a shape: an `rt_Place`.
     pub(crate) fn place(&self, code: &mut Arithmetic<'_>) -> Linking<Vec<Value>> {
-        if let Places::Columns { are_grouped } = self.places {
-            return code.place_in_columns(self.is_placed, are_grouped);
-        }
+        let are_grouped = match self.places {
+            Places::Columns { are_grouped } => {
+                return code.place_in_columns(self.is_placed, are_grouped);
+            }
+            Places::Members { are_grouped } => are_grouped,
+        };
         let mut place = vec![code.boolean(self.is_placed)?];
         for name in [PLACEMENT, FORWARD, SIZES] {
             match self.is_placed {
@@ -123,9 +135,15 @@ impl ShapeLinks {
             true => code.load_member(&self.member(VOLUME), Scalar::F32)?,
             false => code.float(1.0)?,
         });
-        // The group is in the world.
-        place.push(code.boolean(false)?);
-        place.extend([code.float(0.0)?; 25]);
+        place.push(code.boolean(are_grouped)?);
+        if are_grouped {
+            for first in (0..24).step_by(3) {
+                place.extend(code.member(&self.member(GROUP), 24, first)?);
+            }
+            place.push(code.load_member(&self.member(GROUP_VOLUME), Scalar::F32)?);
+        } else {
+            place.extend([code.float(0.0)?; 25]);
+        }
         Ok(place)
     }
 

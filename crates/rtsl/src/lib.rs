@@ -82,7 +82,9 @@ pub use program::query_request::{QueryForm, QueryRequest};
 pub use program::searched_scene::{SearchedClass, SearchedItem, SearchedObject, SearchedScene};
 pub use program::stage_lights::{StageAreaLight, StageLight, StageLights};
 pub use program::staged_program::{ParameterValues, StageRequest, StageScene, StagedProgram};
-pub use program::surface_class::{ShapeClass, ShapeObject, SurfaceClass, SurfaceObject};
+pub use program::surface_class::{
+    GroupPlace, ShapeClass, ShapeObject, SurfaceClass, SurfaceObject,
+};
 pub use rtsl_integrate::area_light::PROVIDED_BY_LIGHT_SAMPLES;
 pub use rtsl_integrate::contribution::MAX_CONTRIBUTIONS;
 pub use rtsl_integrate::indexed_lights::SHADOW_LIMIT;

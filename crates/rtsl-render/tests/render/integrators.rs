@@ -278,8 +278,9 @@ fn regularization_has_one_result() {
     assert!(make(false, Backend::Auto, 16) != reference);
 }
 
-/// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round or textured, beside others.
-const LIGHTS: [(&str, &str); 7] = [
+/// Scenes with lights that stages are linked with: shapes, moved, scaled, turned round, textured, cut out or placed by
+/// instances, beside others.
+const LIGHTS: [(&str, &str); 9] = [
     (
         "one quad",
         "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
@@ -342,7 +343,34 @@ const LIGHTS: [(&str, &str); 7] = [
            Shape \"trianglemesh\" \"integer indices\" [0 1 2  2 1 0  1 2 3]
              \"point3 P\" [-2 1 -2  -2 2 -2  -1 1 -3  -1 2 -3] AttributeEnd",
     ),
+    (
+        "shapes that textures cut out, of which one reads the surface and draws a number",
+        "Texture \"holes\" \"float\" \"Holes\"
+         LightSource \"infinite\" \"rgb L\" [0.2 0.3 0.4]
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           Shape \"bilinearmesh\" \"point3 P\" [-1 3 -1  0.5 3 -1  -1 3 0.5  0.5 3 0.5]
+             \"texture alpha\" \"holes\"
+           Translate 2 1 0 Shape \"sphere\" \"float radius\" 0.3 \"float alpha\" 0.5 AttributeEnd
+         AttributeBegin AreaLightSource \"Glow\" Translate -1 2.5 0 Scale 0.4 0.6 0.6
+           Shape \"Sphere\" \"texture alpha\" \"holes\" AttributeEnd",
+    ),
+    (
+        "shapes in groups, which instances place",
+        "ObjectBegin \"lamp\"
+           AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]
+           AttributeBegin Scale 0.2 0.3 0.2 Shape \"sphere\" AttributeEnd
+           AreaLightSource \"Glow\"
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 2 1 3] \"float alpha\" 0.75
+             \"point3 P\" [-0.5 -0.4 -0.5  0.5 -0.4 -0.5  -0.5 -0.4 0.5  0.5 -0.2 0.5]
+         ObjectEnd
+         AttributeBegin Translate -1 2.5 0 Rotate 30 1 1 0 Scale 1 0.5 2 ObjectInstance \"lamp\" AttributeEnd
+         AttributeBegin Translate 2 1 0 ObjectInstance \"lamp\" AttributeEnd",
+    ),
 ];
+
+/// A texture that draws a number and reads where it is.
+const HOLES: &str = "class Holes : rt_Texture;
+    void lookup() { rt_FloatTextureValue = 2.0 * rt_TextureUV.x - 0.5 * rand(); }";
 
 /// An emitter whose radiance varies over the shape, and draws a number.
 const GLOW: &str = "class Glow : rt_Material;
@@ -394,7 +422,7 @@ fn stages_sample_lights_as_hosts_do() {
             let sampler = samplers.next().unwrap_or_default();
             let head = format!("Sampler \"{sampler}\"\nIntegrator \"{integrator}\"");
             let text = format!("{CAMERA}{head}\nWorldBegin\n{lights}\n{LIT}");
-            let classes = format!("{GLOW}\n{PALETTE}\n{DENSITIES}");
+            let classes = [GLOW, PALETTE, HOLES, DENSITIES].join("\n");
             let make = |backend: Backend, width: u32| {
                 let width = Some(width);
                 let engine = EngineOptions { backend, width, ..EngineOptions::default() };

@@ -23,15 +23,17 @@ pub(crate) struct LightKey {
     pub is_placed: bool,
     /// True if its samples have densities.
     pub is_weighed: bool,
+    /// True if an instance places its group.
+    pub is_grouped: bool,
     /// The buffers, if they are not copied.
     pub bound: Vec<(usize, usize)>,
 }
 
 impl LightKey {
-    /// Returns the key of a light whose buffers are copied.
+    /// Returns the key of a light in the world whose buffers are copied.
     pub fn new(programs: &[&Arc<Program>], is_placed: bool, is_weighed: bool) -> LightKey {
         let programs = programs.iter().map(|program| Arc::as_ptr(program).addr()).collect();
-        LightKey { programs, is_placed, is_weighed, bound: Vec::new() }
+        LightKey { programs, is_placed, is_weighed, is_grouped: false, bound: Vec::new() }
     }
 }
 

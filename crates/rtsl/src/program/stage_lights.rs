@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl_abi::{InstanceBlock, Layout};
-use rtsl_integrate::area_light::{AreaLightLink, EPSILON};
+use rtsl_integrate::area_light::{AlphaLink, AreaLightLink, EPSILON};
 use rtsl_integrate::chosen_light::{LightClassLink, LightMethods, light_prefix};
 use rtsl_integrate::light_selection::LightSelection;
 use rtsl_integrate::lights::{ENTRIES, LightLink, LightLinks, MAX_LIGHT_CLASSES, MAX_LIGHTS};
@@ -35,7 +35,7 @@ pub struct StageLights<'a> {
     pub entries: Option<Vec<usize>>,
 }
 
-/// A shape in the world with an emitter.
+/// A shape with an emitter.
 #[derive(Clone)]
 pub struct StageAreaLight<'a> {
     /// The program of the shape.
@@ -48,6 +48,8 @@ pub struct StageAreaLight<'a> {
     pub emitter_program: Arc<Program>,
     /// The emitter.
     pub emitter: &'a Instance,
+    /// The texture that cuts the shape out, if there is one, with its program.
+    pub alpha: Option<(Arc<Program>, &'a Instance)>,
     /// True if rays can hit the shape, so that samples have densities.
     pub is_weighed: bool,
 }
@@ -206,9 +208,9 @@ impl StageLights<'_> {
                 LightKey::new(&[program], *is_placed, *is_weighed)
             }
             None => {
-                let StageAreaLight { program, emitter_program, is_placed, is_weighed, .. } =
-                    self.area(light);
-                LightKey::new(&[program, emitter_program], *is_placed, *is_weighed)
+                let area = self.area(light);
+                let key = LightKey::new(&area.programs(), area.is_placed, area.is_weighed);
+                LightKey { is_grouped: area.shape.group.is_some(), ..key }
             }
         }
     }
@@ -225,7 +227,9 @@ impl StageLights<'_> {
             None => {
                 let area = self.area(light);
                 let of_emitter = of(&area.emitter_program, area.emitter);
-                [bound_buffers(&area.shape.shape), of_emitter].concat()
+                let of_alpha = area.alpha.iter().flat_map(|(program, alpha)| of(program, alpha));
+                let of_shape = bound_buffers(&area.shape.shape).into_iter();
+                of_shape.chain(of_emitter).chain(of_alpha).collect()
             }
         }
     }
@@ -247,7 +251,7 @@ impl StageLights<'_> {
                 let (shapes, link) = first.link(prefix.clone())?;
                 let blocks = lights.iter().map(|light| self.area(*light).block(&shapes));
                 let (layout, blocks) = (first.layout(&shapes, &link), blocks.collect::<Vec<_>>());
-                let programs = vec![first.program.clone(), first.emitter_program.clone()];
+                let programs = first.programs().into_iter().cloned().collect();
                 let link = Some(link).filter(AreaLightLink::is_complete)?;
                 (LightMethods::Area(Box::new(link)), programs, layout, blocks)
             }
@@ -276,15 +280,32 @@ impl StageLights<'_> {
 }
 
 impl StageAreaLight<'_> {
+    /// The programs of shape, emitter and alpha texture.
+    fn programs(&self) -> Vec<&Arc<Program>> {
+        let alpha = self.alpha.iter().map(|(program, _)| program);
+        [&self.program, &self.emitter_program].into_iter().chain(alpha).collect()
+    }
+
     /// Returns the shape's class, and the methods; the names of members begin with `prefix`.
     fn link(&self, prefix: String) -> Option<(ShapeClass, AreaLightLink)> {
         let of_shape = format!("{prefix}shape.");
-        let shapes = ShapeClass::with_prefix(&self.program, of_shape, self.is_placed, true)?;
+        let mut shapes = ShapeClass::with_prefix(&self.program, of_shape, self.is_placed, true)?;
+        if self.shape.group.is_some() {
+            shapes = shapes.in_groups();
+        }
+        let alpha = match &self.alpha {
+            Some((program, _)) => {
+                let lookup = program.method(Method::Lookup).ok()?;
+                Some(AlphaLink { prefix: format!("{prefix}alpha."), lookup })
+            }
+            None => None,
+        };
         let link = AreaLightLink {
             shape: shapes.links().clone(),
             generate: self.program.method(Method::GenerateSample).ok()?,
             emitter: format!("{prefix}emitter."),
             emission: self.emitter_program.method(Method::Emission).ok()?,
+            alpha,
             is_weighed: self.is_weighed,
         };
         Some((shapes, link))
@@ -295,13 +316,18 @@ impl StageAreaLight<'_> {
         let mut layout = Layout::default();
         shapes.add_to(&mut layout);
         add_part(&mut layout, &link.emitter, self.emitter_program.layout());
+        for (AlphaLink { prefix, .. }, (program, _)) in link.alpha.iter().zip(&self.alpha) {
+            add_part(&mut layout, prefix, program.layout());
+        }
         layout
     }
 
     /// The data, in the order of the layout.
     fn block(&self, shapes: &ShapeClass) -> InstanceBlock {
         let [shape, place] = shapes.blocks(&self.shape);
-        joined(&[shape, place, self.emitter_program.block(self.emitter)])
+        let mut blocks = vec![shape, place, self.emitter_program.block(self.emitter)];
+        blocks.extend(self.alpha.iter().map(|(program, alpha)| program.block(alpha)));
+        joined(&blocks)
     }
 }
 
@@ -319,7 +345,7 @@ impl StageLight<'_> {
             density,
             is_placed: self.is_placed,
             is_weighed: self.is_weighed,
-            places: Places::Members,
+            places: Places::Members { are_grouped: false },
         }
     }
 
@@ -351,7 +377,7 @@ mod tests {
     use super::*;
     use crate::codegen::kernel_compiler::KernelCompiler;
     use crate::program::staged_program::{StageRequest, StageScene, StagedProgram};
-    use crate::program::surface_class::{SurfaceClass, SurfaceObject};
+    use crate::program::surface_class::{GroupPlace, SurfaceClass, SurfaceObject};
     use crate::{Backend, Compiler, CompilerOptions, Engine, EngineOptions, Value, library};
 
     const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
@@ -376,6 +402,7 @@ mod tests {
             extents: [1.0; 3],
             reverse_orientation: false,
             volume_scale: 1.0,
+            group: None,
             light,
         }
     }
@@ -396,21 +423,29 @@ mod tests {
         }
     }
 
-    /// Returns the queries that stages with the surfaces of two balls, which are the lights, leave to the host.
-    fn left_queries(sampler: Sampler) -> Vec<Query> {
+    /// Returns the queries that stages with the surfaces of two balls, which are the lights, leave to the host. If they
+    /// are `far`, textures cut them out, and an instance places their group.
+    fn left_queries(sampler: Sampler, far: bool) -> Vec<Query> {
         let engine = Engine::new(options()).unwrap().0;
         let integrator = Instance::new(&class("Path"), []).unwrap();
         let ball = class("Sphere");
         let balls = [1.0, 2.0]
             .map(|radius| Instance::new(&ball, [("radius", Value::Float(radius))]).unwrap());
         let emitter = Instance::new(&class("Emissive"), []).unwrap();
+        let checks = Instance::new(&class("Checker"), []).unwrap();
+        let group = GroupPlace { inverse: IDENTITY, forward: IDENTITY, volume_scale: 1.0 };
+        let group = far.then_some(group);
         let ways = [0, 1].map(|way| LightSelection::way(way, 1).unwrap());
         let areas = (0..2).map(|light| StageAreaLight {
             program: engine.program(&balls[light]),
-            shape: object(engine.program(&balls[light]).block(&balls[light]), ways[light]),
+            shape: ShapeObject {
+                group,
+                ..object(engine.program(&balls[light]).block(&balls[light]), ways[light])
+            },
             is_placed: false,
             emitter_program: engine.program(&emitter),
             emitter: &emitter,
+            alpha: far.then(|| (engine.program(&checks), &*checks)),
             is_weighed: true,
         });
         let lights = StageLights {
@@ -475,6 +510,7 @@ mod tests {
             is_placed: false,
             emitter_program: engine.program(&emitter),
             emitter: &emitter,
+            alpha: None,
             is_weighed: true,
         });
         let areas = Some(areas.collect());
@@ -499,7 +535,7 @@ mod tests {
     #[test]
     fn area_lights_are_sampled_without_the_host() {
         for columns in [4, 3] {
-            assert_eq!(of_lights(&left_queries(sampler(columns))), []);
+            assert_eq!(of_lights(&left_queries(sampler(columns), columns == 3)), []);
         }
     }
 }

@@ -61,9 +61,15 @@ impl ShapeClass {
         let density = program.method(Method::SamplePdf).ok().filter(|_| is_sampled);
         let is_sampled = density.is_some();
         let density = density.and_then(ShapeLinks::linked_density);
-        let places = Places::Members;
+        let places = Places::Members { are_grouped: false };
         let links = ShapeLinks { prefix, methods, is_placed, is_sampled, density, places };
         Some(ShapeClass { program: program.clone(), links })
+    }
+
+    /// The same shapes in groups that instances place, which do not move.
+    pub(crate) fn in_groups(mut self) -> ShapeClass {
+        self.links.places = Places::Members { are_grouped: true };
+        self
     }
 
     /// The methods.
@@ -83,25 +89,38 @@ impl ShapeClass {
     }
 }
 
-/// A shape in the world.
+/// A shape in the world, or in a group that an instance places there.
 #[derive(Clone)]
 pub struct ShapeObject {
     /// The data of the shape, or of an element.
     pub shape: InstanceBlock,
-    /// The map from the world to its space, by columns: the images of the axes, then that of the origin.
+    /// The map from the group, or the world, to its space, by columns: the images of the axes, then that of the origin.
     pub inverse: [f32; 12],
-    /// The map from its space to the world.
+    /// The map from its space to the group.
     pub forward: [f32; 12],
-    /// The map of magnitudes of coordinates, from the world to its space and back, by which rounding errors grow.
+    /// The map of magnitudes of coordinates, from the group to its space and back, by which rounding errors grow.
     pub sizes: [f32; 12],
-    /// The extents of its bounding box along the axes of the world.
+    /// The extents of its bounding box along the axes of the group.
     pub extents: [f32; 3],
     /// True if its normals are flipped.
     pub reverse_orientation: bool,
-    /// The factor by which volumes are scaled from its space to the world.
+    /// The factor by which volumes are scaled from its space to the group.
     pub volume_scale: f32,
+    /// The place of the group, unless it is the world.
+    pub group: Option<GroupPlace>,
     /// The [way](crate::LightSelection::way) to it in the light hierarchy, if light samples choose it.
     pub light: u32,
+}
+
+/// The place of a group of shapes that does not move.
+#[derive(Clone, Copy, Debug)]
+pub struct GroupPlace {
+    /// The map from the world to its space, by columns.
+    pub inverse: [f32; 12],
+    /// The map from its space to the world.
+    pub forward: [f32; 12],
+    /// The factor by which volumes are scaled from its space to the world.
+    pub volume_scale: f32,
 }
 
 /// The instances of the parts of one surface.
@@ -304,7 +323,17 @@ impl ShapeObject {
         let floats = maps.iter().chain(&self.extents).chain([&side]).map(|it| it.to_bits());
         let of_samples = [self.volume_scale.to_bits(), self.light];
         let words = floats.chain(of_samples.into_iter().filter(|_| links.is_sampled));
+        let of_group = self.group.iter().flat_map(GroupPlace::floats).map(f32::to_bits);
+        let words = words.chain(of_group);
         InstanceBlock::new(&words.collect::<Vec<u32>>(), Vec::new())
+    }
+}
+
+impl GroupPlace {
+    /// The numbers in the order of [`ShapeLinks::members`].
+    fn floats(&self) -> impl Iterator<Item = f32> {
+        let GroupPlace { inverse, forward, volume_scale } = *self;
+        inverse.into_iter().chain(forward).chain([volume_scale])
     }
 }
 

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    Engine, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight, StageLights,
+    Engine, GroupPlace, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight,
+    StageLights,
 };
 use rtsl_math::Affine;
 use rtsl_scene::{Scene, SceneObject};
 
 use super::staged_method::StageParts;
 use crate::compiled::CompiledScene;
-use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
+use crate::compiled::placement::Placement;
+use crate::integrate::wavefront::PathHit;
 use crate::lights::LightEntry;
 
 /// Returns the lights of a scene.
@@ -79,8 +81,8 @@ fn shapeless_lights<'a>(
     all.collect()
 }
 
-/// Returns the area lights of an object with these entries, its elements in order; `None` for each if they are placed
-/// by an instance, or cut out by a texture.
+/// Returns the area lights of an object with these entries, its elements in order; `None` for each if an instance moves
+/// them.
 fn area_lights<'a>(
     engine: &Engine,
     scene: &'a Scene,
@@ -91,16 +93,23 @@ fn area_lights<'a>(
         let shapes = parts.lights.shapes_of(&entries[0])?;
         let class = parts.classes.compiled.class(shapes.class());
         let PathHit { object, instance, .. } = *entries[0].hit();
-        let is_simple = !shapes.has_alpha() && instance == NO_INSTANCE;
-        let emitter = scene.objects[object as usize].emitter.filter(|_| is_simple)?;
-        let emitter = &scene.materials[emitter as usize];
+        let placement = parts.classes.compiled.placement(instance);
+        if placement.as_ref().is_some_and(Placement::moves) {
+            return None;
+        }
+        let group = placement.map(|it| group_place(&it));
+        let SceneObject { emitter, alpha, .. } = &scene.objects[object as usize];
+        let emitter = &*scene.materials[(*emitter)? as usize];
         let emitter_program = engine.program(emitter);
+        let alpha = alpha.as_deref().filter(|_| shapes.has_alpha());
+        let alpha = alpha.map(|alpha| (engine.program(alpha), alpha));
         let light = |shape| StageAreaLight {
             program: class.program().clone(),
-            shape,
+            shape: ShapeObject { group, ..shape },
             is_placed: class.is_placed(),
             emitter_program: emitter_program.clone(),
             emitter,
+            alpha: alpha.clone(),
             is_weighed: !shapes.is_invisible(),
         };
         Some(shape_objects(scene, parts, object)?.map(light).map(Some).collect::<Vec<_>>())
@@ -110,7 +119,16 @@ fn area_lights<'a>(
         .unwrap_or_else(|| vec![None; entries.len()])
 }
 
-/// Returns the shape of an object in the world, or its elements in order; `None` if these have no data.
+/// Returns the place of a group that an instance places, which does not move.
+fn group_place(placement: &Placement<'_>) -> GroupPlace {
+    GroupPlace {
+        inverse: columns(&placement.inverse_at(0.0)),
+        forward: columns(&placement.map_at(0.0)),
+        volume_scale: placement.volume_scale(0.0) as f32,
+    }
+}
+
+/// Returns the shape of an object in the world or its group, or its elements in order; `None` if these have no data.
 pub fn shape_objects<'a>(
     scene: &'a Scene,
     parts: &'a StageParts<'_>,
@@ -133,6 +151,7 @@ pub fn shape_objects<'a>(
         extents: compiled.extents.lengths(object, element),
         reverse_orientation: placed.reverse_orientation,
         volume_scale: placed.volume_scale,
+        group: None,
         light: parts.lights.way_to(object, element).unwrap_or_default(),
     };
     Some((0..count as u32).map(shape))
